@@ -1,0 +1,173 @@
+//! Reflectance models and measured tables behind one trait.
+//!
+//! Values are f_r in sr⁻¹ **without** the cosine.
+
+mod lambert;
+mod spectrum;
+
+pub use lambert::{Lambert, LambertSpec};
+pub use spectrum::Spectrum;
+
+use crate::error::ParameterError;
+use crate::geometry::{DirectionPair, Symmetry};
+use crate::numeric;
+use crate::registry::{self, Entry, ReadError, Table};
+use serde::{Deserialize, Serialize};
+use std::path::PathBuf;
+
+/// What a scene asks a BRDF to return; fixed when the BRDF is built, so that a scene in
+/// luminance does one channel of work and a table in luminance holds one plane.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Channels {
+    /// One value: Rec. 709 luminance.
+    Luminance,
+    /// Three values: linear R, G, B.
+    Rgb,
+}
+
+impl Channels {
+    /// Number of values per evaluation, 1 or 3.
+    #[inline]
+    pub fn count(self) -> usize {
+        match self {
+            Channels::Luminance => 1,
+            Channels::Rgb => 3,
+        }
+    }
+
+    /// Luminance of one evaluation of this kind.
+    #[inline]
+    pub fn luminance(self, values: &[f64]) -> f64 {
+        match self {
+            Channels::Luminance => values[0],
+            Channels::Rgb => numeric::luminance([values[0], values[1], values[2]]),
+        }
+    }
+}
+
+/// Whether a BRDF has a value for a pair.
+///
+/// A measured table may hold no data for a configuration. That is neither 0 nor NaN but a fact
+/// of its own, which the instrument reports and metrics leave out and count.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[must_use]
+pub enum Presence {
+    /// The values were written.
+    Present,
+    /// There is no data here; the values are left at 0 and mean nothing.
+    Missing,
+}
+
+/// A bidirectional reflectance distribution function.
+///
+/// Values are f_r in sr⁻¹ without the cosine: 0 where a direction is not above the horizon
+/// (z ≤ 0), finite and ≥ 0 above it, or [`Presence::Missing`].
+pub trait Brdf: Send + Sync {
+    /// What each evaluation returns.
+    fn channels(&self) -> Channels;
+
+    /// The symmetries this BRDF has by construction.
+    fn symmetry(&self) -> Symmetry;
+
+    /// True if the directional albedo is at most 1 for every view, by construction.
+    fn conserves_energy(&self) -> bool;
+
+    /// Writes the value of each channel to `out` (length `channels().count()`).
+    fn eval(&self, pair: &DirectionPair, out: &mut [f64]) -> Presence;
+
+    /// [`eval`](Self::eval) for many pairs: `out` is pair-major (`pairs.len() × channels`), and
+    /// `presence` has one entry a pair. One virtual call per batch; the loop is compiled per model.
+    fn eval_batch(&self, pairs: &[DirectionPair], out: &mut [f64], presence: &mut [Presence]) {
+        let n = self.channels().count();
+        debug_assert_eq!(out.len(), pairs.len() * n);
+        debug_assert_eq!(presence.len(), pairs.len());
+        for ((pair, out), presence) in pairs.iter().zip(out.chunks_exact_mut(n)).zip(presence) {
+            *presence = self.eval(pair, out);
+        }
+    }
+
+    /// Luminance of one pair, `None` where there is no data. For single look-ups; batches are faster.
+    fn luminance(&self, pair: &DirectionPair) -> Option<f64> {
+        let mut out = [0.0; 3];
+        let channels = self.channels();
+        match self.eval(pair, &mut out[..channels.count()]) {
+            Presence::Present => Some(channels.luminance(&out)),
+            Presence::Missing => None,
+        }
+    }
+}
+
+/// A BRDF that can draw directions in proportion (roughly) to itself.
+pub trait SampleBrdf: Brdf {
+    /// A light direction for the sensor direction `omega_o` from two numbers in `[0, 1)`;
+    /// `None` if the draw falls below the horizon.
+    fn sample(
+        &self,
+        omega_o: crate::geometry::Direction,
+        u: [f64; 2],
+    ) -> Option<crate::geometry::Direction>;
+
+    /// Probability density of [`sample`](Self::sample), per steradian of omega_i. Integrates to
+    /// 1 minus the share of draws below the horizon.
+    fn pdf(&self, pair: &DirectionPair) -> f64;
+}
+
+/// What a config says about a material, checked and turned into a BRDF in two steps, so that a
+/// wrong value costs one second and a large table is only loaded when its turn comes.
+pub trait BrdfSpec: std::fmt::Debug + Send + Sync {
+    /// The kind and every key with its value, defaults filled in; reading it back gives the same spec.
+    fn resolved(&self) -> toml::Table;
+
+    /// A short name that tells this material from others of its kind, e.g. `ggx-0.3`.
+    fn label(&self) -> String;
+
+    /// Checks every parameter, and the header and size of every file, without loading tables.
+    fn check(&self) -> Result<(), BuildError>;
+
+    /// Builds the BRDF for a scene in `channels`.
+    fn build(&self, channels: Channels) -> Result<Box<dyn Brdf>, BuildError>;
+
+    /// Files this material reads, for the hashes in the manifest.
+    fn inputs(&self) -> Vec<PathBuf> {
+        Vec::new()
+    }
+}
+
+/// Why a material could not be built.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum BuildError {
+    /// A parameter outside its range: the config's author must act.
+    #[error(transparent)]
+    Parameter(#[from] ParameterError),
+    /// A file that cannot be used: the data's owner must act.
+    #[error("{}: {message}", path.display())]
+    Data {
+        /// The file.
+        path: PathBuf,
+        /// One sentence.
+        message: String,
+    },
+}
+
+/// Serializes a spec with its kind in front; the body of every [`BrdfSpec::resolved`].
+pub(crate) fn resolved_table<S: Serialize>(kind: &str, spec: &S) -> toml::Table {
+    let mut table = toml::Table::new();
+    table.insert("kind".into(), kind.into());
+    // Specs are structs of numbers, strings and tables: serialization cannot fail on them.
+    if let Ok(toml::Value::Table(rest)) = toml::Value::try_from(spec) {
+        table.extend(rest);
+    }
+    table
+}
+
+/// Every model a config can name.
+pub fn all() -> Vec<Entry<dyn BrdfSpec>> {
+    vec![lambert::ENTRY]
+}
+
+/// Reads a material from its config table.
+pub fn read(table: Table<'_>) -> Result<Box<dyn BrdfSpec>, ReadError> {
+    registry::read("material", &all(), table)
+}

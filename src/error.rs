@@ -1,0 +1,144 @@
+//! The one public error; its variants say who must act.
+
+use std::path::PathBuf;
+
+/// A parameter outside its range.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("{key} = {value}: allowed is {allowed}")]
+pub struct ParameterError {
+    /// The config key.
+    pub key: String,
+    /// The value that was given.
+    pub value: String,
+    /// What is allowed, as a phrase.
+    pub allowed: String,
+}
+
+impl ParameterError {
+    /// The key, the value that was given, and what is allowed.
+    pub fn new(
+        key: impl Into<String>,
+        value: impl std::fmt::Display,
+        allowed: impl Into<String>,
+    ) -> Self {
+        Self {
+            key: key.into(),
+            value: value.to_string(),
+            allowed: allowed.into(),
+        }
+    }
+}
+
+/// Checks `lo < value ≤ hi` (NaN fails).
+pub fn in_left_open(key: &str, value: f64, lo: f64, hi: f64) -> Result<f64, ParameterError> {
+    if value > lo && value <= hi {
+        Ok(value)
+    } else if hi == f64::INFINITY && value == value && value <= lo {
+        Err(ParameterError::new(
+            key,
+            value,
+            format!("a number above {lo}"),
+        ))
+    } else {
+        Err(ParameterError::new(
+            key,
+            value,
+            format!("a number in ({lo}, {hi}]"),
+        ))
+    }
+}
+
+/// Checks `lo ≤ value ≤ hi` (NaN fails).
+pub fn in_closed(key: &str, value: f64, lo: f64, hi: f64) -> Result<f64, ParameterError> {
+    if value >= lo && value <= hi {
+        Ok(value)
+    } else {
+        Err(ParameterError::new(
+            key,
+            value,
+            format!("a number in [{lo}, {hi}]"),
+        ))
+    }
+}
+
+/// Everything that can go wrong, by who must act.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum Error {
+    /// The author of the config: a key, its value, what is allowed.
+    #[error("{place}: {message}")]
+    Config {
+        /// File and line, or the option.
+        place: String,
+        /// One sentence.
+        message: String,
+    },
+    /// The owner of the output folder.
+    #[error("{}: {message}", path.display())]
+    Output {
+        /// The file or folder.
+        path: PathBuf,
+        /// One sentence.
+        message: String,
+    },
+    /// The owner of the input data.
+    #[error("{}: {message}", path.display())]
+    Data {
+        /// The file or folder.
+        path: PathBuf,
+        /// One sentence.
+        message: String,
+    },
+    /// A check found a violation.
+    #[error("{0}")]
+    Violation(String),
+    /// The user pressed Ctrl-C; finished rows are kept.
+    #[error("interrupted; {rows} finished rows are in {}", path.display())]
+    Interrupted {
+        /// Rows that were written.
+        rows: usize,
+        /// The run's folder.
+        path: PathBuf,
+    },
+    /// Us: something that should not happen.
+    #[error("internal error: {0}")]
+    Internal(String),
+}
+
+impl Error {
+    /// Exit code: 1 internal; 2 usage, config or output folder; 3 input data; 6 a check found a
+    /// violation; 130 interrupted.
+    pub fn exit_code(&self) -> u8 {
+        match self {
+            Error::Internal(_) => 1,
+            Error::Config { .. } | Error::Output { .. } => 2,
+            Error::Data { .. } => 3,
+            Error::Violation(_) => 6,
+            Error::Interrupted { .. } => 130,
+        }
+    }
+
+    /// A config error.
+    pub fn config(place: impl Into<String>, message: impl std::fmt::Display) -> Self {
+        Error::Config {
+            place: place.into(),
+            message: message.to_string(),
+        }
+    }
+
+    /// An input-data error.
+    pub fn data(path: impl Into<PathBuf>, message: impl std::fmt::Display) -> Self {
+        Error::Data {
+            path: path.into(),
+            message: message.to_string(),
+        }
+    }
+
+    /// An output error.
+    pub fn output(path: impl Into<PathBuf>, message: impl std::fmt::Display) -> Self {
+        Error::Output {
+            path: path.into(),
+            message: message.to_string(),
+        }
+    }
+}

@@ -1,0 +1,122 @@
+//! A unit vector, unit by construction.
+
+use glam::DVec3;
+
+/// A unit vector in the local frame (n = +z).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Direction(DVec3);
+
+impl Direction {
+    /// The surface normal.
+    pub const NORMAL: Direction = Direction(DVec3::Z);
+
+    /// From elevation `theta` (rad, from the normal) and azimuth `phi` (rad, from t towards b).
+    ///
+    /// ```
+    /// use gonio::geometry::Direction;
+    /// let d = Direction::from_spherical(0.5, 1.0);
+    /// assert!((d.theta() - 0.5).abs() < 1e-15 && (d.phi() - 1.0).abs() < 1e-15);
+    /// ```
+    #[inline]
+    pub fn from_spherical(theta: f64, phi: f64) -> Self {
+        let (st, ct) = theta.sin_cos();
+        let (sp, cp) = phi.sin_cos();
+        Direction(DVec3::new(st * cp, st * sp, ct))
+    }
+
+    /// Normalises `v`; `None` if it has no direction (zero, NaN or infinite length).
+    pub fn try_new(v: DVec3) -> Option<Self> {
+        // Scaling first keeps vectors of 1e-200 and 1e200 from under- and overflowing.
+        let scale = v.abs().max_element();
+        if !(scale > 0.0 && scale.is_finite()) {
+            return None;
+        }
+        let v = v / scale;
+        Some(Direction(v / v.length()))
+    }
+
+    /// Takes a vector that is already unit to rounding; debug builds check it.
+    #[inline]
+    pub fn from_unit(v: DVec3) -> Self {
+        // 1e-7: the orthographic and hybrid inverses are only good to about 4e-8 at the horizon.
+        debug_assert!((v.length_squared() - 1.0).abs() < 1e-7, "{v} is not unit");
+        Direction(v)
+    }
+
+    /// The vector.
+    #[inline]
+    pub fn vector(self) -> DVec3 {
+        self.0
+    }
+
+    /// Cosine of the elevation, the z component.
+    #[inline]
+    pub fn cos_theta(self) -> f64 {
+        self.0.z
+    }
+
+    /// Sine of the elevation, from the tangent-plane length (exact near the normal).
+    #[inline]
+    pub fn sin_theta(self) -> f64 {
+        self.0.x.hypot(self.0.y)
+    }
+
+    /// Elevation (rad) in `[0, π]`, accurate near the normal and near the horizon.
+    #[inline]
+    pub fn theta(self) -> f64 {
+        self.sin_theta().atan2(self.0.z)
+    }
+
+    /// Azimuth (rad) in `[-π, π]`; 0 at the normal, where any value is right.
+    #[inline]
+    pub fn phi(self) -> f64 {
+        // `+ 0.0` turns -0 into +0: atan2(±0, -0) would be ±π for a vector along the normal.
+        (self.0.y + 0.0).atan2(self.0.x + 0.0)
+    }
+}
+
+/// Angle (rad) between two vectors of equal length, accurate near 0 and near π.
+///
+/// `2 atan2(|a - b|, |a + b|)` (Kahan); `acos(a·b)` loses half the digits at both ends.
+#[inline]
+pub fn angle_between(a: DVec3, b: DVec3) -> f64 {
+    2.0 * (a - b).length().atan2((a + b).length())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::f64::consts::{FRAC_PI_2, PI};
+
+    #[test]
+    fn angles_survive_at_both_ends() {
+        for e in 1..16 {
+            let d = 10f64.powi(-e);
+            for base in [0.0, FRAC_PI_2] {
+                let a = Direction::from_spherical(base, 0.3);
+                let b = Direction::from_spherical(base - d, 0.3);
+                let got = angle_between(a.vector(), b.vector());
+                assert!((got - d).abs() < 3e-16, "{base} {d} {got}");
+            }
+            let a = Direction::from_spherical(0.4, 0.0);
+            let opposite = Direction::try_new(-a.vector()).unwrap();
+            assert!((angle_between(a.vector(), opposite.vector()) - PI).abs() < 1e-15);
+        }
+    }
+
+    #[test]
+    fn vectors_without_direction_are_refused() {
+        assert!(Direction::try_new(DVec3::ZERO).is_none());
+        assert!(Direction::try_new(DVec3::new(f64::NAN, 0.0, 1.0)).is_none());
+        assert!(Direction::try_new(DVec3::new(f64::INFINITY, 0.0, 1.0)).is_none());
+        let tiny = Direction::try_new(DVec3::new(3e-200, 0.0, 4e-200)).unwrap();
+        assert!((tiny.cos_theta() - 0.8).abs() < 1e-15);
+    }
+
+    #[test]
+    fn the_normal_has_azimuth_zero() {
+        for v in [DVec3::new(-0.0, 0.0, 1.0), DVec3::new(-0.0, -0.0, 1.0)] {
+            assert_eq!(Direction::try_new(v).unwrap().phi(), 0.0);
+        }
+    }
+}

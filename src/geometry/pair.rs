@@ -1,0 +1,77 @@
+//! The two directions of one configuration, and the vectors derived from them.
+
+use super::Direction;
+use glam::DVec3;
+
+/// Light and sensor direction of one configuration.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct DirectionPair {
+    /// Towards the light.
+    pub omega_i: Direction,
+    /// Towards the sensor.
+    pub omega_o: Direction,
+}
+
+impl DirectionPair {
+    /// A pair from its two directions.
+    #[inline]
+    pub fn new(omega_i: Direction, omega_o: Direction) -> Self {
+        Self { omega_i, omega_o }
+    }
+
+    /// From elevations and azimuths (rad): `theta_i, phi_i, theta_o, phi_o`.
+    #[inline]
+    pub fn from_spherical(theta_i: f64, phi_i: f64, theta_o: f64, phi_o: f64) -> Self {
+        Self::new(
+            Direction::from_spherical(theta_i, phi_i),
+            Direction::from_spherical(theta_o, phi_o),
+        )
+    }
+
+    /// The unnormalised half vector h = (omega_i + omega_o)/2, |h| = cos theta_d.
+    #[inline]
+    pub fn half(&self) -> DVec3 {
+        0.5 * (self.omega_i.vector() + self.omega_o.vector())
+    }
+
+    /// The unnormalised back vector k = (omega_i − omega_o)/2, |k| = sin theta_d.
+    #[inline]
+    pub fn back(&self) -> DVec3 {
+        0.5 * (self.omega_i.vector() - self.omega_o.vector())
+    }
+
+    /// `half()` and `back()`, made orthogonal.
+    ///
+    /// On paper h·k = 0. Rounding the unit vectors leaves an error of one ulp *of 1* in the
+    /// component of the smaller vector along the larger, which swamps a small vector near
+    /// retro-reflection (k → 0) or opposed grazing (h → 0); it is removed here, and with it
+    /// the peers' worst-case error of 1e-4 rad.
+    #[inline]
+    pub fn half_and_back(&self) -> (DVec3, DVec3) {
+        let (h, k) = (self.half(), self.back());
+        let (hh, kk, hk) = (h.length_squared(), k.length_squared(), h.dot(k));
+        if hh >= kk {
+            (h, k - h * (hk / hh))
+        } else {
+            (h - k * (hk / kk), k)
+        }
+    }
+
+    /// Light and sensor exchanged.
+    #[inline]
+    pub fn swapped(&self) -> Self {
+        Self::new(self.omega_o, self.omega_i)
+    }
+
+    /// True if both directions are strictly above the horizon.
+    #[inline]
+    pub fn is_above_horizon(&self) -> bool {
+        self.omega_i.cos_theta() > 0.0 && self.omega_o.cos_theta() > 0.0
+    }
+
+    /// Angle between light and sensor (rad), 2 theta_d.
+    #[inline]
+    pub fn separation(&self) -> f64 {
+        super::angle_between(self.omega_i.vector(), self.omega_o.vector())
+    }
+}

@@ -1,0 +1,10 @@
+//! A virtual gonio-reflectometer.
+
+pub mod brdf;
+pub mod error;
+pub mod geometry;
+pub mod numeric;
+pub mod registry;
+pub mod sampling;
+
+pub use error::Error;

@@ -1,0 +1,63 @@
+//! Tolerances and guarded functions, each with its reason.
+
+/// Cosine below which a direction counts as *on* the horizon for a real pose.
+///
+/// A node at theta = 90° has cosine 6e-17 in `f64`, not 0: positive, yet no
+/// instrument can see it and several models diverge there. A nano-radian is far
+/// below any arm's resolution and far above rounding.
+pub const GRAZING_COS: f64 = 1e-9;
+
+/// How far below the horizon rounding may put a direction that lies on it.
+///
+/// The inverse maps add and subtract numbers of size 1 a handful of times;
+/// 1e-14 is about 45 ulp, and 1e-14 rad is no physical distance.
+pub const HORIZON_SLACK: f64 = 1e-14;
+
+/// `sqrt(max(x, 0))`: for differences that are non-negative on paper and may
+/// round to a few ulp below 0.
+#[inline]
+pub fn safe_sqrt(x: f64) -> f64 {
+    x.max(0.0).sqrt()
+}
+
+/// Wraps an angle (rad) into `[-π, π]`; angles already there keep every bit.
+#[inline]
+pub fn wrap_angle(a: f64) -> f64 {
+    use std::f64::consts::{PI, TAU};
+    if (-PI..=PI).contains(&a) {
+        a
+    } else {
+        a - TAU * (a / TAU).round()
+    }
+}
+
+/// Luminance of a linear-sRGB triple (Rec. 709 weights).
+#[inline]
+pub fn luminance(rgb: [f64; 3]) -> f64 {
+    LUMINANCE[0] * rgb[0] + LUMINANCE[1] * rgb[1] + LUMINANCE[2] * rgb[2]
+}
+
+/// Rec. 709 luminance weights of linear R, G, B.
+pub const LUMINANCE: [f64; 3] = [0.2126, 0.7152, 0.0722];
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::f64::consts::PI;
+
+    #[test]
+    fn wrapping_keeps_the_angle() {
+        for turn in -3..=3 {
+            for a in [-3.1, -1.0, 0.0, 1e-9, 2.0, 3.1] {
+                let w = wrap_angle(a + f64::from(turn) * 2.0 * PI);
+                assert!((w - a).abs() < 1e-14, "{a} {turn} {w}");
+            }
+        }
+        assert_eq!(wrap_angle(PI), PI);
+    }
+
+    #[test]
+    fn luminance_of_white_is_one() {
+        assert!((luminance([1.0; 3]) - 1.0).abs() < 1e-15);
+    }
+}

@@ -1,0 +1,150 @@
+//! One truth for every family of named things: models, parametrizations, sample sets,
+//! reconstructions. A family's `all()` returns [`Entry`]s, and the config reader, `gonio list`,
+//! the help texts, the law tests and the benches all walk that list.
+//!
+//! A config table names its member by `kind`. Internally tagged serde enums lose key and line in
+//! TOML errors and let stray keys through on unit variants, so `kind` is taken out of the table
+//! first and the rest is deserialized into the member's own struct, whose
+//! `deny_unknown_fields` then sees every key with its position.
+
+use serde::de::DeserializeOwned;
+use std::ops::Range;
+use toml::Spanned;
+use toml::de::{DeTable, DeValue};
+
+/// A TOML table with the position of each key and value.
+pub type Table<'a> = Spanned<DeTable<'a>>;
+
+/// One member of a family.
+pub struct Entry<T: ?Sized> {
+    /// The `kind` a config writes, kebab-case.
+    pub kind: &'static str,
+    /// One line for `gonio list` and the docs.
+    pub summary: &'static str,
+    /// TOML bodies (without `kind`) that read well: what `gonio list` shows and the laws run on.
+    pub examples: &'static [&'static str],
+    /// Reads the member from its table (without `kind`).
+    pub read: fn(Table<'_>) -> Result<Box<T>, ReadError>,
+}
+
+/// Why a table could not be read, and where in the text.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("{message}")]
+pub struct ReadError {
+    /// One sentence: key, value, what is allowed.
+    pub message: String,
+    /// Byte range in the config text.
+    pub span: Option<Range<usize>>,
+}
+
+impl ReadError {
+    /// An error at a place in the text.
+    pub fn at(span: Range<usize>, message: impl Into<String>) -> Self {
+        Self {
+            message: message.into(),
+            span: Some(span),
+        }
+    }
+}
+
+impl From<toml::de::Error> for ReadError {
+    fn from(e: toml::de::Error) -> Self {
+        Self {
+            message: e.message().to_owned(),
+            span: e.span(),
+        }
+    }
+}
+
+/// Reads the member of `family` that the table's `kind` names.
+pub fn read<T: ?Sized>(
+    what: &str,
+    family: &[Entry<T>],
+    mut table: Table<'_>,
+) -> Result<Box<T>, ReadError> {
+    let allowed = || {
+        let kinds: Vec<_> = family.iter().map(|e| e.kind).collect();
+        kinds.join(", ")
+    };
+    let span = table.span();
+    let Some(kind) = table.get_mut().remove("kind") else {
+        let message = format!("kind is missing from the {what}; allowed: {}", allowed());
+        return Err(ReadError::at(span, message));
+    };
+    let name = match kind.get_ref() {
+        DeValue::String(s) => s.to_string(),
+        other => {
+            let message = format!(
+                "kind of the {what} is {} {other:?}; allowed: one of the strings {}",
+                other.type_str(),
+                allowed()
+            );
+            return Err(ReadError::at(kind.span(), message));
+        }
+    };
+    match family.iter().find(|e| e.kind == name) {
+        Some(entry) => (entry.read)(table),
+        None => Err(ReadError::at(
+            kind.span(),
+            format!("kind = \"{name}\" is not a {what}; allowed: {}", allowed()),
+        )),
+    }
+}
+
+/// Reads a member from a TOML text of its own, e.g. one of its examples.
+///
+/// ```
+/// let lambert = gonio::brdf::all().swap_remove(0);
+/// assert!(gonio::registry::read_text(&lambert, "albedo = 0.8").is_ok());
+/// assert!(gonio::registry::read_text(&lambert, "albdeo = 0.8").is_err());
+/// ```
+pub fn read_text<T: ?Sized>(entry: &Entry<T>, text: &str) -> Result<Box<T>, ReadError> {
+    (entry.read)(DeTable::parse(text)?)
+}
+
+/// Deserializes what is left of a table into a plain struct.
+pub fn parse<S: DeserializeOwned>(table: Table<'_>) -> Result<S, ReadError> {
+    Ok(S::deserialize(toml::de::Deserializer::from(table))?)
+}
+
+/// Takes `key` out of the table; it must hold a table.
+pub fn take_table<'a>(table: &mut Table<'a>, key: &str) -> Result<Option<Table<'a>>, ReadError> {
+    let Some(value) = table.get_mut().remove(key) else {
+        return Ok(None);
+    };
+    as_table(key, value).map(Some)
+}
+
+/// Takes `key` out of the table; it must hold an array of tables.
+pub fn take_tables<'a>(
+    table: &mut Table<'a>,
+    key: &str,
+) -> Result<Option<Vec<Table<'a>>>, ReadError> {
+    let Some(value) = table.get_mut().remove(key) else {
+        return Ok(None);
+    };
+    let span = value.span();
+    match value.into_inner() {
+        DeValue::Array(items) => items
+            .into_iter()
+            .map(|item| as_table(key, item))
+            .collect::<Result<_, _>>()
+            .map(Some),
+        other => Err(ReadError::at(
+            span,
+            format!("{key} is {}; allowed: an array of tables", other.type_str()),
+        )),
+    }
+}
+
+/// The value as a table, or an error that names the key.
+fn as_table<'a>(key: &str, value: Spanned<DeValue<'a>>) -> Result<Table<'a>, ReadError> {
+    let span = value.span();
+    match value.into_inner() {
+        DeValue::Table(t) => Ok(Spanned::new(span, t)),
+        other => Err(ReadError::at(
+            span,
+            format!("{key} is {}; allowed: a table", other.type_str()),
+        )),
+    }
+}

@@ -1,0 +1,12 @@
+//! Points in the unit cube, and how to bend them onto the hemisphere.
+//!
+//! Every point depends on (seed, index) only, never on what was drawn before it, so that any
+//! number of threads gives the same set.
+
+mod hemisphere;
+mod points;
+
+pub use hemisphere::{
+    cosine_hemisphere, cosine_hemisphere_pdf, ggx_half_vector, ggx_half_vector_pdf,
+};
+pub use points::{Random, Sobol};
