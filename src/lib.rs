@@ -4,6 +4,7 @@ pub mod brdf;
 pub mod error;
 pub mod geometry;
 pub mod numeric;
+pub mod parametrization;
 pub mod registry;
 pub mod sampling;
 

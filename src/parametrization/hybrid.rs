@@ -1,0 +1,102 @@
+//! Hybrid (Barla et al. 2015, after Stark et al. 2005): the projected half vector and the full
+//! length of the back vector.
+//!
+//! |h_bar|, phi_h, |k|, phi_k (azimuth of k_bar); isotropic: |h_bar|, |k|, delta = phi_k − phi_h.
+//! h_z = sqrt(1 − |k|² − |h_bar|²); theta_k = atan2(h_z, −|h_bar| cos delta); omega = h ± k.
+//! The paper prints a tan⁻¹ that takes the other branch for half of all pairs (k changes sign and
+//! the pair comes out swapped, harmless for a reciprocal BRDF only).
+//! J = 4 |h_bar| |k| / (1 − |k|² − |h_bar|² sin² delta), in neither paper.
+//! Ill-conditioned (floor about 3e-8 rad) where both directions are on the horizon.
+//! Degenerate: phi_h at h_bar = 0, phi_k at k = 0.
+
+use super::orthographic::{lengths_and_delta, polar};
+use super::spherical::azimuth;
+use super::{Chart, Unit};
+use crate::geometry::{Direction, DirectionPair};
+use crate::numeric::safe_sqrt;
+use glam::Vec3Swizzles;
+
+/// The hybrid chart.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Hybrid;
+
+/// How far beyond h_z the height |k_z| of the back vector may be, relative to 1, before a point
+/// is outside the domain. Both are good to about 1e-8 at the horizon (square roots of differences
+/// that round to 1e-16), so a stricter bound would refuse poses that lie on it.
+const HEIGHT_SLACK: f64 = 4e-8;
+
+impl Chart for Hybrid {
+    const NAME: &'static str = "hybrid";
+    const RADIAL: [(&'static str, Unit, f64); 2] =
+        [("h_bar", Unit::One, 1.0), ("k", Unit::One, 1.0)];
+    const AZIMUTH: [&'static str; 2] = ["phi_h", "phi_k"];
+    const RELATIVE: &'static str = "delta";
+    const EXCHANGE: bool = false;
+    const NESTED: bool = false;
+    const PEAK_AT_START: bool = true;
+
+    #[inline]
+    fn absolute(&self, pair: &DirectionPair) -> [f64; 4] {
+        let (h, k) = pair.half_and_back();
+        [
+            h.x.hypot(h.y),
+            azimuth(h.y, h.x),
+            k.length(),
+            azimuth(k.y, k.x),
+        ]
+    }
+
+    #[inline]
+    fn relative(&self, pair: &DirectionPair) -> [f64; 3] {
+        let (h, k) = pair.half_and_back();
+        lengths_and_delta(h.xy(), k.xy(), k.length())
+    }
+
+    #[inline]
+    fn inverse(&self, [h_bar, phi_h, k_norm, phi_k]: [f64; 4]) -> Option<DirectionPair> {
+        // (1 − k)(1 + k) keeps the digits that 1 − k² loses near k = 1.
+        let hz2 = (1.0 - k_norm) * (1.0 + k_norm) - h_bar * h_bar;
+        if !(hz2 >= -1e-15) {
+            return None;
+        }
+        let h_z = safe_sqrt(hz2);
+        let cos_delta = (phi_h - phi_k).cos();
+        // k ⟂ h: k̂ ∝ (h_z, −|h_bar| cos delta) in the plane of n and k_bar.
+        let down = h_bar * cos_delta;
+        let norm = h_z.hypot(down);
+        let (sin_k, cos_k) = if norm > 0.0 {
+            (h_z / norm, -down / norm)
+        } else {
+            // h_z = 0 and h_bar ⟂ k_bar or h = 0: k lies in the tangent plane.
+            (1.0, 0.0)
+        };
+        let (mut k_bar, mut k_z) = (k_norm * sin_k, k_norm * cos_k);
+        // Both directions are above the horizon, so |k_z| ≤ h_z.
+        if k_z.abs() > h_z {
+            if k_z.abs() > h_z + HEIGHT_SLACK {
+                return None;
+            }
+            k_z = h_z.copysign(k_z);
+            k_bar = safe_sqrt((k_norm - h_z) * (k_norm + h_z));
+        }
+        let h = polar(h_bar, phi_h).extend(h_z);
+        let k = polar(k_bar, phi_k).extend(k_z);
+        Some(DirectionPair::new(
+            Direction::from_unit(h + k),
+            Direction::from_unit(h - k),
+        ))
+    }
+
+    #[inline]
+    fn jacobian(&self, [h_bar, phi_h, k_norm, phi_k]: [f64; 4]) -> f64 {
+        4.0 * h_bar * k_norm * inverse_height(h_bar, k_norm, phi_k - phi_h)
+    }
+}
+
+/// 1 / (1 − |k|² − |h_bar|² sin² delta), 0 where the weight in front of it is 0 as well.
+#[inline]
+pub(super) fn inverse_height(h_bar: f64, k_norm: f64, delta: f64) -> f64 {
+    let s = h_bar * delta.sin();
+    let d = (1.0 - k_norm) * (1.0 + k_norm) - s * s;
+    if d > 0.0 { 1.0 / d } else { f64::INFINITY }
+}

@@ -1,0 +1,95 @@
+//! Orthographic (Neumann et al. 1999; Barla et al. 2015): half and back vector projected on the
+//! tangent plane, in polar coordinates.
+//!
+//! |h_bar|, phi_h, |k_bar|, phi_k; isotropic: |h_bar|, |k_bar|, delta = phi_k − phi_h.
+//! omega_i = (h_bar + k_bar, sqrt(1 − |h_bar + k_bar|²)), omega_o likewise with h_bar − k_bar.
+//! J = 4 |h_bar| |k_bar| / (cos theta_i cos theta_o): infinite on the horizon, where the square
+//! root also makes the inverse ill-conditioned by definition (floor about 3e-8 rad).
+//! Degenerate: phi_h at h_bar = 0, phi_k at k_bar = 0.
+
+use super::spherical::azimuth;
+use super::{Chart, Unit};
+use crate::geometry::{Direction, DirectionPair};
+use crate::numeric::{HORIZON_SLACK, safe_sqrt};
+use glam::{DVec2, Vec3Swizzles};
+
+/// The orthographic chart.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Orthographic;
+
+/// `[|h_bar|, |other|, delta]`, delta the angle from h_bar to the projection of `k`.
+#[inline]
+pub(super) fn lengths_and_delta(h: DVec2, k: DVec2, k_norm: f64) -> [f64; 3] {
+    let delta = azimuth(h.x * k.y - h.y * k.x, h.dot(k));
+    [h.x.hypot(h.y), k_norm, delta]
+}
+
+impl Chart for Orthographic {
+    const NAME: &'static str = "orthographic";
+    const RADIAL: [(&'static str, Unit, f64); 2] =
+        [("h_bar", Unit::One, 1.0), ("k_bar", Unit::One, 1.0)];
+    const AZIMUTH: [&'static str; 2] = ["phi_h", "phi_k"];
+    const RELATIVE: &'static str = "delta";
+    const EXCHANGE: bool = false;
+    const NESTED: bool = false;
+    const PEAK_AT_START: bool = true;
+
+    #[inline]
+    fn absolute(&self, pair: &DirectionPair) -> [f64; 4] {
+        let (h, k) = (pair.half().xy(), pair.back().xy());
+        [
+            h.x.hypot(h.y),
+            azimuth(h.y, h.x),
+            k.x.hypot(k.y),
+            azimuth(k.y, k.x),
+        ]
+    }
+
+    #[inline]
+    fn relative(&self, pair: &DirectionPair) -> [f64; 3] {
+        let (h, k) = (pair.half().xy(), pair.back().xy());
+        lengths_and_delta(h, k, k.x.hypot(k.y))
+    }
+
+    #[inline]
+    fn inverse(&self, [h_bar, phi_h, k_bar, phi_k]: [f64; 4]) -> Option<DirectionPair> {
+        let (i, o) = projected(h_bar, phi_h, k_bar, phi_k);
+        let (ii, oo) = (i.length_squared(), o.length_squared());
+        if !(ii <= 1.0 + HORIZON_SLACK && oo <= 1.0 + HORIZON_SLACK) {
+            return None;
+        }
+        Some(DirectionPair::new(
+            Direction::from_unit(i.extend(safe_sqrt(1.0 - ii))),
+            Direction::from_unit(o.extend(safe_sqrt(1.0 - oo))),
+        ))
+    }
+
+    #[inline]
+    fn jacobian(&self, [h_bar, phi_h, k_bar, phi_k]: [f64; 4]) -> f64 {
+        let (i, o) = projected(h_bar, phi_h, k_bar, phi_k);
+        let cos_i = safe_sqrt(1.0 - i.length_squared());
+        let cos_o = safe_sqrt(1.0 - o.length_squared());
+        let weight = 4.0 * h_bar * k_bar;
+        // 0/0 where an axis meets the horizon: the measure there is 0.
+        if weight == 0.0 {
+            0.0
+        } else {
+            weight / (cos_i * cos_o)
+        }
+    }
+}
+
+/// omega_i and omega_o projected on the tangent plane.
+#[inline]
+fn projected(h_bar: f64, phi_h: f64, k_bar: f64, phi_k: f64) -> (DVec2, DVec2) {
+    let h = polar(h_bar, phi_h);
+    let k = polar(k_bar, phi_k);
+    (h + k, h - k)
+}
+
+/// A tangent-plane vector from its polar coordinates.
+#[inline]
+pub(super) fn polar(r: f64, phi: f64) -> DVec2 {
+    let (s, c) = phi.sin_cos();
+    DVec2::new(r * c, r * s)
+}

@@ -1,0 +1,65 @@
+//! Spherical: elevation and azimuth of each direction.
+//!
+//! theta_i, phi_i, theta_o, phi_o (rad); isotropic: theta_i, theta_o and the signed
+//! delta_phi = phi_i − phi_o. Elevations in [0, π/2]. J = sin theta_i sin theta_o.
+//! Degenerate: phi at theta = 0. Every point of the box is above the horizon.
+
+use super::{Chart, Unit};
+use crate::geometry::DirectionPair;
+use std::f64::consts::FRAC_PI_2;
+
+/// The spherical chart.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Spherical;
+
+impl Chart for Spherical {
+    const NAME: &'static str = "spherical";
+    const RADIAL: [(&'static str, Unit, f64); 2] = [
+        ("theta_i", Unit::Radian, FRAC_PI_2),
+        ("theta_o", Unit::Radian, FRAC_PI_2),
+    ];
+    const AZIMUTH: [&'static str; 2] = ["phi_i", "phi_o"];
+    const RELATIVE: &'static str = "delta_phi";
+    const EXCHANGE: bool = true;
+    const NESTED: bool = false;
+    const PEAK_AT_START: bool = false;
+
+    #[inline]
+    fn absolute(&self, pair: &DirectionPair) -> [f64; 4] {
+        let (i, o) = (pair.omega_i, pair.omega_o);
+        [i.theta(), i.phi(), o.theta(), o.phi()]
+    }
+
+    #[inline]
+    fn relative(&self, pair: &DirectionPair) -> [f64; 3] {
+        let (i, o) = (pair.omega_i, pair.omega_o);
+        let (a, b) = (i.vector(), o.vector());
+        // One atan2 of cross and dot: subtracting two azimuths would lose digits near ±π.
+        let sin = b.x * a.y - b.y * a.x;
+        let cos = a.x * b.x + a.y * b.y;
+        [i.theta(), o.theta(), azimuth(sin, cos)]
+    }
+
+    #[inline]
+    fn inverse(&self, [theta_i, phi_i, theta_o, phi_o]: [f64; 4]) -> Option<DirectionPair> {
+        Some(DirectionPair::from_spherical(
+            theta_i, phi_i, theta_o, phi_o,
+        ))
+    }
+
+    #[inline]
+    fn lift(&self, [theta_i, theta_o, delta]: [f64; 3]) -> [f64; 4] {
+        [theta_i, delta, theta_o, 0.0]
+    }
+
+    #[inline]
+    fn jacobian(&self, [theta_i, _, theta_o, _]: [f64; 4]) -> f64 {
+        theta_i.sin() * theta_o.sin()
+    }
+}
+
+/// `atan2` that returns 0 for the zero vector whatever the signs of its zeros.
+#[inline]
+pub(super) fn azimuth(sin: f64, cos: f64) -> f64 {
+    (sin + 0.0).atan2(cos + 0.0)
+}
