@@ -2,10 +2,15 @@
 
 pub mod brdf;
 pub mod error;
+pub mod files;
 pub mod geometry;
+pub mod instrument;
+pub mod measurement;
 pub mod numeric;
 pub mod parametrization;
+pub mod reconstruct;
 pub mod registry;
 pub mod sampling;
+pub mod schedule;
 
 pub use error::Error;

@@ -7,6 +7,7 @@
 //! first and the rest is deserialized into the member's own struct, whose
 //! `deny_unknown_fields` then sees every key with its position.
 
+use serde::Serialize;
 use serde::de::DeserializeOwned;
 use std::ops::Range;
 use toml::Spanned;
@@ -105,6 +106,17 @@ pub fn read_text<T: ?Sized>(entry: &Entry<T>, text: &str) -> Result<Box<T>, Read
 /// Deserializes what is left of a table into a plain struct.
 pub fn parse<S: DeserializeOwned>(table: Table<'_>) -> Result<S, ReadError> {
     Ok(S::deserialize(toml::de::Deserializer::from(table))?)
+}
+
+/// A member as a table: its kind, then every key with its value; reading it back gives the same.
+pub fn resolved<S: Serialize>(kind: &str, member: &S) -> toml::Table {
+    let mut table = toml::Table::new();
+    table.insert("kind".into(), kind.into());
+    // Members are structs of numbers, strings and tables: serialization cannot fail on them.
+    if let Ok(toml::Value::Table(rest)) = toml::Value::try_from(member) {
+        table.extend(rest);
+    }
+    table
 }
 
 /// Takes `key` out of the table; it must hold a table.

@@ -1,0 +1,69 @@
+//! A measurement becomes a BRDF again.
+
+use crate::brdf::Brdf;
+use crate::error::ParameterError;
+use crate::measurement::Measurement;
+use crate::registry::{self, Entry, ReadError, Table};
+
+/// Turns a measurement into a BRDF. A config names one by `kind`.
+pub trait Reconstruct: std::fmt::Debug + Send + Sync {
+    /// The kind and every key with its value, defaults filled in.
+    fn resolved(&self) -> toml::Table;
+
+    /// A short name for tables, the kind unless keys that matter differ from their defaults.
+    fn label(&self) -> String;
+
+    /// True if this needs readings on a grid.
+    fn needs_grid(&self) -> bool;
+
+    /// Checks every parameter that can be checked without readings.
+    ///
+    /// # Errors
+    /// Names the key, the value and what is allowed.
+    fn check(&self) -> Result<(), ParameterError>;
+
+    /// The BRDF that interpolates (or approximates) the readings. It has the symmetries of the
+    /// schedule and the channels of the measurement; it is 0 below the horizon, and finite and ≥ 0
+    /// above it.
+    ///
+    /// # Errors
+    /// If there are too few readings, or none on a grid where one is needed.
+    fn reconstruct(&self, measurement: &Measurement) -> Result<Box<dyn Brdf>, ReconstructError>;
+}
+
+/// Why a measurement could not be turned into a BRDF.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum ReconstructError {
+    /// Fewer readings than the method needs.
+    #[error("{readings} readings are too few: {method} needs at least {needed}")]
+    TooFew {
+        /// The method.
+        method: &'static str,
+        /// Readings there are.
+        readings: usize,
+        /// Readings it needs.
+        needed: usize,
+    },
+    /// The readings are not on a grid.
+    #[error("{method} needs a grid, the sample set is {sample_set}")]
+    NoGrid {
+        /// The method.
+        method: &'static str,
+        /// The sample set there is.
+        sample_set: String,
+    },
+    /// A parameter is outside its range.
+    #[error(transparent)]
+    Parameter(#[from] ParameterError),
+}
+
+/// Every reconstruction a config can name.
+pub fn all() -> Vec<Entry<dyn Reconstruct>> {
+    vec![]
+}
+
+/// Reads a reconstruction from its config table.
+pub fn read(table: Table<'_>) -> Result<Box<dyn Reconstruct>, ReadError> {
+    registry::read("reconstruction", &all(), table)
+}

@@ -1,0 +1,118 @@
+//! The regular lattice of a grid in the box of a parametrization.
+
+use crate::parametrization::{Axis, AxisKind, Coords};
+use serde::{Deserialize, Serialize};
+
+/// Where the nodes of an axis sit; `n` nodes, unit coordinate u in [0, 1].
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Centring {
+    /// u = (j + ½)/n: in the middle of n equal cells.
+    Cell,
+    /// u = j/(n − 1): on both ends. On a periodic axis, whose ends are one place, u = j/n.
+    Node,
+    /// u = j/(n − ½): on the start, half a cell from the end. For radial axes with a peak at 0.
+    Start,
+}
+
+/// One axis of a lattice: how node numbers, index coordinates and axis values relate.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LatticeAxis {
+    /// Number of nodes, at least 1.
+    pub n: usize,
+    /// Axis value of node 0.
+    pub origin: f64,
+    /// Distance between nodes in axis units (the whole range if there is one node).
+    pub step: f64,
+    /// True if node n is node 0 again.
+    pub periodic: bool,
+}
+
+impl LatticeAxis {
+    /// `n` nodes over the range of `axis`.
+    pub fn new(axis: &Axis, centring: Centring, n: usize) -> Self {
+        let count = n as f64;
+        let periodic = axis.kind == AxisKind::Periodic;
+        let (first, cells) = match centring {
+            Centring::Cell => (0.5, count),
+            Centring::Node if periodic => (0.0, count),
+            Centring::Node => (0.0, (count - 1.0).max(1.0)),
+            Centring::Start => (0.0, count - 0.5),
+        };
+        let step = axis.length() / cells;
+        Self {
+            n,
+            origin: axis.range[0] + first * step,
+            step,
+            periodic,
+        }
+    }
+
+    /// Axis value at an index coordinate (node numbers are integers; may be negative).
+    #[inline]
+    pub fn value(&self, index: f64) -> f64 {
+        self.origin + index * self.step
+    }
+
+    /// Index coordinate of an axis value.
+    #[inline]
+    pub fn index(&self, value: f64) -> f64 {
+        (value - self.origin) / self.step
+    }
+}
+
+/// A regular lattice over the box of a parametrization.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Lattice {
+    /// One per axis of the parametrization; the last runs fastest.
+    pub axes: Vec<LatticeAxis>,
+    /// For each node: the pose that measures it, if it is physical. Nodes that name the same
+    /// configuration share a pose.
+    pub pose: Vec<Option<u32>>,
+}
+
+impl Lattice {
+    /// Number of nodes along each axis.
+    pub fn shape(&self) -> Vec<usize> {
+        self.axes.iter().map(|a| a.n).collect()
+    }
+
+    /// Node number of integer indices; periodic axes wrap, `None` outside the others.
+    pub fn node(&self, index: &[i64]) -> Option<usize> {
+        let mut node = 0;
+        for (axis, &i) in self.axes.iter().zip(index) {
+            let n = axis.n as i64;
+            let i = if axis.periodic { i.rem_euclid(n) } else { i };
+            if !(0..n).contains(&i) {
+                return None;
+            }
+            node = node * axis.n + i as usize;
+        }
+        Some(node)
+    }
+
+    /// Coordinates at integer indices, inside or outside the box.
+    pub fn coords(&self, index: &[i64]) -> Coords {
+        let mut c = [0.0; 4];
+        for ((c, axis), &i) in c.iter_mut().zip(&self.axes).zip(index) {
+            *c = axis.value(i as f64);
+        }
+        c
+    }
+}
+
+/// Calls `visit` with the indices of every node of a box, last axis fastest.
+pub fn for_each_node(shape: &[usize], mut visit: impl FnMut(&[i64])) {
+    let mut index = vec![0i64; shape.len()];
+    let total: usize = shape.iter().product();
+    for _ in 0..total {
+        visit(&index);
+        for (i, &n) in index.iter_mut().zip(shape).rev() {
+            *i += 1;
+            if *i < n as i64 {
+                break;
+            }
+            *i = 0;
+        }
+    }
+}

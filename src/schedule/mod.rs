@@ -1,0 +1,38 @@
+//! Which configurations are visited, in which order.
+
+mod export;
+mod lattice;
+mod sample_set;
+
+pub use export::{ScheduleFormat, write_schedule};
+pub use lattice::{Centring, Lattice, LatticeAxis, for_each_node};
+pub use sample_set::{Grid, PlanError, RandomSet, SampleSet, SobolSet, Stratified, all, read};
+
+use crate::geometry::DirectionPair;
+use crate::parametrization::{Coords, Parametrization};
+use std::sync::Arc;
+
+/// One configuration to be measured.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Pose {
+    /// Coordinates in the schedule's parametrization.
+    pub coords: Coords,
+    /// The directions of the two arms.
+    pub pair: DirectionPair,
+}
+
+/// The configurations of one acquisition: distinct, above the horizon, in the order of measuring.
+/// Pose `i` depends on (seed, i) and the schedule's own parameters only.
+#[derive(Clone)]
+pub struct Schedule {
+    /// The coordinates the set is uniform in, folded by the symmetries it assumes.
+    pub parametrization: Arc<dyn Parametrization>,
+    /// Name of the sample set.
+    pub sample_set: String,
+    /// The poses.
+    pub poses: Vec<Pose>,
+    /// The lattice the poses lie on, for grids.
+    pub lattice: Option<Lattice>,
+    /// Share of the points of the box that are no physical configuration, in [0, 1].
+    pub unphysical_share: f64,
+}

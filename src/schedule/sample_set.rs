@@ -1,0 +1,563 @@
+//! Sample sets that are uniform in the coordinates of a parametrization.
+//!
+//! A budget N counts distinct configurations above the horizon: coordinates that coincide (all
+//! azimuths at a pole) or that a declared symmetry folds together count once.
+
+use super::lattice::{Centring, Lattice, LatticeAxis, for_each_node};
+use super::{Pose, Schedule};
+use crate::error::ParameterError;
+use crate::numeric::GRAZING_COS;
+use crate::parametrization::{Axis, AxisKind, Coords, Parametrization};
+use crate::registry::{self, Entry, ReadError, Table};
+use crate::sampling::{Random, Sobol};
+use serde::{Deserialize, Serialize};
+use std::collections::HashMap;
+use std::f64::consts::FRAC_PI_2;
+use std::sync::Arc;
+
+/// Chooses the configurations of an acquisition. A config names one by `kind`.
+pub trait SampleSet: std::fmt::Debug + Send + Sync {
+    /// The kind and every key with its value.
+    fn resolved(&self) -> toml::Table;
+
+    /// A short name for tables: the kind.
+    fn label(&self) -> String;
+
+    /// True if the poses lie on a lattice, which grid reconstructions need.
+    fn is_grid(&self) -> bool {
+        false
+    }
+
+    /// Checks the keys against the axes of a parametrization.
+    ///
+    /// # Errors
+    /// Names the key, the value and what is allowed.
+    fn check(&self, axes: &[Axis]) -> Result<(), ParameterError>;
+
+    /// The schedule of at most `budget` distinct configurations.
+    ///
+    /// # Errors
+    /// If the budget is too small for the set, or [`check`](Self::check) fails.
+    fn plan(
+        &self,
+        parametrization: &Arc<dyn Parametrization>,
+        budget: usize,
+        seed: u64,
+    ) -> Result<Schedule, PlanError>;
+}
+
+/// Why a sample set could not be made.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum PlanError {
+    /// A key is outside its range.
+    #[error(transparent)]
+    Parameter(#[from] ParameterError),
+    /// No configuration within the budget is physical.
+    #[error(
+        "budget = {budget}: no {sample_set} of at most that many configurations in {parametrization} coordinates has one above the horizon; allowed: a larger budget"
+    )]
+    Empty {
+        /// The budget.
+        budget: usize,
+        /// The sample set.
+        sample_set: &'static str,
+        /// The parametrization.
+        parametrization: &'static str,
+    },
+}
+
+/// Every sample set a config can name.
+pub fn all() -> Vec<Entry<dyn SampleSet>> {
+    vec![
+        Entry {
+            kind: Grid::KIND,
+            summary: "regular grid, cell- or node-centred per axis",
+            examples: &[
+                "",
+                "ratio = [4, 4, 1]\ncentring = [\"start\", \"cell\", \"cell\"]",
+            ],
+            read: |table| Ok(Box::new(registry::parse::<Grid>(table)?)),
+        },
+        Entry {
+            kind: Stratified::KIND,
+            summary: "one random point in each cell of a regular grid",
+            examples: &["", "ratio = [2, 2, 1]"],
+            read: |table| Ok(Box::new(registry::parse::<Stratified>(table)?)),
+        },
+        Entry {
+            kind: SobolSet::KIND,
+            summary: "Owen-scrambled Sobol points",
+            examples: &[""],
+            read: |table| Ok(Box::new(registry::parse::<SobolSet>(table)?)),
+        },
+        Entry {
+            kind: RandomSet::KIND,
+            summary: "independent uniform points",
+            examples: &[""],
+            read: |table| Ok(Box::new(registry::parse::<RandomSet>(table)?)),
+        },
+    ]
+}
+
+/// Reads a sample set from its config table.
+pub fn read(table: Table<'_>) -> Result<Box<dyn SampleSet>, ReadError> {
+    registry::read("sample set", &all(), table)
+}
+
+/// Regular grid: the largest in its ratio with at most the budgeted number of configurations.
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Grid {
+    /// Relative numbers of nodes per axis; by default 4 per radial axis and 1 per quarter turn.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub ratio: Option<Vec<f64>>,
+    /// Node positions per axis; by default `start` on an axis with the peak at its start, else `cell`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub centring: Option<Vec<Centring>>,
+}
+
+impl Grid {
+    const KIND: &'static str = "grid";
+
+    /// The lattice axes of a shape.
+    fn axes(&self, axes: &[Axis], shape: &[usize]) -> Vec<LatticeAxis> {
+        let centring = |i: usize, axis: &Axis| match &self.centring {
+            Some(list) => list[i],
+            None if axis.peak_at_start => Centring::Start,
+            None => Centring::Cell,
+        };
+        let lattice_axis = |(i, (axis, &n))| LatticeAxis::new(axis, centring(i, axis), n);
+        axes.iter()
+            .zip(shape)
+            .enumerate()
+            .map(lattice_axis)
+            .collect()
+    }
+
+    /// The schedule of one shape.
+    fn lay_out(&self, parametrization: &Arc<dyn Parametrization>, shape: &[usize]) -> Schedule {
+        let mut lattice = Lattice {
+            axes: self.axes(parametrization.axes(), shape),
+            pose: Vec::with_capacity(shape.iter().product()),
+        };
+        let mut distinct = Distinct::new(parametrization.axes());
+        let mut poses = Vec::new();
+        let mut pose = Vec::with_capacity(lattice.pose.capacity());
+        for_each_node(shape, |index| {
+            pose.push(
+                place(&**parametrization, &lattice.coords(index)).map(|new| {
+                    let next = poses.len() as u32;
+                    let found = *distinct
+                        .seen
+                        .entry(distinct.key(&new.coords))
+                        .or_insert(next);
+                    if found == next {
+                        poses.push(new);
+                    }
+                    found
+                }),
+            );
+        });
+        let unphysical = pose.iter().filter(|p| p.is_none()).count();
+        let unphysical_share = unphysical as f64 / pose.len() as f64;
+        lattice.pose = pose;
+        Schedule {
+            parametrization: Arc::clone(parametrization),
+            sample_set: Self::KIND.into(),
+            poses,
+            lattice: Some(lattice),
+            unphysical_share,
+        }
+    }
+}
+
+impl SampleSet for Grid {
+    fn resolved(&self) -> toml::Table {
+        crate::registry::resolved(Self::KIND, self)
+    }
+
+    fn label(&self) -> String {
+        Self::KIND.into()
+    }
+
+    fn is_grid(&self) -> bool {
+        true
+    }
+
+    fn check(&self, axes: &[Axis]) -> Result<(), ParameterError> {
+        check_ratio(self.ratio.as_deref(), axes)?;
+        match &self.centring {
+            Some(list) if list.len() != axes.len() => Err(ParameterError::new(
+                "centring",
+                format!("{list:?}"),
+                format!("one entry per axis ({})", symbols(axes)),
+            )),
+            _ => Ok(()),
+        }
+    }
+
+    fn plan(
+        &self,
+        parametrization: &Arc<dyn Parametrization>,
+        budget: usize,
+        _seed: u64,
+    ) -> Result<Schedule, PlanError> {
+        self.check(parametrization.axes())?;
+        largest(
+            parametrization,
+            self.ratio.as_deref(),
+            budget,
+            Self::KIND,
+            |shape| self.lay_out(parametrization, shape),
+        )
+    }
+}
+
+/// Jittered grid: one random point in each cell.
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Stratified {
+    /// Relative numbers of cells per axis; by default 4 per radial axis and 1 per quarter turn.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub ratio: Option<Vec<f64>>,
+}
+
+impl Stratified {
+    const KIND: &'static str = "stratified";
+
+    fn jitter(
+        &self,
+        parametrization: &Arc<dyn Parametrization>,
+        shape: &[usize],
+        random: &Random,
+    ) -> Schedule {
+        let axes = parametrization.axes();
+        let mut poses = Vec::new();
+        let mut cell = 0;
+        for_each_node(shape, |index| {
+            let jitter: [f64; 4] = random.point(cell);
+            cell += 1;
+            let mut u = [0.0; 4];
+            for (d, (&i, &n)) in index.iter().zip(shape).enumerate() {
+                u[d] = (i as f64 + jitter[d]) / n as f64;
+            }
+            poses.extend(place(&**parametrization, &from_unit(axes, &u)));
+        });
+        let unphysical_share = 1.0 - poses.len() as f64 / cell as f64;
+        Schedule {
+            parametrization: Arc::clone(parametrization),
+            sample_set: Self::KIND.into(),
+            poses,
+            lattice: None,
+            unphysical_share,
+        }
+    }
+}
+
+impl SampleSet for Stratified {
+    fn resolved(&self) -> toml::Table {
+        crate::registry::resolved(Self::KIND, self)
+    }
+
+    fn label(&self) -> String {
+        Self::KIND.into()
+    }
+
+    fn check(&self, axes: &[Axis]) -> Result<(), ParameterError> {
+        check_ratio(self.ratio.as_deref(), axes)
+    }
+
+    fn plan(
+        &self,
+        parametrization: &Arc<dyn Parametrization>,
+        budget: usize,
+        seed: u64,
+    ) -> Result<Schedule, PlanError> {
+        self.check(parametrization.axes())?;
+        let random = Random::new(seed);
+        largest(
+            parametrization,
+            self.ratio.as_deref(),
+            budget,
+            Self::KIND,
+            |shape| self.jitter(parametrization, shape, &random),
+        )
+    }
+}
+
+/// Scrambled Sobol points: the first N that are physical.
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct SobolSet {}
+
+impl SobolSet {
+    const KIND: &'static str = "sobol";
+}
+
+impl SampleSet for SobolSet {
+    fn resolved(&self) -> toml::Table {
+        crate::registry::resolved(Self::KIND, self)
+    }
+
+    fn label(&self) -> String {
+        Self::KIND.into()
+    }
+
+    fn check(&self, _axes: &[Axis]) -> Result<(), ParameterError> {
+        Ok(())
+    }
+
+    fn plan(
+        &self,
+        parametrization: &Arc<dyn Parametrization>,
+        budget: usize,
+        seed: u64,
+    ) -> Result<Schedule, PlanError> {
+        let mut sobol = Sobol::new(seed);
+        accept(parametrization, budget, Self::KIND, |i| sobol.point(i))
+    }
+}
+
+/// Independent uniform points: the first N that are physical.
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct RandomSet {}
+
+impl RandomSet {
+    const KIND: &'static str = "random";
+}
+
+impl SampleSet for RandomSet {
+    fn resolved(&self) -> toml::Table {
+        crate::registry::resolved(Self::KIND, self)
+    }
+
+    fn label(&self) -> String {
+        Self::KIND.into()
+    }
+
+    fn check(&self, _axes: &[Axis]) -> Result<(), ParameterError> {
+        Ok(())
+    }
+
+    fn plan(
+        &self,
+        parametrization: &Arc<dyn Parametrization>,
+        budget: usize,
+        seed: u64,
+    ) -> Result<Schedule, PlanError> {
+        let random = Random::new(seed);
+        accept(parametrization, budget, Self::KIND, |i| random.point(i))
+    }
+}
+
+/// The pose at `coords`, in its canonical coordinates; `None` if it is not physical.
+fn place(parametrization: &dyn Parametrization, coords: &Coords) -> Option<Pose> {
+    let coords = parametrization.canonical(coords)?;
+    let pair = parametrization.inverse(&coords)?;
+    let visible = pair.omega_i.cos_theta() > GRAZING_COS && pair.omega_o.cos_theta() > GRAZING_COS;
+    visible.then_some(Pose { coords, pair })
+}
+
+/// Coordinates of a point of the unit cube.
+fn from_unit(axes: &[Axis], u: &[f64; 4]) -> Coords {
+    let mut c = [0.0; 4];
+    for (d, axis) in axes.iter().enumerate() {
+        c[d] = axis.range[0] + u[d] * axis.length();
+    }
+    c
+}
+
+/// Recognises coordinates that name the same configuration.
+struct Distinct {
+    seen: HashMap<[i64; 4], u32>,
+    scale: [(f64, f64, bool); 4],
+}
+
+impl Distinct {
+    /// Steps per axis: nodes of any grid that fits in memory are further apart, and rounding is
+    /// a million times smaller.
+    const STEPS: f64 = 1e9;
+
+    fn new(axes: &[Axis]) -> Self {
+        let mut scale = [(0.0, 0.0, false); 4];
+        for (s, axis) in scale.iter_mut().zip(axes) {
+            let periodic = axis.kind == AxisKind::Periodic;
+            *s = (axis.range[0], Self::STEPS / axis.length(), periodic);
+        }
+        Self {
+            seen: HashMap::new(),
+            scale,
+        }
+    }
+
+    fn key(&self, coords: &Coords) -> [i64; 4] {
+        std::array::from_fn(|d| {
+            let (lo, scale, periodic) = self.scale[d];
+            let key = ((coords[d] - lo) * scale).round() as i64;
+            if periodic {
+                key.rem_euclid(Self::STEPS as i64)
+            } else {
+                key
+            }
+        })
+    }
+}
+
+/// The first `budget` physical points of a sequence.
+fn accept(
+    parametrization: &Arc<dyn Parametrization>,
+    budget: usize,
+    kind: &'static str,
+    mut point: impl FnMut(u64) -> [f64; 4],
+) -> Result<Schedule, PlanError> {
+    let axes = parametrization.axes();
+    // Every parametrization has more than half of its box above the horizon in 3-D and more than
+    // a quarter in 4-D; a sequence that misses a thousand times in a row never hits.
+    let patience = 1000 * (budget as u64 + 1);
+    let mut poses = Vec::with_capacity(budget);
+    let mut tried = 0;
+    while poses.len() < budget && tried < patience {
+        poses.extend(place(&**parametrization, &from_unit(axes, &point(tried))));
+        tried += 1;
+    }
+    if poses.is_empty() {
+        return Err(PlanError::Empty {
+            budget,
+            sample_set: kind,
+            parametrization: parametrization.name(),
+        });
+    }
+    let unphysical_share = 1.0 - poses.len() as f64 / tried as f64;
+    Ok(Schedule {
+        parametrization: Arc::clone(parametrization),
+        sample_set: kind.into(),
+        poses,
+        lattice: None,
+        unphysical_share,
+    })
+}
+
+/// The largest shape in the given ratio whose schedule fits the budget: the next finer shape has
+/// more poses than that.
+fn largest(
+    parametrization: &Arc<dyn Parametrization>,
+    ratio: Option<&[f64]>,
+    budget: usize,
+    kind: &'static str,
+    lay_out: impl Fn(&[usize]) -> Schedule,
+) -> Result<Schedule, PlanError> {
+    let axes = parametrization.axes();
+    let ratio = match ratio {
+        Some(r) => r.to_vec(),
+        None => axes.iter().map(default_ratio).collect(),
+    };
+    let mut shapes = Shapes::new(axes, &ratio);
+    let mut fits: Option<Schedule> = None;
+    // Shapes by number: gallop until one is too large, then halve.
+    let (mut low, mut high) = (0, 1);
+    let try_shape = |shape: &[usize]| {
+        let schedule = lay_out(shape);
+        (schedule.poses.len() <= budget).then_some(schedule)
+    };
+    while let Some(schedule) = try_shape(shapes.get(high - 1)) {
+        fits = Some(schedule);
+        low = high;
+        high *= 2;
+    }
+    while high - low > 1 {
+        let middle = low + (high - low) / 2;
+        match try_shape(shapes.get(middle - 1)) {
+            Some(schedule) => {
+                fits = Some(schedule);
+                low = middle;
+            }
+            None => high = middle,
+        }
+    }
+    match fits {
+        Some(schedule) if !schedule.poses.is_empty() => Ok(schedule),
+        _ => Err(PlanError::Empty {
+            budget,
+            sample_set: kind,
+            parametrization: parametrization.name(),
+        }),
+    }
+}
+
+/// Nodes per axis relative to the others, if the config does not say: lobes are narrow along the
+/// radial axes and change slowly with azimuth.
+fn default_ratio(axis: &Axis) -> f64 {
+    match axis.kind {
+        AxisKind::Radial => 4.0,
+        AxisKind::Periodic | AxisKind::Mirrored => axis.length() / FRAC_PI_2,
+    }
+}
+
+/// The growing sequence of shapes in a ratio: as a common scale grows, one axis after the other
+/// gains a node.
+struct Shapes {
+    even: Vec<bool>,
+    ratio: Vec<f64>,
+    list: Vec<Vec<usize>>,
+}
+
+impl Shapes {
+    fn new(axes: &[Axis], ratio: &[f64]) -> Self {
+        // A pole joins azimuth a with a + π: a full turn needs an even number of nodes for both
+        // to be on the lattice.
+        let even: Vec<bool> = axes
+            .iter()
+            .map(|a| a.kind == AxisKind::Periodic && a.length() > 1.5 * std::f64::consts::PI)
+            .collect();
+        let first = even.iter().map(|&e| if e { 2 } else { 1 }).collect();
+        Self {
+            even,
+            ratio: ratio.to_vec(),
+            list: vec![first],
+        }
+    }
+
+    fn get(&mut self, number: usize) -> &[usize] {
+        while self.list.len() <= number {
+            let last = &self.list[self.list.len() - 1];
+            let step = |d: usize| if self.even[d] { 2 } else { 1 };
+            // The scale at which axis d, rounded to the nearest allowed number, gains its step.
+            let scale = |d: usize| (last[d] as f64 + 0.5 * step(d) as f64) / self.ratio[d];
+            let next = (0..last.len()).map(scale).fold(f64::INFINITY, f64::min);
+            let shape = (0..last.len())
+                .map(|d| {
+                    if scale(d) <= next {
+                        last[d] + step(d)
+                    } else {
+                        last[d]
+                    }
+                })
+                .collect();
+            self.list.push(shape);
+        }
+        &self.list[number]
+    }
+}
+
+/// Checks a ratio against the axes.
+fn check_ratio(ratio: Option<&[f64]>, axes: &[Axis]) -> Result<(), ParameterError> {
+    let Some(ratio) = ratio else { return Ok(()) };
+    let good = ratio.len() == axes.len() && ratio.iter().all(|&r| (1e-3..=1e3).contains(&r));
+    if good {
+        Ok(())
+    } else {
+        Err(ParameterError::new(
+            "ratio",
+            format!("{ratio:?}"),
+            format!("a number in [0.001, 1000] per axis ({})", symbols(axes)),
+        ))
+    }
+}
+
+/// The axes' symbols, for messages.
+fn symbols(axes: &[Axis]) -> String {
+    let symbols: Vec<_> = axes.iter().map(|a| a.symbol).collect();
+    symbols.join(", ")
+}
