@@ -20,10 +20,9 @@ use glam::Vec3Swizzles;
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Hybrid;
 
-/// How far beyond h_z the height |k_z| of the back vector may be, relative to 1, before a point
-/// is outside the domain. Both are good to about 1e-8 at the horizon (square roots of differences
-/// that round to 1e-16), so a stricter bound would refuse poses that lie on it.
-const HEIGHT_SLACK: f64 = 4e-8;
+/// What rounding may add to or take from h_z² = 1 − |k|² − |h_bar|²: a few ulp of 1. On the
+/// horizon, where h_z² itself is that small, it leaves h_z unknown to 3e-8.
+const HEIGHT_SQUARED_SLACK: f64 = 1e-15;
 
 impl Chart for Hybrid {
     const NAME: &'static str = "hybrid";
@@ -56,29 +55,27 @@ impl Chart for Hybrid {
     fn inverse(&self, [h_bar, phi_h, k_norm, phi_k]: [f64; 4]) -> Option<DirectionPair> {
         // (1 − k)(1 + k) keeps the digits that 1 − k² loses near k = 1.
         let hz2 = (1.0 - k_norm) * (1.0 + k_norm) - h_bar * h_bar;
-        if !(hz2 >= -1e-15) {
+        // Written so that NaN fails.
+        if !(hz2 >= -HEIGHT_SQUARED_SLACK) {
+            return None;
+        }
+        // k ⟂ h: k̂ ∝ (h_z, −|h_bar| cos delta) in the plane of n and k_bar.
+        let down = h_bar * (phi_h - phi_k).cos();
+        let height = |h_z: f64| {
+            let norm = h_z.hypot(down);
+            // h_z = 0 and h_bar ⟂ k_bar, or h = 0: k lies in the tangent plane.
+            let cos_k = if norm > 0.0 { -down / norm } else { 0.0 };
+            k_norm * cos_k
+        };
+        // Both directions are above the horizon, so |k_z| ≤ h_z; refuse a point only if no h_z
+        // within rounding allows it.
+        let highest = safe_sqrt(hz2 + HEIGHT_SQUARED_SLACK);
+        if height(highest).abs() > highest + HEIGHT_SQUARED_SLACK {
             return None;
         }
         let h_z = safe_sqrt(hz2);
-        let cos_delta = (phi_h - phi_k).cos();
-        // k ⟂ h: k̂ ∝ (h_z, −|h_bar| cos delta) in the plane of n and k_bar.
-        let down = h_bar * cos_delta;
-        let norm = h_z.hypot(down);
-        let (sin_k, cos_k) = if norm > 0.0 {
-            (h_z / norm, -down / norm)
-        } else {
-            // h_z = 0 and h_bar ⟂ k_bar or h = 0: k lies in the tangent plane.
-            (1.0, 0.0)
-        };
-        let (mut k_bar, mut k_z) = (k_norm * sin_k, k_norm * cos_k);
-        // Both directions are above the horizon, so |k_z| ≤ h_z.
-        if k_z.abs() > h_z {
-            if k_z.abs() > h_z + HEIGHT_SLACK {
-                return None;
-            }
-            k_z = h_z.copysign(k_z);
-            k_bar = safe_sqrt((k_norm - h_z) * (k_norm + h_z));
-        }
+        let k_z = height(h_z).clamp(-h_z, h_z);
+        let k_bar = safe_sqrt((k_norm - k_z) * (k_norm + k_z));
         let h = polar(h_bar, phi_h).extend(h_z);
         let k = polar(k_bar, phi_k).extend(k_z);
         Some(DirectionPair::new(

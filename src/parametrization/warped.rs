@@ -15,7 +15,7 @@ pub enum WarpName {
     SquareRoot,
     /// u = 90 sqrt(theta_h / 90°) in [0, 90], the row index of a MERL table; theta_h only.
     Merl,
-    /// u = asin x in [0, π/2], e.g. |k| → theta_d; lengths only.
+    /// u = asin x in [0, π/2], e.g. |k| → theta_d; h_bar, k_bar and k only.
     Arcsine,
 }
 
@@ -42,9 +42,11 @@ impl WarpName {
             WarpName::SquareRoot => Ok(Warp::Power { top: 1.0, max }),
             WarpName::Merl if axis.symbol == "theta_h" => Ok(Warp::Power { top: 90.0, max }),
             WarpName::Merl => Err("the merl warp is defined for theta_h only".into()),
-            WarpName::Arcsine if axis.unit == Unit::One && max == 1.0 => Ok(Warp::Arcsine),
+            WarpName::Arcsine if ["h_bar", "k_bar", "k"].contains(&axis.symbol) => {
+                Ok(Warp::Arcsine)
+            }
             WarpName::Arcsine => {
-                Err("the arcsine warp is defined for lengths in [0, 1] only".into())
+                Err("the arcsine warp is defined for the lengths h_bar, k_bar and k only".into())
             }
         }
     }
@@ -85,8 +87,9 @@ impl Warp {
             Warp::Identity => u,
             Warp::Power { top, max } => {
                 let t = u / top;
-                // min: (1 + ulp)² · max would leave the axis.
-                ((t * t).min(1.0) * max).copysign(u)
+                // (1 + ulp)² · max would leave the axis. Not `min`: that would lose NaN.
+                let t2 = if t * t > 1.0 { 1.0 } else { t * t };
+                (t2 * max).copysign(u)
             }
             Warp::Arcsine => u.sin(),
         }

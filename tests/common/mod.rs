@@ -1,0 +1,147 @@
+//! Pairs that tests share: random ones, and the edge table every parametrization and model meets.
+#![allow(dead_code)] // Each test binary uses its part of this file.
+
+use glam::DVec3;
+use gonio::geometry::{Direction, DirectionPair, Symmetry, angle_between};
+use gonio::sampling::{Random, cosine_hemisphere};
+use std::f64::consts::{FRAC_PI_2, PI, TAU};
+
+/// Pair `i` of a random sequence: both directions uniform on the hemisphere.
+pub fn random_pair(random: &Random, i: u64) -> DirectionPair {
+    let u: [f64; 4] = random.point(i);
+    let uniform = |a: f64, b: f64| {
+        let (s, c) = (TAU * b).sin_cos();
+        let sin = ((1.0 - a) * (1.0 + a)).sqrt();
+        Direction::from_unit(DVec3::new(sin * c, sin * s, a))
+    };
+    DirectionPair::new(uniform(1.0 - u[0], u[1]), uniform(1.0 - u[2], u[3]))
+}
+
+/// Pair `i` of a random sequence: both directions cosine-distributed.
+pub fn cosine_pair(random: &Random, i: u64) -> DirectionPair {
+    let u: [f64; 4] = random.point(i);
+    DirectionPair::new(
+        cosine_hemisphere([u[0], u[1]]),
+        cosine_hemisphere([u[2], u[3]]),
+    )
+}
+
+/// The edge table: normal/normal, exact mirror, exact retro, grazing/opposed (h = 0),
+/// grazing/retro, normal/grazing, each exactly and at separations 1e-2 … 1e-15 from it.
+pub fn edge_pairs() -> Vec<(String, DirectionPair)> {
+    let graze = FRAC_PI_2;
+    let corners = [
+        ("normal/normal", [0.0, 0.0, 0.0, 0.0]),
+        ("mirror", [0.7, 0.3, 0.7, 0.3 + PI]),
+        ("retro", [0.7, 0.3, 0.7, 0.3]),
+        ("grazing/opposed", [graze, 0.4, graze, 0.4 + PI]),
+        ("grazing/retro", [graze, 0.4, graze, 0.4]),
+        ("grazing/sideways", [graze, 0.4, graze, 0.4 + FRAC_PI_2]),
+        ("normal/grazing", [0.0, 0.0, graze, 1.2]),
+        ("grazing/normal", [graze, -2.0, 0.0, 0.0]),
+    ];
+    let mut pairs = Vec::new();
+    for (name, [ti, pi, to, po]) in corners {
+        pairs.push((
+            name.to_owned(),
+            DirectionPair::from_spherical(ti, pi, to, po),
+        ));
+        for e in 2..=15 {
+            let d = 10f64.powi(-e);
+            // Towards the normal, so that both directions stay above the horizon.
+            let inner = |t: f64| if t > 1.0 { t - d } else { t + d };
+            for (move_i, move_o, turn) in [
+                (true, false, 0.0),
+                (false, true, 0.0),
+                (true, true, 0.0),
+                (false, false, d),
+                (true, false, d),
+            ] {
+                let ti = if move_i { inner(ti) } else { ti };
+                let to = if move_o { inner(to) } else { to };
+                pairs.push((
+                    format!("{name} {move_i} {move_o} {turn:e} at 1e-{e}"),
+                    DirectionPair::from_spherical(ti, pi + turn, to, po),
+                ));
+            }
+        }
+    }
+    pairs
+}
+
+/// Distance (rad) of two configurations: the larger angle between their directions, the smallest
+/// over everything the symmetry calls equal.
+pub fn distance(a: &DirectionPair, b: &DirectionPair, symmetry: Symmetry) -> f64 {
+    let mut images = vec![*b];
+    if symmetry.reciprocal {
+        images.push(b.swapped());
+    }
+    if symmetry.bilateral {
+        let mirrors: &[DVec3] = if symmetry.isotropic {
+            &[DVec3::new(1.0, -1.0, 1.0)]
+        } else {
+            &[
+                DVec3::new(1.0, -1.0, 1.0),
+                DVec3::new(-1.0, 1.0, 1.0),
+                DVec3::new(-1.0, -1.0, 1.0),
+            ]
+        };
+        for i in 0..images.len() {
+            for &m in mirrors {
+                let flip = |d: Direction| Direction::from_unit(d.vector() * m);
+                images.push(DirectionPair::new(
+                    flip(images[i].omega_i),
+                    flip(images[i].omega_o),
+                ));
+            }
+        }
+    }
+    let plain = |a: &DirectionPair, b: &DirectionPair| {
+        angle_between(a.omega_i.vector(), b.omega_i.vector())
+            .max(angle_between(a.omega_o.vector(), b.omega_o.vector()))
+    };
+    let mut best = f64::INFINITY;
+    for image in &images {
+        if !symmetry.isotropic {
+            best = best.min(plain(a, image));
+            continue;
+        }
+        // Turn the sample so that one of the directions, or half vectors, has the same azimuth.
+        for pick in [
+            |p: &DirectionPair| p.omega_i.vector(),
+            |p: &DirectionPair| p.omega_o.vector(),
+            |p: &DirectionPair| p.half(),
+        ] {
+            best = best.min(plain(a, &turned_to(image, pick(image), pick(a))));
+        }
+    }
+    best
+}
+
+/// The pair turned about n so that the azimuth of `from` becomes that of `to`.
+fn turned_to(pair: &DirectionPair, from: DVec3, to: DVec3) -> DirectionPair {
+    let (f, t) = (from.truncate(), to.truncate());
+    let norm = f.length() * t.length();
+    if norm == 0.0 {
+        return *pair;
+    }
+    let (c, s) = (f.dot(t) / norm, f.perp_dot(t) / norm);
+    let scale = c.hypot(s);
+    let (c, s) = (c / scale, s / scale);
+    let turn = |d: Direction| {
+        let v = d.vector();
+        Direction::from_unit(DVec3::new(c * v.x - s * v.y, s * v.x + c * v.y, v.z))
+    };
+    DirectionPair::new(turn(pair.omega_i), turn(pair.omega_o))
+}
+
+/// Every combination of the three symmetries.
+pub fn symmetries() -> Vec<Symmetry> {
+    (0..8)
+        .map(|bits| Symmetry {
+            isotropic: bits & 1 != 0,
+            reciprocal: bits & 2 != 0,
+            bilateral: bits & 4 != 0,
+        })
+        .collect()
+}

@@ -1,0 +1,345 @@
+//! Pair → coordinates → pair, for every parametrization, warp and symmetry.
+
+mod common;
+
+use common::{distance, edge_pairs, random_pair, symmetries};
+use gonio::geometry::{DirectionPair, Symmetry};
+use gonio::parametrization::{self, AxisKind, Parametrization, WarpName};
+use gonio::sampling::Random;
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+/// The error a round trip may have. Spherical and half/difference: MATHS asks 2e-15 rad
+/// everywhere; the others lose digits in sqrt(1 − r²) near the horizon by definition.
+fn allowed(name: &str, pair: &DirectionPair) -> f64 {
+    let lowest = pair.omega_i.cos_theta().min(pair.omega_o.cos_theta());
+    match name {
+        "spherical" | "half-difference" => 2e-15,
+        _ if lowest > 1e-3 => 1e-12,
+        _ => 4e-8,
+    }
+}
+
+/// Round-trip error, checking ranges and canonical form on the way.
+fn round_trip(p: &dyn Parametrization, pair: &DirectionPair, what: &str) -> f64 {
+    let c = p.forward(pair);
+    for (axis, c) in p.axes().iter().zip(c) {
+        let slack = 1e-15 * axis.range[1].abs().max(1.0);
+        assert!(
+            c >= axis.range[0] - slack && c <= axis.range[1] + slack,
+            "{} {}: {c} outside {:?} for {what}",
+            p.name(),
+            axis.symbol,
+            axis.range
+        );
+    }
+    // |h_bar| of a pair on the horizon may exceed 1 by an ulp.
+    let mut inside = c;
+    for (axis, c) in p.axes().iter().zip(&mut inside) {
+        if axis.kind == AxisKind::Radial {
+            *c = c.min(axis.range[1]);
+        }
+    }
+    let Some(back) = p.inverse(&inside) else {
+        panic!("{} has no inverse at {c:?} for {what}", p.name());
+    };
+    let error = distance(pair, &back, p.symmetry());
+    assert!(
+        !error.is_nan(),
+        "{} gives NaN at {c:?} for {what}",
+        p.name()
+    );
+    error
+}
+
+#[test]
+fn random_pairs_come_back() {
+    let random = Random::new(1);
+    for entry in parametrization::all() {
+        for symmetry in [Symmetry::NONE, Symmetry::FULL] {
+            let p = entry.form(symmetry);
+            let (mut worst, mut worst_high) = (0.0f64, 0.0f64);
+            for i in 0..1_000_000 {
+                let pair = random_pair(&random, i);
+                let error = round_trip(&*p, &pair, "random");
+                let allowed = allowed(entry.name, &pair);
+                assert!(
+                    error <= allowed,
+                    "{} {symmetry:?} {pair:?}: {error:e}",
+                    entry.name
+                );
+                worst = worst.max(error);
+                if pair.omega_i.cos_theta().min(pair.omega_o.cos_theta()) > 1e-3 {
+                    worst_high = worst_high.max(error);
+                }
+            }
+            println!(
+                "{:16} {}-D  worst {worst:.1e} rad, {worst_high:.1e} where both cosines > 1e-3",
+                entry.name,
+                p.axes().len()
+            );
+        }
+    }
+}
+
+#[test]
+fn edge_pairs_come_back_under_every_symmetry() {
+    for entry in parametrization::all() {
+        let mut worst = 0.0f64;
+        for symmetry in symmetries() {
+            let p = entry.form(symmetry);
+            for (name, pair) in edge_pairs() {
+                let error = round_trip(&*p, &pair, &name);
+                let allowed = allowed(entry.name, &pair);
+                assert!(
+                    error <= allowed,
+                    "{} {symmetry:?} {name}: {error:e}",
+                    entry.name
+                );
+                worst = worst.max(error);
+            }
+        }
+        println!("{:16} edge table: worst {worst:.1e} rad", entry.name);
+    }
+}
+
+#[test]
+fn random_pairs_come_back_under_every_symmetry_and_warp() {
+    let random = Random::new(2);
+    for (p, warp) in forms(&symmetries()) {
+        for i in 0..2_000 {
+            let pair = random_pair(&random, i);
+            let error = round_trip(&*p, &pair, "random");
+            // A warp rounds once more: a few ulp of the warped coordinate, times dx/du ≤ 2 x_max.
+            let allowed = 4.0 * allowed(p.name(), &pair);
+            assert!(
+                error <= allowed,
+                "{} {warp:?} {:?} {pair:?}: {error:e}",
+                p.name(),
+                p.symmetry()
+            );
+        }
+    }
+}
+
+/// Every parametrization under the symmetries, plain and with every warp an axis can have.
+fn forms(symmetries: &[Symmetry]) -> Vec<(Arc<dyn Parametrization>, Option<WarpName>)> {
+    let mut forms = Vec::new();
+    for entry in parametrization::all() {
+        for &symmetry in symmetries {
+            forms.push((entry.form(symmetry), None));
+            for warp in WarpName::ALL {
+                for axis in entry.axes(symmetry) {
+                    let warps = BTreeMap::from([(axis.symbol.to_owned(), warp)]);
+                    if let Ok(p) = entry.warped(symmetry, &warps) {
+                        forms.push((p, Some(warp)));
+                    }
+                }
+            }
+        }
+    }
+    forms
+}
+
+#[test]
+fn every_warp_is_available_somewhere() {
+    for warp in WarpName::ALL {
+        let forms = forms(&[Symmetry::FULL]);
+        assert!(forms.iter().any(|(_, w)| *w == Some(warp)), "{warp:?}");
+    }
+}
+
+#[test]
+fn symmetric_pairs_share_their_coordinates() {
+    let random = Random::new(3);
+    for (p, _) in forms(&symmetries()) {
+        for i in 0..500 {
+            let pair = random_pair(&random, i);
+            let c = p.forward(&pair);
+            for image in images_of(&pair, p.symmetry(), i) {
+                let d = p.forward(&image);
+                for (axis, (c, d)) in p.axes().iter().zip(c.iter().zip(d)) {
+                    let gap = (c - d).abs();
+                    let gap = match axis.kind {
+                        AxisKind::Periodic => gap.min(axis.length() - gap),
+                        _ => gap,
+                    };
+                    // Azimuths amplify rounding by 1/sin of a radial coordinate.
+                    assert!(
+                        gap < 1e-6,
+                        "{} {:?} {}: {c} {d}",
+                        p.name(),
+                        p.symmetry(),
+                        axis.symbol
+                    );
+                }
+            }
+        }
+    }
+}
+
+/// Pairs a symmetry calls equal to `pair`.
+fn images_of(pair: &DirectionPair, symmetry: Symmetry, seed: u64) -> Vec<DirectionPair> {
+    let angles = |p: &DirectionPair| {
+        [
+            p.omega_i.theta(),
+            p.omega_i.phi(),
+            p.omega_o.theta(),
+            p.omega_o.phi(),
+        ]
+    };
+    let mut images = vec![*pair];
+    if symmetry.reciprocal {
+        images.push(pair.swapped());
+    }
+    if symmetry.bilateral {
+        for i in 0..images.len() {
+            let [a, b, c, d] = angles(&images[i]);
+            images.push(DirectionPair::from_spherical(a, -b, c, -d));
+            let pi = std::f64::consts::PI;
+            images.push(DirectionPair::from_spherical(a, pi - b, c, pi - d));
+        }
+    }
+    if symmetry.isotropic {
+        let turn = seed as f64 * 0.7;
+        for i in 0..images.len() {
+            let [a, b, c, d] = angles(&images[i]);
+            images.push(DirectionPair::from_spherical(a, b + turn, c, d + turn));
+        }
+    }
+    images
+}
+
+#[test]
+fn canonical_coordinates_name_the_same_configuration() {
+    // Coordinates through poles and past the ends of azimuths: canonical() brings them into the
+    // box, and both name one configuration. Checked on plain charts, whose formulas accept them.
+    let random = Random::new(4);
+    for entry in parametrization::all() {
+        for symmetry in symmetries() {
+            let p = entry.form(symmetry);
+            for i in 0..2_000 {
+                let u: [f64; 4] = random.point(i);
+                let mut c = [0.0; 4];
+                for (d, axis) in p.axes().iter().enumerate() {
+                    c[d] = axis.range[0] + axis.length() * u[d];
+                }
+                let Some(pair) = p.inverse(&c) else { continue };
+                for (d, axis) in p.axes().iter().enumerate() {
+                    let mut moved = c;
+                    match axis.kind {
+                        AxisKind::Periodic => moved[d] += axis.length(),
+                        AxisKind::Mirrored => moved[d] = 2.0 * axis.range[0] - moved[d],
+                        AxisKind::Radial => continue,
+                    }
+                    let Some(home) = p.canonical(&moved) else {
+                        panic!(
+                            "{} {symmetry:?}: {moved:?} has no representative",
+                            entry.name
+                        )
+                    };
+                    let (there, back) = (p.inverse(&moved), p.inverse(&home));
+                    assert_eq!(there.is_some(), back.is_some(), "{} {moved:?}", entry.name);
+                    let (Some(there), Some(back)) = (there, back) else {
+                        continue;
+                    };
+                    let error = distance(&there, &back, symmetry);
+                    assert!(
+                        error < 1e-6,
+                        "{} {symmetry:?} {moved:?} {home:?}: {error}",
+                        entry.name
+                    );
+                }
+                let home = p.canonical(&c).expect("inside the box");
+                let back = p.inverse(&home).expect("the representative is physical");
+                let error = distance(&pair, &back, symmetry);
+                assert!(
+                    error < 1e-6,
+                    "{} {symmetry:?} {c:?} {home:?}: {error}",
+                    entry.name
+                );
+                let again = p.canonical(&home).expect("inside the box");
+                for d in 0..4 {
+                    assert!((again[d] - home[d]).abs() < 1e-12, "{} {c:?}", entry.name);
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn through_the_pole_is_the_other_side() {
+    // Continuity: a small step through r = 0 is a small step on the hemisphere.
+    let random = Random::new(5);
+    for (p, warp) in forms(&symmetries()) {
+        for i in 0..500 {
+            let u: [f64; 4] = random.point(i);
+            for (d, axis) in p.axes().iter().enumerate() {
+                if axis.kind != AxisKind::Radial {
+                    continue;
+                }
+                let mut c = [0.0; 4];
+                for (e, a) in p.axes().iter().enumerate() {
+                    c[e] = a.range[0] + a.length() * (0.1 + 0.4 * u[e]);
+                }
+                c[d] = 1e-6 * axis.length();
+                let mut through = c;
+                through[d] = -c[d];
+                let Some(pair) = p.inverse(&c) else { continue };
+                let home = p.canonical(&through).expect("within reach of the pole");
+                let Some(there) = p.inverse(&home) else {
+                    continue;
+                };
+                let gap = distance(&pair, &there, p.symmetry());
+                // Stark's lengths are roots of the coordinates: a step of 1e-6 moves 1e-3.
+                assert!(
+                    gap < 5e-3,
+                    "{} {warp:?} {:?} {}: {gap}",
+                    p.name(),
+                    p.symmetry(),
+                    axis.symbol
+                );
+            }
+        }
+    }
+}
+
+#[test]
+fn out_of_domain_is_none() {
+    for (p, _) in forms(&symmetries()) {
+        let axes = p.axes();
+        let middle: Vec<f64> = axes.iter().map(|a| a.range[0] + 0.3 * a.length()).collect();
+        let at = |d: usize, v: f64| {
+            let mut c = [0.0; 4];
+            c[..middle.len()].copy_from_slice(&middle);
+            c[d] = v;
+            c
+        };
+        for (d, axis) in axes.iter().enumerate() {
+            assert!(p.inverse(&at(d, f64::NAN)).is_none(), "{} NaN", p.name());
+            if axis.kind == AxisKind::Radial {
+                assert!(p.inverse(&at(d, -0.1)).is_none());
+                assert!(p.inverse(&at(d, axis.range[1] * 1.001)).is_none());
+                assert!(p.inverse(&at(d, f64::INFINITY)).is_none());
+                assert!(p.canonical(&at(d, axis.range[1] * 1.001)).is_none());
+            }
+        }
+    }
+}
+
+#[test]
+fn unphysical_corners_are_none() {
+    let p = parametrization::find("half-difference")
+        .unwrap()
+        .form(Symmetry::FULL);
+    assert!(p.inverse(&[1.5, 1.5, 0.1, 0.0]).is_none());
+    let p = parametrization::find("orthographic")
+        .unwrap()
+        .form(Symmetry::FULL);
+    assert!(p.inverse(&[0.9, 0.9, 0.1, 0.0]).is_none());
+    let p = parametrization::find("hybrid")
+        .unwrap()
+        .form(Symmetry::FULL);
+    assert!(p.inverse(&[0.9, 0.9, 0.1, 0.0]).is_none());
+    assert!(p.inverse(&[0.9, 0.4, 0.1, 0.0]).is_none());
+}
