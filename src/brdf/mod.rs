@@ -3,6 +3,7 @@
 //! Values are f_r in sr⁻¹ **without** the cosine.
 
 mod lambert;
+pub mod measured;
 mod spectrum;
 
 pub use lambert::{Lambert, LambertSpec};
@@ -164,7 +165,7 @@ pub(crate) fn resolved_table<S: Serialize>(kind: &str, spec: &S) -> toml::Table 
 
 /// Every model a config can name.
 pub fn all() -> Vec<Entry<dyn BrdfSpec>> {
-    vec![lambert::ENTRY]
+    vec![lambert::ENTRY, measured::MERL, measured::TABULATED]
 }
 
 /// Reads a material from its config table.

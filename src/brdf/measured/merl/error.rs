@@ -1,0 +1,64 @@
+//! What can be wrong with a table.
+
+use super::MerlGrid;
+
+/// Why a table could not be read or written. Messages do not name the file; those who open it do.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum MerlError {
+    /// The system refused.
+    #[error(transparent)]
+    Io(#[from] std::io::Error),
+    /// A folder, a pipe, a device.
+    #[error("not a regular file")]
+    NotAFile,
+    /// Too short for a header.
+    #[error("not a MERL file: {found} bytes, and the header alone has 12")]
+    NoHeader {
+        /// Bytes found.
+        found: u64,
+    },
+    /// Other dimensions than MERL's.
+    #[error(
+        "not a MERL file: the header is {}, {}, {}; expected 90, 90, 180 or 90, 90, 360",
+        found[0], found[1], found[2]
+    )]
+    Dims {
+        /// The header.
+        found: [i32; 3],
+    },
+    /// The header promises another length.
+    #[error("{found} bytes, but a {grid} table has {}", grid.file_len())]
+    Length {
+        /// Bytes found.
+        found: u64,
+        /// The layout the header asks for.
+        grid: MerlGrid,
+    },
+    /// A stream, whose length is not known beforehand, goes on after the table.
+    #[error("data follow after {} bytes, where a {grid} table ends", grid.file_len())]
+    TooLong {
+        /// The layout the header asks for.
+        grid: MerlGrid,
+    },
+    /// Nothing to look up.
+    #[error("every cell is negative, NaN or infinite: the table holds no data")]
+    NoData,
+    /// A table has no room for a sample that turns.
+    #[error("this BRDF is not isotropic, and a MERL table has no axis for the sample's rotation")]
+    NotIsotropic,
+    /// A 180 table stores a pair and its swap once.
+    #[error(
+        "this BRDF is not reciprocal, and a {} table stores a pair and its swap once; {} can hold it",
+        MerlGrid::Reciprocal,
+        MerlGrid::Full
+    )]
+    NotReciprocal,
+}
+
+impl std::fmt::Display for MerlGrid {
+    fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
+        let [h, d, phi] = self.dims();
+        write!(f, "{h}×{d}×{phi}")
+    }
+}

@@ -1,0 +1,176 @@
+//! Where a pair lies in the table.
+//!
+//! Angles of the half/difference parametrization (Rusinkiewicz), from the unnormalised h and k,
+//! p the unit azimuth of h:
+//!
+//! ```text
+//! theta_h = atan2(|h_bar|, h_z)                        [0, π/2]
+//! theta_d = atan2(|k|, |h|)                            [0, π/2]
+//! phi_d   = atan2(p × k, cos theta_h (p·k) − sin theta_h k_z)
+//! ```
+//!
+//! Index coordinates (cell i covers `[i, i + 1)`, its node is the lower edge):
+//!
+//! ```text
+//! x_h = 90 sqrt(theta_h / 90°)     x_d = theta_d / 1°     x_phi = phi_d / 1°
+//! ```
+//!
+//! phi_d has period 180° in a reciprocal table (exchanging light and sensor adds 180°), 360°
+//! otherwise. Degenerate cases: at h_bar = 0 any azimuth of h is right and p = (1, 0) is taken; at
+//! k = 0 any phi_d is right and 0 is taken. Small angles are not snapped to 0: the peak of a glossy
+//! material lies in theta_h < 0.26°.
+
+use crate::geometry::{Direction, DirectionPair};
+use glam::{DVec2, DVec3};
+use std::f64::consts::{FRAC_PI_2, PI, TAU};
+
+/// Cells along theta_h and along theta_d.
+pub const THETA_CELLS: usize = 90;
+
+/// 1° in index coordinates.
+const PER_RADIAN: f64 = 180.0 / PI;
+
+/// How far below an edge, in cells, `nearest` counts a pair as on it.
+///
+/// A pair built for a node carries rounding of up to 2e-9 cells in phi_d (theta_h = 0.011°,
+/// theta_d = 89°, where |h_bar| is 3e-6 and its azimuth good to 3e-11 rad). Without this a table
+/// read at its own nodes would return its neighbours' values half of the time, and in-plane pairs
+/// (phi_d = 180° ≡ 0°) would flip between the first and the last cell. It is less than 2e-10 rad
+/// in theta_d and phi_d, and less than 4e-10 rad in theta_h.
+const EDGE_SLACK: f64 = 1e-8;
+
+/// Which of the two layouts a file has.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum MerlGrid {
+    /// 90×90×180: isotropic and reciprocal, phi_d in [0°, 180°).
+    Reciprocal,
+    /// 90×90×360: isotropic only, phi_d in [0°, 360°).
+    Full,
+}
+
+impl MerlGrid {
+    /// Cells along theta_h, theta_d, phi_d: the file's header.
+    pub fn dims(self) -> [usize; 3] {
+        let phi = match self {
+            MerlGrid::Reciprocal => 180,
+            MerlGrid::Full => 360,
+        };
+        [THETA_CELLS, THETA_CELLS, phi]
+    }
+
+    /// The layout with this header, if there is one.
+    pub fn from_dims(found: [i32; 3]) -> Option<Self> {
+        [MerlGrid::Reciprocal, MerlGrid::Full]
+            .into_iter()
+            .find(|grid| grid.header() == found)
+    }
+
+    /// The header as stored.
+    pub(super) fn header(self) -> [i32; 3] {
+        self.dims().map(|n| n as i32)
+    }
+
+    /// Cells in one plane.
+    pub fn cells(self) -> usize {
+        self.dims().iter().product()
+    }
+
+    /// Position of cell `[theta_h, theta_d, phi_d]` in a plane.
+    #[inline]
+    pub fn index(self, [h, d, phi]: [usize; 3]) -> usize {
+        phi + self.dims()[2] * (d + THETA_CELLS * h)
+    }
+
+    /// Angles `[theta_h, theta_d, phi_d]` (rad) of a cell's node, its lower edge.
+    pub fn node(self, [h, d, phi]: [usize; 3]) -> [f64; 3] {
+        let root = h as f64 / THETA_CELLS as f64;
+        [
+            FRAC_PI_2 * (root * root),
+            (d as f64).to_radians(),
+            (phi as f64).to_radians(),
+        ]
+    }
+
+    /// Index coordinates `[x_h, x_d, x_phi]` of a pair: `x_h`, `x_d` in `[0, 90]`, `x_phi` in
+    /// `[0, dims()[2]]`. Without meaning for a pair below the horizon.
+    #[inline]
+    pub fn coordinates(self, pair: &DirectionPair) -> [f64; 3] {
+        let (h, k) = pair.half_and_back();
+        let azimuth = Azimuth::of(h);
+        let (h_len, k_len) = (h.length(), k.length());
+        let theta_h = azimuth.radius.atan2(h.z);
+        let theta_d = k_len.atan2(h_len);
+        // sin and cos of theta_h, both times |h|: atan2 needs only the ratio.
+        let mut y = azimuth.unit.perp_dot(k.truncate()) * h_len;
+        let mut x = azimuth.unit.dot(k.truncate()) * h.z - azimuth.radius * k.z;
+        let phi_d = match self {
+            // The pair is folded before atan2, not its angle after: both orders of light and
+            // sensor then run through the same arithmetic and give the same bits.
+            MerlGrid::Reciprocal => {
+                if y < 0.0 || (y == 0.0 && x < 0.0) {
+                    (x, y) = (-x, -y);
+                }
+                // `+ 0.0` turns −0 into +0, here and below: atan2(−0, x < 0) is −π.
+                (y + 0.0).atan2(x + 0.0)
+            }
+            MerlGrid::Full => {
+                let phi = (y + 0.0).atan2(x + 0.0);
+                if phi < 0.0 { phi + TAU } else { phi }
+            }
+        };
+        let cells = THETA_CELLS as f64;
+        [
+            (theta_h * (cells * cells / FRAC_PI_2)).sqrt(),
+            theta_d * PER_RADIAN,
+            phi_d * PER_RADIAN,
+        ]
+    }
+
+    /// The cell `[theta_h, theta_d, phi_d]` a pair falls in: the reference reader's, clamped to the
+    /// last cell in theta and periodic in phi_d.
+    #[inline]
+    pub fn cell(self, pair: &DirectionPair) -> [usize; 3] {
+        // `as` truncates, which is floor here, and takes NaN to 0.
+        let [h, d, phi] = self.coordinates(pair).map(|x| (x + EDGE_SLACK) as usize);
+        let phi = if phi < self.dims()[2] { phi } else { 0 };
+        [h.min(THETA_CELLS - 1), d.min(THETA_CELLS - 1), phi]
+    }
+}
+
+/// Length and unit vector of h_bar.
+struct Azimuth {
+    radius: f64,
+    unit: DVec2,
+}
+
+impl Azimuth {
+    #[inline]
+    fn of(h: DVec3) -> Self {
+        let h_bar = h.truncate();
+        let squared = h_bar.length_squared();
+        if squared > 1e-280 {
+            let radius = squared.sqrt();
+            let unit = h_bar / radius;
+            return Self { radius, unit };
+        }
+        // The square has underflowed or lost digits; hypot has not, and is three times slower.
+        let radius = h_bar.x.hypot(h_bar.y);
+        let unit = match Direction::try_new(h_bar.extend(0.0)) {
+            Some(unit) => unit.vector().truncate(),
+            None => DVec2::X,
+        };
+        Self { radius, unit }
+    }
+}
+
+/// The pair with the given theta_h, theta_d, phi_d (rad) and phi_h = 0, and by how much the lower
+/// of its two directions clears the horizon: h_z − |k_z|, negative below it.
+pub(super) fn pair_at([theta_h, theta_d, phi_d]: [f64; 3]) -> (DirectionPair, f64) {
+    let (sin_h, cos_h) = theta_h.sin_cos();
+    let (sin_d, cos_d) = theta_d.sin_cos();
+    let (sin_phi, cos_phi) = phi_d.sin_cos();
+    let h = DVec3::new(sin_h, 0.0, cos_h) * cos_d;
+    let k = DVec3::new(cos_h * cos_phi, sin_phi, -sin_h * cos_phi) * sin_d;
+    let pair = DirectionPair::new(Direction::from_unit(h + k), Direction::from_unit(h - k));
+    (pair, h.z - k.z.abs())
+}

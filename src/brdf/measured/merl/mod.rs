@@ -1,0 +1,274 @@
+//! Isotropic tables in the format of the MERL database (Matusik et al. 2003).
+//!
+//! A plane holds one channel of f_r over (theta_h, theta_d, phi_d), square-root spaced in theta_h;
+//! [`grid`] has the angles and their cells, [`file`](self::file) the bytes. One convention for where in its
+//! cell a value lies, because readers disagree: **at the lower edge**, which is what makes the
+//! reference reader's `int(...)` a nearest-below look-up and what the writer here tabulates.
+//!
+//! Interpolations:
+//! * `nearest`: the value of the cell the pair falls in, exactly the reference reader's;
+//! * `trilinear`: between the eight nodes around the pair, in index coordinates. Nodes without data
+//!   are left out and the weights of the others renormalised. Periodic in phi_d; constant beyond
+//!   the last node of theta_h (88.0°) and theta_d (89°).
+//!
+//! Missing: a cell with no data (`nearest`), or no node with data and weight (`trilinear`). It is
+//! never read as 0. Below the horizon the value is 0.
+
+mod error;
+pub mod file;
+pub mod grid;
+mod spec;
+mod write;
+
+pub use error::MerlError;
+pub use file::{SCALE, check};
+pub use grid::MerlGrid;
+pub use spec::{ENTRY, Interpolation, MerlSpec};
+pub use write::{write_merl, write_merl_file};
+
+use crate::brdf::{Brdf, Channels, Presence};
+use crate::geometry::{DirectionPair, Symmetry};
+use file::is_data;
+use grid::THETA_CELLS;
+
+/// The planes of a table.
+#[derive(Clone, Debug)]
+enum Planes {
+    /// Luminance in sr⁻¹; negative where any channel has no data.
+    Luminance(Vec<f64>),
+    /// R, G, B as stored, unscaled.
+    Rgb([Vec<f64>; 3]),
+}
+
+/// A MERL table as a BRDF.
+#[derive(Clone, Debug)]
+pub struct Merl {
+    grid: MerlGrid,
+    planes: Planes,
+    interpolation: Interpolation,
+    bilateral: bool,
+}
+
+impl Merl {
+    fn new(grid: MerlGrid, planes: Planes) -> Result<Self, MerlError> {
+        let table = Self {
+            grid,
+            planes,
+            interpolation: Interpolation::default(),
+            bilateral: true,
+        };
+        if (0..grid.cells()).all(|i| table.at(i).is_none()) {
+            return Err(MerlError::NoData);
+        }
+        Ok(table)
+    }
+
+    /// The same table with another interpolation; a fresh one is trilinear.
+    #[must_use]
+    pub fn with_interpolation(mut self, interpolation: Interpolation) -> Self {
+        self.interpolation = interpolation;
+        self
+    }
+
+    /// The same table, declared bilaterally symmetric or not; a fresh one is. The format does not
+    /// guarantee it and look-ups do not use it: it tells others whether phi_d and −phi_d may be folded.
+    #[must_use]
+    pub fn with_bilateral(mut self, bilateral: bool) -> Self {
+        self.bilateral = bilateral;
+        self
+    }
+
+    /// The layout.
+    pub fn grid(&self) -> MerlGrid {
+        self.grid
+    }
+
+    /// The planes as held: R, G, B as stored in the file, or one plane of luminance in sr⁻¹.
+    pub fn planes(&self) -> Vec<&[f64]> {
+        match &self.planes {
+            Planes::Luminance(plane) => vec![plane],
+            Planes::Rgb(planes) => planes.iter().map(Vec::as_slice).collect(),
+        }
+    }
+
+    /// f_r (sr⁻¹) of one cell; in luminance all three values are the luminance. `None` without data
+    /// or outside the table.
+    pub fn value(&self, cell: [usize; 3]) -> Option<[f64; 3]> {
+        let inside = cell.iter().zip(self.grid.dims()).all(|(&i, n)| i < n);
+        inside.then(|| self.at(self.grid.index(cell)))?
+    }
+
+    /// Number of cells without data.
+    pub fn missing_cells(&self) -> usize {
+        (0..self.grid.cells())
+            .filter(|&i| self.at(i).is_none())
+            .count()
+    }
+
+    fn at(&self, i: usize) -> Option<[f64; 3]> {
+        match &self.planes {
+            Planes::Luminance(plane) => One(plane).data(i).map(|[v]| [v; 3]),
+            Planes::Rgb(planes) => Three::of(planes).data(i),
+        }
+    }
+}
+
+impl Brdf for Merl {
+    fn channels(&self) -> Channels {
+        match self.planes {
+            Planes::Luminance(_) => Channels::Luminance,
+            Planes::Rgb(_) => Channels::Rgb,
+        }
+    }
+
+    fn symmetry(&self) -> Symmetry {
+        Symmetry {
+            isotropic: true,
+            reciprocal: self.grid == MerlGrid::Reciprocal,
+            bilateral: self.bilateral,
+        }
+    }
+
+    fn conserves_energy(&self) -> bool {
+        false
+    }
+
+    fn eval(&self, pair: &DirectionPair, out: &mut [f64]) -> Presence {
+        let mut presence = [Presence::Missing];
+        self.eval_batch(std::slice::from_ref(pair), out, &mut presence);
+        presence[0]
+    }
+
+    fn eval_batch(&self, pairs: &[DirectionPair], out: &mut [f64], presence: &mut [Presence]) {
+        match &self.planes {
+            Planes::Luminance(plane) => self.batch(One(plane), pairs, out, presence),
+            Planes::Rgb(planes) => self.batch(Three::of(planes), pairs, out, presence),
+        }
+    }
+}
+
+impl Merl {
+    #[inline]
+    fn batch<const N: usize>(
+        &self,
+        planes: impl Cells<N>,
+        pairs: &[DirectionPair],
+        out: &mut [f64],
+        presence: &mut [Presence],
+    ) {
+        let grid = self.grid;
+        match self.interpolation {
+            Interpolation::Nearest => each(pairs, out, presence, |pair| {
+                planes.data(grid.index(grid.cell(pair)))
+            }),
+            Interpolation::Trilinear => each(pairs, out, presence, |pair| {
+                trilinear(grid, &planes, grid.coordinates(pair))
+            }),
+        }
+    }
+}
+
+/// Writes one look-up per pair.
+#[inline]
+fn each<const N: usize>(
+    pairs: &[DirectionPair],
+    out: &mut [f64],
+    presence: &mut [Presence],
+    look_up: impl Fn(&DirectionPair) -> Option<[f64; N]>,
+) {
+    let (out, _) = out.as_chunks_mut::<N>();
+    for ((pair, out), presence) in pairs.iter().zip(out).zip(presence) {
+        let found = if pair.is_above_horizon() {
+            look_up(pair)
+        } else {
+            Some([0.0; N])
+        };
+        *presence = match found {
+            Some(_) => Presence::Present,
+            None => Presence::Missing,
+        };
+        *out = found.unwrap_or([0.0; N]);
+    }
+}
+
+/// Cells of N channels.
+trait Cells<const N: usize> {
+    /// f_r of cell `i` and 1, or zeros if it holds no data: without a branch, so that the eight
+    /// loads of a trilinear look-up overlap.
+    fn weighted(&self, i: usize) -> ([f64; N], f64);
+
+    /// f_r of cell `i` if it holds data.
+    #[inline]
+    fn data(&self, i: usize) -> Option<[f64; N]> {
+        let (value, valid) = self.weighted(i);
+        (valid > 0.0).then_some(value)
+    }
+}
+
+struct One<'a>(&'a [f64]);
+
+impl Cells<1> for One<'_> {
+    #[inline]
+    fn weighted(&self, i: usize) -> ([f64; 1], f64) {
+        let v = self.0[i];
+        if v >= 0.0 { ([v], 1.0) } else { ([0.0], 0.0) }
+    }
+}
+
+struct Three<'a>([&'a [f64]; 3]);
+
+impl<'a> Three<'a> {
+    fn of(planes: &'a [Vec<f64>; 3]) -> Self {
+        Self(planes.each_ref().map(Vec::as_slice))
+    }
+}
+
+impl Cells<3> for Three<'_> {
+    #[inline]
+    fn weighted(&self, i: usize) -> ([f64; 3], f64) {
+        let v = self.0.map(|plane| plane[i]);
+        if v.iter().all(|&v| is_data(v)) {
+            ([v[0] * SCALE[0], v[1] * SCALE[1], v[2] * SCALE[2]], 1.0)
+        } else {
+            ([0.0; 3], 0.0)
+        }
+    }
+}
+
+#[inline]
+fn trilinear<const N: usize>(
+    grid: MerlGrid,
+    planes: &impl Cells<N>,
+    [x_h, x_d, x_phi]: [f64; 3],
+) -> Option<[f64; N]> {
+    let n_phi = grid.dims()[2];
+    let last = THETA_CELLS - 1;
+    let (h, f_h) = split(x_h.min(last as f64));
+    let (d, f_d) = split(x_d.min(last as f64));
+    let (phi, f_phi) = split(x_phi);
+    // x_phi may round up to n_phi, which is node 0.
+    let phi = if phi < n_phi { phi } else { 0 };
+    let next = if phi + 1 < n_phi { phi + 1 } else { 0 };
+    let (mut sum, mut total) = ([0.0; N], 0.0);
+    for (h, w_h) in [(h, 1.0 - f_h), ((h + 1).min(last), f_h)] {
+        for (d, w_d) in [(d, 1.0 - f_d), ((d + 1).min(last), f_d)] {
+            let row = grid.index([h, d, 0]);
+            for (phi, w_phi) in [(phi, 1.0 - f_phi), (next, f_phi)] {
+                let (value, valid) = planes.weighted(row + phi);
+                let w = w_h * w_d * w_phi;
+                total += w * valid;
+                for (sum, value) in sum.iter_mut().zip(value) {
+                    *sum += w * value;
+                }
+            }
+        }
+    }
+    (total > 0.0).then(|| sum.map(|v| v / total))
+}
+
+/// Whole and fractional part of an index coordinate.
+#[inline]
+fn split(x: f64) -> (usize, f64) {
+    let i = x as usize;
+    (i, x - i as f64)
+}

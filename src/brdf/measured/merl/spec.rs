@@ -1,0 +1,87 @@
+//! A MERL file as a config names it.
+
+use super::{Merl, MerlError, check};
+use crate::brdf::{Brdf, BrdfSpec, BuildError, Channels, resolved_table};
+use crate::registry::{self, Entry};
+use serde::{Deserialize, Serialize};
+use std::path::PathBuf;
+
+const KIND: &str = "merl";
+
+/// The registry entry. No examples: those must build on every machine, and this kind needs a file.
+pub const ENTRY: Entry<dyn BrdfSpec> = Entry {
+    kind: KIND,
+    summary: "measured isotropic table, a MERL .binary file",
+    examples: &[],
+    read: |table| Ok(Box::new(registry::parse::<MerlSpec>(table)?)),
+};
+
+/// How a table is read between its nodes.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Interpolation {
+    /// Between the eight nodes around the pair.
+    #[default]
+    Trilinear,
+    /// The cell the pair falls in, as the reference reader does.
+    Nearest,
+}
+
+/// What a config says.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct MerlSpec {
+    /// The file.
+    pub path: PathBuf,
+    /// How it is read between its nodes.
+    #[serde(default)]
+    pub interpolation: Interpolation,
+    /// Whether phi_d and −phi_d count as one configuration. An assumption: the format does not
+    /// guarantee it, but isotropic materials have it but for noise, and a schedule that folds
+    /// it visits half as many poses. The bilateral law measures how far a table is from it.
+    #[serde(default = "yes")]
+    pub bilateral: bool,
+}
+
+fn yes() -> bool {
+    true
+}
+
+impl MerlSpec {
+    fn data_error(&self, e: MerlError) -> BuildError {
+        BuildError::Data {
+            path: self.path.clone(),
+            message: e.to_string(),
+        }
+    }
+}
+
+impl BrdfSpec for MerlSpec {
+    fn resolved(&self) -> toml::Table {
+        resolved_table(KIND, self)
+    }
+
+    fn label(&self) -> String {
+        match self.path.file_stem() {
+            Some(stem) => stem.to_string_lossy().into_owned(),
+            None => KIND.into(),
+        }
+    }
+
+    fn check(&self) -> Result<(), BuildError> {
+        check(&self.path).map(drop).map_err(|e| self.data_error(e))
+    }
+
+    fn build(&self, channels: Channels) -> Result<Box<dyn Brdf>, BuildError> {
+        let table = Merl::load(&self.path, channels).map_err(|e| self.data_error(e))?;
+        Ok(Box::new(
+            table
+                .with_interpolation(self.interpolation)
+                .with_bilateral(self.bilateral),
+        ))
+    }
+
+    fn inputs(&self) -> Vec<PathBuf> {
+        vec![self.path.clone()]
+    }
+}
