@@ -20,9 +20,10 @@
 //! k = 0 any phi_d is right and 0 is taken. Small angles are not snapped to 0: the peak of a glossy
 //! material lies in theta_h < 0.26°.
 
+use super::arctan::atan2_upper;
 use crate::geometry::{Direction, DirectionPair};
 use glam::{DVec2, DVec3};
-use std::f64::consts::{FRAC_PI_2, PI, TAU};
+use std::f64::consts::{FRAC_PI_2, PI};
 
 /// Cells along theta_h and along theta_d.
 pub const THETA_CELLS: usize = 90;
@@ -98,26 +99,21 @@ impl MerlGrid {
         let (h, k) = pair.half_and_back();
         let azimuth = Azimuth::of(h);
         let (h_len, k_len) = (h.length(), k.length());
-        let theta_h = azimuth.radius.atan2(h.z);
-        let theta_d = k_len.atan2(h_len);
-        // sin and cos of theta_h, both times |h|: atan2 needs only the ratio.
+        let theta_h = atan2_upper(azimuth.radius, h.z);
+        let theta_d = atan2_upper(k_len, h_len);
+        // sin and cos of theta_h, both times |h|: the angle needs only the ratio.
         let mut y = azimuth.unit.perp_dot(k.truncate()) * h_len;
         let mut x = azimuth.unit.dot(k.truncate()) * h.z - azimuth.radius * k.z;
-        let phi_d = match self {
-            // The pair is folded before atan2, not its angle after: both orders of light and
-            // sensor then run through the same arithmetic and give the same bits.
-            MerlGrid::Reciprocal => {
-                if y < 0.0 || (y == 0.0 && x < 0.0) {
-                    (x, y) = (-x, -y);
-                }
-                // `+ 0.0` turns −0 into +0, here and below: atan2(−0, x < 0) is −π.
-                (y + 0.0).atan2(x + 0.0)
-            }
-            MerlGrid::Full => {
-                let phi = (y + 0.0).atan2(x + 0.0);
-                if phi < 0.0 { phi + TAU } else { phi }
-            }
-        };
+        // A pair with y < 0 is exchanged here rather than its angle mended later: both orders of
+        // light and sensor then run through the same arithmetic and give the same bits.
+        let exchanged = y < 0.0 || (y == 0.0 && x < 0.0);
+        if exchanged {
+            (x, y) = (-x, -y);
+        }
+        let mut phi_d = atan2_upper(y, x);
+        if self == MerlGrid::Full && exchanged {
+            phi_d += PI;
+        }
         let cells = THETA_CELLS as f64;
         [
             (theta_h * (cells * cells / FRAC_PI_2)).sqrt(),

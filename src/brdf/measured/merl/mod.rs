@@ -14,6 +14,7 @@
 //! Missing: a cell with no data (`nearest`), or no node with data and weight (`trilinear`). It is
 //! never read as 0. Below the horizon the value is 0.
 
+mod arctan;
 mod error;
 pub mod file;
 pub mod grid;
@@ -193,15 +194,20 @@ fn each<const N: usize>(
 
 /// Cells of N channels.
 trait Cells<const N: usize> {
-    /// f_r of cell `i` and 1, or zeros if it holds no data: without a branch, so that the eight
-    /// loads of a trilinear look-up overlap.
-    fn weighted(&self, i: usize) -> ([f64; N], f64);
+    /// Cell `i` as held.
+    fn held(&self, i: usize) -> [f64; N];
+
+    /// True if every channel holds data.
+    fn is_data(held: [f64; N]) -> bool;
+
+    /// From values as held to sr⁻¹.
+    fn scaled(held: [f64; N]) -> [f64; N];
 
     /// f_r of cell `i` if it holds data.
     #[inline]
     fn data(&self, i: usize) -> Option<[f64; N]> {
-        let (value, valid) = self.weighted(i);
-        (valid > 0.0).then_some(value)
+        let held = self.held(i);
+        Self::is_data(held).then(|| Self::scaled(held))
     }
 }
 
@@ -209,9 +215,18 @@ struct One<'a>(&'a [f64]);
 
 impl Cells<1> for One<'_> {
     #[inline]
-    fn weighted(&self, i: usize) -> ([f64; 1], f64) {
-        let v = self.0[i];
-        if v >= 0.0 { ([v], 1.0) } else { ([0.0], 0.0) }
+    fn held(&self, i: usize) -> [f64; 1] {
+        [self.0[i]]
+    }
+
+    #[inline]
+    fn is_data([v]: [f64; 1]) -> bool {
+        v >= 0.0
+    }
+
+    #[inline]
+    fn scaled(held: [f64; 1]) -> [f64; 1] {
+        held
     }
 }
 
@@ -225,20 +240,25 @@ impl<'a> Three<'a> {
 
 impl Cells<3> for Three<'_> {
     #[inline]
-    fn weighted(&self, i: usize) -> ([f64; 3], f64) {
-        let v = self.0.map(|plane| plane[i]);
-        if v.iter().all(|&v| is_data(v)) {
-            ([v[0] * SCALE[0], v[1] * SCALE[1], v[2] * SCALE[2]], 1.0)
-        } else {
-            ([0.0; 3], 0.0)
-        }
+    fn held(&self, i: usize) -> [f64; 3] {
+        self.0.map(|plane| plane[i])
+    }
+
+    #[inline]
+    fn is_data(held: [f64; 3]) -> bool {
+        held.map(is_data) == [true; 3]
+    }
+
+    #[inline]
+    fn scaled([r, g, b]: [f64; 3]) -> [f64; 3] {
+        [r * SCALE[0], g * SCALE[1], b * SCALE[2]]
     }
 }
 
 #[inline]
-fn trilinear<const N: usize>(
+fn trilinear<const N: usize, C: Cells<N>>(
     grid: MerlGrid,
-    planes: &impl Cells<N>,
+    planes: &C,
     [x_h, x_d, x_phi]: [f64; 3],
 ) -> Option<[f64; N]> {
     let n_phi = grid.dims()[2];
@@ -249,21 +269,35 @@ fn trilinear<const N: usize>(
     // x_phi may round up to n_phi, which is node 0.
     let phi = if phi < n_phi { phi } else { 0 };
     let next = if phi + 1 < n_phi { phi + 1 } else { 0 };
+    let (h_next, d_next) = ((h + 1).min(last), (d + 1).min(last));
+    let rows =
+        [[h, d], [h, d_next], [h_next, d], [h_next, d_next]].map(|[h, d]| grid.index([h, d, 0]));
+    let (g_h, g_d, g_phi) = (1.0 - f_h, 1.0 - f_d, 1.0 - f_phi);
+    let row_weights = [g_h * g_d, g_h * f_d, f_h * g_d, f_h * f_d];
+    let nodes = rows.map(|row| [planes.held(row + phi), planes.held(row + next)]);
+
+    // Away from the horizon every node holds data, and one predictable branch replaces eight
+    // choices and a division.
+    let all = nodes
+        .iter()
+        .flatten()
+        .fold(true, |all, &node| all & C::is_data(node));
     let (mut sum, mut total) = ([0.0; N], 0.0);
-    for (h, w_h) in [(h, 1.0 - f_h), ((h + 1).min(last), f_h)] {
-        for (d, w_d) in [(d, 1.0 - f_d), ((d + 1).min(last), f_d)] {
-            let row = grid.index([h, d, 0]);
-            for (phi, w_phi) in [(phi, 1.0 - f_phi), (next, f_phi)] {
-                let (value, valid) = planes.weighted(row + phi);
-                let w = w_h * w_d * w_phi;
-                total += w * valid;
-                for (sum, value) in sum.iter_mut().zip(value) {
-                    *sum += w * value;
+    for (pair, w) in nodes.into_iter().zip(row_weights) {
+        for (node, w) in pair.into_iter().zip([w * g_phi, w * f_phi]) {
+            if all || C::is_data(node) {
+                total += w;
+                for (sum, v) in sum.iter_mut().zip(node) {
+                    *sum += w * v;
                 }
             }
         }
     }
-    (total > 0.0).then(|| sum.map(|v| v / total))
+    if all {
+        Some(C::scaled(sum))
+    } else {
+        (total > 0.0).then(|| C::scaled(sum.map(|v| v / total)))
+    }
 }
 
 /// Whole and fractional part of an index coordinate.
