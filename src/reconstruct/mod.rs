@@ -1,9 +1,30 @@
 //! A measurement becomes a BRDF again.
 
+mod coordinates;
+mod cubic;
+mod grid;
+mod inverse_distance;
+mod multilinear;
+mod nearest;
+mod scattered;
+mod thin_plate;
+mod transform;
+
+pub use coordinates::Coordinates;
+pub use cubic::Cubic;
+pub use inverse_distance::InverseDistance;
+pub use multilinear::Multilinear;
+pub use nearest::NearestReading;
+pub use thin_plate::ThinPlate;
+pub use transform::Values;
+
+use coordinates::ReconstructionCoordinates;
+
 use crate::brdf::Brdf;
 use crate::error::ParameterError;
 use crate::measurement::Measurement;
 use crate::registry::{self, Entry, ReadError, Table};
+use std::num::NonZeroUsize;
 
 /// Turns a measurement into a BRDF. A config names one by `kind`.
 pub trait Reconstruct: std::fmt::Debug + Send + Sync {
@@ -60,10 +81,44 @@ pub enum ReconstructError {
 
 /// Every reconstruction a config can name.
 pub fn all() -> Vec<Entry<dyn Reconstruct>> {
-    vec![]
+    vec![
+        nearest::ENTRY,
+        multilinear::ENTRY,
+        cubic::ENTRY,
+        inverse_distance::ENTRY,
+        thin_plate::ENTRY,
+    ]
 }
 
 /// Reads a reconstruction from its config table.
 pub fn read(table: Table<'_>) -> Result<Box<dyn Reconstruct>, ReadError> {
     registry::read("reconstruction", &all(), table)
+}
+
+/// Default weight of the first radial axis of an embedding against the second: lobes are narrower
+/// along it.
+const STRETCH: f64 = 1.5;
+
+/// The kind, and what of it is not the default.
+fn label(kind: &str, values: Values, coordinates: Option<&Coordinates>) -> String {
+    let mut label = kind.to_owned();
+    if values == Values::Linear {
+        label.push_str("-linear");
+    }
+    if let Some(coordinates) = coordinates {
+        label.push_str(&format!("[{}]", coordinates.label()));
+    }
+    label
+}
+
+/// Checks a number of neighbours.
+fn check_neighbours(n: usize, fewest: usize) -> Result<NonZeroUsize, ParameterError> {
+    match NonZeroUsize::new(n) {
+        Some(n) if (fewest..=256).contains(&n.get()) => Ok(n),
+        _ => Err(ParameterError::new(
+            "neighbours",
+            n,
+            format!("a whole number in [{fewest}, 256]"),
+        )),
+    }
 }

@@ -1,0 +1,78 @@
+//! The coordinates in which scattered readings are interpolated.
+
+use super::ReconstructError;
+use crate::error::{ParameterError, in_left_open};
+use crate::geometry::Symmetry;
+use crate::parametrization::{self, Parametrization, WarpName};
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+/// A parametrization and its warps, as a config writes them.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Coordinates {
+    /// Name of the parametrization.
+    pub kind: String,
+    /// Warps by axis symbol.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub warp: BTreeMap<String, WarpName>,
+}
+
+impl Coordinates {
+    /// The form of this parametrization for a BRDF with these symmetries.
+    ///
+    /// # Errors
+    /// If there is no such parametrization, axis or warp.
+    pub fn form(&self, symmetry: Symmetry) -> Result<Arc<dyn Parametrization>, ParameterError> {
+        let Some(entry) = parametrization::find(&self.kind) else {
+            let names: Vec<_> = parametrization::all().iter().map(|e| e.name).collect();
+            let allowed = names.join(", ");
+            return Err(ParameterError::new("coordinates.kind", &self.kind, allowed));
+        };
+        entry.warped(symmetry, &self.warp).map_err(|e| {
+            let key = format!("coordinates.warp.{}", e.axis);
+            let value = self.warp.get(&e.axis).map_or("", |w| w.name());
+            ParameterError::new(key, value, e.problem)
+        })
+    }
+
+    /// `kind` or `kind+axis:warp`, for labels.
+    pub fn label(&self) -> String {
+        let mut label = self.kind.clone();
+        for (axis, warp) in &self.warp {
+            label.push_str(&format!("+{axis}:{}", warp.name()));
+        }
+        label
+    }
+}
+
+/// Coordinates that default to those of the schedule, and the shape of their embedding.
+pub(super) struct ReconstructionCoordinates<'a> {
+    /// `None`: those of the schedule.
+    pub coordinates: Option<&'a Coordinates>,
+    /// Weight of the first radial axis against the second.
+    pub stretch: f64,
+}
+
+impl ReconstructionCoordinates<'_> {
+    /// Checks what can be checked without a schedule.
+    pub fn check(&self) -> Result<(), ParameterError> {
+        in_left_open("stretch", self.stretch, 0.0, 1e3)?;
+        if let Some(coordinates) = self.coordinates {
+            coordinates.form(Symmetry::FULL)?;
+        }
+        Ok(())
+    }
+
+    /// The parametrization to interpolate in.
+    pub fn resolve(
+        &self,
+        schedule: &Arc<dyn Parametrization>,
+    ) -> Result<Arc<dyn Parametrization>, ReconstructError> {
+        match self.coordinates {
+            None => Ok(Arc::clone(schedule)),
+            Some(coordinates) => Ok(coordinates.form(schedule.symmetry())?),
+        }
+    }
+}

@@ -1,0 +1,226 @@
+//! Interpolating cubic spline on the grid in its own coordinates.
+//!
+//! Tensor product of uniform cubic B-splines whose coefficients solve
+//! (c[i−1] + 4 c[i] + c[i+1])/6 = y[i] along every axis, so that the spline passes through every
+//! node; fourth order in the spacing. The lattice is continued past its ends first (see
+//! [`super::grid`]): through poles and folds the spline is as smooth as inside. The continuation
+//! ends naturally (zero second derivative), [`REACH`] nodes away, where it no longer matters: each
+//! node damps the influence of what lies beyond by 2 − √3 = 0.27.
+
+use super::grid::{GridBrdf, Padded, Rule};
+use super::transform::{EPSILON, Transform, Values};
+use super::{Reconstruct, ReconstructError};
+use crate::brdf::Brdf;
+use crate::error::ParameterError;
+use crate::measurement::Measurement;
+use crate::registry::{self, Entry};
+use serde::{Deserialize, Serialize};
+
+const KIND: &str = "cubic";
+
+/// The registry entry.
+pub(super) const ENTRY: Entry<dyn Reconstruct> = Entry {
+    kind: KIND,
+    summary: "interpolating cubic spline on the grid, in its own coordinates",
+    examples: &["values = \"log\"\nepsilon = 1e-3", "values = \"linear\""],
+    read: |table| Ok(Box::new(registry::parse::<Cubic>(table)?)),
+};
+
+/// Nodes the lattice is continued past each end: 0.27^10 = 2e-6 of an end effect is left.
+const REACH: usize = 10;
+
+/// Nodes past each end that evaluation needs.
+const SUPPORT: usize = 2;
+
+/// What a config says.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Cubic {
+    /// What is interpolated.
+    pub values: Values,
+    /// Offset of the logarithm, sr⁻¹.
+    pub epsilon: f64,
+}
+
+impl Default for Cubic {
+    fn default() -> Self {
+        Self {
+            values: Values::Log,
+            epsilon: EPSILON,
+        }
+    }
+}
+
+impl Reconstruct for Cubic {
+    fn resolved(&self) -> toml::Table {
+        registry::resolved(KIND, self)
+    }
+
+    fn label(&self) -> String {
+        super::label(KIND, self.values, None)
+    }
+
+    fn needs_grid(&self) -> bool {
+        true
+    }
+
+    fn check(&self) -> Result<(), ParameterError> {
+        self.values.check(self.epsilon)
+    }
+
+    fn reconstruct(&self, measurement: &Measurement) -> Result<Box<dyn Brdf>, ReconstructError> {
+        self.check()?;
+        let transform = self.values.with(self.epsilon);
+        match measurement.schedule.parametrization.axes().len() {
+            3 => build::<3>(measurement, transform),
+            _ => build::<4>(measurement, transform),
+        }
+    }
+}
+
+fn build<const D: usize>(
+    measurement: &Measurement,
+    transform: Transform,
+) -> Result<Box<dyn Brdf>, ReconstructError> {
+    let rule = Spline::<D>::new(Padded::new(KIND, measurement, transform, REACH)?);
+    Ok(Box::new(GridBrdf::new(
+        rule,
+        &measurement.schedule,
+        transform,
+        measurement.channels,
+    )))
+}
+
+/// The rule: B-spline coefficients.
+struct Spline<const D: usize> {
+    table: Padded<D>,
+    strides: [usize; D],
+    last: [f64; D],
+}
+
+impl<const D: usize> Spline<D> {
+    fn new(mut nodes: Padded<D>) -> Self {
+        let strides = nodes.strides();
+        for d in 0..D {
+            solve_lines(&mut nodes.values, nodes.shape[d], strides[d]);
+        }
+        let table = nodes.cropped(SUPPORT);
+        let strides = table.strides();
+        // Largest padded index the four taps may start at.
+        let last = table.shape.map(|n| (n - 4) as f64);
+        Self {
+            table,
+            strides,
+            last,
+        }
+    }
+}
+
+/// Replaces node values by spline coefficients along one axis: lines of `n` values `stride` apart.
+fn solve_lines(values: &mut [f64], n: usize, stride: usize) {
+    // Elimination factors of the tridiagonal system; natural ends give c = y there.
+    let mut factor = vec![0.0; n];
+    for i in 1..n - 1 {
+        factor[i] = 1.0 / (4.0 - factor[i - 1]);
+    }
+    // All lines of a block move together: the inner loop runs over memory in order.
+    for block in values.chunks_exact_mut(n * stride) {
+        for i in 1..n - 1 {
+            let (before, here) = block.split_at_mut(i * stride);
+            for (y, previous) in here[..stride].iter_mut().zip(&before[(i - 1) * stride..]) {
+                *y = (6.0 * *y - previous) * factor[i];
+            }
+        }
+        for i in (1..n - 1).rev() {
+            let (here, after) = block.split_at_mut((i + 1) * stride);
+            for (c, next) in here[i * stride..].iter_mut().zip(&after[..stride]) {
+                *c -= factor[i] * next;
+            }
+        }
+    }
+}
+
+/// Weights of the four B-splines around a point, `t` in [0, 1] from the second node.
+#[inline]
+fn weights(t: f64) -> [f64; 4] {
+    let s = 1.0 - t;
+    [
+        s * s * s / 6.0,
+        (t * t * (3.0 * t - 6.0) + 4.0) / 6.0,
+        (s * s * (3.0 * s - 6.0) + 4.0) / 6.0,
+        t * t * t / 6.0,
+    ]
+}
+
+impl<const D: usize> Rule<D> for Spline<D> {
+    #[inline]
+    fn interpolate(&self, x: &[f64; D], out: &mut [f64]) {
+        let mut base = 0;
+        let mut w = [[0.0; 4]; D];
+        for d in 0..D {
+            let padded = x[d] + (self.table.pad - 1) as f64;
+            let first = padded.floor().clamp(0.0, self.last[d]);
+            w[d] = weights(padded - first);
+            base += first as usize * self.strides[d];
+        }
+        out.fill(0.0);
+        // Rows along the last axis are contiguous; the other axes count in base 4.
+        let row = &w[D - 1];
+        let channels = self.table.channels;
+        for line in 0..1usize << (2 * (D - 1)) {
+            let mut weight = 1.0;
+            let mut at = base;
+            for d in 0..D - 1 {
+                let tap = line >> (2 * d) & 3;
+                weight *= w[d][tap];
+                at += tap * self.strides[d];
+            }
+            let taps = &self.table.values[at..at + 4 * channels];
+            for (c, out) in out.iter_mut().enumerate() {
+                *out += weight
+                    * (row[0] * taps[c]
+                        + row[1] * taps[channels + c]
+                        + row[2] * taps[2 * channels + c]
+                        + row[3] * taps[3 * channels + c]);
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn weights_are_a_partition_of_unity_and_reproduce_lines() {
+        for i in 0..=10 {
+            let t = f64::from(i) / 10.0;
+            let w = weights(t);
+            assert!((w.iter().sum::<f64>() - 1.0).abs() < 1e-15);
+            let line: f64 = w
+                .iter()
+                .zip([-1.0, 0.0, 1.0, 2.0])
+                .map(|(w, x)| w * x)
+                .sum();
+            assert!((line - t).abs() < 1e-15);
+        }
+    }
+
+    #[test]
+    fn coefficients_interpolate() {
+        let n = 12;
+        let nodes: Vec<f64> = (0..n)
+            .map(|i| (f64::from(i) * 0.7).sin() + 0.1 * f64::from(i))
+            .collect();
+        // Two interleaved lines: the second is the first, doubled.
+        let mut c: Vec<f64> = nodes.iter().flat_map(|&y| [y, 2.0 * y]).collect();
+        solve_lines(&mut c, n as usize, 2);
+        for i in 1..n as usize - 1 {
+            for (line, scale) in [(0, 1.0), (1, 2.0)] {
+                let at = |j: usize| c[2 * j + line];
+                let y = (at(i - 1) + 4.0 * at(i) + at(i + 1)) / 6.0;
+                assert!((y - scale * nodes[i]).abs() < 1e-14, "{i}");
+            }
+        }
+    }
+}

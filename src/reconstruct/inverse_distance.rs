@@ -1,0 +1,157 @@
+//! Inverse-distance weighting over the k nearest readings (Shepard 1968, local).
+//!
+//! y(x) = Σ w_j y_j / Σ w_j, w_j = d_j^−power, d the distance in the embedding of
+//! [`super::scattered`]. At a reading the weight is infinite and the reading is returned.
+
+use super::coordinates::{Coordinates, ReconstructionCoordinates};
+use super::scattered::{Cloud, Nearest, ScatteredBrdf, ScatteredRule};
+use super::transform::{EPSILON, Values};
+use super::{Reconstruct, ReconstructError, STRETCH, check_neighbours};
+use crate::brdf::Brdf;
+use crate::error::{ParameterError, in_left_open};
+use crate::measurement::Measurement;
+use crate::registry::{self, Entry};
+use serde::{Deserialize, Serialize};
+use std::num::NonZeroUsize;
+
+const KIND: &str = "inverse-distance";
+
+/// The registry entry.
+pub(super) const ENTRY: Entry<dyn Reconstruct> = Entry {
+    kind: KIND,
+    summary: "inverse-distance weights over the k nearest readings",
+    examples: &[
+        "neighbours = 8\npower = 4.0",
+        "coordinates = { kind = \"hybrid\" }",
+    ],
+    read: |table| Ok(Box::new(registry::parse::<InverseDistance>(table)?)),
+};
+
+/// What a config says.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct InverseDistance {
+    /// What is interpolated.
+    pub values: Values,
+    /// Offset of the logarithm, sr⁻¹.
+    pub epsilon: f64,
+    /// Number of neighbours (readings and their mirror images).
+    pub neighbours: usize,
+    /// Exponent of the distance.
+    pub power: f64,
+    /// Coordinates to interpolate in; by default those of the schedule.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub coordinates: Option<Coordinates>,
+    /// Weight of the first radial axis against the second.
+    pub stretch: f64,
+}
+
+impl Default for InverseDistance {
+    fn default() -> Self {
+        Self {
+            values: Values::Log,
+            epsilon: EPSILON,
+            neighbours: 8,
+            power: 4.0,
+            coordinates: None,
+            stretch: STRETCH,
+        }
+    }
+}
+
+impl InverseDistance {
+    fn coordinates(&self) -> ReconstructionCoordinates<'_> {
+        ReconstructionCoordinates {
+            coordinates: self.coordinates.as_ref(),
+            stretch: self.stretch,
+        }
+    }
+
+    fn build<const K: usize>(&self, m: &Measurement) -> Result<Box<dyn Brdf>, ReconstructError> {
+        let transform = self.values.with(self.epsilon);
+        let cloud = Cloud::<K>::new(KIND, m, &self.coordinates(), transform, 1)?;
+        let rule = Shepard {
+            neighbours: check_neighbours(self.neighbours, 1)?,
+            power: self.power,
+        };
+        Ok(Box::new(ScatteredBrdf::new(
+            rule, cloud, transform, m.channels,
+        )))
+    }
+}
+
+impl Reconstruct for InverseDistance {
+    fn resolved(&self) -> toml::Table {
+        registry::resolved(KIND, self)
+    }
+
+    fn label(&self) -> String {
+        super::label(KIND, self.values, self.coordinates.as_ref())
+    }
+
+    fn needs_grid(&self) -> bool {
+        false
+    }
+
+    fn check(&self) -> Result<(), ParameterError> {
+        self.values.check(self.epsilon)?;
+        check_neighbours(self.neighbours, 1)?;
+        in_left_open("power", self.power, 0.0, 100.0)?;
+        self.coordinates().check()
+    }
+
+    fn reconstruct(&self, m: &Measurement) -> Result<Box<dyn Brdf>, ReconstructError> {
+        self.check()?;
+        match m.schedule.parametrization.axes().len() {
+            3 => self.build::<3>(m),
+            _ => self.build::<4>(m),
+        }
+    }
+}
+
+/// The rule.
+pub(super) struct Shepard {
+    pub neighbours: NonZeroUsize,
+    pub power: f64,
+}
+
+impl<const K: usize> ScatteredRule<K> for Shepard {
+    type Scratch = ();
+
+    fn scratch(&self) {}
+
+    #[inline]
+    fn interpolate(
+        &self,
+        cloud: &Cloud<K>,
+        tree: &Nearest<K>,
+        x: &[f64; K],
+        _scratch: &mut (),
+        out: &mut [f64],
+    ) {
+        out.fill(0.0);
+        let mut total = 0.0;
+        let mut nearest = 0.0;
+        let exponent = -0.5 * self.power;
+        tree.find_many(x, self.neighbours, |i, d2| {
+            if total == 0.0 {
+                nearest = d2;
+            }
+            // Relative to the nearest one: no overflow however close it is, and exactly that
+            // reading where the distance is 0.
+            let w = if d2 == nearest {
+                1.0
+            } else {
+                // (d/d_nearest)^−power; 0 if the nearest is at distance 0.
+                (d2 / nearest).powf(exponent)
+            };
+            total += w;
+            for (out, y) in out.iter_mut().zip(cloud.value(i)) {
+                *out += w * y;
+            }
+        });
+        for out in out {
+            *out /= total;
+        }
+    }
+}

@@ -1,0 +1,132 @@
+//! Multilinear interpolation on the grid in its own coordinates.
+//!
+//! Between the 2^d nodes around a point; second order in the spacing. Cells that straddle the
+//! horizon: see [`super::grid`].
+
+use super::grid::{GridBrdf, Padded, Rule};
+use super::transform::{EPSILON, Transform, Values};
+use super::{Reconstruct, ReconstructError};
+use crate::brdf::Brdf;
+use crate::error::ParameterError;
+use crate::measurement::Measurement;
+use crate::registry::{self, Entry};
+use serde::{Deserialize, Serialize};
+
+const KIND: &str = "multilinear";
+
+/// The registry entry.
+pub(super) const ENTRY: Entry<dyn Reconstruct> = Entry {
+    kind: KIND,
+    summary: "multilinear on the grid, in its own coordinates",
+    examples: &["values = \"log\"\nepsilon = 1e-3", "values = \"linear\""],
+    read: |table| Ok(Box::new(registry::parse::<Multilinear>(table)?)),
+};
+
+/// What a config says.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Multilinear {
+    /// What is interpolated.
+    pub values: Values,
+    /// Offset of the logarithm, sr⁻¹.
+    pub epsilon: f64,
+}
+
+impl Default for Multilinear {
+    fn default() -> Self {
+        Self {
+            values: Values::Log,
+            epsilon: EPSILON,
+        }
+    }
+}
+
+impl Reconstruct for Multilinear {
+    fn resolved(&self) -> toml::Table {
+        registry::resolved(KIND, self)
+    }
+
+    fn label(&self) -> String {
+        super::label(KIND, self.values, None)
+    }
+
+    fn needs_grid(&self) -> bool {
+        true
+    }
+
+    fn check(&self) -> Result<(), ParameterError> {
+        self.values.check(self.epsilon)
+    }
+
+    fn reconstruct(&self, measurement: &Measurement) -> Result<Box<dyn Brdf>, ReconstructError> {
+        self.check()?;
+        let transform = self.values.with(self.epsilon);
+        match measurement.schedule.parametrization.axes().len() {
+            3 => build::<3>(measurement, transform),
+            _ => build::<4>(measurement, transform),
+        }
+    }
+}
+
+fn build<const D: usize>(
+    measurement: &Measurement,
+    transform: Transform,
+) -> Result<Box<dyn Brdf>, ReconstructError> {
+    let rule = Linear::<D>::new(Padded::new(KIND, measurement, transform, 1)?);
+    Ok(Box::new(GridBrdf::new(
+        rule,
+        &measurement.schedule,
+        transform,
+        measurement.channels,
+    )))
+}
+
+/// The rule: one node past each end is enough.
+struct Linear<const D: usize> {
+    table: Padded<D>,
+    strides: [usize; D],
+    last: [f64; D],
+}
+
+impl<const D: usize> Linear<D> {
+    fn new(table: Padded<D>) -> Self {
+        let strides = table.strides();
+        // Largest padded index a cell may start at.
+        let last = table.shape.map(|n| (n - 2) as f64);
+        Self {
+            table,
+            strides,
+            last,
+        }
+    }
+}
+
+impl<const D: usize> Rule<D> for Linear<D> {
+    #[inline]
+    fn interpolate(&self, x: &[f64; D], out: &mut [f64]) {
+        let mut base = 0;
+        let mut t = [0.0; D];
+        for d in 0..D {
+            let padded = x[d] + self.table.pad as f64;
+            let cell = padded.floor().clamp(0.0, self.last[d]);
+            t[d] = padded - cell;
+            base += cell as usize * self.strides[d];
+        }
+        out.fill(0.0);
+        for corner in 0..1usize << D {
+            let mut weight = 1.0;
+            let mut at = base;
+            for d in 0..D {
+                if corner >> d & 1 == 1 {
+                    weight *= t[d];
+                    at += self.strides[d];
+                } else {
+                    weight *= 1.0 - t[d];
+                }
+            }
+            for (c, out) in out.iter_mut().enumerate() {
+                *out += weight * self.table.values[at + c];
+            }
+        }
+    }
+}

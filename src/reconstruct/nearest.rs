@@ -1,0 +1,146 @@
+//! The nearest reading: on a grid the nearest node in index units, else the nearest point of the
+//! embedding (see [`super::scattered`]).
+
+use super::coordinates::{Coordinates, ReconstructionCoordinates};
+use super::grid::{GridBrdf, Padded, Rule};
+use super::scattered::{Cloud, Nearest, ScatteredBrdf, ScatteredRule};
+use super::transform::{Transform, Values};
+use super::{Reconstruct, ReconstructError, STRETCH};
+use crate::brdf::Brdf;
+use crate::error::ParameterError;
+use crate::measurement::Measurement;
+use crate::registry::{self, Entry};
+use serde::{Deserialize, Serialize};
+
+const KIND: &str = "nearest";
+
+/// The registry entry.
+pub(super) const ENTRY: Entry<dyn Reconstruct> = Entry {
+    kind: KIND,
+    summary: "the nearest reading",
+    examples: &["", "coordinates = { kind = \"half-difference\" }"],
+    read: |table| Ok(Box::new(registry::parse::<NearestReading>(table)?)),
+};
+
+/// What a config says.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct NearestReading {
+    /// Coordinates of the search; by default those of the schedule.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub coordinates: Option<Coordinates>,
+    /// Weight of the first radial axis against the second; a grid in its own coordinates has none.
+    pub stretch: f64,
+}
+
+impl Default for NearestReading {
+    fn default() -> Self {
+        Self {
+            coordinates: None,
+            stretch: STRETCH,
+        }
+    }
+}
+
+impl NearestReading {
+    fn coordinates(&self) -> ReconstructionCoordinates<'_> {
+        ReconstructionCoordinates {
+            coordinates: self.coordinates.as_ref(),
+            stretch: self.stretch,
+        }
+    }
+
+    fn on_grid<const D: usize>(&self, m: &Measurement) -> Result<Box<dyn Brdf>, ReconstructError> {
+        let transform = Transform::Linear;
+        let table = Padded::<D>::new(KIND, m, transform, 1)?;
+        let strides = table.strides();
+        let rule = Round { table, strides };
+        Ok(Box::new(GridBrdf::new(
+            rule,
+            &m.schedule,
+            transform,
+            m.channels,
+        )))
+    }
+
+    fn scattered<const K: usize>(
+        &self,
+        m: &Measurement,
+    ) -> Result<Box<dyn Brdf>, ReconstructError> {
+        let transform = Transform::Linear;
+        let cloud = Cloud::<K>::new(KIND, m, &self.coordinates(), transform, 1)?;
+        Ok(Box::new(ScatteredBrdf::new(
+            First, cloud, transform, m.channels,
+        )))
+    }
+}
+
+impl Reconstruct for NearestReading {
+    fn resolved(&self) -> toml::Table {
+        registry::resolved(KIND, self)
+    }
+
+    fn label(&self) -> String {
+        super::label(KIND, Values::Log, self.coordinates.as_ref())
+    }
+
+    fn needs_grid(&self) -> bool {
+        false
+    }
+
+    fn check(&self) -> Result<(), ParameterError> {
+        self.coordinates().check()
+    }
+
+    fn reconstruct(&self, m: &Measurement) -> Result<Box<dyn Brdf>, ReconstructError> {
+        self.check()?;
+        let three = m.schedule.parametrization.axes().len() == 3;
+        let grid = m.schedule.lattice.is_some() && self.coordinates.is_none();
+        match (grid, three) {
+            (true, true) => self.on_grid::<3>(m),
+            (true, false) => self.on_grid::<4>(m),
+            (false, true) => self.scattered::<3>(m),
+            (false, false) => self.scattered::<4>(m),
+        }
+    }
+}
+
+/// Rounds to a node.
+struct Round<const D: usize> {
+    table: Padded<D>,
+    strides: [usize; D],
+}
+
+impl<const D: usize> Rule<D> for Round<D> {
+    #[inline]
+    fn interpolate(&self, x: &[f64; D], out: &mut [f64]) {
+        let mut at = 0;
+        for d in 0..D {
+            let node = (x[d] + self.table.pad as f64 + 0.5).floor();
+            let node = node.clamp(0.0, (self.table.shape[d] - 1) as f64);
+            at += node as usize * self.strides[d];
+        }
+        out.copy_from_slice(&self.table.values[at..at + out.len()]);
+    }
+}
+
+/// Takes the first neighbour.
+struct First;
+
+impl<const K: usize> ScatteredRule<K> for First {
+    type Scratch = ();
+
+    fn scratch(&self) {}
+
+    #[inline]
+    fn interpolate(
+        &self,
+        cloud: &Cloud<K>,
+        tree: &Nearest<K>,
+        x: &[f64; K],
+        _scratch: &mut (),
+        out: &mut [f64],
+    ) {
+        out.copy_from_slice(cloud.value(tree.find(x)));
+    }
+}

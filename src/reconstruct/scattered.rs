@@ -1,0 +1,263 @@
+//! What every interpolation of scattered readings shares: readings and their mirror images as
+//! points of an embedding, a k-d tree over them, and the walk from pairs to neighbours.
+//!
+//! Coordinates are embedded so that nearness means nearness on the bench. With u = radial
+//! coordinate over its range: 3-D (stretch · u1, u2 cos a, u2 sin a), 4-D (stretch · u1 cos a1,
+//! stretch · u1 sin a1, u2 cos a2, u2 sin a2). Every reading also stands at its mirror images under
+//! the declared symmetries, and near the first pole at its place on the other side of it, so that
+//! neighbours surround a point near a fold as they do inside.
+
+use super::transform::Transform;
+use super::{ReconstructError, ReconstructionCoordinates};
+use crate::brdf::{Brdf, Channels, Presence};
+use crate::geometry::{DirectionPair, Symmetry};
+use crate::measurement::Measurement;
+use crate::parametrization::{Coords, Parametrization};
+use kiddo::{ImmutableKdTree, SquaredEuclidean};
+use std::f64::consts::PI;
+use std::num::NonZeroUsize;
+use std::sync::Arc;
+
+/// Share of the first radial axis within which readings also stand on the other side of its pole.
+const POLE_REACH: f64 = 0.3;
+
+/// The nearest of a set of points.
+pub(super) struct Nearest<const K: usize>(ImmutableKdTree<f64, K>);
+
+impl<const K: usize> Nearest<K> {
+    /// At least one point, finite.
+    pub fn new(points: &[[f64; K]]) -> Self {
+        match ImmutableKdTree::new_from_slice(points) {
+            Ok(tree) => Self(tree),
+            Err(e) => unreachable!("a tree over {} finite points: {e}", points.len()),
+        }
+    }
+
+    /// Number of the point nearest to `x`.
+    #[inline]
+    pub fn find(&self, x: &[f64; K]) -> usize {
+        self.0
+            .query(x)
+            .nearest_one::<SquaredEuclidean<f64>>()
+            .execute()
+            .item as usize
+    }
+
+    /// Numbers and squared distances of the `k` nearest points, nearest first.
+    #[inline]
+    pub fn find_many(&self, x: &[f64; K], k: NonZeroUsize, mut visit: impl FnMut(usize, f64)) {
+        let found = self
+            .0
+            .query(x)
+            .nearest_n::<SquaredEuclidean<f64>>(k)
+            .execute();
+        for item in found {
+            visit(item.item as usize, item.distance);
+        }
+    }
+}
+
+/// Readings as points.
+pub(super) struct Cloud<const K: usize> {
+    /// Places of the readings and of their images.
+    pub points: Vec<[f64; K]>,
+    /// For each point, its transformed values.
+    pub values: Vec<f64>,
+    /// Values per point.
+    pub channels: usize,
+    tree: Nearest<K>,
+    embedding: Embedding,
+}
+
+/// Coordinates to a point.
+struct Embedding {
+    parametrization: Arc<dyn Parametrization>,
+    /// stretch / range of the first radial axis, 1 / range of the second.
+    scale: [f64; 2],
+}
+
+impl Embedding {
+    #[inline]
+    fn point<const K: usize>(&self, c: &Coords) -> [f64; K] {
+        let [s1, s2] = self.scale;
+        let mut x = [0.0; K];
+        if K == 3 {
+            let (sin, cos) = c[2].sin_cos();
+            (x[0], x[1], x[2]) = (s1 * c[0], s2 * c[1] * cos, s2 * c[1] * sin);
+        } else {
+            let (sin, cos) = c[1].sin_cos();
+            (x[0], x[1]) = (s1 * c[0] * cos, s1 * c[0] * sin);
+            let (sin, cos) = c[3].sin_cos();
+            (x[2], x[3]) = (s2 * c[2] * cos, s2 * c[2] * sin);
+        }
+        x
+    }
+}
+
+impl<const K: usize> Cloud<K> {
+    /// The readings of a measurement in the given coordinates.
+    pub fn new(
+        method: &'static str,
+        measurement: &Measurement,
+        coordinates: &ReconstructionCoordinates,
+        transform: Transform,
+        needed: usize,
+    ) -> Result<Self, ReconstructError> {
+        let schedule = &measurement.schedule;
+        let parametrization = coordinates.resolve(&schedule.parametrization)?;
+        let own = Arc::ptr_eq(&parametrization, &schedule.parametrization);
+        let readings = measurement.readings();
+        if readings < needed {
+            return Err(ReconstructError::TooFew {
+                method,
+                readings,
+                needed,
+            });
+        }
+        let axes = parametrization.axes();
+        let second = if K == 3 { 1 } else { 2 };
+        let embedding = Embedding {
+            scale: [
+                coordinates.stretch / axes[0].range[1],
+                1.0 / axes[second].range[1],
+            ],
+            parametrization: Arc::clone(&parametrization),
+        };
+        let reach = POLE_REACH * axes[0].range[1];
+        let channels = measurement.channels.count();
+        let mut points: Vec<[f64; K]> = Vec::with_capacity(5 * readings);
+        let mut values = Vec::with_capacity(5 * readings * channels);
+        for (i, pose) in schedule.poses.iter().enumerate() {
+            let Some(reading) = measurement.value(i) else {
+                continue;
+            };
+            let coords = if own {
+                pose.coords
+            } else {
+                parametrization.forward(&pose.pair)
+            };
+            let first = points.len();
+            let mut stand = |x: [f64; K]| {
+                // On a fold an image is the reading itself; twice the same point would make
+                // local systems singular.
+                let near = |y: &[f64; K]| x.iter().zip(y).all(|(a, b)| (a - b).abs() < 1e-9);
+                if !points[first..].iter().any(near) {
+                    points.push(x);
+                    values.extend(reading.iter().map(|&f| transform.forward(f)));
+                }
+            };
+            for image in parametrization.images(&coords) {
+                stand(embedding.point(&image));
+                if K == 3 && image[0] < reach {
+                    // (−r1, a) is (r1, a + π). In 4-D the embedding closes the pole by itself.
+                    let [r1, r2, a, _] = image;
+                    stand(embedding.point(&[-r1, r2, a + PI, 0.0]));
+                }
+            }
+        }
+        Ok(Self {
+            tree: Nearest::new(&points),
+            points,
+            values,
+            channels,
+            embedding,
+        })
+    }
+
+    /// The value of point `i`.
+    #[inline]
+    pub fn value(&self, i: usize) -> &[f64] {
+        &self.values[i * self.channels..(i + 1) * self.channels]
+    }
+}
+
+/// An interpolation rule over neighbours.
+pub(super) trait ScatteredRule<const K: usize>: Send + Sync {
+    /// Buffers that one thread reuses from query to query.
+    type Scratch;
+
+    /// Fresh buffers.
+    fn scratch(&self) -> Self::Scratch;
+
+    /// Writes the transformed value of each channel at point `x`.
+    fn interpolate(
+        &self,
+        cloud: &Cloud<K>,
+        tree: &Nearest<K>,
+        x: &[f64; K],
+        scratch: &mut Self::Scratch,
+        out: &mut [f64],
+    );
+}
+
+/// A rule over a cloud, as a BRDF.
+pub(super) struct ScatteredBrdf<R, const K: usize> {
+    rule: R,
+    cloud: Cloud<K>,
+    transform: Transform,
+    channels: Channels,
+}
+
+/// Pairs per call of `forward_batch`.
+const BATCH: usize = 128;
+
+impl<R: ScatteredRule<K>, const K: usize> ScatteredBrdf<R, K> {
+    /// The BRDF that `rule` makes of a cloud.
+    pub fn new(rule: R, cloud: Cloud<K>, transform: Transform, channels: Channels) -> Self {
+        Self {
+            rule,
+            cloud,
+            transform,
+            channels,
+        }
+    }
+
+    #[inline]
+    fn value(&self, pair: &DirectionPair, c: &Coords, scratch: &mut R::Scratch, out: &mut [f64]) {
+        if !pair.is_above_horizon() {
+            out.fill(0.0);
+            return;
+        }
+        let x = self.cloud.embedding.point(c);
+        let cloud = &self.cloud;
+        self.rule.interpolate(cloud, &cloud.tree, &x, scratch, out);
+        for y in out {
+            *y = self.transform.inverse(*y);
+        }
+    }
+}
+
+impl<R: ScatteredRule<K>, const K: usize> Brdf for ScatteredBrdf<R, K> {
+    fn channels(&self) -> Channels {
+        self.channels
+    }
+
+    fn symmetry(&self) -> Symmetry {
+        self.cloud.embedding.parametrization.symmetry()
+    }
+
+    fn conserves_energy(&self) -> bool {
+        false
+    }
+
+    fn eval(&self, pair: &DirectionPair, out: &mut [f64]) -> Presence {
+        let coords = self.cloud.embedding.parametrization.forward(pair);
+        self.value(pair, &coords, &mut self.rule.scratch(), out);
+        Presence::Present
+    }
+
+    fn eval_batch(&self, pairs: &[DirectionPair], out: &mut [f64], presence: &mut [Presence]) {
+        let n = self.channels.count();
+        let mut scratch = self.rule.scratch();
+        let mut coords = [[0.0; 4]; BATCH];
+        for (pairs, out) in pairs.chunks(BATCH).zip(out.chunks_mut(BATCH * n)) {
+            let coords = &mut coords[..pairs.len()];
+            let parametrization = &self.cloud.embedding.parametrization;
+            parametrization.forward_batch(pairs, coords);
+            for ((pair, coords), out) in pairs.iter().zip(coords).zip(out.chunks_exact_mut(n)) {
+                self.value(pair, coords, &mut scratch, out);
+            }
+        }
+        presence.fill(Presence::Present);
+    }
+}

@@ -1,0 +1,68 @@
+//! The value that is interpolated: f itself or its logarithm.
+
+use crate::error::{ParameterError, in_left_open};
+use serde::{Deserialize, Serialize};
+
+/// Which function of f_r is interpolated.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Values {
+    /// f.
+    Linear,
+    /// ln(f + epsilon): lobes span decades and bend less there.
+    Log,
+}
+
+impl Values {
+    /// Checks `epsilon`.
+    ///
+    /// # Errors
+    /// If it is not a positive number; 0 would send black materials to −∞.
+    pub fn check(self, epsilon: f64) -> Result<(), ParameterError> {
+        in_left_open("epsilon", epsilon, 0.0, 1e6).map(drop)
+    }
+
+    /// The transform with its epsilon (sr⁻¹).
+    pub fn with(self, epsilon: f64) -> Transform {
+        match self {
+            Values::Linear => Transform::Linear,
+            Values::Log => Transform::Log { epsilon },
+        }
+    }
+}
+
+/// The default epsilon, sr⁻¹: that of the `log_relative` metric.
+pub const EPSILON: f64 = 1e-3;
+
+/// A value transform and its inverse.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Transform {
+    /// y = f.
+    Linear,
+    /// y = ln(f + epsilon).
+    Log {
+        /// Offset, sr⁻¹.
+        epsilon: f64,
+    },
+}
+
+impl Transform {
+    /// f to y.
+    #[inline]
+    pub fn forward(self, f: f64) -> f64 {
+        match self {
+            Transform::Linear => f,
+            Transform::Log { epsilon } => (f + epsilon).ln(),
+        }
+    }
+
+    /// y to f, at least 0: interpolants with negative weights may undershoot a black region.
+    #[inline]
+    pub fn inverse(self, y: f64) -> f64 {
+        match self {
+            Transform::Linear => y.clamp(0.0, f64::MAX),
+            // An overshoot in y is a factor in f: kept finite, as f_r is.
+            Transform::Log { epsilon } => (y.exp() - epsilon).clamp(0.0, f64::MAX),
+        }
+    }
+}
