@@ -13,14 +13,14 @@ pub enum MerlError {
     #[error("not a regular file")]
     NotAFile,
     /// Too short for a header.
-    #[error("not a MERL file: {found} bytes, and the header alone has 12")]
+    #[error("not a MERL file: found {found} bytes, expected a header of 12 and three planes")]
     NoHeader {
         /// Bytes found.
         found: u64,
     },
     /// Other dimensions than MERL's.
     #[error(
-        "not a MERL file: the header is {}, {}, {}; expected 90, 90, 180 or 90, 90, 360",
+        "not a MERL file: found {}, {}, {} in the header, expected 90, 90, 180 or 90, 90, 360",
         found[0], found[1], found[2]
     )]
     Dims {
@@ -28,7 +28,7 @@ pub enum MerlError {
         found: [i32; 3],
     },
     /// The header promises another length.
-    #[error("{found} bytes, but a {grid} table has {}", grid.file_len())]
+    #[error("found {found} bytes, expected {} for a {grid} table", grid.file_len())]
     Length {
         /// Bytes found.
         found: u64,
@@ -36,7 +36,7 @@ pub enum MerlError {
         grid: MerlGrid,
     },
     /// A stream, whose length is not known beforehand, goes on after the table.
-    #[error("data follow after {} bytes, where a {grid} table ends", grid.file_len())]
+    #[error("found more data after the {} bytes expected for a {grid} table", grid.file_len())]
     TooLong {
         /// The layout the header asks for.
         grid: MerlGrid,

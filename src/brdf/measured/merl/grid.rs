@@ -17,11 +17,13 @@
 //!
 //! phi_d has period 180° in a reciprocal table (exchanging light and sensor adds 180°), 360°
 //! otherwise. Degenerate cases: at h_bar = 0 any azimuth of h is right and p = (1, 0) is taken; at
-//! k = 0 any phi_d is right and 0 is taken. Small angles are not snapped to 0: the peak of a glossy
+//! k = 0 any phi_d is right and 0 is taken. (Tables vary a little with phi_d at h_bar = 0, where
+//! an isotropic BRDF cannot: like the reference reader, what is stored is returned.) Small angles are not snapped to 0: the peak of a glossy
 //! material lies in theta_h < 0.26°.
 
 use super::arctan::atan2_upper;
 use crate::geometry::{Direction, DirectionPair};
+use crate::numeric::HORIZON_SLACK;
 use glam::{DVec2, DVec3};
 use std::f64::consts::{FRAC_PI_2, PI};
 
@@ -92,6 +94,22 @@ impl MerlGrid {
         ]
     }
 
+    /// The pair at a cell's node, half vector in the t–n plane; `None` if a direction is not above
+    /// the horizon (h_z ≤ |k_z|).
+    pub fn pair(self, cell: [usize; 3]) -> Option<DirectionPair> {
+        let [theta_h, theta_d, phi_d] = self.node(cell);
+        let (sin_h, cos_h) = theta_h.sin_cos();
+        let (sin_d, cos_d) = theta_d.sin_cos();
+        let (sin_phi, cos_phi) = phi_d.sin_cos();
+        let h = DVec3::new(sin_h, 0.0, cos_h) * cos_d;
+        let k = DVec3::new(cos_h * cos_phi, sin_phi, -sin_h * cos_phi) * sin_d;
+        // Two nodes lie exactly on the horizon (theta_h = 10° and 40°, theta_d = 90° − theta_h,
+        // phi_d = 0; as many again at 180°). Without the slack rounding lifts them to a cosine of
+        // 1e-17, where some models diverge, and trilinear look-ups would spread that.
+        let above = h.z - k.z.abs() > HORIZON_SLACK;
+        above.then(|| DirectionPair::new(Direction::from_unit(h + k), Direction::from_unit(h - k)))
+    }
+
     /// Index coordinates `[x_h, x_d, x_phi]` of a pair: `x_h`, `x_d` in `[0, 90]`, `x_phi` in
     /// `[0, dims()[2]]`. Without meaning for a pair below the horizon.
     #[inline]
@@ -159,14 +177,52 @@ impl Azimuth {
     }
 }
 
-/// The pair with the given theta_h, theta_d, phi_d (rad) and phi_h = 0, and by how much the lower
-/// of its two directions clears the horizon: h_z − |k_z|, negative below it.
-pub(super) fn pair_at([theta_h, theta_d, phi_d]: [f64; 3]) -> (DirectionPair, f64) {
-    let (sin_h, cos_h) = theta_h.sin_cos();
-    let (sin_d, cos_d) = theta_d.sin_cos();
-    let (sin_phi, cos_phi) = phi_d.sin_cos();
-    let h = DVec3::new(sin_h, 0.0, cos_h) * cos_d;
-    let k = DVec3::new(cos_h * cos_phi, sin_phi, -sin_h * cos_phi) * sin_d;
-    let pair = DirectionPair::new(Direction::from_unit(h + k), Direction::from_unit(h - k));
-    (pair, h.z - k.z.abs())
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn layouts_have_their_headers_and_lengths() {
+        assert_eq!(
+            MerlGrid::from_dims([90, 90, 180]),
+            Some(MerlGrid::Reciprocal)
+        );
+        assert_eq!(MerlGrid::from_dims([90, 90, 360]), Some(MerlGrid::Full));
+        assert_eq!(MerlGrid::Reciprocal.file_len(), 34_992_012);
+        assert_eq!(MerlGrid::Full.file_len(), 69_984_012);
+        assert_eq!(MerlGrid::Full.index([89, 89, 359]) + 1, 2_916_000);
+    }
+
+    #[test]
+    fn extreme_pairs_have_finite_coordinates_and_a_cell() {
+        let ends = [0.0, 1e-200, 1e-15, 1e-8, 1e-3, 0.7];
+        for grid in [MerlGrid::Reciprocal, MerlGrid::Full] {
+            for (a, b) in ends.iter().flat_map(|&a| ends.map(|b| (a, b))) {
+                for phi in [0.0, 1e-15, FRAC_PI_2, PI - 1e-15, PI, -1e-15] {
+                    for (ti, to) in [(a, b), (FRAC_PI_2 - a, FRAC_PI_2 - b), (a, FRAC_PI_2 - b)] {
+                        let pair = DirectionPair::from_spherical(ti, 0.3, to, 0.3 + phi);
+                        let x = grid.coordinates(&pair);
+                        for (x, n) in x.into_iter().zip(grid.dims()) {
+                            // Grazing, and phi_d just below its period, may round beyond the end.
+                            assert!(x >= 0.0 && x <= n as f64 * (1.0 + 1e-15), "{pair:?} {x}");
+                        }
+                        let cell = grid.cell(&pair);
+                        assert!(cell.iter().zip(grid.dims()).all(|(&i, n)| i < n));
+                    }
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn the_peak_is_not_snapped() {
+        // theta_h from 1e-3 down to 1e-300 rad, at theta_d = 0 so that the pair is exact.
+        for e in 3..300 {
+            let theta = 10f64.powi(-e);
+            let d = Direction::from_spherical(theta, 0.0);
+            let [x, ..] = MerlGrid::Reciprocal.coordinates(&DirectionPair::new(d, d));
+            let want = 90.0 * (theta / FRAC_PI_2).sqrt();
+            assert!((x / want - 1.0).abs() < 1e-15, "{theta:e}");
+        }
+    }
 }

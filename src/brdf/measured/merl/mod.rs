@@ -1,7 +1,7 @@
 //! Isotropic tables in the format of the MERL database (Matusik et al. 2003).
 //!
 //! A plane holds one channel of f_r over (theta_h, theta_d, phi_d), square-root spaced in theta_h;
-//! [`grid`] has the angles and their cells, [`file`](self::file) the bytes. One convention for where in its
+//! [`grid`] has the angles and their cells, [`file`] the bytes. One convention for where in its
 //! cell a value lies, because readers disagree: **at the lower edge**, which is what makes the
 //! reference reader's `int(...)` a nearest-below look-up and what the writer here tabulates.
 //!

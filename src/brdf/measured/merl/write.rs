@@ -5,20 +5,19 @@
 //! returns a negative or non-finite value. A BRDF in luminance is written as a grey one.
 
 use super::file::{SCALE, is_data};
-use super::grid::pair_at;
 use super::{MerlError, MerlGrid};
 use crate::brdf::{Brdf, Presence};
-use crate::numeric;
+use crate::files;
+use crate::geometry::DirectionPair;
 use rayon::prelude::*;
-use std::fs::{self, File};
-use std::io::{self, ErrorKind, Write};
-use std::path::{Path, PathBuf};
+use std::io::{self, Write};
+use std::path::Path;
 
 /// What a cell without data holds.
 const MISSING: f64 = -1.0;
 
 impl MerlGrid {
-    /// The smaller layout that can hold a BRDF of this symmetry.
+    /// The smallest layout that can hold this BRDF without loss of symmetry.
     ///
     /// # Errors
     /// [`MerlError::NotIsotropic`].
@@ -52,14 +51,25 @@ impl MerlGrid {
 /// # Ok::<(), gonio::brdf::measured::merl::MerlError>(())
 /// ```
 pub fn write_merl(brdf: &dyn Brdf, grid: MerlGrid, out: &mut impl Write) -> Result<(), MerlError> {
-    if MerlGrid::holding(brdf)? == MerlGrid::Full && grid == MerlGrid::Reciprocal {
-        return Err(MerlError::NotReciprocal);
-    }
-    // The file wants all of R before any of G. Holding every value (12 MB in luminance, 35 MB in
-    // R, G, B; twice that for 360) costs less than asking the BRDF three times: it may be a
-    // reconstruction that takes microseconds a pair.
-    let values = tabulate(brdf, grid);
-    let n = brdf.channels().count();
+    let values = tabulate(brdf, grid)?;
+    Ok(write_planes(&values, brdf.channels().count(), grid, out)?)
+}
+
+/// Writes a file that appears whole or not at all; after an error nothing is left behind, and a file
+/// that was there is as it was.
+///
+/// # Errors
+/// As [`write_merl`].
+pub fn write_merl_file(brdf: &dyn Brdf, grid: MerlGrid, path: &Path) -> Result<(), MerlError> {
+    // Before the file is opened: a model that panics leaves no part of a file either.
+    let values = tabulate(brdf, grid)?;
+    Ok(files::write_atomically(path, |out| {
+        write_planes(&values, brdf.channels().count(), grid, out)
+    })?)
+}
+
+/// The file of `n` interleaved channels, 1 or 3.
+fn write_planes(values: &[f64], n: usize, grid: MerlGrid, out: &mut impl Write) -> io::Result<()> {
     for dim in grid.header() {
         out.write_all(&dim.to_le_bytes())?;
     }
@@ -78,19 +88,15 @@ pub fn write_merl(brdf: &dyn Brdf, grid: MerlGrid, out: &mut impl Write) -> Resu
     Ok(())
 }
 
-/// Writes a file that appears whole or not at all: under a temporary name in the same folder,
-/// renamed at the end. After an error nothing is left behind, and a file that was there is as it was.
+/// Values of all cells, channels together, all [`MISSING`] where there is no data.
 ///
-/// # Errors
-/// As [`write_merl`].
-pub fn write_merl_file(brdf: &dyn Brdf, grid: MerlGrid, path: &Path) -> Result<(), MerlError> {
-    let mut part = PartFile::create(path)?;
-    write_merl(brdf, grid, &mut part.file)?;
-    Ok(part.rename_to(path)?)
-}
-
-/// Values of all cells, channels together, [`MISSING`] in the first channel or all.
-fn tabulate(brdf: &dyn Brdf, grid: MerlGrid) -> Vec<f64> {
+/// The file wants all of R before any of G. Holding every value (12 MB in luminance, 35 MB in R, G,
+/// B; twice that for 360) costs less than asking the BRDF three times: it may be a reconstruction
+/// that takes microseconds a pair.
+fn tabulate(brdf: &dyn Brdf, grid: MerlGrid) -> Result<Vec<f64>, MerlError> {
+    if MerlGrid::holding(brdf)? == MerlGrid::Full && grid == MerlGrid::Reciprocal {
+        return Err(MerlError::NotReciprocal);
+    }
     let n = brdf.channels().count();
     let [_, n_d, n_phi] = grid.dims();
     let mut values = vec![MISSING; n * grid.cells()];
@@ -100,14 +106,14 @@ fn tabulate(brdf: &dyn Brdf, grid: MerlGrid) -> Vec<f64> {
         .for_each_init(Row::default, |row, (i, values)| {
             row.fill(brdf, grid, [i / n_d, i % n_d], values);
         });
-    values
+    Ok(values)
 }
 
 /// Buffers for the cells of one (theta_h, theta_d).
 #[derive(Default)]
 struct Row {
     cells: Vec<usize>,
-    pairs: Vec<crate::geometry::DirectionPair>,
+    pairs: Vec<DirectionPair>,
     out: Vec<f64>,
     presence: Vec<Presence>,
 }
@@ -118,10 +124,7 @@ impl Row {
         self.cells.clear();
         self.pairs.clear();
         for phi in 0..grid.dims()[2] {
-            let (pair, clearance) = pair_at(grid.node([h, d, phi]));
-            // Nodes exactly on the horizon exist (theta_h = 10°, theta_d = 80°, phi_d = 0): the
-            // slack keeps rounding from lifting them above it.
-            if clearance > numeric::HORIZON_SLACK {
+            if let Some(pair) = grid.pair([h, d, phi]) {
                 self.cells.push(phi);
                 self.pairs.push(pair);
             }
@@ -136,53 +139,6 @@ impl Row {
             if presence == Presence::Present && found.iter().all(|&v| is_data(v)) {
                 values[n * phi..][..n].copy_from_slice(found);
             }
-        }
-    }
-}
-
-/// A file that is removed unless it gets its final name.
-struct PartFile {
-    file: File,
-    path: Option<PathBuf>,
-}
-
-impl PartFile {
-    fn create(target: &Path) -> io::Result<Self> {
-        let Some(name) = target.file_name() else {
-            return Err(io::Error::new(ErrorKind::InvalidInput, "not a file name"));
-        };
-        // Two processes may write the same file, and a killed one may have left its part behind.
-        for attempt in 0..100 {
-            let mut part = std::ffi::OsString::from(".");
-            part.push(name);
-            part.push(format!(".{}-{attempt}.part", std::process::id()));
-            let path = target.with_file_name(part);
-            match File::create_new(&path) {
-                Ok(file) => {
-                    let path = Some(path);
-                    return Ok(Self { file, path });
-                }
-                Err(e) if e.kind() == ErrorKind::AlreadyExists => {}
-                Err(e) => return Err(e),
-            }
-        }
-        Err(ErrorKind::AlreadyExists.into())
-    }
-
-    fn rename_to(mut self, target: &Path) -> io::Result<()> {
-        if let Some(path) = &self.path {
-            fs::rename(path, target)?;
-        }
-        self.path = None;
-        Ok(())
-    }
-}
-
-impl Drop for PartFile {
-    fn drop(&mut self) {
-        if let Some(path) = &self.path {
-            // Nothing more can be done if this fails too; the caller has the first error.
-            let _ = fs::remove_file(path);
         }
     }
 }

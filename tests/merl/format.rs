@@ -1,0 +1,269 @@
+//! Bytes in: what is kept, what is refused, and what a config says.
+
+use super::{cells, file, grey, ulps};
+use gonio::brdf::measured::merl::{Merl, MerlError, MerlGrid, SCALE, check};
+use gonio::brdf::measured::merl_files;
+use gonio::brdf::{self, BuildError, Channels};
+use gonio::{numeric, registry};
+use std::path::Path;
+use std::sync::LazyLock;
+
+const GRID: MerlGrid = MerlGrid::Reciprocal;
+
+/// Values of every magnitude and kind, a fixed hash of channel and cell.
+fn odd_value(c: usize, cell: [usize; 3]) -> f64 {
+    let i = (GRID.index(cell) * 3 + c) as u64;
+    let hash = (i + 1).wrapping_mul(0x9e37_79b9_7f4a_7c15).rotate_left(29);
+    match hash % 101 {
+        0 => -1.0,
+        1 => f64::NAN,
+        2 => f64::INFINITY,
+        3 => f64::from_bits(0xfff8_dead_beef_0000),
+        4 => -0.0,
+        5 => 5e-324,
+        _ => (hash >> 12) as f64 * 1e-12,
+    }
+}
+
+static ODD: LazyLock<Vec<u8>> = LazyLock::new(|| file(GRID, odd_value));
+
+#[test]
+fn planes_keep_every_bit() {
+    let table = Merl::read(ODD.as_slice(), Channels::Rgb).unwrap();
+    let bytes: Vec<u8> = table
+        .planes()
+        .iter()
+        .flat_map(|plane| plane.iter().flat_map(|v| v.to_le_bytes()))
+        .collect();
+    assert!(bytes == ODD[12..]);
+}
+
+#[test]
+fn luminance_is_the_luminance_of_the_rgb_reading() {
+    let rgb = Merl::read(ODD.as_slice(), Channels::Rgb).unwrap();
+    let luminance = Merl::read(ODD.as_slice(), Channels::Luminance).unwrap();
+    assert_eq!(luminance.planes().len(), 1);
+    let mut missing = 0;
+    for cell in cells(GRID) {
+        let want = rgb.value(cell).map(|v| [numeric::luminance(v); 3]);
+        assert_eq!(luminance.value(cell), want, "{cell:?}");
+        let stored = [0, 1, 2].map(|c| odd_value(c, cell));
+        let data = stored.iter().all(|v| v.is_finite() && *v >= 0.0);
+        assert_eq!(want.is_some(), data, "{stored:?}");
+        missing += usize::from(!data);
+    }
+    assert_eq!(luminance.missing_cells(), missing);
+    assert_eq!(rgb.missing_cells(), missing);
+    assert_eq!(rgb.value([0, 0, 180]), None, "outside the table");
+}
+
+#[test]
+fn channels_have_their_scales() {
+    // Exact in rational arithmetic: 1500 v = {1, 1.15, 1.66} × stored, all small integers here.
+    for (scale, hundreds) in SCALE.into_iter().zip([100.0, 115.0, 166.0]) {
+        for stored in [1.0, 3.0, 1500.0, 123_456.0] {
+            let exact = stored * hundreds / 150_000.0;
+            assert!(ulps(stored * scale, exact) <= 2.0);
+        }
+    }
+}
+
+#[test]
+fn streams_of_another_length_are_refused() {
+    let whole = grey_file();
+    let expected = GRID.file_len();
+    for found in [0, 1, 11] {
+        match Merl::read(&whole[..found], Channels::Rgb) {
+            Err(MerlError::NoHeader { found: f }) => assert_eq!(f, found as u64),
+            other => panic!("{other:?}"),
+        }
+    }
+    for found in [12, 13, 11_664_012, 20_000_000, whole.len() - 1] {
+        for channels in [Channels::Luminance, Channels::Rgb] {
+            let error = Merl::read(&whole[..found], channels).unwrap_err();
+            assert!(matches!(error, MerlError::Length { found: f, .. } if f == found as u64));
+            let text = error.to_string();
+            assert!(text.contains(&found.to_string()) && text.contains(&expected.to_string()));
+        }
+    }
+    let mut long = whole.clone();
+    long.push(0);
+    let error = Merl::read(long.as_slice(), Channels::Luminance).unwrap_err();
+    assert!(
+        matches!(error, MerlError::TooLong { grid: GRID }),
+        "{error}"
+    );
+}
+
+#[test]
+fn headers_are_checked_before_anything_is_read() {
+    /// Fails the test if it is read past the header.
+    struct HeaderOnly<'a>(&'a [u8]);
+    impl std::io::Read for HeaderOnly<'_> {
+        fn read(&mut self, buffer: &mut [u8]) -> std::io::Result<usize> {
+            assert!(!self.0.is_empty(), "read past the header");
+            self.0.read(buffer)
+        }
+    }
+    let nan = f32::NAN.to_bits() as i32;
+    for dims in [
+        [90, 90, 181],
+        [90, 180, 90],
+        [0, 0, 0],
+        [-90, -90, 180],
+        [i32::MAX; 3],
+        [nan; 3],
+        [90i32, 90, 180].map(i32::swap_bytes),
+    ] {
+        let bytes: Vec<u8> = dims.iter().flat_map(|d| d.to_le_bytes()).collect();
+        let error = Merl::read(HeaderOnly(&bytes), Channels::Rgb).unwrap_err();
+        assert!(matches!(error, MerlError::Dims { found } if found == dims));
+        assert!(
+            error.to_string().contains("expected 90, 90, 180"),
+            "{error}"
+        );
+    }
+}
+
+#[test]
+fn a_table_without_data_is_refused() {
+    for nothing in [-1.0, f64::NAN, f64::INFINITY] {
+        for channels in [Channels::Luminance, Channels::Rgb] {
+            let bytes = file(GRID, |c, _| if c == 2 { nothing } else { 1.0 });
+            let error = Merl::read(bytes.as_slice(), channels).unwrap_err();
+            assert!(matches!(error, MerlError::NoData), "{error}");
+        }
+    }
+}
+
+#[test]
+fn an_error_of_the_input_is_passed_on() {
+    struct Broken;
+    impl std::io::Read for Broken {
+        fn read(&mut self, _: &mut [u8]) -> std::io::Result<usize> {
+            Err(std::io::Error::other("cable"))
+        }
+    }
+    let error = Merl::read(Broken, Channels::Rgb).unwrap_err();
+    assert_eq!(error.to_string(), "cable");
+}
+
+/// A small valid file.
+fn grey_file() -> Vec<u8> {
+    file(GRID, |_, [h, ..]| h as f64)
+}
+
+fn spec(text: &str) -> Box<dyn brdf::BrdfSpec> {
+    let table = toml::de::DeTable::parse(text).unwrap();
+    brdf::read(table).unwrap()
+}
+
+/// The message about a file a config names, checked to start with the file's name.
+fn complaint(path: &Path, build: bool) -> String {
+    let spec = spec(&format!("kind = 'merl'\npath = '{}'", path.display()));
+    let result = if build {
+        spec.build(Channels::Luminance).map(drop)
+    } else {
+        spec.check()
+    };
+    match result {
+        Err(BuildError::Data { path: p, message }) => {
+            assert_eq!(p, path);
+            message
+        }
+        other => panic!("{other:?}"),
+    }
+}
+
+#[test]
+fn unusable_files_are_named_with_what_was_found_and_expected() {
+    let dir = tempfile::tempdir().unwrap();
+    let whole = grey_file();
+    let mut long = whole.clone();
+    long.extend([0; 5]);
+    let write = |name: &str, bytes: &[u8]| {
+        let path = dir.path().join(name);
+        std::fs::write(&path, bytes).unwrap();
+        path
+    };
+    let cases = [
+        (write("empty", &[]), "found 0 bytes"),
+        (write("short", &whole[..7]), "found 7 bytes"),
+        (
+            write("text", b"hello, this is a letter"),
+            "in the header, expected 90, 90, 180",
+        ),
+        (
+            write("cut", &whole[..34_992_011]),
+            "found 34992011 bytes, expected 34992012",
+        ),
+        (
+            write("long", &long),
+            "found 34992017 bytes, expected 34992012",
+        ),
+        (dir.path().to_owned(), "not a regular file"),
+        (dir.path().join("nowhere"), "No such file"),
+    ];
+    for (path, want) in cases {
+        for build in [false, true] {
+            let message = complaint(&path, build);
+            assert!(message.contains(want), "{message}");
+        }
+    }
+}
+
+#[test]
+fn a_config_names_a_file() {
+    let dir = tempfile::tempdir().unwrap();
+    let path = dir.path().join("gold.binary");
+    std::fs::write(&path, ODD.as_slice()).unwrap();
+    assert_eq!(check(&path).unwrap(), GRID);
+    assert_eq!(merl_files(dir.path()).unwrap(), [path.clone()]);
+
+    let gold = spec(&format!("kind = 'merl'\npath = '{}'", path.display()));
+    gold.check().unwrap();
+    assert_eq!(gold.label(), "gold");
+    assert_eq!(gold.inputs(), [path.clone()]);
+    let resolved = gold.resolved();
+    assert_eq!(resolved["interpolation"].as_str(), Some("trilinear"));
+    assert_eq!(resolved["bilateral"].as_bool(), Some(true));
+    assert_eq!(spec(&resolved.to_string()).resolved(), resolved);
+    for channels in [Channels::Luminance, Channels::Rgb] {
+        let brdf = gold.build(channels).unwrap();
+        assert_eq!(brdf.channels(), channels);
+        assert_eq!(brdf.symmetry(), gonio::geometry::Symmetry::FULL);
+        assert!(!brdf.conserves_energy());
+    }
+    let one_sided = format!(
+        "{}bilateral = false",
+        resolved.to_string().replace("bilateral = true", "")
+    );
+    let brdf = spec(&one_sided).build(Channels::Luminance).unwrap();
+    assert!(!brdf.symmetry().bilateral);
+
+    let entry = |kind: &str| brdf::all().into_iter().find(|e| e.kind == kind).unwrap();
+    for wrong in [
+        "",
+        "path = 3",
+        "path = 'a'\ninterpolation = 'cubic'",
+        "path = 'a'\ngrid = 90",
+    ] {
+        assert!(
+            registry::read_text(&entry("merl"), wrong).is_err(),
+            "{wrong}"
+        );
+    }
+}
+
+#[test]
+fn the_variant_without_reciprocity_is_read() {
+    let grid = MerlGrid::Full;
+    let table = grey(grid, Channels::Rgb, |cell| grid.index(cell) as f64);
+    assert_eq!(table.grid(), grid);
+    for cell in [[0, 0, 0], [3, 4, 359], [89, 89, 180]] {
+        let [r, ..] = table.value(cell).unwrap();
+        assert!((r - grid.index(cell) as f64).abs() < 1e-6);
+    }
+    use gonio::brdf::Brdf;
+    assert!(table.symmetry().isotropic && !table.symmetry().reciprocal);
+}

@@ -1,0 +1,309 @@
+//! BRDFs out: what a cell holds, what is refused, and that the bytes are always the same.
+
+use super::{cells, first, ulps};
+use gonio::brdf::measured::merl::{
+    Interpolation, Merl, MerlError, MerlGrid, write_merl, write_merl_file,
+};
+use gonio::brdf::measured::{TableFormat, TabulatedSpec};
+use gonio::brdf::{self, Brdf, BrdfSpec, Channels, Lambert, LambertSpec, Presence, Spectrum};
+use gonio::geometry::{DirectionPair, Symmetry};
+use gonio::registry;
+
+/// A smooth function with the symmetries asked for and no other; missing where `hole` says.
+struct Smooth {
+    channels: Channels,
+    symmetry: Symmetry,
+    hole: fn(&DirectionPair) -> bool,
+}
+
+impl Smooth {
+    fn new(channels: Channels, reciprocal: bool) -> Self {
+        let symmetry = Symmetry {
+            isotropic: true,
+            reciprocal,
+            bilateral: false,
+        };
+        let hole = |_: &_| false;
+        Self {
+            channels,
+            symmetry,
+            hole,
+        }
+    }
+
+    fn values(&self, pair: &DirectionPair) -> [f64; 3] {
+        let (h, k) = (pair.half(), pair.back());
+        let turn = h.cross(k).z;
+        // Even in k, changed by a mirror; the second line is odd in k.
+        let even = 0.4 + 0.2 * h.z + 0.1 * turn * k.z;
+        let odd = 0.05 * turn + 0.1 * k.z;
+        let f = if self.symmetry.reciprocal {
+            even
+        } else {
+            even + odd
+        };
+        [f, f * f, 1.0 - f]
+    }
+}
+
+impl Brdf for Smooth {
+    fn channels(&self) -> Channels {
+        self.channels
+    }
+    fn symmetry(&self) -> Symmetry {
+        self.symmetry
+    }
+    fn conserves_energy(&self) -> bool {
+        false
+    }
+    fn eval(&self, pair: &DirectionPair, out: &mut [f64]) -> Presence {
+        out.fill(0.0);
+        if (self.hole)(pair) {
+            return Presence::Missing;
+        }
+        if pair.is_above_horizon() {
+            out.copy_from_slice(&self.values(pair)[..self.channels.count()]);
+        }
+        Presence::Present
+    }
+}
+
+fn written(brdf: &dyn Brdf, grid: MerlGrid) -> Vec<u8> {
+    let mut bytes = Vec::new();
+    write_merl(brdf, grid, &mut bytes).unwrap();
+    assert_eq!(bytes.len() as u64, grid.file_len());
+    bytes
+}
+
+/// Writes, reads and compares every node; returns the worst distance in ulp.
+fn round_trip(brdf: &dyn Brdf, grid: MerlGrid) -> f64 {
+    let channels = brdf.channels();
+    let table = Merl::read(written(brdf, grid).as_slice(), channels).unwrap();
+    let (mut worst, mut held) = (0.0f64, 0);
+    for cell in cells(grid) {
+        let (got, pair) = (table.value(cell), grid.pair(cell));
+        assert_eq!(got.is_some(), pair.is_some(), "{cell:?}");
+        let (Some(got), Some(pair)) = (got, pair) else {
+            continue;
+        };
+        held += 1;
+        let mut want = [0.0; 3];
+        let n = channels.count();
+        assert_eq!(brdf.eval(&pair, &mut want[..n]), Presence::Present);
+        for (&got, &want) in got.iter().zip(&want[..n]) {
+            worst = worst.max(ulps(got, want));
+        }
+    }
+    assert!(held as f64 > 0.75 * grid.cells() as f64, "{held}");
+    worst
+}
+
+#[test]
+fn what_is_written_is_read_back() {
+    let lambert = |channels| Lambert::new(Spectrum::Rgb([0.9, 0.5, 0.2]), channels);
+    // Luminance adds the roundings of three weights and two sums.
+    for (channels, ulp) in [(Channels::Rgb, 2.0), (Channels::Luminance, 3.0)] {
+        let worst = [
+            round_trip(&lambert(channels), MerlGrid::Reciprocal),
+            round_trip(&Smooth::new(channels, true), MerlGrid::Reciprocal),
+            round_trip(&Smooth::new(channels, false), MerlGrid::Full),
+        ];
+        assert!(worst.iter().all(|&w| w <= ulp), "{channels:?}: {worst:?}");
+    }
+}
+
+#[test]
+fn look_ups_return_the_tabulated_function() {
+    for (reciprocal, grid) in [(true, MerlGrid::Reciprocal), (false, MerlGrid::Full)] {
+        let smooth = Smooth::new(Channels::Luminance, reciprocal);
+        let bytes = written(&smooth, grid);
+        let table = Merl::read(bytes.as_slice(), Channels::Luminance).unwrap();
+        for i in 0..2000u32 {
+            let t = f64::from(i);
+            let pair = DirectionPair::from_spherical(
+                (t * 0.618).fract() * 1.4,
+                t,
+                (t * 0.414).fract() * 1.4,
+                2.3 * t,
+            );
+            for pair in [pair, pair.swapped()] {
+                let [want, ..] = smooth.values(&pair);
+                let got = first(&table, &pair).unwrap();
+                assert!((got - want).abs() < 3e-4, "{pair:?}: {got} {want}");
+            }
+        }
+    }
+}
+
+#[test]
+fn missing_data_stay_missing() {
+    let mut smooth = Smooth::new(Channels::Rgb, true);
+    smooth.hole = |pair| pair.separation() < 0.2;
+    let table = Merl::read(
+        written(&smooth, MerlGrid::Reciprocal).as_slice(),
+        Channels::Rgb,
+    )
+    .unwrap()
+    .with_interpolation(Interpolation::Nearest);
+    for plane in table.planes() {
+        assert_eq!(plane[0], -1.0);
+        assert!(plane.iter().all(|&v| v >= 0.0 || v == -1.0));
+    }
+    assert_eq!(table.value([10, 5, 7]), None);
+    assert!(table.value([10, 6, 7]).is_some());
+}
+
+#[test]
+fn broken_promises_are_written_as_missing() {
+    struct Broken(f64);
+    impl Brdf for Broken {
+        fn channels(&self) -> Channels {
+            Channels::Rgb
+        }
+        fn symmetry(&self) -> Symmetry {
+            Symmetry::FULL
+        }
+        fn conserves_energy(&self) -> bool {
+            false
+        }
+        fn eval(&self, _: &DirectionPair, out: &mut [f64]) -> Presence {
+            out.copy_from_slice(&[1.0, self.0, 1.0]);
+            Presence::Present
+        }
+    }
+    for broken in [-0.5, f64::NAN, f64::INFINITY] {
+        let bytes = written(&Broken(broken), MerlGrid::Reciprocal);
+        let (header, body) = bytes.split_at(12);
+        assert_eq!(header.len(), 12);
+        assert!(body.chunks(8).all(|b| b == (-1.0f64).to_le_bytes()));
+    }
+}
+
+#[test]
+fn a_table_refuses_what_it_cannot_hold() {
+    let mut brdf = Smooth::new(Channels::Luminance, false);
+    let refusal = |brdf: &Smooth, grid| write_merl(brdf, grid, &mut Vec::new()).unwrap_err();
+    let error = refusal(&brdf, MerlGrid::Reciprocal);
+    assert!(matches!(error, MerlError::NotReciprocal));
+    assert!(
+        error.to_string().contains("90×90×360 can hold it"),
+        "{error}"
+    );
+    brdf.symmetry = Symmetry::ORTHOTROPIC;
+    for grid in [MerlGrid::Reciprocal, MerlGrid::Full] {
+        assert!(matches!(refusal(&brdf, grid), MerlError::NotIsotropic));
+    }
+}
+
+#[test]
+fn the_bytes_do_not_depend_on_the_threads() {
+    let brdf = Smooth::new(Channels::Rgb, true);
+    let on = |threads| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
+        pool.unwrap()
+            .install(|| written(&brdf, MerlGrid::Reciprocal))
+    };
+    assert!(on(1) == on(2));
+}
+
+#[test]
+fn a_file_is_whole_or_not_there() {
+    let dir = tempfile::tempdir().unwrap();
+    let names = || {
+        let mut names: Vec<_> = std::fs::read_dir(dir.path())
+            .unwrap()
+            .map(|e| e.unwrap().file_name())
+            .collect();
+        names.sort();
+        names
+    };
+    let grey = Lambert::new(Spectrum::Grey(0.5), Channels::Luminance);
+    let path = dir.path().join("grey.binary");
+    write_merl_file(&grey, MerlGrid::Reciprocal, &path).unwrap();
+    assert!(std::fs::read(&path).unwrap() == written(&grey, MerlGrid::Reciprocal));
+    assert_eq!(names(), ["grey.binary"]);
+
+    let folder = dir.path().join("folder");
+    std::fs::create_dir_all(folder.join("full")).unwrap();
+    for target in [folder, dir.path().join("nowhere/a.binary"), "/".into()] {
+        let error = write_merl_file(&grey, MerlGrid::Reciprocal, &target).unwrap_err();
+        assert!(matches!(error, MerlError::Io(_)), "{error}");
+    }
+    let brushed = Smooth::new(Channels::Luminance, false);
+    write_merl_file(&brushed, MerlGrid::Reciprocal, &dir.path().join("b")).unwrap_err();
+    assert_eq!(names(), ["folder", "grey.binary"]);
+
+    struct Full;
+    impl std::io::Write for Full {
+        fn write(&mut self, _: &[u8]) -> std::io::Result<usize> {
+            Err(std::io::Error::other("disk full"))
+        }
+        fn flush(&mut self) -> std::io::Result<()> {
+            Ok(())
+        }
+    }
+    let error = write_merl(&grey, MerlGrid::Reciprocal, &mut Full).unwrap_err();
+    assert_eq!(error.to_string(), "disk full");
+}
+
+#[test]
+fn a_config_tabulates_another_material() {
+    let entry = brdf::all()
+        .into_iter()
+        .find(|e| e.kind == "tabulated")
+        .unwrap();
+    let text = "format = 'merl'\ninterpolation = 'nearest'\nof = { kind = 'lambert', albedo = [0.9, 0.5, 0.2] }";
+    let spec = registry::read_text(&entry, text).unwrap();
+    assert_eq!(spec.label(), "merl-of-lambert");
+    assert!(spec.inputs().is_empty());
+    spec.check().unwrap();
+    let resolved = spec.resolved();
+    let text = resolved.to_string();
+    let again = brdf::read(toml::de::DeTable::parse(&text).unwrap()).unwrap();
+    assert_eq!(again.resolved(), resolved);
+    for channels in [Channels::Rgb, Channels::Luminance] {
+        let table = spec.build(channels).unwrap();
+        assert_eq!(table.channels(), channels);
+        assert_eq!(table.symmetry(), Symmetry::FULL);
+        let lambert = Lambert::new(Spectrum::Rgb([0.9, 0.5, 0.2]), channels);
+        let pair = DirectionPair::from_spherical(0.4, 0.1, 0.9, 2.0);
+        let (got, want) = (first(table.as_ref(), &pair), first(&lambert, &pair));
+        assert!(ulps(got.unwrap(), want.unwrap()) <= 3.0);
+    }
+
+    let message = |text: &str| registry::read_text(&entry, text).unwrap_err().message;
+    assert!(message("").contains("of is missing"));
+    assert!(message("of = { kind = 'lambert', albdeo = 1 }").contains("albdeo"));
+    assert!(message("of = { kind = 'velvet-underground' }").contains("velvet-underground"));
+    assert!(message("of = { kind = 'lambert' }\nsize = 3").contains("size"));
+    let too_bright =
+        registry::read_text(&entry, "of = { kind = 'lambert', albedo = 2.0 }").unwrap();
+    assert!(too_bright.check().is_err() && too_bright.build(Channels::Rgb).is_err());
+}
+
+#[test]
+fn a_material_that_does_not_fit_is_the_config_s_fault() {
+    #[derive(Debug)]
+    struct Brushed(LambertSpec);
+    impl BrdfSpec for Brushed {
+        fn resolved(&self) -> toml::Table {
+            self.0.resolved()
+        }
+        fn label(&self) -> String {
+            "brushed".into()
+        }
+        fn check(&self) -> Result<(), brdf::BuildError> {
+            Ok(())
+        }
+        fn build(&self, channels: Channels) -> Result<Box<dyn Brdf>, brdf::BuildError> {
+            let mut brdf = Smooth::new(channels, true);
+            brdf.symmetry = Symmetry::ORTHOTROPIC;
+            Ok(Box::new(brdf))
+        }
+    }
+    let of = Box::new(Brushed(LambertSpec::default()));
+    let spec = TabulatedSpec::new(of, TableFormat::Merl, Interpolation::Trilinear);
+    let error = spec.build(Channels::Luminance).err().unwrap();
+    assert!(matches!(error, brdf::BuildError::Parameter(_)));
+    assert!(error.to_string().contains("not isotropic"), "{error}");
+}
