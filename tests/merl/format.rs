@@ -218,12 +218,12 @@ fn a_config_names_a_file() {
     let path = dir.path().join("gold.binary");
     std::fs::write(&path, ODD.as_slice()).unwrap();
     assert_eq!(check(&path).unwrap(), GRID);
-    assert_eq!(merl_files(dir.path()).unwrap(), [path.clone()]);
+    assert_eq!(merl_files(dir.path()).unwrap(), std::slice::from_ref(&path));
 
     let gold = spec(&format!("kind = 'merl'\npath = '{}'", path.display()));
     gold.check().unwrap();
     assert_eq!(gold.label(), "gold");
-    assert_eq!(gold.inputs(), [path.clone()]);
+    assert_eq!(gold.inputs(), std::slice::from_ref(&path));
     let resolved = gold.resolved();
     assert_eq!(resolved["interpolation"].as_str(), Some("trilinear"));
     assert_eq!(resolved["bilateral"].as_bool(), Some(true));

@@ -1,12 +1,12 @@
 //! Isotropic tables in the format of the MERL database (Matusik et al. 2003).
 //!
 //! A plane holds one channel of f_r over (theta_h, theta_d, phi_d), square-root spaced in theta_h;
-//! [`grid`] has the angles and their cells, [`file`] the bytes. One convention for where in its
+//! [`grid`] has the angles and their cells, [`mod@file`] the bytes. One convention for where in its
 //! cell a value lies, because readers disagree: **at the lower edge**, which is what makes the
 //! reference reader's `int(...)` a nearest-below look-up and what the writer here tabulates.
 //!
 //! Interpolations:
-//! * `nearest`: the value of the cell the pair falls in, exactly the reference reader's;
+//! * `nearest`: the value of the cell the pair falls in, the reference reader's but for rounding at its edges;
 //! * `trilinear`: between the eight nodes around the pair, in index coordinates. Nodes without data
 //!   are left out and the weights of the others renormalised. Periodic in phi_d; constant beyond
 //!   the last node of theta_h (88.0°) and theta_d (89°).
