@@ -28,7 +28,7 @@ impl Direction {
     pub fn try_new(v: DVec3) -> Option<Self> {
         // Scaling first keeps vectors of 1e-200 and 1e200 from under- and overflowing.
         let scale = v.abs().max_element();
-        if !(scale > 0.0 && scale.is_finite()) {
+        if !v.is_finite() || scale == 0.0 {
             return None;
         }
         let v = v / scale;

@@ -23,6 +23,11 @@ pub trait Chart: Copy + Send + Sync + 'static {
     /// True if the mirror direction is at r1 = 0.
     const PEAK_AT_START: bool;
 
+    /// How many nodes a grid puts along a radial axis for each one along a quarter turn, if it is
+    /// not told: lobes are narrow along the radial axes of the half-vector charts and change
+    /// slowly with azimuth, but spread over all axes of the spherical one.
+    const RADIAL_DENSITY: f64 = 4.0;
+
     /// `[r1, a1, r2, a2]` of a pair.
     fn absolute(&self, pair: &DirectionPair) -> [f64; 4];
 

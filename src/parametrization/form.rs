@@ -33,18 +33,20 @@ impl<C: Chart> Form<C> {
             range: [0.0, max],
             kind: AxisKind::Radial,
             peak_at_start: false,
+            density: C::RADIAL_DENSITY,
             warp: None,
         });
         let r1 = Axis {
             peak_at_start: C::PEAK_AT_START,
             ..r1
         };
-        let azimuth = |symbol, range, kind| Axis {
+        let azimuth = |symbol, range: [f64; 2], kind| Axis {
             symbol,
             unit: Unit::Radian,
             range,
             kind,
             peak_at_start: false,
+            density: (range[1] - range[0]) / FRAC_PI_2,
             warp: None,
         };
         let full = ([-PI, PI], AxisKind::Periodic);

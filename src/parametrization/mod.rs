@@ -64,6 +64,8 @@ pub struct Axis {
     pub kind: AxisKind,
     /// True if the mirror direction, where lobes peak, sits at the start of this axis.
     pub peak_at_start: bool,
+    /// Nodes a grid puts along this axis relative to the others, if it is not told.
+    pub density: f64,
     /// The warp that bends it, if any; `symbol` stays that of the plain axis.
     pub warp: Option<WarpName>,
 }

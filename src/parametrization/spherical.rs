@@ -23,6 +23,7 @@ impl Chart for Spherical {
     const EXCHANGE: bool = true;
     const NESTED: bool = false;
     const PEAK_AT_START: bool = false;
+    const RADIAL_DENSITY: f64 = 1.0;
 
     #[inline]
     fn absolute(&self, pair: &DirectionPair) -> [f64; 4] {

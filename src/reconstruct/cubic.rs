@@ -26,8 +26,8 @@ pub(super) const ENTRY: Entry<dyn Reconstruct> = Entry {
     read: |table| Ok(Box::new(registry::parse::<Cubic>(table)?)),
 };
 
-/// Nodes the lattice is continued past each end: 0.27^10 = 2e-6 of an end effect is left.
-const REACH: usize = 10;
+/// Nodes the lattice is continued past each end: 0.27^8 = 3e-5 of an end effect is left.
+const REACH: usize = 8;
 
 /// Nodes past each end that evaluation needs.
 const SUPPORT: usize = 2;

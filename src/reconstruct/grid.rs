@@ -1,15 +1,17 @@
 //! What every interpolation on a lattice shares: node values without holes, continued past the
 //! ends of every axis, and the walk from pairs to index coordinates.
 //!
-//! The horizon rule: a node that is no physical configuration, or where the material has no data,
-//! takes the value of the nearest node that has one, in index units of the lattice. A cell that
-//! straddles the horizon thus interpolates between what was measured and its continuation.
-//!
-//! Past the ends: through a pole or a fold the lattice meets itself again (the value there is that
-//! of the same configuration inside the box); past the far end of an axis the last node continues.
+//! The horizon rule. Through a pole or a fold the lattice meets itself again: the value there is
+//! that of the same configuration inside the box. Every other node without a reading (below the
+//! horizon, past the far end of an axis, no data in the material) continues the readings, layer
+//! by layer: the mean, over the lattice directions in which the next two nodes are known, of the
+//! next node's value plus half its slope. The slope halves with every layer, so the continuation
+//! is straight at the edge, where cells straddle the horizon, and flat far from it, where nothing
+//! is known. (On 82 materials at 4000 readings this is a third better in `nrmse` for the cubic
+//! spline than copying the nearest reading, and a few per cent better for multilinear.)
 
+use super::ReconstructError;
 use super::transform::Transform;
-use super::{ReconstructError, scattered};
 use crate::brdf::{Brdf, Channels, Presence};
 use crate::geometry::{DirectionPair, Symmetry};
 use crate::measurement::Measurement;
@@ -45,29 +47,97 @@ impl<const D: usize> Padded<D> {
             });
         };
         let channels = measurement.channels.count();
-        let source = nearest_readings(method, measurement, lattice)?;
-        let transformed: Vec<f64> = measurement
-            .values
-            .iter()
-            .map(|&f| transform.forward(f))
-            .collect();
         let shape: [usize; D] = std::array::from_fn(|d| lattice.axes[d].n + 2 * pad);
-        let mut values = Vec::with_capacity(shape.iter().product::<usize>() * channels);
+        let nodes = shape.iter().product();
+        let mut table = Self {
+            shape,
+            pad,
+            channels,
+            values: vec![0.0; nodes * channels],
+        };
+        let mut unknown = Vec::new();
+        let mut known = vec![false; nodes];
         let mut inner = [0i64; D];
+        let mut node = 0;
         for_each_node(&shape, |index| {
             for (inner, &i) in inner.iter_mut().zip(index) {
                 *inner = i - pad as i64;
             }
-            let node = home(&*schedule.parametrization, lattice, &inner);
-            let pose = source[node] as usize;
-            values.extend_from_slice(&transformed[pose * channels..(pose + 1) * channels]);
+            let pose = home(&*schedule.parametrization, lattice, &inner)
+                .and_then(|home| lattice.pose[home])
+                .and_then(|pose| measurement.value(pose as usize));
+            if let Some(reading) = pose {
+                let values = &mut table.values[node * channels..(node + 1) * channels];
+                for (value, &f) in values.iter_mut().zip(reading) {
+                    *value = transform.forward(f);
+                }
+                known[node] = true;
+            } else {
+                unknown.push(node);
+            }
+            node += 1;
         });
-        Ok(Self {
-            shape,
-            pad,
-            channels,
-            values,
-        })
+        if unknown.len() == nodes {
+            return Err(ReconstructError::TooFew {
+                method,
+                readings: 0,
+                needed: 1,
+            });
+        }
+        table.continue_outwards(known, unknown);
+        Ok(table)
+    }
+
+    /// The horizon rule: fills the `unknown` nodes from the `known` ones.
+    fn continue_outwards(&mut self, mut known: Vec<bool>, mut unknown: Vec<usize>) {
+        let channels = self.channels;
+        let strides = self.strides().map(|s| s / channels);
+        // A lone reading has no second node behind it: then slopes count as 0.
+        let mut need_two = true;
+        let mut layer: Vec<(usize, [f64; 3])> = Vec::new();
+        while !unknown.is_empty() {
+            layer.clear();
+            unknown.retain(|&node| {
+                let mut sum = [0.0; 3];
+                let mut count = 0.0;
+                for (&stride, &n) in strides.iter().zip(&self.shape) {
+                    let i = node / stride % n;
+                    for (room, step) in [(i, -(stride as isize)), (n - 1 - i, stride as isize)] {
+                        if room < 1 {
+                            continue;
+                        }
+                        let next = node.wrapping_add_signed(step);
+                        let after = next.wrapping_add_signed(step);
+                        let two = room >= 2 && known[after];
+                        if !known[next] || (need_two && !two) {
+                            continue;
+                        }
+                        count += 1.0;
+                        for (c, sum) in sum.iter_mut().enumerate().take(channels) {
+                            let y = self.values[next * channels + c];
+                            let slope = if two {
+                                y - self.values[after * channels + c]
+                            } else {
+                                0.0
+                            };
+                            *sum += y + 0.5 * slope;
+                        }
+                    }
+                }
+                if count > 0.0 {
+                    layer.push((node, sum.map(|s| s / count)));
+                }
+                count == 0.0
+            });
+            if layer.is_empty() {
+                need_two = false;
+            }
+            for &(node, values) in &layer {
+                known[node] = true;
+                self.values[node * channels..(node + 1) * channels]
+                    .copy_from_slice(&values[..channels]);
+            }
+        }
     }
 
     /// Distance in `values` between neighbours along each axis.
@@ -102,86 +172,28 @@ impl<const D: usize> Padded<D> {
     }
 }
 
-/// For each node of the lattice, the pose whose reading it takes.
-fn nearest_readings(
-    method: &'static str,
-    measurement: &Measurement,
-    lattice: &Lattice,
-) -> Result<Vec<u32>, ReconstructError> {
-    let shape = lattice.shape();
-    let read = |pose: &Option<u32>| pose.filter(|&p| measurement.value(p as usize).is_some());
-    let own: Vec<Option<u32>> = lattice.pose.iter().map(read).collect();
-    let mut points = Vec::new();
-    let mut poses = Vec::new();
-    let mut node = 0;
-    for_each_node(&shape, |index| {
-        if let Some(pose) = own[node] {
-            points.push(as_point(index));
-            poses.push(pose);
-        }
-        node += 1;
-    });
-    if points.is_empty() {
-        return Err(ReconstructError::TooFew {
-            method,
-            readings: 0,
-            needed: 1,
-        });
-    }
-    if points.len() == own.len() {
-        return Ok(poses);
-    }
-    let nearest = scattered::Nearest::new(&points);
-    let mut source = Vec::with_capacity(own.len());
-    for_each_node(&shape, |index| {
-        source.push(match own[source.len()] {
-            Some(pose) => pose,
-            None => poses[nearest.find(&as_point(index))],
-        });
-    });
-    Ok(source)
-}
-
-/// Lattice indices as a point of the nearest-node search.
-fn as_point(index: &[i64]) -> [f64; 4] {
-    let mut point = [0.0; 4];
-    for (x, &i) in point.iter_mut().zip(index) {
-        *x = i as f64;
-    }
-    point
-}
-
-/// The node of the lattice whose configuration is that of `index`, which may lie outside.
+/// The node of the lattice whose configuration is that of `index`, which may lie outside; `None`
+/// past the far end of an axis.
 fn home<const D: usize>(
     parametrization: &dyn Parametrization,
     lattice: &Lattice,
     index: &[i64; D],
-) -> usize {
+) -> Option<usize> {
     if let Some(node) = lattice.node(index) {
-        return node;
+        return Some(node);
     }
-    // Past the far end of an axis the last node continues; for the other ends canonical() knows.
-    let mut inside = *index;
-    for (d, axis) in lattice.axes.iter().enumerate() {
-        let far = parametrization.axes()[d].range[1];
-        while !axis.periodic && inside[d] > 0 && axis.value(inside[d] as f64) > far {
-            inside[d] -= 1;
+    let coords = parametrization.canonical(&lattice.coords(index))?;
+    let mut home = [0; D];
+    for (d, (home, axis)) in home.iter_mut().zip(&lattice.axes).enumerate() {
+        let x = axis.index(coords[d]);
+        *home = x.round() as i64;
+        // At a pole canonical() sets azimuths to 0, between nodes; every node there is the same
+        // configuration, so the first will do.
+        if x < 0.0 {
+            *home = (*home).max(0);
         }
     }
-    let coords = lattice.coords(&inside);
-    let home = parametrization.canonical(&coords).unwrap_or(coords);
-    let mut node = 0;
-    for (d, axis) in lattice.axes.iter().enumerate() {
-        let n = axis.n as i64;
-        let i = axis.index(home[d]).round() as i64;
-        let i = if axis.periodic {
-            i.rem_euclid(n)
-        } else {
-            i.clamp(0, n - 1)
-        };
-        node = node * axis.n + i as usize;
-    }
-    node
+    lattice.node(&home)
 }
 
 /// An interpolation rule in index coordinates.

@@ -21,7 +21,7 @@ pub(super) const ENTRY: Entry<dyn Reconstruct> = Entry {
     kind: KIND,
     summary: "inverse-distance weights over the k nearest readings",
     examples: &[
-        "neighbours = 8\npower = 4.0",
+        "neighbours = 12\npower = 2.0",
         "coordinates = { kind = \"hybrid\" }",
     ],
     read: |table| Ok(Box::new(registry::parse::<InverseDistance>(table)?)),
@@ -51,8 +51,8 @@ impl Default for InverseDistance {
         Self {
             values: Values::Log,
             epsilon: EPSILON,
-            neighbours: 8,
-            power: 4.0,
+            neighbours: 12,
+            power: 2.0,
             coordinates: None,
             stretch: STRETCH,
         }

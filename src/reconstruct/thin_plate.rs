@@ -139,7 +139,9 @@ struct Scratch<const K: usize> {
     basis: Vec<[f64; MOST]>,
     /// φ to the Lagrange points minus half their own correction, per neighbour and query.
     to_lagrange: Vec<[f64; MOST]>,
-    /// Neighbours that are not Lagrange points.
+    /// Neighbours that are Lagrange points, each with its column of `basis`.
+    lagrange: Vec<(usize, usize)>,
+    /// The other neighbours.
     free: Vec<usize>,
     /// Storage of the reduced system.
     matrix: Vec<f64>,
@@ -172,6 +174,7 @@ impl<const K: usize> ScatteredRule<K> for Local {
             points: Vec::with_capacity(k),
             basis: Vec::with_capacity(k + 1),
             to_lagrange: Vec::with_capacity(k + 1),
+            lagrange: Vec::with_capacity(MOST),
             free: Vec::with_capacity(k),
             matrix: Vec::with_capacity(k * k),
             weights: Vec::with_capacity(k),
@@ -200,16 +203,16 @@ impl<const K: usize> ScatteredRule<K> for Local {
             return;
         }
         s.localise(cloud, x, farthest.sqrt());
-        let lagrange = s.eliminate();
-        if !s.solve(&lagrange) {
+        s.eliminate();
+        if !s.solve() {
             let rule = Shepard {
                 neighbours: self.neighbours,
-                power: 4.0,
+                power: 2.0,
             };
             rule.interpolate(cloud, tree, x, &mut (), out);
             return;
         }
-        s.combine(cloud, &lagrange, out);
+        s.combine(cloud, out);
     }
 }
 
@@ -233,18 +236,18 @@ impl<const K: usize> Scratch<K> {
     }
 
     /// Column elimination with full pivoting: picks the Lagrange points and turns the rows of
-    /// `basis` into values of their cardinal polynomials. Returns (neighbour, column) of each.
-    fn eliminate(&mut self) -> Vec<(usize, usize)> {
+    /// `basis` into values of their cardinal polynomials.
+    fn eliminate(&mut self) {
         let neighbours = self.points.len();
-        let mut lagrange: Vec<(usize, usize)> = Vec::with_capacity(K + 1);
+        self.lagrange.clear();
         for _ in 0..=K {
             let mut best = (0.0, 0, 0);
             for (a, row) in self.basis[..neighbours].iter().enumerate() {
-                if lagrange.iter().any(|l| l.0 == a) {
+                if self.lagrange.iter().any(|l| l.0 == a) {
                     continue;
                 }
                 for (c, value) in row[..=K].iter().enumerate() {
-                    if value.abs() > best.0 && lagrange.iter().all(|l| l.1 != c) {
+                    if value.abs() > best.0 && self.lagrange.iter().all(|l| l.1 != c) {
                         best = (value.abs(), a, c);
                     }
                 }
@@ -264,13 +267,13 @@ impl<const K: usize> Scratch<K> {
                 }
                 row[c] = scaled;
             }
-            lagrange.push((a, c));
+            self.lagrange.push((a, c));
         }
-        lagrange
     }
 
     /// Solves the reduced system for the query; false if it is not positive definite.
-    fn solve(&mut self, lagrange: &[(usize, usize)]) -> bool {
+    fn solve(&mut self) -> bool {
+        let lagrange = &self.lagrange;
         let neighbours = self.points.len();
         let origin = [0.0; K];
         let mut own = [[0.0; MOST]; MOST];
@@ -330,7 +333,7 @@ impl<const K: usize> Scratch<K> {
     }
 
     /// Σ over free neighbours of w (y − its polynomial part), plus the polynomial at the query.
-    fn combine(&self, cloud: &Cloud<K>, lagrange: &[(usize, usize)], out: &mut [f64]) {
+    fn combine(&self, cloud: &Cloud<K>, out: &mut [f64]) {
         let query = &self.basis[self.points.len()];
         let mut at_lagrange = *query;
         out.fill(0.0);
@@ -341,11 +344,11 @@ impl<const K: usize> Scratch<K> {
         };
         for (&a, &w) in self.free.iter().zip(&self.weights) {
             add(w, a);
-            for &(_, i) in lagrange {
+            for &(_, i) in &self.lagrange {
                 at_lagrange[i] -= w * self.basis[a][i];
             }
         }
-        for &(a, i) in lagrange {
+        for &(a, i) in &self.lagrange {
             add(at_lagrange[i], a);
         }
     }

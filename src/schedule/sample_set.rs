@@ -12,7 +12,6 @@ use crate::registry::{self, Entry, ReadError, Table};
 use crate::sampling::{Random, Sobol};
 use serde::{Deserialize, Serialize};
 use std::collections::HashMap;
-use std::f64::consts::FRAC_PI_2;
 use std::sync::Arc;
 
 /// Chooses the configurations of an acquisition. A config names one by `kind`.
@@ -109,7 +108,8 @@ pub fn read(table: Table<'_>) -> Result<Box<dyn SampleSet>, ReadError> {
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Grid {
-    /// Relative numbers of nodes per axis; by default 4 per radial axis and 1 per quarter turn.
+    /// Relative numbers of nodes per axis; by default those of the
+    /// parametrization (4:4:1, spherical 1:1:2).
     #[serde(skip_serializing_if = "Option::is_none")]
     pub ratio: Option<Vec<f64>>,
     /// Node positions per axis; by default `start` on an axis with the peak at its start, else `cell`.
@@ -218,7 +218,8 @@ impl SampleSet for Grid {
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Stratified {
-    /// Relative numbers of cells per axis; by default 4 per radial axis and 1 per quarter turn.
+    /// Relative numbers of cells per axis; by default those of the
+    /// parametrization (4:4:1, spherical 1:1:2).
     #[serde(skip_serializing_if = "Option::is_none")]
     pub ratio: Option<Vec<f64>>,
 }
@@ -451,7 +452,7 @@ fn largest(
     let axes = parametrization.axes();
     let ratio = match ratio {
         Some(r) => r.to_vec(),
-        None => axes.iter().map(default_ratio).collect(),
+        None => axes.iter().map(|a| a.density).collect(),
     };
     let mut shapes = Shapes::new(axes, &ratio);
     let mut fits: Option<Schedule> = None;
@@ -483,15 +484,6 @@ fn largest(
             sample_set: kind,
             parametrization: parametrization.name(),
         }),
-    }
-}
-
-/// Nodes per axis relative to the others, if the config does not say: lobes are narrow along the
-/// radial axes and change slowly with azimuth.
-fn default_ratio(axis: &Axis) -> f64 {
-    match axis.kind {
-        AxisKind::Radial => 4.0,
-        AxisKind::Periodic | AxisKind::Mirrored => axis.length() / FRAC_PI_2,
     }
 }
 
