@@ -29,23 +29,17 @@ impl ParameterError {
     }
 }
 
-/// Checks `lo < value ≤ hi` (NaN fails).
+/// Checks `lo < value ≤ hi`; NaN and infinities fail, so `hi` may be infinite.
 pub fn in_left_open(key: &str, value: f64, lo: f64, hi: f64) -> Result<f64, ParameterError> {
-    if value > lo && value <= hi {
-        Ok(value)
-    } else if hi == f64::INFINITY && value == value && value <= lo {
-        Err(ParameterError::new(
-            key,
-            value,
-            format!("a number above {lo}"),
-        ))
-    } else {
-        Err(ParameterError::new(
-            key,
-            value,
-            format!("a number in ({lo}, {hi}]"),
-        ))
+    if value > lo && value <= hi && value.is_finite() {
+        return Ok(value);
     }
+    let allowed = if hi == f64::INFINITY {
+        format!("a finite number above {lo}")
+    } else {
+        format!("a number in ({lo}, {hi}]")
+    };
+    Err(ParameterError::new(key, value, allowed))
 }
 
 /// Checks `lo ≤ value ≤ hi` (NaN fails).

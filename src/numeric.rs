@@ -13,6 +13,13 @@ pub const GRAZING_COS: f64 = 1e-9;
 /// 1e-14 is about 45 ulp, and 1e-14 rad is no physical distance.
 pub const HORIZON_SLACK: f64 = 1e-14;
 
+/// Smallest value a reflectance model divides by.
+///
+/// Several models diverge where a cosine or the half vector vanishes. A denominator of 1e-100 is
+/// further down than any pose, and keeps f and f² below overflow for every allowed parameter, so
+/// that values stay finite without moving any that can be told from the horizon.
+pub const DENOMINATOR_FLOOR: f64 = 1e-100;
+
 /// `sqrt(max(x, 0))`: for differences that are non-negative on paper and may
 /// round to a few ulp below 0.
 #[inline]

@@ -2,7 +2,7 @@
 //!
 //! f_r = rho/π for every pair above the horizon, `rho` the albedo in [0, 1].
 
-use super::{Brdf, BrdfSpec, BuildError, Channels, Presence, SampleBrdf, Spectrum, resolved_table};
+use super::{Brdf, BrdfSpec, BuildError, Channels, Presence, SampleBrdf, Spectrum};
 use crate::geometry::{Direction, DirectionPair, Symmetry};
 use crate::registry::{self, Entry};
 use crate::sampling;
@@ -37,7 +37,7 @@ impl Default for LambertSpec {
 
 impl BrdfSpec for LambertSpec {
     fn resolved(&self) -> toml::Table {
-        resolved_table(KIND, self)
+        registry::resolved(KIND, self)
     }
 
     fn label(&self) -> String {
@@ -91,6 +91,10 @@ impl Brdf for Lambert {
             *out = on * value;
         }
         Presence::Present
+    }
+
+    fn as_sample(&self) -> Option<&dyn SampleBrdf> {
+        Some(self)
     }
 }
 

@@ -2,12 +2,30 @@
 //!
 //! Values are f_r in sr⁻¹ **without** the cosine.
 
+mod half_vector;
 mod lambert;
+mod low_abc;
 pub mod measured;
+pub mod microfacet;
+mod oren_nayar;
+mod phong;
+mod roughness;
+mod shifted_gamma;
 mod spectrum;
+mod sum;
+mod test_functions;
+mod ward;
 
 pub use lambert::{Lambert, LambertSpec};
+pub use low_abc::{LowAbc, LowAbcParameters, LowAbcSpec, Surface};
+pub use oren_nayar::{OrenNayar, OrenNayarSpec};
+pub use phong::{Phong, PhongSpec};
+pub use roughness::Roughness;
+pub use shifted_gamma::{ShiftedGamma, ShiftedGammaSpec};
 pub use spectrum::Spectrum;
+pub use sum::{ComponentSpec, Sum, SumSpec};
+pub use test_functions::{TestFunction, TestFunctionSpec};
+pub use ward::{Ward, WardSpec};
 
 use crate::error::ParameterError;
 use crate::geometry::{DirectionPair, Symmetry};
@@ -97,6 +115,11 @@ pub trait Brdf: Send + Sync {
             Presence::Missing => None,
         }
     }
+
+    /// The sampler, for models that can draw directions.
+    fn as_sample(&self) -> Option<&dyn SampleBrdf> {
+        None
+    }
 }
 
 /// A BRDF that can draw directions in proportion (roughly) to itself.
@@ -152,20 +175,25 @@ pub enum BuildError {
     },
 }
 
-/// Serializes a spec with its kind in front; the body of every [`BrdfSpec::resolved`].
-pub(crate) fn resolved_table<S: Serialize>(kind: &str, spec: &S) -> toml::Table {
-    let mut table = toml::Table::new();
-    table.insert("kind".into(), kind.into());
-    // Specs are structs of numbers, strings and tables: serialization cannot fail on them.
-    if let Ok(toml::Value::Table(rest)) = toml::Value::try_from(spec) {
-        table.extend(rest);
-    }
-    table
-}
-
 /// Every model a config can name.
 pub fn all() -> Vec<Entry<dyn BrdfSpec>> {
-    vec![lambert::ENTRY, measured::MERL, measured::TABULATED]
+    vec![
+        lambert::ENTRY,
+        oren_nayar::ENTRY,
+        phong::ENTRY,
+        ward::ENTRY,
+        microfacet::GGX,
+        microfacet::BECKMANN,
+        low_abc::ENTRY,
+        low_abc::SMOOTH,
+        shifted_gamma::ENTRY,
+        test_functions::F,
+        test_functions::S,
+        test_functions::G,
+        sum::ENTRY,
+        measured::MERL,
+        measured::TABULATED,
+    ]
 }
 
 /// Reads a material from its config table.

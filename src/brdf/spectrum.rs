@@ -35,6 +35,14 @@ impl Spectrum {
         }
     }
 
+    /// How many different values there are to work out: 1 if grey, 3 if not.
+    pub fn distinct(self) -> usize {
+        match self {
+            Spectrum::Grey(_) => 1,
+            Spectrum::Rgb(_) => 3,
+        }
+    }
+
     /// Checks every value against `[lo, hi]`.
     pub fn check(self, key: &str, lo: f64, hi: f64) -> Result<(), ParameterError> {
         match self {
@@ -42,6 +50,16 @@ impl Spectrum {
             Spectrum::Rgb(v) => v
                 .iter()
                 .try_for_each(|&v| in_closed(key, v, lo, hi).map(drop)),
+        }
+    }
+}
+
+/// `0.5`, or `0.5-0.4-0.3`: a piece of a label.
+impl fmt::Display for Spectrum {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        match self {
+            Spectrum::Grey(v) => write!(f, "{v}"),
+            Spectrum::Rgb([r, g, b]) => write!(f, "{r}-{g}-{b}"),
         }
     }
 }

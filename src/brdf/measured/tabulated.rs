@@ -5,7 +5,7 @@
 //! the error is the table's?" before an instrument is involved.
 
 use super::merl::{Interpolation, Merl, MerlError, MerlGrid, write_merl};
-use crate::brdf::{self, Brdf, BrdfSpec, BuildError, Channels, resolved_table};
+use crate::brdf::{self, Brdf, BrdfSpec, BuildError, Channels};
 use crate::error::ParameterError;
 use crate::registry::{self, Entry, ReadError, Table};
 use serde::{Deserialize, Serialize};
@@ -77,7 +77,7 @@ impl TabulatedSpec {
 
 impl BrdfSpec for TabulatedSpec {
     fn resolved(&self) -> toml::Table {
-        let mut table = resolved_table(KIND, &self.keys);
+        let mut table = registry::resolved(KIND, &self.keys);
         table.insert("of".into(), self.of.resolved().into());
         table
     }

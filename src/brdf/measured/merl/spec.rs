@@ -1,7 +1,7 @@
 //! A MERL file as a config names it.
 
 use super::{Merl, MerlError, check};
-use crate::brdf::{Brdf, BrdfSpec, BuildError, Channels, resolved_table};
+use crate::brdf::{Brdf, BrdfSpec, BuildError, Channels};
 use crate::registry::{self, Entry};
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
@@ -58,7 +58,7 @@ impl MerlSpec {
 
 impl BrdfSpec for MerlSpec {
     fn resolved(&self) -> toml::Table {
-        resolved_table(KIND, self)
+        registry::resolved(KIND, self)
     }
 
     fn label(&self) -> String {

@@ -1,0 +1,364 @@
+//! Reflectance of a smooth facet for unpolarised light, as a function of c = cos θ_d.
+//!
+//! | kind | equation | parameters |
+//! |---|---|---|
+//! | `conductor` | exact, complex index η + iκ | `eta` in [1e-3, 1e3], `kappa` in [0, 1e3] |
+//! | `dielectric` | exact, real index | `ior` in [1, 1e3], light arriving from the thinner side |
+//! | `schlick` | f0 + (1 − f0)(1 − c)⁵ (Schlick 1994) | `f0` in [0, 1] |
+//! | `none` | 1 | none |
+//!
+//! Every parameter is grey or R, G, B. F is in [0, 1] and 1 at c = 0 (but for ior = 1, where it is 0).
+//! Grey indices cost one evaluation in either channel mode, Schlick's F is linear in f0 and costs one
+//! in luminance; coloured indices cost three, and luminance is taken of the result.
+
+use crate::brdf::{Channels, Spectrum};
+use crate::error::ParameterError;
+use crate::numeric::{DENOMINATOR_FLOOR, luminance, safe_sqrt};
+use crate::registry::{self, Entry, ReadError, Table};
+use serde::{Deserialize, Serialize};
+
+const CONDUCTOR: Entry<FresnelSpec> = Entry {
+    kind: "conductor",
+    summary: "metal of complex index eta + i kappa",
+    examples: &[
+        "eta = 0.2\nkappa = 3.0",
+        "eta = [0.14, 0.38, 1.44]\nkappa = [3.98, 2.39, 1.6]",
+    ],
+    read: |table| Ok(Box::new(FresnelSpec::Conductor(registry::parse(table)?))),
+};
+
+const DIELECTRIC: Entry<FresnelSpec> = Entry {
+    kind: "dielectric",
+    summary: "glass, lacquer or plastic of real index ior",
+    examples: &["ior = 1.5"],
+    read: |table| Ok(Box::new(FresnelSpec::Dielectric(registry::parse(table)?))),
+};
+
+const SCHLICK: Entry<FresnelSpec> = Entry {
+    kind: "schlick",
+    summary: "Schlick's approximation from the reflectance f0 at the normal",
+    examples: &["f0 = 0.04", "f0 = [1.0, 0.8, 0.3]"],
+    read: |table| Ok(Box::new(FresnelSpec::Schlick(registry::parse(table)?))),
+};
+
+const NONE: Entry<FresnelSpec> = Entry {
+    kind: "none",
+    summary: "perfect mirrors, F = 1",
+    examples: &[""],
+    read: |table| {
+        registry::parse::<NoParameters>(table)?;
+        Ok(Box::new(FresnelSpec::None))
+    },
+};
+
+/// Every Fresnel term a config can name.
+pub fn all() -> Vec<Entry<FresnelSpec>> {
+    vec![CONDUCTOR, DIELECTRIC, SCHLICK, NONE]
+}
+
+/// Reads a Fresnel term from its config table.
+pub fn read(table: Table<'_>) -> Result<FresnelSpec, ReadError> {
+    registry::read("fresnel term", &all(), table).map(|spec| *spec)
+}
+
+/// What a config says.
+#[derive(Clone, Debug, PartialEq)]
+pub enum FresnelSpec {
+    /// Exact, for a metal.
+    Conductor(ConductorSpec),
+    /// Exact, for a transparent medium.
+    Dielectric(DielectricSpec),
+    /// Schlick's approximation.
+    Schlick(SchlickSpec),
+    /// F = 1.
+    None,
+}
+
+/// Complex index of a metal, relative to air.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct ConductorSpec {
+    /// Real part, above 0.
+    pub eta: Spectrum,
+    /// Imaginary part (extinction), 0 or more.
+    pub kappa: Spectrum,
+}
+
+/// Real index, relative to air.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct DielectricSpec {
+    /// Index of refraction, 1 or more.
+    pub ior: Spectrum,
+}
+
+/// Schlick's parameter.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct SchlickSpec {
+    /// Reflectance at the normal, in [0, 1].
+    pub f0: Spectrum,
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct NoParameters {}
+
+impl Default for ConductorSpec {
+    fn default() -> Self {
+        Self {
+            eta: Spectrum::Grey(0.2),
+            kappa: Spectrum::Grey(3.0),
+        }
+    }
+}
+
+impl Default for DielectricSpec {
+    fn default() -> Self {
+        Self {
+            ior: Spectrum::Grey(1.5),
+        }
+    }
+}
+
+impl Default for SchlickSpec {
+    fn default() -> Self {
+        Self {
+            f0: Spectrum::Grey(0.04),
+        }
+    }
+}
+
+impl Default for FresnelSpec {
+    fn default() -> Self {
+        FresnelSpec::Conductor(ConductorSpec::default())
+    }
+}
+
+impl FresnelSpec {
+    /// The kind and every key with its value.
+    pub fn resolved(&self) -> toml::Table {
+        match self {
+            FresnelSpec::Conductor(spec) => registry::resolved(CONDUCTOR.kind, spec),
+            FresnelSpec::Dielectric(spec) => registry::resolved(DIELECTRIC.kind, spec),
+            FresnelSpec::Schlick(spec) => registry::resolved(SCHLICK.kind, spec),
+            FresnelSpec::None => registry::resolved(NONE.kind, &NoParameters {}),
+        }
+    }
+
+    /// A piece of a material's label, e.g. `dielectric-1.5`.
+    pub fn label(&self) -> String {
+        match self {
+            FresnelSpec::Conductor(s) => format!("{}-{}-{}", CONDUCTOR.kind, s.eta, s.kappa),
+            FresnelSpec::Dielectric(s) => format!("{}-{}", DIELECTRIC.kind, s.ior),
+            FresnelSpec::Schlick(s) => format!("{}-{}", SCHLICK.kind, s.f0),
+            FresnelSpec::None => NONE.kind.into(),
+        }
+    }
+
+    /// Checks every parameter.
+    ///
+    /// # Errors
+    /// The first parameter outside its range.
+    pub fn check(&self) -> Result<(), ParameterError> {
+        match self {
+            FresnelSpec::Conductor(s) => {
+                s.eta.check("fresnel.eta", 1e-3, 1e3)?;
+                s.kappa.check("fresnel.kappa", 0.0, 1e3)
+            }
+            FresnelSpec::Dielectric(s) => s.ior.check("fresnel.ior", 1.0, 1e3),
+            FresnelSpec::Schlick(s) => s.f0.check("fresnel.f0", 0.0, 1.0),
+            FresnelSpec::None => Ok(()),
+        }
+    }
+}
+
+/// A Fresnel term ready to be evaluated in a scene's channels.
+#[derive(Clone, Debug)]
+pub struct Fresnel {
+    law: Law,
+    /// How many of the law's three entries differ: 1 or 3.
+    distinct: usize,
+}
+
+#[derive(Clone, Debug)]
+enum Law {
+    /// (η² − κ², 4η²κ²).
+    Conductor([[f64; 2]; 3]),
+    /// ior² − 1.
+    Dielectric([f64; 3]),
+    Schlick([f64; 3]),
+    One,
+}
+
+impl Fresnel {
+    /// The term of a checked `spec`.
+    pub fn new(spec: &FresnelSpec, channels: Channels) -> Self {
+        match spec {
+            FresnelSpec::Conductor(s) => {
+                let (eta, kappa) = (s.eta.rgb(), s.kappa.rgb());
+                Self {
+                    law: Law::Conductor([0, 1, 2].map(|c| {
+                        let (e2, k2) = (eta[c] * eta[c], kappa[c] * kappa[c]);
+                        [e2 - k2, 4.0 * e2 * k2]
+                    })),
+                    distinct: s.eta.distinct().max(s.kappa.distinct()),
+                }
+            }
+            FresnelSpec::Dielectric(s) => Self {
+                law: Law::Dielectric(s.ior.rgb().map(excess)),
+                distinct: s.ior.distinct(),
+            },
+            FresnelSpec::Schlick(s) => Self {
+                law: Law::Schlick(s.f0.linear(channels)),
+                distinct: match channels {
+                    Channels::Luminance => 1,
+                    Channels::Rgb => s.f0.distinct(),
+                },
+            },
+            FresnelSpec::None => Self {
+                law: Law::One,
+                distinct: 1,
+            },
+        }
+    }
+
+    /// Writes `factor · F(cos_d)` for each channel.
+    #[inline]
+    pub fn scale(&self, cos_d: f64, factor: f64, out: &mut [f64]) {
+        match &self.law {
+            Law::Conductor(indices) => {
+                self.spread(out, |c| factor * conductor(indices[c], cos_d));
+            }
+            Law::Dielectric(excess) => {
+                self.spread(out, |c| factor * dielectric(excess[c], cos_d));
+            }
+            Law::Schlick(f0) => {
+                let w = 1.0 - cos_d;
+                let w5 = w * w * w * w * w;
+                self.spread(out, |c| factor * (f0[c] + (1.0 - f0[c]) * w5));
+            }
+            Law::One => out.fill(factor),
+        }
+    }
+
+    #[inline]
+    fn spread(&self, out: &mut [f64], value: impl Fn(usize) -> f64) {
+        if self.distinct == 1 {
+            out.fill(value(0));
+        } else if out.len() == 1 {
+            out[0] = luminance([value(0), value(1), value(2)]);
+        } else {
+            for (c, out) in out.iter_mut().enumerate() {
+                *out = value(c);
+            }
+        }
+    }
+}
+
+/// ior² − 1, without the cancellation near 1: the parameter of [`dielectric`].
+#[inline]
+pub(crate) fn excess(ior: f64) -> f64 {
+    (ior - 1.0) * (ior + 1.0)
+}
+
+/// F of a conductor, from (η² − κ², 4η²κ²).
+///
+/// With a² + b² = sqrt((η² − κ² − s²)² + 4η²κ²), s = sin θ_d: R_s = (t1 − t2)/(t1 + t2),
+/// R_p = R_s (t3 − t4)/(t3 + t4), and their mean is R_s t3/(t3 + t4), one division.
+#[inline]
+fn conductor([e2k2, e2k2_4]: [f64; 2], c: f64) -> f64 {
+    let c2 = c * c;
+    let s2 = (1.0 - c2).max(0.0);
+    let t0 = e2k2 - s2;
+    let a2b2 = (t0 * t0 + e2k2_4).sqrt();
+    let a = safe_sqrt(0.5 * (a2b2 + t0));
+    let (t1, t2) = (a2b2 + c2, 2.0 * c * a);
+    let (t3, t4) = (c2 * a2b2 + s2 * s2, t2 * s2);
+    (t1 - t2).max(0.0) * t3 / ((t1 + t2) * (t3 + t4))
+}
+
+/// F of a dielectric, from ior² − 1: with g² = ior² − 1 + c²,
+/// F = ½ ((g − c)/(g + c))² (1 + ((c(g + c) − 1)/(c(g − c) + 1))²), where g − c = (ior² − 1)/(g + c).
+#[inline]
+pub(crate) fn dielectric(excess: f64, c: f64) -> f64 {
+    // At c = 0 and ior = 1 both g and c vanish and no reflectance is defined: the floor makes it 0.
+    let c = c.max(DENOMINATOR_FLOOR);
+    let sum = (excess + c * c).sqrt() + c;
+    let difference = excess / sum;
+    let s = difference / sum;
+    let p = (c * sum - 1.0) / (c * difference + 1.0);
+    0.5 * s * s * (1.0 + p * p)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::numeric::safe_sqrt;
+
+    /// Snell and the two polarised amplitudes, with no algebra in common with the code above.
+    fn textbook(ior: f64, c: f64) -> f64 {
+        let ct = safe_sqrt(1.0 - (1.0 - c * c) / (ior * ior));
+        let rs = (c - ior * ct) / (c + ior * ct);
+        let rp = (ior * c - ct) / (ior * c + ct);
+        0.5 * (rs * rs + rp * rp)
+    }
+
+    #[test]
+    fn dielectric_agrees_with_the_amplitudes() {
+        for ior in [1.0001, 1.33, 1.5, 2.4, 99.0] {
+            for step in 0..=1000 {
+                let c = f64::from(step) / 1000.0;
+                let (got, want) = (dielectric(excess(ior), c), textbook(ior, c));
+                // The textbook form cancels near Brewster's angle and near ior = 1.
+                assert!((got - want).abs() < 2e-14, "{ior} {c} {got} {want}");
+            }
+        }
+    }
+
+    #[test]
+    fn conductor_without_extinction_is_a_dielectric() {
+        for ior in [1.33f64, 1.5, 2.4] {
+            for step in 1..=1000 {
+                let c = f64::from(step) / 1000.0;
+                let got = conductor([ior * ior, 0.0], c);
+                assert!((got - textbook(ior, c)).abs() < 2e-14, "{ior} {c} {got}");
+            }
+        }
+    }
+
+    #[test]
+    fn conductor_at_the_normal_and_at_grazing() {
+        for (eta, kappa) in [(0.2f64, 3.0f64), (0.14, 3.98), (2.0, 0.0), (1e-3, 1e3)] {
+            let index = [eta * eta - kappa * kappa, 4.0 * eta * eta * kappa * kappa];
+            let k2 = kappa * kappa;
+            let want = ((eta - 1.0).powi(2) + k2) / ((eta + 1.0).powi(2) + k2);
+            assert!((conductor(index, 1.0) - want).abs() < 1e-14);
+            assert_eq!(conductor(index, 0.0), 1.0);
+            for step in 0..=1000 {
+                let f = conductor(index, f64::from(step) / 1000.0);
+                assert!((0.0..=1.0 + 1e-15).contains(&f), "{eta} {kappa} {f}");
+            }
+        }
+    }
+
+    #[test]
+    fn nothing_reflects_without_a_step_in_index() {
+        for c in [0.0, 1e-300, 1e-160, 1e-20, 0.3, 1.0] {
+            assert_eq!(dielectric(excess(1.0), c), 0.0, "{c}");
+        }
+    }
+
+    #[test]
+    fn every_example_reads_and_resolves_to_itself() {
+        for entry in all() {
+            for example in entry.examples {
+                let spec = registry::read_text(&entry, example).unwrap();
+                spec.check().unwrap();
+                let text = toml::to_string(&spec.resolved()).unwrap();
+                let table = toml::de::DeTable::parse(&text).unwrap();
+                assert_eq!(read(table).unwrap(), *spec, "{}", entry.kind);
+            }
+        }
+    }
+}

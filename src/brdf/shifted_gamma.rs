@@ -1,0 +1,273 @@
+//! The shifted-gamma microfacet model of Bagher, Soler and Holzschuch (EGSR 2012), whose fits to the
+//! MERL materials are published.
+//!
+//! f_r = (rho_d + rho_s F D G/(cos θ_i cos θ_o))/π, each channel with parameters of its own,
+//!
+//! D = kap exp(−u)/(π u^p cos⁴θ_h),   u = alpha + tan²θ_h/alpha,
+//! F = f0 − f1 cos θ_d + (1 − f0)(1 − cos θ_d)⁵,
+//! G = g(θ_i) g(θ_o),   g(θ) = 1 + lambda (1 − exp(c max(0, θ − theta0)^k)), clamped to [0, 1].
+//!
+//! 1/π stands both in f_r and in D. `theta0_rad` is in radians, as published: c is in rad^−k, and a
+//! theta0 in degrees would mix units in one formula. θ is needed itself, so this is the one model
+//! here with an atan2 per direction.
+//!
+//! Nothing is normalised: F may be negative or above 1, and where g(90°) > 0 f_r diverges at the horizon.
+//! Each channel is clamped at 0 (and held finite by the floor on the denominator); luminance is
+//! that of the clamped channels. Energy conservation is not declared. Where the shape
+//! parameters are grey, D, F and G are computed once.
+
+use super::half_vector::unit_half;
+use super::{Brdf, BrdfSpec, BuildError, Channels, Presence, Spectrum};
+use crate::geometry::{DirectionPair, Symmetry};
+use crate::numeric::{DENOMINATOR_FLOOR, luminance};
+use crate::registry::{self, Entry};
+use serde::{Deserialize, Serialize};
+use std::f64::consts::FRAC_1_PI;
+
+const KIND: &str = "shifted-gamma";
+
+/// The registry entry.
+pub const ENTRY: Entry<dyn BrdfSpec> = Entry {
+    kind: KIND,
+    summary: "shifted-gamma microfacets (SGD) of Bagher et al. 2012",
+    examples: &[
+        // gold-paint
+        "rho_d = [0.147708, 0.0806975, 0.033172]\nrho_s = [0.160592, 0.217282, 0.236425]\nalpha = [0.122506, 0.108069, 0.12187]\np = [0.795078, 0.637578, 0.936117]\nf0 = [9.16095e-12, 1.81225e-12, 0.0024589]\nf1 = [-0.596835, -0.331147, -0.140729]\nkap = [5.98176, 7.35539, 5.29722]\nlambda = [2.64832, 3.04253, 2.3013]\nc = [9.3111e-08, 8.80143e-08, 9.65288e-08]\nk = [24.3593, 24.4037, 25.3623]\ntheta0_rad = [-0.284195, -0.277297, -0.245352]",
+        // chrome
+        "rho_d = [0.00697189, 0.00655268, 0.0101854]\nrho_s = [0.0930656, 0.041946, 0.104558]\nalpha = [0.00013, 0.0002, 6e-5]\np = [0.3, 0.36, 0.26]\nf0 = [0.256314, 0.819565, 3.22085e-13]\nf1 = [-0.743686, -0.180435, -1.0]\nkap = [2200.0, 2150.0, 4100.0]\nlambda = [3.8545, 4.44817, 5.40959]\nc = [5.30781e-08, 1.04045e-07, 1.8e10]\nk = [354.965, 349.356, 457.0]\ntheta0_rad = [0.526796, 0.528469, 1.00293]",
+        "rho_d = 0.1\nrho_s = [0.2, 0.1, 0.05]\nalpha = 0.05\np = 0.4\nf0 = 0.1\nf1 = -0.05\nkap = 20.0\nlambda = 3.0\nc = 1e-7\nk = 30.0\ntheta0_rad = 0.1",
+    ],
+    read: |table| Ok(Box::new(registry::parse::<ShiftedGammaSpec>(table)?)),
+};
+
+/// What a config says; the defaults are the published fit to MERL's gold-paint.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct ShiftedGammaSpec {
+    /// Diffuse albedo in [0, 1].
+    pub rho_d: Spectrum,
+    /// Scale of the lobe, 0 or more.
+    pub rho_s: Spectrum,
+    /// Width of the distribution of normals, above 0.
+    pub alpha: Spectrum,
+    /// Exponent of the gamma distribution.
+    pub p: Spectrum,
+    /// Fresnel term: constant part.
+    pub f0: Spectrum,
+    /// Fresnel term: slope in cos θ_d.
+    pub f1: Spectrum,
+    /// Scale of the distribution of normals, 0 or more.
+    pub kap: Spectrum,
+    /// Shadowing: depth, 0 or more.
+    pub lambda: Spectrum,
+    /// Shadowing: rate (rad^−k), 0 or more.
+    pub c: Spectrum,
+    /// Shadowing: exponent, 0 or more.
+    pub k: Spectrum,
+    /// Shadowing: elevation where it sets in (rad).
+    pub theta0_rad: Spectrum,
+}
+
+impl Default for ShiftedGammaSpec {
+    fn default() -> Self {
+        use Spectrum::Rgb;
+        Self {
+            rho_d: Rgb([0.147708, 0.0806975, 0.033172]),
+            rho_s: Rgb([0.160592, 0.217282, 0.236425]),
+            alpha: Rgb([0.122506, 0.108069, 0.12187]),
+            p: Rgb([0.795078, 0.637578, 0.936117]),
+            f0: Rgb([9.16095e-12, 1.81225e-12, 0.0024589]),
+            f1: Rgb([-0.596835, -0.331147, -0.140729]),
+            kap: Rgb([5.98176, 7.35539, 5.29722]),
+            lambda: Rgb([2.64832, 3.04253, 2.3013]),
+            c: Rgb([9.3111e-08, 8.80143e-08, 9.65288e-08]),
+            k: Rgb([24.3593, 24.4037, 25.3623]),
+            theta0_rad: Rgb([-0.284195, -0.277297, -0.245352]),
+        }
+    }
+}
+
+impl BrdfSpec for ShiftedGammaSpec {
+    fn resolved(&self) -> toml::Table {
+        registry::resolved(KIND, self)
+    }
+
+    fn label(&self) -> String {
+        format!("{KIND}-{}", self.alpha)
+    }
+
+    /// The limits are about a hundred times what the published fits reach (c: what they reach);
+    /// they keep every product finite.
+    fn check(&self) -> Result<(), BuildError> {
+        self.rho_d.check("rho_d", 0.0, 1.0)?;
+        self.rho_s.check("rho_s", 0.0, 1e3)?;
+        self.alpha.check("alpha", 1e-7, 1e2)?;
+        self.p.check("p", 0.0, 10.0)?;
+        self.f0.check("f0", -1e3, 1e3)?;
+        self.f1.check("f1", -1e3, 1e3)?;
+        self.kap.check("kap", 0.0, 1e7)?;
+        self.lambda.check("lambda", 0.0, 1e9)?;
+        self.c.check("c", 0.0, 1e38)?;
+        self.k.check("k", 0.0, 1e5)?;
+        self.theta0_rad.check("theta0_rad", -10.0, 10.0)?;
+        Ok(())
+    }
+
+    fn build(&self, channels: Channels) -> Result<Box<dyn Brdf>, BuildError> {
+        self.check()?;
+        Ok(Box::new(ShiftedGamma::new(self, channels)))
+    }
+}
+
+/// The shifted-gamma BRDF.
+#[derive(Clone, Debug)]
+pub struct ShiftedGamma {
+    channels: Channels,
+    /// rho_d/π.
+    diffuse: [f64; 3],
+    /// rho_s/π².
+    lobe: [f64; 3],
+    shape: [Shape; 3],
+    /// How many of `diffuse` and `lobe` differ, and how many of `shape`: 1 or 3.
+    distinct: usize,
+    distinct_shapes: usize,
+}
+
+/// The parameters of one channel in which f_r is not linear.
+#[derive(Clone, Debug)]
+struct Shape {
+    alpha: f64,
+    p: f64,
+    f0: f64,
+    f1: f64,
+    kap: f64,
+    lambda: f64,
+    c: f64,
+    k: f64,
+    theta0: f64,
+}
+
+/// What the three channels share.
+struct Angles {
+    theta_i: f64,
+    theta_o: f64,
+    tan2_h: f64,
+    /// 1/cos⁴θ_h.
+    sec4_h: f64,
+    cos_d: f64,
+}
+
+impl Shape {
+    /// π F D G.
+    #[inline]
+    fn value(&self, a: &Angles) -> f64 {
+        let u = self.alpha + a.tan2_h / self.alpha;
+        // exp(−745) is the last number above 0; cos⁴θ_h cannot underflow before.
+        if u > 745.0 {
+            return 0.0;
+        }
+        let w = 1.0 - a.cos_d;
+        let f = self.f0 - self.f1 * a.cos_d + (1.0 - self.f0) * (w * w * w * w * w);
+        let d = self.kap * (-u - self.p * u.ln()).exp() * a.sec4_h;
+        f * d * self.shadowing(a.theta_i) * self.shadowing(a.theta_o)
+    }
+
+    #[inline]
+    fn shadowing(&self, theta: f64) -> f64 {
+        let x = (theta - self.theta0).max(0.0);
+        // The power and, for the largest published c, exp overflow; capped, or c = 0 and lambda = 0
+        // would give 0·∞.
+        let exponent = self.c * x.powf(self.k).min(1e300);
+        let growth = exponent.exp_m1().min(1e300);
+        (1.0 - self.lambda * growth).clamp(0.0, 1.0)
+    }
+}
+
+impl ShiftedGamma {
+    /// From a checked spec.
+    pub fn new(spec: &ShiftedGammaSpec, channels: Channels) -> Self {
+        let shapes = [
+            spec.alpha,
+            spec.p,
+            spec.f0,
+            spec.f1,
+            spec.kap,
+            spec.lambda,
+            spec.c,
+            spec.k,
+            spec.theta0_rad,
+        ];
+        let widest = |s: &[Spectrum]| s.iter().map(|s| s.distinct()).max().unwrap_or(1);
+        let distinct_shapes = widest(&shapes);
+        Self {
+            channels,
+            diffuse: spec.rho_d.rgb().map(|rho| rho * FRAC_1_PI),
+            lobe: spec.rho_s.rgb().map(|rho| rho * FRAC_1_PI * FRAC_1_PI),
+            shape: [0, 1, 2].map(|i| {
+                let [alpha, p, f0, f1, kap, lambda, c, k, theta0] = shapes.map(|s| s.rgb()[i]);
+                Shape {
+                    alpha,
+                    p,
+                    f0,
+                    f1,
+                    kap,
+                    lambda,
+                    c,
+                    k,
+                    theta0,
+                }
+            }),
+            distinct: distinct_shapes.max(widest(&[spec.rho_d, spec.rho_s])),
+            distinct_shapes,
+        }
+    }
+}
+
+impl Brdf for ShiftedGamma {
+    fn channels(&self) -> Channels {
+        self.channels
+    }
+
+    fn symmetry(&self) -> Symmetry {
+        Symmetry::FULL
+    }
+
+    fn conserves_energy(&self) -> bool {
+        false
+    }
+
+    #[inline]
+    fn eval(&self, pair: &DirectionPair, out: &mut [f64]) -> Presence {
+        if !pair.is_above_horizon() {
+            out.fill(0.0);
+            return Presence::Present;
+        }
+        let (h, cos_d) = unit_half(pair);
+        let z2 = h.z * h.z;
+        let angles = Angles {
+            theta_i: pair.omega_i.theta(),
+            theta_o: pair.omega_o.theta(),
+            tan2_h: (h.x * h.x + h.y * h.y) / z2,
+            sec4_h: 1.0 / (z2 * z2),
+            cos_d,
+        };
+        let cosines = pair.omega_i.cos_theta() * pair.omega_o.cos_theta();
+        let scale = 1.0 / cosines.max(DENOMINATOR_FLOOR);
+        let mut rgb = [0.0; 3];
+        let mut shape = 0.0;
+        for (c, value) in rgb.iter_mut().enumerate().take(self.distinct) {
+            if c < self.distinct_shapes {
+                shape = self.shape[c].value(&angles) * scale;
+            }
+            *value = (self.diffuse[c] + self.lobe[c] * shape).max(0.0);
+        }
+        if self.distinct == 1 {
+            out.fill(rgb[0]);
+        } else if out.len() == 1 {
+            out[0] = luminance(rgb);
+        } else {
+            out.copy_from_slice(&rgb);
+        }
+        Presence::Present
+    }
+}

@@ -1,0 +1,255 @@
+//! A weighted sum of materials: a lacquer over a diffuse base, a blend of two lobes.
+//!
+//! f_r = Σ_j w_j f_j, each weight w_j in [0, 10⁶], at least one component; components may be sums.
+//!
+//! Where one component has no data the sum has none. It has the symmetries all its components have,
+//! and conserves energy if they do and the weights sum to at most 1 (to rounding).
+
+use super::{Brdf, BrdfSpec, BuildError, Channels, Presence, SampleBrdf};
+use crate::error::{ParameterError, in_closed};
+use crate::geometry::{Direction, DirectionPair, Symmetry};
+use crate::registry::{self, Entry, ReadError, Table};
+use serde::Deserialize;
+use serde::de::IgnoredAny;
+use std::path::PathBuf;
+
+const KIND: &str = "sum";
+
+/// The registry entry.
+pub const ENTRY: Entry<dyn BrdfSpec> = Entry {
+    kind: KIND,
+    summary: "weighted sum of other materials",
+    examples: &[
+        "component = [{ weight = 0.5, brdf = { kind = \"lambert\", albedo = 0.8 } }, { weight = 0.5, brdf = { kind = \"ggx\", alpha = 0.1 } }]",
+        "component = [{ weight = 0.6, brdf = { kind = \"ward\", alpha = [0.1, 0.3] } }, { weight = 0.9, brdf = { kind = \"test-s\" } }]",
+    ],
+    read,
+};
+
+/// What a config says.
+#[derive(Debug)]
+pub struct SumSpec {
+    /// The terms of the sum.
+    pub component: Vec<ComponentSpec>,
+}
+
+/// One term of the sum.
+#[derive(Debug)]
+pub struct ComponentSpec {
+    /// Its weight, 0 or more.
+    pub weight: f64,
+    /// Its material.
+    pub brdf: Box<dyn BrdfSpec>,
+}
+
+/// The sum's own keys; `component` is taken out before and listed for the message about an
+/// unknown key. The same for a component's `brdf`.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Keys {
+    #[serde(rename = "component")]
+    _component: Option<IgnoredAny>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct ComponentKeys {
+    weight: f64,
+    #[serde(rename = "brdf")]
+    _brdf: Option<IgnoredAny>,
+}
+
+fn read(mut table: Table<'_>) -> Result<Box<dyn BrdfSpec>, ReadError> {
+    let span = table.span();
+    let items = registry::take_tables(&mut table, "component")?;
+    let Keys { .. } = registry::parse(table)?;
+    let Some(items) = items else {
+        let message = "component is missing from the sum; allowed: an array of { weight, brdf }";
+        return Err(ReadError::at(span, message));
+    };
+    let component = items.into_iter().map(read_component);
+    Ok(Box::new(SumSpec {
+        component: component.collect::<Result<_, _>>()?,
+    }))
+}
+
+fn read_component(mut item: Table<'_>) -> Result<ComponentSpec, ReadError> {
+    let span = item.span();
+    let brdf = registry::take_table(&mut item, "brdf")?;
+    let ComponentKeys { weight, .. } = registry::parse(item)?;
+    let Some(brdf) = brdf else {
+        let message = "brdf is missing from a component; allowed: a table with a kind";
+        return Err(ReadError::at(span, message));
+    };
+    Ok(ComponentSpec {
+        weight,
+        brdf: super::read(brdf)?,
+    })
+}
+
+impl BrdfSpec for SumSpec {
+    fn resolved(&self) -> toml::Table {
+        let components = self.component.iter().map(|c| {
+            let mut item = toml::Table::new();
+            item.insert("weight".into(), c.weight.into());
+            item.insert("brdf".into(), c.brdf.resolved().into());
+            toml::Value::Table(item)
+        });
+        let mut table = toml::Table::new();
+        table.insert("kind".into(), KIND.into());
+        table.insert("component".into(), components.collect::<Vec<_>>().into());
+        table
+    }
+
+    fn label(&self) -> String {
+        let terms = self.component.iter();
+        let terms: Vec<_> = terms
+            .map(|c| format!("{}-{}", c.weight, c.brdf.label()))
+            .collect();
+        format!("{KIND}-{}", terms.join("-"))
+    }
+
+    fn check(&self) -> Result<(), BuildError> {
+        if self.component.is_empty() {
+            return Err(ParameterError::new("component", "[]", "at least one component").into());
+        }
+        for (j, c) in self.component.iter().enumerate() {
+            in_closed(&format!("component[{j}].weight"), c.weight, 0.0, 1e6)?;
+            c.brdf.check().map_err(|e| inside(j, e))?;
+        }
+        Ok(())
+    }
+
+    fn build(&self, channels: Channels) -> Result<Box<dyn Brdf>, BuildError> {
+        self.check()?;
+        let mut components = Vec::with_capacity(self.component.len());
+        for (j, c) in self.component.iter().enumerate() {
+            let brdf = c.brdf.build(channels).map_err(|e| inside(j, e))?;
+            components.push((c.weight, brdf));
+        }
+        Ok(Box::new(Sum::new(components, channels)))
+    }
+
+    fn inputs(&self) -> Vec<PathBuf> {
+        let components = self.component.iter();
+        components.flat_map(|c| c.brdf.inputs()).collect()
+    }
+}
+
+/// The error of component `j`, with its key spelled from the sum's table.
+fn inside(j: usize, e: BuildError) -> BuildError {
+    match e {
+        BuildError::Parameter(mut e) => {
+            e.key = format!("component[{j}].brdf.{}", e.key);
+            e.into()
+        }
+        data => data,
+    }
+}
+
+/// A weighted sum of BRDFs.
+pub struct Sum {
+    channels: Channels,
+    components: Vec<(f64, Box<dyn Brdf>)>,
+    total_weight: f64,
+}
+
+impl Sum {
+    /// The sum of weight × BRDF; every BRDF must have been built for `channels`.
+    pub fn new(components: Vec<(f64, Box<dyn Brdf>)>, channels: Channels) -> Self {
+        debug_assert!(components.iter().all(|(_, f)| f.channels() == channels));
+        Self {
+            channels,
+            total_weight: components.iter().map(|(w, _)| w).sum(),
+            components,
+        }
+    }
+}
+
+impl Brdf for Sum {
+    fn channels(&self) -> Channels {
+        self.channels
+    }
+
+    fn symmetry(&self) -> Symmetry {
+        let full = Symmetry::FULL;
+        let components = self.components.iter();
+        components.fold(full, |s, (_, f)| s.and(f.symmetry()))
+    }
+
+    fn conserves_energy(&self) -> bool {
+        // Weights such as 0.1 + 0.2 + 0.7 may sum to an ulp above 1.
+        self.total_weight <= 1.0 + 1e-12
+            && self.components.iter().all(|(_, f)| f.conserves_energy())
+    }
+
+    fn eval(&self, pair: &DirectionPair, out: &mut [f64]) -> Presence {
+        out.fill(0.0);
+        let mut values = [0.0; 3];
+        let values = &mut values[..out.len()];
+        for (weight, brdf) in &self.components {
+            if brdf.eval(pair, values) == Presence::Missing {
+                out.fill(0.0);
+                return Presence::Missing;
+            }
+            for (out, value) in out.iter_mut().zip(values.iter()) {
+                *out += weight * value;
+            }
+        }
+        Presence::Present
+    }
+
+    /// One batch per component, so that the virtual calls stay one per batch.
+    fn eval_batch(&self, pairs: &[DirectionPair], out: &mut [f64], presence: &mut [Presence]) {
+        let n = self.channels.count();
+        out.fill(0.0);
+        presence.fill(Presence::Present);
+        let mut values = vec![0.0; out.len()];
+        let mut present = vec![Presence::Present; presence.len()];
+        for (weight, brdf) in &self.components {
+            brdf.eval_batch(pairs, &mut values, &mut present);
+            for (out, value) in out.iter_mut().zip(&values) {
+                *out += weight * value;
+            }
+            for (sum, component) in presence.iter_mut().zip(&present) {
+                if *component == Presence::Missing {
+                    *sum = Presence::Missing;
+                }
+            }
+        }
+        for (out, presence) in out.chunks_exact_mut(n).zip(presence) {
+            if *presence == Presence::Missing {
+                out.fill(0.0);
+            }
+        }
+    }
+
+    fn as_sample(&self) -> Option<&dyn SampleBrdf> {
+        let all = self.components.iter().all(|(_, f)| f.as_sample().is_some());
+        (all && self.total_weight > 0.0).then_some(self)
+    }
+}
+
+impl SampleBrdf for Sum {
+    /// Each component in proportion to its weight.
+    fn sample(&self, omega_o: Direction, [u, v]: [f64; 2]) -> Option<Direction> {
+        let mut rest = u * self.total_weight;
+        for (weight, brdf) in &self.components {
+            if rest < *weight {
+                // What is left of u after the choice is again uniform.
+                return brdf.as_sample()?.sample(omega_o, [rest / weight, v]);
+            }
+            rest -= weight;
+        }
+        // u < 1 ends here only when the last weight is missed by rounding.
+        None
+    }
+
+    fn pdf(&self, pair: &DirectionPair) -> f64 {
+        let components = self.components.iter();
+        let sum: f64 = components
+            .filter_map(|(weight, f)| Some(weight * f.as_sample()?.pdf(pair)))
+            .sum();
+        sum / self.total_weight
+    }
+}

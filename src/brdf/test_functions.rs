@@ -1,0 +1,135 @@
+//! The three test functions of Barla, Belcour and Pacanowski 2015 (section 3), each a caricature of
+//! one effect, made to see how a parametrization bends it:
+//!
+//! | kind | function | effect |
+//! |---|---|---|
+//! | `test-f` | F = 1 − cos θ_d = 1 − \|h\| | Fresnel |
+//! | `test-s` | S = 1 − \|h̄\| | specular peak |
+//! | `test-g` | G = 1 − (ω_i·n)(ω_o·n) | grazing |
+//!
+//! Values in [0, 1], read as sr⁻¹; no parameters. They are not materials: the directional albedo
+//! may reach π. h = (ω_i + ω_o)/2 is not normalised and h̄ is its tangent-plane part.
+//!
+//! **Errata** of the paper: one transcription prints S = 1 − |h|, which is F; and G as printed equals 1
+//! on the horizon, not 0: the isoline meant is (ω_i·n)(ω_o·n) = 0.
+
+use super::{Brdf, BrdfSpec, BuildError, Channels, Presence};
+use crate::geometry::{DirectionPair, Symmetry};
+use crate::registry::{self, Entry, ReadError, Table};
+use serde::{Deserialize, Serialize};
+
+/// The Fresnel test function.
+pub const F: Entry<dyn BrdfSpec> = Entry {
+    kind: "test-f",
+    summary: "Fresnel test function 1 - cos theta_d of Barla et al. 2015",
+    examples: &[""],
+    read: |table| read(table, TestFunctionSpec::F),
+};
+
+/// The specular test function.
+pub const S: Entry<dyn BrdfSpec> = Entry {
+    kind: "test-s",
+    summary: "specular test function 1 - |h_bar| of Barla et al. 2015",
+    examples: &[""],
+    read: |table| read(table, TestFunctionSpec::S),
+};
+
+/// The grazing test function.
+pub const G: Entry<dyn BrdfSpec> = Entry {
+    kind: "test-g",
+    summary: "grazing test function 1 - cos theta_i cos theta_o of Barla et al. 2015",
+    examples: &[""],
+    read: |table| read(table, TestFunctionSpec::G),
+};
+
+/// There are no keys, and any key is one too many.
+#[derive(Debug, Default, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct NoParameters {}
+
+fn read(table: Table<'_>, spec: TestFunctionSpec) -> Result<Box<dyn BrdfSpec>, ReadError> {
+    registry::parse::<NoParameters>(table)?;
+    Ok(Box::new(spec))
+}
+
+/// What a config says: which of the three.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum TestFunctionSpec {
+    /// 1 − |h|.
+    F,
+    /// 1 − |h̄|.
+    S,
+    /// 1 − cos θ_i cos θ_o.
+    G,
+}
+
+impl TestFunctionSpec {
+    fn kind(self) -> &'static str {
+        match self {
+            TestFunctionSpec::F => F.kind,
+            TestFunctionSpec::S => S.kind,
+            TestFunctionSpec::G => G.kind,
+        }
+    }
+}
+
+impl BrdfSpec for TestFunctionSpec {
+    fn resolved(&self) -> toml::Table {
+        registry::resolved(self.kind(), &NoParameters {})
+    }
+
+    fn label(&self) -> String {
+        self.kind().into()
+    }
+
+    fn check(&self) -> Result<(), BuildError> {
+        Ok(())
+    }
+
+    fn build(&self, channels: Channels) -> Result<Box<dyn Brdf>, BuildError> {
+        Ok(Box::new(TestFunction {
+            channels,
+            function: *self,
+        }))
+    }
+}
+
+/// One of the test functions, as a BRDF.
+#[derive(Clone, Debug)]
+pub struct TestFunction {
+    channels: Channels,
+    function: TestFunctionSpec,
+}
+
+impl Brdf for TestFunction {
+    fn channels(&self) -> Channels {
+        self.channels
+    }
+
+    fn symmetry(&self) -> Symmetry {
+        Symmetry::FULL
+    }
+
+    fn conserves_energy(&self) -> bool {
+        false
+    }
+
+    #[inline]
+    fn eval(&self, pair: &DirectionPair, out: &mut [f64]) -> Presence {
+        let value = if pair.is_above_horizon() {
+            let (h, k) = pair.half_and_back();
+            match self.function {
+                // 1 − |h| = |k|²/(1 + |h|): near retro-reflection the difference would cancel.
+                TestFunctionSpec::F => k.length_squared() / (1.0 + h.length()),
+                TestFunctionSpec::S => (1.0 - h.truncate().length()).max(0.0),
+                TestFunctionSpec::G => {
+                    (1.0 - pair.omega_i.cos_theta() * pair.omega_o.cos_theta()).max(0.0)
+                }
+            }
+        } else {
+            0.0
+        };
+        out.fill(value);
+        Presence::Present
+    }
+}
