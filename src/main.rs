@@ -1,1 +1,3 @@
+//! The `gonio` command.
+
 fn main() {}

@@ -219,13 +219,12 @@ impl<C: Chart> Parametrization for Form<C> {
             [x, y, z, w]
         };
         let [max1, max2] = C::RADIAL.map(|r| r.2);
-        // Written so that NaN fails.
-        if !((0.0..=max1).contains(&r1) && (0.0..=max2).contains(&r2))
-            || !(a1.is_finite() && a2.is_finite())
-        {
-            return None;
+        let in_range = (0.0..=max1).contains(&r1) && (0.0..=max2).contains(&r2);
+        if in_range && a1.is_finite() && a2.is_finite() {
+            self.chart.inverse([r1, a1, r2, a2])
+        } else {
+            None
         }
-        self.chart.inverse([r1, a1, r2, a2])
     }
 
     fn canonical(&self, &[x, y, z, w]: &Coords) -> Option<Coords> {

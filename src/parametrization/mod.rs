@@ -147,6 +147,10 @@ pub trait Parametrization: Send + Sync {
     fn images(&self, coords: &Coords) -> Vec<Coords>;
 }
 
+/// Builds a form for given symmetries, with warps by axis symbol.
+type Build =
+    fn(Symmetry, &BTreeMap<String, WarpName>) -> Result<Arc<dyn Parametrization>, WarpError>;
+
 /// A member of the registry.
 pub struct ParametrizationEntry {
     /// Name in configs and result files.
@@ -154,7 +158,7 @@ pub struct ParametrizationEntry {
     /// One line for lists.
     pub summary: &'static str,
     /// Builds the form for given symmetries, with warps by axis symbol.
-    build: fn(Symmetry, &BTreeMap<String, WarpName>) -> Result<Arc<dyn Parametrization>, WarpError>,
+    build: Build,
     /// The axes of the form for given symmetries.
     axes: fn(Symmetry) -> Vec<Axis>,
 }

@@ -21,7 +21,6 @@
 //! an isotropic BRDF cannot: like the reference reader, what is stored is returned.) Small angles are not snapped to 0: the peak of a glossy
 //! material lies in theta_h < 0.26°.
 
-use super::arctan::atan2_upper;
 use crate::geometry::{Direction, DirectionPair};
 use crate::numeric::HORIZON_SLACK;
 use glam::{DVec2, DVec3};
@@ -117,8 +116,8 @@ impl MerlGrid {
         let (h, k) = pair.half_and_back();
         let azimuth = Azimuth::of(h);
         let (h_len, k_len) = (h.length(), k.length());
-        let theta_h = atan2_upper(azimuth.radius, h.z);
-        let theta_d = atan2_upper(k_len, h_len);
+        let theta_h = azimuth.radius.atan2(h.z);
+        let theta_d = k_len.atan2(h_len);
         // sin and cos of theta_h, both times |h|: the angle needs only the ratio.
         let mut y = azimuth.unit.perp_dot(k.truncate()) * h_len;
         let mut x = azimuth.unit.dot(k.truncate()) * h.z - azimuth.radius * k.z;
@@ -128,7 +127,8 @@ impl MerlGrid {
         if exchanged {
             (x, y) = (-x, -y);
         }
-        let mut phi_d = atan2_upper(y, x);
+        // `+ 0.0` turns -0 into +0, beside which atan2(0, ·) would be π.
+        let mut phi_d = y.atan2(x + 0.0);
         if self == MerlGrid::Full && exchanged {
             phi_d += PI;
         }

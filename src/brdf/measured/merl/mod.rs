@@ -14,7 +14,6 @@
 //! Missing: a cell with no data (`nearest`), or no node with data and weight (`trilinear`). It is
 //! never read as 0. Below the horizon the value is 0.
 
-mod arctan;
 mod error;
 pub mod file;
 pub mod grid;
