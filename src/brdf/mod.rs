@@ -4,6 +4,7 @@
 
 mod half_vector;
 mod lambert;
+pub mod laws;
 mod low_abc;
 pub mod measured;
 pub mod microfacet;

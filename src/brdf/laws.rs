@@ -1,0 +1,220 @@
+//! The laws a BRDF should obey, as functions that return what they found.
+//!
+//! | law | statement | function |
+//! |---|---|---|
+//! | positivity | 0 ≤ f < ∞ above the horizon, f = 0 below it | [`positivity`] |
+//! | reciprocity | f(ω_i, ω_o) = f(ω_o, ω_i) | [`reciprocity`] |
+//! | isotropy | f unchanged when the sample turns | [`isotropy`] |
+//! | bilateral symmetry | f unchanged by a mirror through t–n and b–n | [`bilateral_symmetry`] |
+//! | energy | ∫ f cos θ_i dω_i ≤ 1 for every ω_o | [`directional_albedo`], [`max_albedo`] |
+//! | sampling | draws follow their density | [`chi_squared`] |
+//!
+//! Nothing here judges: a caller compares the result with what the BRDF declares and with the
+//! accuracy it needs. Pairs without data are left out and counted.
+
+mod albedo;
+mod chi_squared;
+
+pub use albedo::{DirectionalAlbedo, MaxAlbedo, directional_albedo, max_albedo, standard_views};
+pub use chi_squared::{ChiSquared, chi_squared};
+
+use super::{Brdf, Presence};
+use crate::geometry::{Direction, DirectionPair};
+use crate::sampling::{Random, cosine_hemisphere, ggx_half_vector};
+use glam::{DMat3, DVec3};
+use std::f64::consts::{FRAC_PI_2, TAU};
+
+/// The largest difference between two evaluations that a law says are equal.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Deviation {
+    /// Largest |a − b|/max(|a|, |b|) over pairs and channels.
+    pub max_relative: f64,
+    /// The pair where that happened.
+    pub worst: Option<DirectionPair>,
+    /// Pairs compared.
+    pub compared: usize,
+    /// Pairs without data on both sides.
+    pub missing: usize,
+    /// Pairs with data on one side only.
+    pub one_sided: usize,
+}
+
+/// What [`positivity`] found.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Positivity {
+    /// Pairs evaluated.
+    pub evaluated: usize,
+    /// Pairs without data.
+    pub missing: usize,
+    /// Pairs with a NaN or an infinity.
+    pub not_finite: usize,
+    /// Pairs with a value below 0.
+    pub negative: usize,
+    /// Pairs below the horizon with a value other than 0.
+    pub lit_below_horizon: usize,
+    /// The first pair of the last three kinds.
+    pub worst: Option<DirectionPair>,
+}
+
+impl Positivity {
+    /// True if every value was finite, not negative, and 0 below the horizon.
+    pub fn holds(&self) -> bool {
+        self.not_finite == 0 && self.negative == 0 && self.lit_below_horizon == 0
+    }
+}
+
+/// Random pairs above the horizon that reach both the body of a BRDF and its peak: even ones have
+/// both directions cosine-distributed, odd ones a half vector from GGX of alpha 0.3, 0.1, 0.03, 0.01.
+pub fn pairs(count: usize, seed: u64) -> Vec<DirectionPair> {
+    const ALPHA: [f64; 4] = [0.3, 0.1, 0.03, 0.01];
+    let random = Random::new(seed);
+    let points = (0..).map(|i| (i as usize, random.point::<4>(i)));
+    let candidates = points.filter_map(|(i, [a, b, c, d])| {
+        let omega_o = cosine_hemisphere([a, b]);
+        let omega_i = if i % 2 == 0 {
+            cosine_hemisphere([c, d])
+        } else {
+            let h = ggx_half_vector(ALPHA[i / 2 % 4], [c, d]);
+            super::half_vector::reflect(omega_o, h.vector())?
+        };
+        Some(DirectionPair::new(omega_i, omega_o))
+    });
+    candidates
+        .filter(DirectionPair::is_above_horizon)
+        .take(count)
+        .collect()
+}
+
+/// The pairs where formulas break: normal/normal, exact mirror, exact retro-reflection, grazing
+/// opposed, grazing retro, normal/grazing; separations of 1e-2 to 1e-15 rad from each; cosines
+/// down to 1e-300; and pairs on and below the horizon.
+pub fn edge_pairs() -> Vec<DirectionPair> {
+    let z = |theta: f64, phi: f64| Direction::from_spherical(theta, phi);
+    let low = |x: f64, y: f64, z: f64| Direction::from_unit(DVec3::new(x, y, z));
+    let mut pairs = Vec::new();
+    let anchors = [
+        (0.0, 0.0, 0.0, 0.0),
+        (0.7, 0.4, 0.7, 0.4 + TAU / 2.0),
+        (0.7, 0.4, 0.7, 0.4),
+        (FRAC_PI_2, 0.4, FRAC_PI_2, 0.4 + TAU / 2.0),
+        (FRAC_PI_2, 0.4, FRAC_PI_2, 0.4),
+        (0.0, 0.0, FRAC_PI_2, 1.1),
+    ];
+    for (ti, pi, to, po) in anchors {
+        pairs.push(DirectionPair::from_spherical(ti, pi, to, po));
+        for e in 2..=15 {
+            let d = 10f64.powi(-e);
+            pairs.push(DirectionPair::from_spherical(ti - d, pi, to, po));
+            pairs.push(DirectionPair::from_spherical(ti, pi + d, to - d, po));
+        }
+    }
+    // The mirror pair with components negated, so that h is along the normal to the last bit.
+    let v = z(0.7, 0.4).vector();
+    pairs.push(DirectionPair::new(low(v.x, v.y, v.z), low(-v.x, -v.y, v.z)));
+    for e in [9, 30, 100, 160, 200, 300, 320] {
+        let c = 10f64.powi(-e);
+        let sin = (1.0 - c * c).sqrt();
+        for o in [
+            low(-sin, 0.0, c),
+            low(sin, 0.0, c),
+            low(0.0, sin, c),
+            Direction::NORMAL,
+            z(1.0, 2.0),
+        ] {
+            pairs.push(DirectionPair::new(low(sin, 0.0, c), o));
+        }
+    }
+    for i in [low(1.0, 0.0, 0.0), low(0.6, 0.0, -0.8), low(0.0, 0.0, -1.0)] {
+        for o in [Direction::NORMAL, z(1.0, 2.0), low(-1.0, 0.0, 0.0), i] {
+            pairs.push(DirectionPair::new(i, o));
+        }
+    }
+    let swapped: Vec<_> = pairs.iter().map(DirectionPair::swapped).collect();
+    pairs.extend(swapped);
+    pairs
+}
+
+/// Whether values are finite and not negative, and 0 where a direction is not above the horizon.
+pub fn positivity(brdf: &dyn Brdf, pairs: &[DirectionPair]) -> Positivity {
+    let mut found = Positivity::default();
+    let mut values = [0.0; 3];
+    let values = &mut values[..brdf.channels().count()];
+    for pair in pairs {
+        found.evaluated += 1;
+        if brdf.eval(pair, values) == Presence::Missing {
+            found.missing += 1;
+            continue;
+        }
+        let not_finite = values.iter().any(|v| !v.is_finite());
+        let negative = values.iter().any(|&v| v < 0.0);
+        let lit = !pair.is_above_horizon() && values.iter().any(|&v| v != 0.0);
+        found.not_finite += usize::from(not_finite);
+        found.negative += usize::from(negative);
+        found.lit_below_horizon += usize::from(lit);
+        if not_finite || negative || lit {
+            found.worst.get_or_insert(*pair);
+        }
+    }
+    found
+}
+
+/// How far light and sensor are from interchangeable.
+pub fn reciprocity(brdf: &dyn Brdf, pairs: &[DirectionPair]) -> Deviation {
+    let mut found = Deviation::default();
+    for pair in pairs {
+        found.compare(brdf, pair, &pair.swapped());
+    }
+    found
+}
+
+/// How much f changes when the sample turns about its normal, by angles drawn from `seed`.
+pub fn isotropy(brdf: &dyn Brdf, pairs: &[DirectionPair], seed: u64) -> Deviation {
+    let random = Random::new(seed);
+    let mut found = Deviation::default();
+    for (i, pair) in (0..).zip(pairs) {
+        let [u] = random.point(i);
+        let turn = DMat3::from_rotation_z(TAU * u);
+        found.compare(brdf, pair, &mapped(pair, |v| turn * v));
+    }
+    found
+}
+
+/// How much f changes in a mirror through the t–n plane and through the b–n plane. For an
+/// isotropic BRDF every plane that holds the normal follows.
+pub fn bilateral_symmetry(brdf: &dyn Brdf, pairs: &[DirectionPair]) -> Deviation {
+    let mut found = Deviation::default();
+    for pair in pairs {
+        for flip in [DVec3::new(1.0, -1.0, 1.0), DVec3::new(-1.0, 1.0, 1.0)] {
+            found.compare(brdf, pair, &mapped(pair, |v| v * flip));
+        }
+    }
+    found
+}
+
+fn mapped(pair: &DirectionPair, map: impl Fn(DVec3) -> DVec3) -> DirectionPair {
+    let direction = |d: Direction| Direction::from_unit(map(d.vector()));
+    DirectionPair::new(direction(pair.omega_i), direction(pair.omega_o))
+}
+
+impl Deviation {
+    fn compare(&mut self, brdf: &dyn Brdf, a: &DirectionPair, b: &DirectionPair) {
+        let n = brdf.channels().count();
+        let (mut x, mut y) = ([0.0; 3], [0.0; 3]);
+        match (brdf.eval(a, &mut x[..n]), brdf.eval(b, &mut y[..n])) {
+            (Presence::Present, Presence::Present) => {
+                self.compared += 1;
+                for (x, y) in x.into_iter().zip(y).take(n) {
+                    let size = x.abs().max(y.abs());
+                    // A NaN is a deviation too; `>` alone would let it pass.
+                    let d = if x == y { 0.0 } else { (x - y).abs() / size };
+                    if d > self.max_relative || (d.is_nan() && !self.max_relative.is_nan()) {
+                        self.max_relative = d;
+                        self.worst = Some(*a);
+                    }
+                }
+            }
+            (Presence::Missing, Presence::Missing) => self.missing += 1,
+            _ => self.one_sided += 1,
+        }
+    }
+}
