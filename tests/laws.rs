@@ -517,9 +517,9 @@ fn every_law_can_be_broken() {
             assert_eq!(excess, broken(Fault::Energy), "{fault:?}: {found:?}");
             let view = Direction::from_spherical(0.5, 0.0);
             let missing = laws::directional_albedo(&fault, view).missing;
-            // Directions below the view's elevation: sin²θ of the projected disc is above it.
+            // Absent below the view's height: the rim of the projected disc, cos²θ of its area.
             let want = if broken(Fault::Absent) {
-                view.sin_theta().powi(2).mul_add(-1.0, 1.0)
+                view.cos_theta().powi(2)
             } else {
                 0.0
             };
