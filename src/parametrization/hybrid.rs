@@ -86,11 +86,17 @@ impl Chart for Hybrid {
 
     #[inline]
     fn jacobian(&self, [h_bar, phi_h, k_norm, phi_k]: [f64; 4]) -> f64 {
-        4.0 * h_bar * k_norm * inverse_height(h_bar, k_norm, phi_k - phi_h)
+        let weight = 4.0 * h_bar * k_norm;
+        // 0 · ∞ where a pole meets the horizon (k = 0 and h_bar = 1, or the reverse): 0.
+        if weight == 0.0 {
+            0.0
+        } else {
+            weight * inverse_height(h_bar, k_norm, phi_k - phi_h)
+        }
     }
 }
 
-/// 1 / (1 − |k|² − |h_bar|² sin² delta), 0 where the weight in front of it is 0 as well.
+/// 1 / (1 − |k|² − |h_bar|² sin² delta), infinite on the edge of the domain and beyond.
 #[inline]
 pub(super) fn inverse_height(h_bar: f64, k_norm: f64, delta: f64) -> f64 {
     let s = h_bar * delta.sin();
