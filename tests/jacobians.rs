@@ -1,0 +1,333 @@
+//! The Jacobian of every parametrization against the area elements of the two spheres: by finite
+//! differences of the map from coordinates to directions, and by the measure of the whole domain.
+
+mod common;
+
+use common::{random_pair, symmetries};
+use glam::DVec3;
+use gonio::geometry::{DirectionPair, Symmetry};
+use gonio::parametrization::{self, Axis, AxisKind, Coords, Parametrization, WarpName};
+use gonio::sampling::{Random, Sobol};
+use std::collections::BTreeMap;
+use std::f64::consts::{PI, TAU};
+use std::sync::Arc;
+
+/// Every parametrization under a symmetry: plain, each warp an axis can have, and all radial axes
+/// bent by the same warp.
+fn forms(symmetry: Symmetry) -> Vec<Arc<dyn Parametrization>> {
+    let mut forms = Vec::new();
+    for entry in parametrization::all() {
+        forms.push(entry.form(symmetry));
+        for warp in WarpName::ALL {
+            let mut bent = BTreeMap::new();
+            for axis in entry.axes(symmetry) {
+                let alone = BTreeMap::from([(axis.symbol.to_owned(), warp)]);
+                if let Ok(p) = entry.warped(symmetry, &alone) {
+                    forms.push(p);
+                    bent.extend(alone);
+                }
+            }
+            if bent.len() > 1 {
+                forms.push(
+                    entry
+                        .warped(symmetry, &bent)
+                        .expect("each alone is allowed"),
+                );
+            }
+        }
+    }
+    forms
+}
+
+fn name(p: &dyn Parametrization) -> String {
+    format!("{} (warp: {})", p.name(), p.warp_name())
+}
+
+fn from_unit<const D: usize>(p: &dyn Parametrization, u: [f64; D]) -> Coords {
+    let mut c = [0.0; 4];
+    for (d, axis) in p.axes().iter().enumerate() {
+        c[d] = axis.range[0] + axis.length() * u[d];
+    }
+    c
+}
+
+fn lowest(pair: &DirectionPair) -> f64 {
+    pair.omega_i.cos_theta().min(pair.omega_o.cos_theta())
+}
+
+/// Both directions as one vector; `None` outside the domain.
+fn directions(p: &dyn Parametrization, c: &Coords) -> Option<[DVec3; 2]> {
+    let pair = p.inverse(c)?;
+    Some([pair.omega_i.vector(), pair.omega_o.vector()])
+}
+
+/// Derivative of both directions along coordinate `d`: central differences of shrinking step,
+/// extrapolated to step 0 (Ridders), and the error the extrapolation sees.
+fn derivative(p: &dyn Parametrization, c: &Coords, d: usize) -> Option<([DVec3; 2], f64)> {
+    const SHRINK: f64 = 1.4;
+    let central = |h: f64| {
+        let (mut a, mut b) = (*c, *c);
+        a[d] += h;
+        b[d] -= h;
+        let (a, b) = (directions(p, &a)?, directions(p, &b)?);
+        Some([0, 1].map(|w| (a[w] - b[w]) / (2.0 * h)))
+    };
+    // Start with the largest step that stays inside the domain.
+    let mut h = 0.1 * p.axes()[d].length();
+    while central(h).is_none() {
+        h /= SHRINK;
+        if h < 1e-4 {
+            return None;
+        }
+    }
+    let mut best = (central(h)?, f64::INFINITY);
+    let mut previous = vec![best.0];
+    for _ in 0..20 {
+        h /= SHRINK;
+        let mut row = vec![central(h)?];
+        let mut factor = SHRINK * SHRINK;
+        for k in 0..previous.len() {
+            let finer: [DVec3; 2] =
+                [0, 1].map(|w| (row[k][w] * factor - previous[k][w]) / (factor - 1.0));
+            let miss = |other: [DVec3; 2]| {
+                (finer[0] - other[0])
+                    .length()
+                    .max((finer[1] - other[1]).length())
+            };
+            let error = miss(row[k]).max(miss(previous[k]));
+            if error <= best.1 {
+                best = (finer, error);
+            }
+            row.push(finer);
+            factor *= SHRINK * SHRINK;
+        }
+        previous = row;
+    }
+    Some(best)
+}
+
+/// d omega_i d omega_o per unit of the four coordinates: the Gram determinant of the four tangent
+/// vectors in the product of the two tangent planes, here as the determinant of their components.
+fn measure(p: &dyn Parametrization, c: &Coords) -> Option<(f64, f64)> {
+    let at = directions(p, c)?;
+    let frames = at.map(|omega| omega.any_orthonormal_pair());
+    let mut rows = [[0.0; 4]; 4];
+    let mut error = 0.0f64;
+    for (d, row) in rows.iter_mut().enumerate() {
+        let (tangent, e) = derivative(p, c, d)?;
+        let [i, o] = tangent;
+        *row = [
+            i.dot(frames[0].0),
+            i.dot(frames[0].1),
+            o.dot(frames[1].0),
+            o.dot(frames[1].1),
+        ];
+        error = error.max(e);
+    }
+    Some((
+        glam::DMat4::from_cols_array_2d(&rows).determinant().abs(),
+        error,
+    ))
+}
+
+#[test]
+fn jacobian_is_the_area_element_of_both_spheres() {
+    for p in forms(Symmetry::NONE) {
+        let mut sobol = Sobol::new(30);
+        let (mut worst, mut seen) = (0.0f64, 0);
+        for i in 0..1_000 {
+            let c = from_unit(&*p, sobol.point::<4>(i));
+            // Away from the horizon, where the maps have a square-root singularity, and from poles,
+            // where the domain ends and leaves no room for a two-sided step.
+            let near_pole =
+                |(axis, c): (&Axis, f64)| axis.kind == AxisKind::Radial && c < 0.05 * axis.range[1];
+            if p.axes().iter().zip(c).any(near_pole) {
+                continue;
+            }
+            let Some(pair) = p.inverse(&c).filter(|pair| lowest(pair) > 0.1) else {
+                continue;
+            };
+            let Some((measured, _)) = measure(&*p, &c) else {
+                continue;
+            };
+            // Ridders' extrapolation attains 4e-12 at worst.
+            let relative = (p.jacobian(&c) / measured - 1.0).abs();
+            assert!(
+                relative < 1e-10,
+                "{} {c:?} {pair:?}: {relative:e}",
+                name(&*p)
+            );
+            worst = worst.max(relative);
+            seen += 1;
+        }
+        println!(
+            "{:40} {seen} points, worst relative error {worst:.1e}",
+            name(&*p)
+        );
+        assert!(seen > 200, "{}: {seen}", name(&*p));
+    }
+}
+
+#[test]
+fn folded_and_isotropic_forms_have_the_jacobian_of_the_pair() {
+    let random = Random::new(31);
+    let whole = forms(Symmetry::NONE);
+    for symmetry in symmetries() {
+        for p in forms(symmetry) {
+            let same = |q: &&Arc<dyn Parametrization>| name(&***q) == name(&*p);
+            let plain = whole
+                .iter()
+                .find(same)
+                .expect("warps do not depend on symmetry");
+            for i in 0..500 {
+                let pair = random_pair(&random, i);
+                let (j, reference) = (
+                    p.jacobian(&p.forward(&pair)),
+                    plain.jacobian(&plain.forward(&pair)),
+                );
+                // The orthographic 1/(cos cos) amplifies rounding towards the horizon.
+                let allowed = 1e-13 * reference / lowest(&pair).powi(2);
+                // Exchanging light and sensor exchanges the two factors of a warped axis.
+                let exchanges =
+                    p.name() == "spherical" && symmetry.reciprocal && p.warp_name() != "none";
+                let swapped = plain.jacobian(&plain.forward(&pair.swapped()));
+                let error = (j - reference).abs();
+                let error = if exchanges {
+                    error.min((j - swapped).abs())
+                } else {
+                    error
+                };
+                assert!(
+                    error <= allowed.max(1e-13 * swapped),
+                    "{} {symmetry:?} {pair:?}: {j} {reference}",
+                    name(&*p)
+                );
+            }
+        }
+    }
+}
+
+/// How many configurations of the unfolded hemispheres one point of the box stands for.
+fn copies(name: &str, s: Symmetry) -> f64 {
+    let both = |has: bool, n: f64| if has { n } else { 1.0 };
+    match (name, s.isotropic) {
+        // Spherical: the box holds both orders of the elevations, only its azimuth is halved.
+        ("spherical", true) => both(s.reciprocal || s.bilateral, 2.0),
+        ("spherical", false) => both(s.bilateral, 4.0),
+        (_, true) => both(s.reciprocal, 2.0) * both(s.bilateral, 2.0),
+        (_, false) => both(s.reciprocal, 2.0) * both(s.bilateral, 4.0),
+    }
+}
+
+#[test]
+fn the_box_holds_the_measure_of_both_hemispheres() {
+    // ∬ w d omega_i d omega_o: 1 gives (2π)², both cosines > 0.1 give (0.9 · 2π)², cos cos gives π²,
+    // cos cos (omega_i·omega_o) gives the squared length of ∫ cos omega d omega = (0, 0, 2π/3).
+    let exact = [TAU * TAU, (0.9 * TAU).powi(2), PI * PI, (TAU / 3.0).powi(2)];
+    let count = 1 << 17;
+    for symmetry in symmetries() {
+        for p in forms(symmetry) {
+            let dimensions = p.axes().len();
+            let volume: f64 = p.axes().iter().map(|a| a.length()).product();
+            let turn = if symmetry.isotropic { TAU } else { 1.0 };
+            let scale = volume * turn * copies(p.name(), symmetry) / count as f64;
+            let mut sobol = Sobol::new(32);
+            let mut sums = [0.0; 4];
+            for i in 0..count {
+                let u: [f64; 4] = sobol.point(i);
+                let c = from_unit(&*p, u);
+                let Some(pair) = p.inverse(&c) else { continue };
+                let j = p.jacobian(&c);
+                // On the horizon itself, a set of measure 0 that rounding may hit.
+                if j == f64::INFINITY {
+                    continue;
+                }
+                let cos = pair.omega_i.cos_theta() * pair.omega_o.cos_theta();
+                let high = f64::from(u8::from(lowest(&pair) > 0.1));
+                let dot = pair.omega_i.vector().dot(pair.omega_o.vector());
+                for (sum, w) in sums.iter_mut().zip([1.0, high, cos, cos * dot]) {
+                    *sum += j * w;
+                }
+            }
+            let errors: [f64; 4] =
+                std::array::from_fn(|w| (sums[w] * scale / exact[w] - 1.0).abs());
+            println!(
+                "{:40} {dimensions}-D: {:.1e} {:.1e} {:.1e} {:.1e}",
+                name(&*p),
+                errors[0],
+                errors[1],
+                errors[2],
+                errors[3]
+            );
+            // About twice the worst measured. 1/(cos cos) and 1/(1 − |k|² − |h_bar|² sin² delta) are
+            // integrable, their squares are not: the total measure converges slowly there.
+            let allowed = match p.name() {
+                "orthographic" => [0.15, 0.025, 0.008, 0.008],
+                "hybrid" | "stark" => [0.1, 0.025, 0.004, 0.004],
+                _ => [0.004, 0.004, 6e-4, 6e-4],
+            };
+            for (w, error) in errors.into_iter().enumerate() {
+                let allowed = allowed[w];
+                assert!(
+                    error < allowed,
+                    "{} {symmetry:?}, weight {w}: {error:e}",
+                    name(&*p)
+                );
+            }
+        }
+    }
+}
+
+#[test]
+fn jacobian_on_edges_is_zero_finite_or_infinite_but_never_nan() {
+    for symmetry in symmetries() {
+        for p in forms(symmetry) {
+            let axes = p.axes();
+            let places = |d: usize| {
+                let (lo, length) = (axes[d].range[0], axes[d].length());
+                let at = [
+                    0.0,
+                    1e-300,
+                    1e-16,
+                    1e-8,
+                    0.25,
+                    0.5,
+                    0.75,
+                    1.0 - 1e-8,
+                    1.0 - 1e-16,
+                    1.0,
+                ];
+                at.map(|u| lo + length * u)
+            };
+            let n = 10usize;
+            let (mut zero, mut infinite) = (0, 0);
+            for code in 0..n.pow(axes.len() as u32) {
+                let mut c = [0.0; 4];
+                let mut rest = code;
+                for (d, c) in c.iter_mut().enumerate().take(axes.len()) {
+                    *c = places(d)[rest % n];
+                    rest /= n;
+                }
+                let j = p.jacobian(&c);
+                assert!(
+                    !j.is_nan() && j >= 0.0,
+                    "{} {symmetry:?} {c:?}: {j}",
+                    name(&*p)
+                );
+                zero += usize::from(j == 0.0);
+                infinite += usize::from(j == f64::INFINITY);
+                if let Some(pair) = p.inverse(&c) {
+                    assert!(
+                        j.is_finite() || lowest(&pair) < 1e-7,
+                        "{} {c:?}: {j}",
+                        name(&*p)
+                    );
+                }
+            }
+            let singular = matches!(p.name(), "orthographic" | "hybrid" | "stark");
+            assert_eq!(infinite > 0, singular, "{}", name(&*p));
+            // Poles: the measure vanishes, except in Stark's coordinates, which absorb it.
+            assert!(zero > 0 || p.name() == "stark", "{}", name(&*p));
+        }
+    }
+}
