@@ -96,8 +96,9 @@ impl<C: Chart> Form<C> {
             } else if s.reciprocal {
                 // Light and sensor exchanged: (r1, r2, a) is (r2, r1, −a). At a = 0 and ±π the
                 // azimuth cannot tell the two apart, the elevations do.
-                let tie = a == 0.0 || a.abs() == PI;
-                if a < 0.0 || (tie && r1 < r2) {
+                let tie = same(a, 0.0) || same(a.abs(), PI);
+                let exchanged = if tie { r1 < r2 } else { a < 0.0 };
+                if exchanged {
                     std::mem::swap(&mut r1, &mut r2);
                     a = -a;
                 }
@@ -153,7 +154,7 @@ impl<C: Chart> Form<C> {
     /// True if the azimuth lies on a mirror plane.
     #[inline]
     fn on_mirror(&self, a1: f64) -> bool {
-        a1 == 0.0 || a1 == FRAC_PI_2
+        same(a1, 0.0) || same(a1, FRAC_PI_2)
     }
 
     /// Brings the first azimuth into [0, π/2] by the mirrors y → −y and x → −x.
@@ -161,6 +162,13 @@ impl<C: Chart> Form<C> {
     fn fold_mirrors(&self, [r1, mut a1, r2, mut a2]: Coords) -> Coords {
         if !self.symmetry.bilateral {
             return [r1, a1, r2, a2];
+        }
+        // At a pole one azimuth is left, the one of the other direction, and both mirrors fold it.
+        if r1 == 0.0 {
+            return [r1, 0.0, r2, quarter_turn(a2)];
+        }
+        if r2 == 0.0 {
+            return [r1, quarter_turn(a1), r2, 0.0];
         }
         if a1 < 0.0 {
             (a1, a2) = (-a1, -a2);
@@ -170,13 +178,26 @@ impl<C: Chart> Form<C> {
             // A mirror always flips the nested azimuth; an absolute one is reflected like a1.
             a2 = if C::NESTED { -a2 } else { wrap_angle(PI - a2) };
         }
-        if a1 == 0.0 || (C::NESTED && a1 == FRAC_PI_2) {
+        if same(a1, 0.0) || (C::NESTED && same(a1, FRAC_PI_2)) {
             a2 = a2.abs();
-        } else if a1 == FRAC_PI_2 && a2.abs() > FRAC_PI_2 {
+        } else if same(a1, FRAC_PI_2) && a2.abs() > FRAC_PI_2 {
             a2 = wrap_angle(PI - a2);
         }
         [r1, a1, r2, a2]
     }
+}
+
+/// True if two azimuths differ by rounding only: a few ulp of π, which the last of many equal steps
+/// from 0 to π/2 misses it by.
+#[inline]
+fn same(a: f64, b: f64) -> bool {
+    (a - b).abs() < 1e-15
+}
+
+/// An angle in [−π, π] as its image in [0, π/2] under both mirrors.
+#[inline]
+fn quarter_turn(a: f64) -> f64 {
+    a.abs().min(PI - a.abs())
 }
 
 /// An angle in [−π, π] as its representative in [0, π).
