@@ -2,10 +2,11 @@
 
 /// Cosine below which a direction counts as *on* the horizon for a real pose.
 ///
-/// A node at theta = 90° has cosine 6e-17 in `f64`, not 0: positive, yet no
-/// instrument can see it and several models diverge there. A nano-radian is far
-/// below any arm's resolution and far above rounding.
-pub const GRAZING_COS: f64 = 1e-9;
+/// A node at theta = 90° has cosine 6e-17 in `f64`, not 0: positive, yet no instrument can see it
+/// and several models diverge there. In orthographic and hybrid coordinates, where the cosine is
+/// sqrt(1 − r²), rounding makes it up to 3e-8. A tenth of a micro-radian is above both, and far
+/// below any arm's resolution.
+pub const GRAZING_COS: f64 = 1e-7;
 
 /// How far below the horizon rounding may put a direction that lies on it.
 ///
