@@ -380,6 +380,10 @@ impl Distinct {
     /// Steps per axis: nodes of any grid that fits in memory are further apart, and rounding is
     /// a million times smaller.
     const STEPS: f64 = 1e9;
+    /// Shifts the steps against the nodes, which sit at fractions of the range: rounding would
+    /// tell apart two equal nodes half-way between steps (512 nodes do that). The golden ratio
+    /// is as far from all fractions as a number can be.
+    const SHIFT: f64 = 0.618_033_988_749_894_9;
 
     fn new(axes: &[Axis]) -> Self {
         let mut scale = [(0.0, 0.0, false); 4];
@@ -396,9 +400,10 @@ impl Distinct {
     fn key(&self, coords: &Coords) -> [i64; 4] {
         std::array::from_fn(|d| {
             let (lo, scale, periodic) = self.scale[d];
-            let key = ((coords[d] - lo) * scale).round() as i64;
-            if periodic {
-                key.rem_euclid(Self::STEPS as i64)
+            let key = ((coords[d] - lo) * scale + Self::SHIFT).floor() as i64;
+            // The end of a circle is its start.
+            if periodic && key >= Self::STEPS as i64 {
+                key - Self::STEPS as i64
             } else {
                 key
             }
