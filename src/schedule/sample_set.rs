@@ -12,6 +12,7 @@ use crate::registry::{self, Entry, ReadError, Table};
 use crate::sampling::{Random, Sobol};
 use serde::{Deserialize, Serialize};
 use std::collections::HashMap;
+use std::f64::consts::PI;
 use std::sync::Arc;
 
 /// Chooses the configurations of an acquisition. A config names one by `kind`.
@@ -495,7 +496,7 @@ fn largest(
 /// The growing sequence of shapes in a ratio: as a common scale grows, one axis after the other
 /// gains a node.
 struct Shapes {
-    even: Vec<bool>,
+    step: Vec<usize>,
     ratio: Vec<f64>,
     list: Vec<Vec<usize>>,
 }
@@ -503,14 +504,22 @@ struct Shapes {
 impl Shapes {
     fn new(axes: &[Axis], ratio: &[f64]) -> Self {
         // A pole joins azimuth a with a + π: a full turn needs an even number of nodes for both
-        // to be on the lattice.
-        let even: Vec<bool> = axes
+        // to be on the lattice. Beside an azimuth folded to a quarter turn it gets four at a time,
+        // so that in the default ratio the two stay in step: exchanging light and sensor then
+        // takes nodes of a spherical lattice to nodes.
+        let quarter = axes
             .iter()
-            .map(|a| a.kind == AxisKind::Periodic && a.length() > 1.5 * std::f64::consts::PI)
+            .any(|a| a.kind == AxisKind::Mirrored && a.length() < 0.6 * PI);
+        let step: Vec<usize> = axes
+            .iter()
+            .map(|a| match a.kind {
+                AxisKind::Periodic if a.length() > 1.5 * PI => 2 + 2 * usize::from(quarter),
+                _ => 1,
+            })
             .collect();
-        let first = even.iter().map(|&e| if e { 2 } else { 1 }).collect();
+        let first = step.clone();
         Self {
-            even,
+            step,
             ratio: ratio.to_vec(),
             list: vec![first],
         }
@@ -519,7 +528,7 @@ impl Shapes {
     fn get(&mut self, number: usize) -> &[usize] {
         while self.list.len() <= number {
             let last = &self.list[self.list.len() - 1];
-            let step = |d: usize| if self.even[d] { 2 } else { 1 };
+            let step = |d: usize| self.step[d];
             // The scale at which axis d, rounded to the nearest allowed number, gains its step.
             let scale = |d: usize| (last[d] as f64 + 0.5 * step(d) as f64) / self.ratio[d];
             let next = (0..last.len()).map(scale).fold(f64::INFINITY, f64::min);
