@@ -103,10 +103,20 @@ impl Lattice {
 
 /// Calls `visit` with the indices of every node of a box, last axis fastest.
 pub fn for_each_node(shape: &[usize], mut visit: impl FnMut(&[i64])) {
+    each_node_while(shape, |index| {
+        visit(index);
+        true
+    });
+}
+
+/// [`for_each_node`] until `visit` returns false.
+pub(super) fn each_node_while(shape: &[usize], mut visit: impl FnMut(&[i64]) -> bool) {
     let mut index = vec![0i64; shape.len()];
     let total: usize = shape.iter().product();
     for _ in 0..total {
-        visit(&index);
+        if !visit(&index) {
+            return;
+        }
         for (i, &n) in index.iter_mut().zip(shape).rev() {
             *i += 1;
             if *i < n as i64 {

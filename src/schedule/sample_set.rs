@@ -3,7 +3,7 @@
 //! A budget N counts distinct configurations above the horizon: coordinates that coincide (all
 //! azimuths at a pole) or that a declared symmetry folds together count once.
 
-use super::lattice::{Centring, Lattice, LatticeAxis, for_each_node};
+use super::lattice::{Centring, Lattice, LatticeAxis, each_node_while};
 use super::{Pose, Schedule};
 use crate::error::ParameterError;
 use crate::numeric::GRAZING_COS;
@@ -13,6 +13,7 @@ use crate::sampling::{Random, Sobol};
 use serde::{Deserialize, Serialize};
 use std::collections::HashMap;
 use std::f64::consts::PI;
+use std::hash::{BuildHasherDefault, Hasher};
 use std::sync::Arc;
 
 /// Chooses the configurations of an acquisition. A config names one by `kind`.
@@ -136,8 +137,13 @@ impl Grid {
             .collect()
     }
 
-    /// The schedule of one shape.
-    fn lay_out(&self, parametrization: &Arc<dyn Parametrization>, shape: &[usize]) -> Schedule {
+    /// The schedule of one shape, `None` if it has more than `budget` configurations.
+    fn lay_out(
+        &self,
+        parametrization: &Arc<dyn Parametrization>,
+        shape: &[usize],
+        budget: usize,
+    ) -> Option<Schedule> {
         let mut lattice = Lattice {
             axes: self.axes(parametrization.axes(), shape),
             pose: Vec::with_capacity(shape.iter().product()),
@@ -145,31 +151,32 @@ impl Grid {
         let mut distinct = Distinct::new(parametrization.axes());
         let mut poses = Vec::new();
         let mut pose = Vec::with_capacity(lattice.pose.capacity());
-        for_each_node(shape, |index| {
-            pose.push(
-                place(&**parametrization, &lattice.coords(index)).map(|new| {
-                    let next = poses.len() as u32;
-                    let found = *distinct
-                        .seen
-                        .entry(distinct.key(&new.coords))
-                        .or_insert(next);
-                    if found == next {
-                        poses.push(new);
-                    }
-                    found
-                }),
-            );
+        each_node_while(shape, |index| {
+            let place = place(&**parametrization, &lattice.coords(index));
+            pose.push(place.map(|new| {
+                let next = poses.len() as u32;
+                let key = distinct.key(&new.coords);
+                let found = *distinct.seen.entry(key).or_insert(next);
+                if found == next {
+                    poses.push(new);
+                }
+                found
+            }));
+            poses.len() <= budget
         });
+        if poses.len() > budget {
+            return None;
+        }
         let unphysical = pose.iter().filter(|p| p.is_none()).count();
         let unphysical_share = unphysical as f64 / pose.len() as f64;
         lattice.pose = pose;
-        Schedule {
+        Some(Schedule {
             parametrization: Arc::clone(parametrization),
             sample_set: Self::KIND.into(),
             poses,
             lattice: Some(lattice),
             unphysical_share,
-        }
+        })
     }
 }
 
@@ -210,7 +217,7 @@ impl SampleSet for Grid {
             self.ratio.as_deref(),
             budget,
             Self::KIND,
-            |shape| self.lay_out(parametrization, shape),
+            |shape| self.lay_out(parametrization, shape, budget),
         )
     }
 }
@@ -228,16 +235,18 @@ pub struct Stratified {
 impl Stratified {
     const KIND: &'static str = "stratified";
 
+    /// The schedule of one shape, `None` if it has more than `budget` configurations.
     fn jitter(
         &self,
         parametrization: &Arc<dyn Parametrization>,
         shape: &[usize],
         random: &Random,
-    ) -> Schedule {
+        budget: usize,
+    ) -> Option<Schedule> {
         let axes = parametrization.axes();
         let mut poses = Vec::new();
         let mut cell = 0;
-        for_each_node(shape, |index| {
+        each_node_while(shape, |index| {
             let jitter: [f64; 4] = random.point(cell);
             cell += 1;
             let mut u = [0.0; 4];
@@ -245,15 +254,19 @@ impl Stratified {
                 u[d] = (i as f64 + jitter[d]) / n as f64;
             }
             poses.extend(place(&**parametrization, &from_unit(axes, &u)));
+            poses.len() <= budget
         });
+        if poses.len() > budget {
+            return None;
+        }
         let unphysical_share = 1.0 - poses.len() as f64 / cell as f64;
-        Schedule {
+        Some(Schedule {
             parametrization: Arc::clone(parametrization),
             sample_set: Self::KIND.into(),
             poses,
             lattice: None,
             unphysical_share,
-        }
+        })
     }
 }
 
@@ -283,7 +296,7 @@ impl SampleSet for Stratified {
             self.ratio.as_deref(),
             budget,
             Self::KIND,
-            |shape| self.jitter(parametrization, shape, &random),
+            |shape| self.jitter(parametrization, shape, &random, budget),
         )
     }
 }
@@ -373,7 +386,7 @@ fn from_unit(axes: &[Axis], u: &[f64; 4]) -> Coords {
 
 /// Recognises coordinates that name the same configuration.
 struct Distinct {
-    seen: HashMap<[i64; 4], u32>,
+    seen: HashMap<[i64; 4], u32, BuildHasherDefault<Mix>>,
     scale: [(f64, f64, bool); 4],
 }
 
@@ -393,7 +406,7 @@ impl Distinct {
             *s = (axis.range[0], Self::STEPS / axis.length(), periodic);
         }
         Self {
-            seen: HashMap::new(),
+            seen: HashMap::default(),
             scale,
         }
     }
@@ -409,6 +422,30 @@ impl Distinct {
                 key
             }
         })
+    }
+}
+
+/// Hashes a few integers that are not chosen by an adversary, a multiplication and a rotation
+/// each; the standard hasher takes most of the time of laying out a grid.
+#[derive(Default)]
+struct Mix(u64);
+
+impl Hasher for Mix {
+    fn finish(&self) -> u64 {
+        // The table looks at the upper bits as well as at the lower ones.
+        self.0 ^ (self.0 >> 32)
+    }
+
+    fn write(&mut self, bytes: &[u8]) {
+        for chunk in bytes.chunks(8) {
+            let mut word = [0; 8];
+            word[..chunk.len()].copy_from_slice(chunk);
+            self.write_u64(u64::from_le_bytes(word));
+        }
+    }
+
+    fn write_u64(&mut self, word: u64) {
+        self.0 = (self.0.rotate_left(29) ^ word).wrapping_mul(0x9e37_79b9_7f4a_7c15);
     }
 }
 
@@ -453,7 +490,7 @@ fn largest(
     ratio: Option<&[f64]>,
     budget: usize,
     kind: &'static str,
-    lay_out: impl Fn(&[usize]) -> Schedule,
+    lay_out: impl Fn(&[usize]) -> Option<Schedule>,
 ) -> Result<Schedule, PlanError> {
     let axes = parametrization.axes();
     let ratio = match ratio {
@@ -462,25 +499,26 @@ fn largest(
     };
     let mut shapes = Shapes::new(axes, &ratio);
     let mut fits: Option<Schedule> = None;
-    // Shapes by number: gallop until one is too large, then halve.
-    let (mut low, mut high) = (0, 1);
-    let try_shape = |shape: &[usize]| {
-        let schedule = lay_out(shape);
-        (schedule.poses.len() <= budget).then_some(schedule)
-    };
-    while let Some(schedule) = try_shape(shapes.get(high - 1)) {
-        fits = Some(schedule);
-        low = high;
-        high *= 2;
-    }
-    while high - low > 1 {
-        let middle = low + (high - low) / 2;
-        match try_shape(shapes.get(middle - 1)) {
+    // Shapes by number: those below `low` fit, `high` does not. Shapes with no more nodes than the
+    // budget fit without a try; from there, the share of nodes that are poses predicts the rest,
+    // and laying a shape out stops as soon as it is too large.
+    let (mut low, mut high) = (0, usize::MAX);
+    let mut guess = shapes.first_above(budget as f64).saturating_sub(1);
+    while low < high {
+        match lay_out(shapes.get(guess)) {
             Some(schedule) => {
+                low = guess + 1;
+                let poses = schedule.poses.len() as f64;
+                // No shape has less than a hundredth: that only bounds the next step.
+                let share = (poses / shapes.nodes(guess)).max(0.01);
+                guess = shapes.first_above(budget as f64 / share).saturating_sub(1);
                 fits = Some(schedule);
-                low = middle;
             }
-            None => high = middle,
+            None => high = guess,
+        }
+        guess = guess.max(low);
+        if guess >= high {
+            guess = low + (high - low) / 2;
         }
     }
     match fits {
@@ -525,6 +563,21 @@ impl Shapes {
         }
     }
 
+    /// Number of nodes of a shape.
+    fn nodes(&mut self, number: usize) -> f64 {
+        self.get(number).iter().map(|&n| n as f64).product()
+    }
+
+    /// The first shape with more nodes than that.
+    fn first_above(&mut self, nodes: f64) -> usize {
+        let mut number = 0;
+        while self.nodes(number) <= nodes {
+            number += 1;
+        }
+        number
+    }
+
+    /// Shape `number`.
     fn get(&mut self, number: usize) -> &[usize] {
         while self.list.len() <= number {
             let last = &self.list[self.list.len() - 1];
