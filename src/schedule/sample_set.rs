@@ -10,10 +10,9 @@ use crate::numeric::GRAZING_COS;
 use crate::parametrization::{Axis, AxisKind, Coords, Parametrization};
 use crate::registry::{self, Entry, ReadError, Table};
 use crate::sampling::{Random, Sobol};
+use rustc_hash::FxHashMap;
 use serde::{Deserialize, Serialize};
-use std::collections::HashMap;
 use std::f64::consts::PI;
-use std::hash::{BuildHasherDefault, Hasher};
 use std::sync::Arc;
 
 /// Chooses the configurations of an acquisition. A config names one by `kind`.
@@ -386,7 +385,8 @@ fn from_unit(axes: &[Axis], u: &[f64; 4]) -> Coords {
 
 /// Recognises coordinates that name the same configuration.
 struct Distinct {
-    seen: HashMap<[i64; 4], u32, BuildHasherDefault<Mix>>,
+    // The standard hasher takes most of the time of laying out a grid; nobody attacks this map.
+    seen: FxHashMap<[i64; 4], u32>,
     scale: [(f64, f64, bool); 4],
 }
 
@@ -406,7 +406,7 @@ impl Distinct {
             *s = (axis.range[0], Self::STEPS / axis.length(), periodic);
         }
         Self {
-            seen: HashMap::default(),
+            seen: FxHashMap::default(),
             scale,
         }
     }
@@ -422,30 +422,6 @@ impl Distinct {
                 key
             }
         })
-    }
-}
-
-/// Hashes a few integers that are not chosen by an adversary, a multiplication and a rotation
-/// each; the standard hasher takes most of the time of laying out a grid.
-#[derive(Default)]
-struct Mix(u64);
-
-impl Hasher for Mix {
-    fn finish(&self) -> u64 {
-        // The table looks at the upper bits as well as at the lower ones.
-        self.0 ^ (self.0 >> 32)
-    }
-
-    fn write(&mut self, bytes: &[u8]) {
-        for chunk in bytes.chunks(8) {
-            let mut word = [0; 8];
-            word[..chunk.len()].copy_from_slice(chunk);
-            self.write_u64(u64::from_le_bytes(word));
-        }
-    }
-
-    fn write_u64(&mut self, word: u64) {
-        self.0 = (self.0.rotate_left(29) ^ word).wrapping_mul(0x9e37_79b9_7f4a_7c15);
     }
 }
 
