@@ -6,6 +6,7 @@ pub mod files;
 pub mod geometry;
 pub mod instrument;
 pub mod measurement;
+pub mod metrics;
 pub mod numeric;
 pub mod parametrization;
 pub mod reconstruct;

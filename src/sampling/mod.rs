@@ -5,8 +5,12 @@
 
 mod hemisphere;
 mod points;
+mod quadrature;
+#[cfg(test)]
+pub(crate) mod testing;
 
 pub use hemisphere::{
     cosine_hemisphere, cosine_hemisphere_pdf, ggx_half_vector, ggx_half_vector_pdf,
 };
 pub use points::{Random, Sobol};
+pub use quadrature::gauss_legendre;

@@ -1,0 +1,410 @@
+//! The fixed pairs that are compared, and how they are distributed.
+//!
+//! | measure | density of (omega_i, omega_o), sr⁻² |
+//! |---|---|
+//! | `cosine` | cos θ_i cos θ_o / π² |
+//! | `lobe` | half of that; half: omega_o with density cos θ_o / π, half vector with density D(θ_h) cos θ_h of GGX, alpha 0.3, 0.1, 0.03, 0.01 equally often, omega_i the reflection of omega_o about it |
+//!
+//! Both restricted to pairs with θ_i, θ_o < mask and at least the minimum separation between light
+//! and sensor. Candidates are scrambled Sobol points and rejected ones are replaced, so the number
+//! of pairs is exact. `cosine` weighs what a diffuse room sees; under it a lobe of alpha 0.01 gets
+//! one pair in thousands, hence `lobe`.
+//!
+//! The mask costs no candidates where it can be put into the warp: the cosine distribution cut at
+//! the mask is the warp of u sin²(mask), and a half vector lies inside the mask if both directions
+//! do (a cone is convex), so its distribution is cut there too. What is left is the same
+//! conditional distribution that rejection alone would give.
+
+use crate::error::{ParameterError, in_left_open};
+use crate::geometry::{Direction, DirectionPair};
+use crate::sampling::{Sobol, cosine_hemisphere, ggx_half_vector};
+use serde::{Deserialize, Serialize};
+
+/// Roughnesses of the lobes in [`Measure::Lobe`], equally often.
+const LOBE_ALPHAS: [f64; 4] = [0.3, 0.1, 0.03, 0.01];
+
+/// Largest number of pairs: beyond it the pairs alone fill half a gigabyte.
+const MAX_PAIRS: usize = 10_000_000;
+
+/// Candidates a population may spend before its acceptance is judged: one block of Sobol points.
+const TRIAL: u64 = Sobol::BLOCK;
+
+/// A window that keeps less than one candidate in this many is refused.
+const MIN_ACCEPTANCE_INVERSE: u64 = 1000;
+
+/// How test pairs are distributed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Measure {
+    /// Both directions cosine-distributed: density cos θ_i cos θ_o / π².
+    Cosine,
+    /// Half of that; half with omega_o cosine-distributed and the half vector drawn from GGX,
+    /// alpha 0.3, 0.1, 0.03, 0.01 equally, pairs below the horizon dropped.
+    Lobe,
+}
+
+impl Measure {
+    /// Every measure.
+    pub const ALL: [Measure; 2] = [Measure::Cosine, Measure::Lobe];
+
+    /// Name in configs and result files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Measure::Cosine => "cosine",
+            Measure::Lobe => "lobe",
+        }
+    }
+}
+
+/// Which pairs are compared.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct MetricsSpec {
+    /// Pairs per measure, 1 to 10 000 000.
+    pub pairs: usize,
+    /// Both elevations stay below it, degrees in (0, 90].
+    pub mask_deg: f64,
+    /// Smallest angle between light and sensor, degrees in [0, 180) and below twice the mask.
+    pub min_separation_deg: f64,
+    /// Seed of the fixed set of pairs.
+    pub seed: u64,
+}
+
+impl Default for MetricsSpec {
+    fn default() -> Self {
+        Self {
+            pairs: 20_000,
+            mask_deg: 80.0,
+            min_separation_deg: 0.0,
+            seed: 0,
+        }
+    }
+}
+
+impl MetricsSpec {
+    /// Checks every key, and that the mask leaves room for the separation.
+    ///
+    /// # Errors
+    /// The key, its value and what is allowed.
+    pub fn check(&self) -> Result<(), ParameterError> {
+        if !(1..=MAX_PAIRS).contains(&self.pairs) {
+            return Err(ParameterError::new(
+                "pairs",
+                self.pairs,
+                format!("a whole number from 1 to {MAX_PAIRS}"),
+            ));
+        }
+        in_left_open("mask_deg", self.mask_deg, 0.0, 90.0)?;
+        // Two directions inside the mask are less than twice the mask apart. 90° gives 180.
+        let limit = 2.0 * self.mask_deg;
+        if !(self.min_separation_deg >= 0.0 && self.min_separation_deg < limit) {
+            return Err(ParameterError::new(
+                "min_separation_deg",
+                self.min_separation_deg,
+                format!("a number in [0, {limit}), twice mask_deg"),
+            ));
+        }
+        Ok(())
+    }
+}
+
+/// The fixed test pairs of a measure: exactly `spec.pairs`, the same ones for the same spec.
+///
+/// Under [`Measure::Lobe`] pairs with an even index are the cosine half, the others cycle through
+/// the four lobes. (One more cosine pair if the number is odd.)
+///
+/// # Errors
+/// What [`MetricsSpec::check`] refuses; and a mask and separation that together leave less than
+/// one candidate in a thousand.
+///
+/// ```
+/// use gonio::metrics::{Measure, MetricsSpec, test_pairs};
+/// let spec = MetricsSpec { pairs: 100, mask_deg: 60.0, ..Default::default() };
+/// let pairs = test_pairs(Measure::Lobe, &spec).unwrap();
+/// assert_eq!(pairs.len(), 100);
+/// assert!(pairs.iter().all(|pair| pair.omega_i.cos_theta() > 0.5));
+/// ```
+pub fn test_pairs(
+    measure: Measure,
+    spec: &MetricsSpec,
+) -> Result<Vec<DirectionPair>, ParameterError> {
+    spec.check()?;
+    let window = Window::new(spec);
+    let refused = || {
+        ParameterError::new(
+            "mask_deg, min_separation_deg",
+            format!("{}, {}", spec.mask_deg, spec.min_separation_deg),
+            "a window that keeps at least one pair in a thousand: a wider mask or a smaller separation",
+        )
+    };
+    let mut cosine = Population::new(spec.seed, 0, None);
+    let mut lobes = [0, 1, 2, 3].map(|i| Population::new(spec.seed, i + 1, Some(LOBE_ALPHAS[i])));
+    (0..spec.pairs)
+        .map(|i| {
+            let population = match measure {
+                Measure::Lobe if i % 2 == 1 => &mut lobes[i / 2 % LOBE_ALPHAS.len()],
+                _ => &mut cosine,
+            };
+            population.draw(&window).ok_or_else(refused)
+        })
+        .collect()
+}
+
+/// Which pairs are kept.
+struct Window {
+    /// Both cosines are above this.
+    cos_mask: f64,
+    sin2_mask: f64,
+    /// Radians.
+    min_separation: f64,
+}
+
+impl Window {
+    fn new(spec: &MetricsSpec) -> Self {
+        let (sin, cos) = spec.mask_deg.to_radians().sin_cos();
+        Self {
+            // cos 90° is 6e-17 in `f64`; a mask of 90° means the horizon itself.
+            cos_mask: if spec.mask_deg == 90.0 { 0.0 } else { cos },
+            sin2_mask: sin * sin,
+            min_separation: spec.min_separation_deg.to_radians(),
+        }
+    }
+
+    fn keeps(&self, pair: &DirectionPair) -> bool {
+        pair.omega_i.cos_theta() > self.cos_mask
+            && pair.omega_o.cos_theta() > self.cos_mask
+            && (self.min_separation == 0.0 || pair.separation() >= self.min_separation)
+    }
+}
+
+/// One of the distributions a measure is mixed from, with its own Sobol points.
+struct Population {
+    sobol: Sobol,
+    /// Roughness of the lobe; `None` for two cosine-distributed directions.
+    alpha: Option<f64>,
+    tried: u64,
+    kept: u64,
+}
+
+impl Population {
+    fn new(seed: u64, stream: usize, alpha: Option<f64>) -> Self {
+        // Any odd constant keeps the five seeds apart; `Sobol` hashes what it is given.
+        let seed = seed.wrapping_add((stream as u64).wrapping_mul(0x9e37_79b9_7f4a_7c15));
+        Self {
+            sobol: Sobol::new(seed),
+            alpha,
+            tried: 0,
+            kept: 0,
+        }
+    }
+
+    /// The next pair inside the window, `None` if there are next to none.
+    fn draw(&mut self, window: &Window) -> Option<DirectionPair> {
+        loop {
+            if self.tried >= TRIAL && self.kept * MIN_ACCEPTANCE_INVERSE < self.tried {
+                return None;
+            }
+            let u = self.sobol.point(self.tried);
+            self.tried += 1;
+            let pair = self.candidate(u, window.sin2_mask);
+            if window.keeps(&pair) {
+                self.kept += 1;
+                return Some(pair);
+            }
+        }
+    }
+
+    fn candidate(&self, u: [f64; 4], sin2_mask: f64) -> DirectionPair {
+        let omega_o = cosine_hemisphere([u[0] * sin2_mask, u[1]]);
+        let Some(alpha) = self.alpha else {
+            return DirectionPair::new(cosine_hemisphere([u[2] * sin2_mask, u[3]]), omega_o);
+        };
+        // The share of half vectors inside the mask: tan²θ_h = α² u/(1 − u), solved for u.
+        let share = sin2_mask / (sin2_mask + alpha * alpha * (1.0 - sin2_mask));
+        let h = ggx_half_vector(alpha, [u[2] * share, u[3]]).vector();
+        let omega_i = 2.0 * omega_o.vector().dot(h) * h - omega_o.vector();
+        DirectionPair::new(Direction::from_unit(omega_i), omega_o)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::sampling::testing::{equal_bins, uniformity};
+
+    fn spec(pairs: usize, mask_deg: f64, min_separation_deg: f64) -> MetricsSpec {
+        MetricsSpec {
+            pairs,
+            mask_deg,
+            min_separation_deg,
+            seed: 7,
+        }
+    }
+
+    /// The pairs of the lobe with roughness `LOBE_ALPHAS[lobe]`.
+    fn of_lobe(pairs: &[DirectionPair], lobe: usize) -> impl Iterator<Item = &DirectionPair> {
+        pairs.iter().skip(1 + 2 * lobe).step_by(8)
+    }
+
+    #[test]
+    fn cosine_pairs_have_uniform_cos_squared() {
+        for mask_deg in [90.0, 80.0, 30.0, 0.1] {
+            let pairs = test_pairs(Measure::Cosine, &spec(30_000, mask_deg, 0.0)).unwrap();
+            let sin2_mask = f64::to_radians(mask_deg).sin().powi(2);
+            let sin2 = |d: Direction| d.sin_theta().powi(2) / sin2_mask;
+            let azimuth = |d: Direction| d.phi() / std::f64::consts::TAU + 0.5;
+            for of in [
+                &|p: &DirectionPair| sin2(p.omega_i),
+                &|p: &DirectionPair| sin2(p.omega_o),
+                &|p: &DirectionPair| azimuth(p.omega_i),
+                &|p: &DirectionPair| azimuth(p.omega_o),
+            ] as [&dyn Fn(&DirectionPair) -> f64; 4]
+            {
+                let p = uniformity(&equal_bins(pairs.iter().map(of), 50));
+                assert!(p > 1e-3, "{mask_deg}: p = {p}");
+            }
+        }
+    }
+
+    #[test]
+    fn cosine_directions_are_independent() {
+        let pairs = test_pairs(Measure::Cosine, &spec(64_000, 90.0, 0.0)).unwrap();
+        let sin2 = |d: Direction| d.sin_theta().powi(2);
+        let cells = pairs
+            .iter()
+            .map(|p| ((sin2(p.omega_i) * 8.0).floor() + sin2(p.omega_o)) / 8.0);
+        let p = uniformity(&equal_bins(cells, 64));
+        assert!(p > 1e-3, "p = {p}");
+    }
+
+    #[test]
+    fn lobe_half_vectors_follow_ggx() {
+        // With omega_o within 45° − θ_h of the normal nothing is dropped at that θ_h: there the
+        // distribution of half vectors is GGX itself.
+        let pairs = test_pairs(Measure::Lobe, &spec(80_000, 90.0, 0.0)).unwrap();
+        for (lobe, alpha) in LOBE_ALPHAS.into_iter().enumerate() {
+            let theta_max = 20.0_f64.to_radians();
+            let share = |theta: f64| {
+                let tan2 = theta.tan().powi(2);
+                tan2 / (tan2 + alpha * alpha)
+            };
+            let u = of_lobe(&pairs, lobe)
+                .filter(|p| p.omega_o.theta() < 50.0_f64.to_radians())
+                .map(|p| p.half().truncate().length().atan2(p.half().z))
+                .filter(|theta| *theta < theta_max)
+                .map(|theta| share(theta) / share(theta_max));
+            let p = uniformity(&equal_bins(u, 40));
+            assert!(p > 1e-3, "alpha {alpha}: p = {p}");
+        }
+    }
+
+    #[test]
+    fn a_mask_in_the_warp_equals_rejection() {
+        // The same statistic, once from pairs drawn inside a mask of 40° and once from the pairs
+        // of the whole hemisphere that happen to lie inside it.
+        let mask = 40.0_f64.to_radians();
+        let whole = test_pairs(Measure::Lobe, &spec(400_000, 90.0, 0.0)).unwrap();
+        let masked = test_pairs(Measure::Lobe, &spec(100_000, 40.0, 0.0)).unwrap();
+        let inside = |p: &&DirectionPair| p.omega_i.theta() < mask && p.omega_o.theta() < mask;
+        for lobe in 0..LOBE_ALPHAS.len() {
+            let mean = |values: &mut dyn Iterator<Item = &DirectionPair>| {
+                let (mut n, mut theta_h, mut cos_i) = (0.0, 0.0, 0.0);
+                for p in values {
+                    n += 1.0;
+                    theta_h += p.half().truncate().length() / p.half().z;
+                    cos_i += p.omega_i.cos_theta();
+                }
+                (theta_h / n, cos_i / n)
+            };
+            let a = mean(&mut of_lobe(&whole, lobe).filter(inside));
+            let b = mean(&mut of_lobe(&masked, lobe));
+            // 12 500 pairs and at least as many: 1.5 % is over three standard errors of tan θ_h.
+            assert!((a.0 / b.0 - 1.0).abs() < 0.03, "{lobe}: {a:?} {b:?}");
+            assert!((a.1 / b.1 - 1.0).abs() < 0.005, "{lobe}: {a:?} {b:?}");
+        }
+    }
+
+    #[test]
+    fn mask_separation_and_number_hold() {
+        for measure in Measure::ALL {
+            for (n, mask_deg, separation_deg) in [
+                (1, 80.0, 0.0),
+                (2, 90.0, 0.0),
+                (999, 80.0, 5.0),
+                (1000, 45.0, 60.0),
+                (500, 90.0, 120.0),
+                (500, 1e-3, 0.0),
+            ] {
+                let pairs = test_pairs(measure, &spec(n, mask_deg, separation_deg)).unwrap();
+                assert_eq!(pairs.len(), n);
+                let mask = f64::to_radians(mask_deg);
+                for pair in &pairs {
+                    assert!(pair.is_above_horizon());
+                    // Half an ulp of cos 1e-3° is 6e-12 rad.
+                    assert!(pair.omega_i.theta() < mask + 1e-11);
+                    assert!(pair.omega_o.theta() < mask + 1e-11);
+                    assert!(pair.separation() >= separation_deg.to_radians());
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn half_of_the_lobe_pairs_are_the_cosine_pairs() {
+        let lobe = test_pairs(Measure::Lobe, &spec(2001, 80.0, 0.0)).unwrap();
+        let cosine = test_pairs(Measure::Cosine, &spec(1001, 80.0, 0.0)).unwrap();
+        assert!(lobe.iter().step_by(2).eq(cosine.iter()));
+        // Half of the GGX half vectors lie within atan(alpha): 250 pairs a lobe, less the dropped.
+        for (i, alpha) in LOBE_ALPHAS.into_iter().enumerate() {
+            assert_eq!(of_lobe(&lobe, i).count(), 250);
+            let near = of_lobe(&lobe, i)
+                .filter(|p| p.half().truncate().length() < alpha * p.half().z)
+                .count();
+            assert!((110..160).contains(&near), "{alpha}: {near}");
+        }
+    }
+
+    #[test]
+    fn the_set_depends_on_the_seed_and_a_shorter_one_is_its_beginning() {
+        for measure in Measure::ALL {
+            let long = test_pairs(measure, &spec(1000, 80.0, 0.0)).unwrap();
+            let short = test_pairs(measure, &spec(100, 80.0, 0.0)).unwrap();
+            assert_eq!(long[..100], short);
+            let other = MetricsSpec {
+                seed: 8,
+                ..spec(100, 80.0, 0.0)
+            };
+            let other = test_pairs(measure, &other).unwrap();
+            assert!(short.iter().zip(&other).all(|(a, b)| a != b));
+        }
+    }
+
+    #[test]
+    fn impossible_specs_are_refused() {
+        for (bad, key) in [
+            (spec(0, 80.0, 0.0), "pairs"),
+            (spec(10_000_001, 80.0, 0.0), "pairs"),
+            (spec(10, 0.0, 0.0), "mask_deg"),
+            (spec(10, -1.0, 0.0), "mask_deg"),
+            (spec(10, 90.1, 0.0), "mask_deg"),
+            (spec(10, f64::NAN, 0.0), "mask_deg"),
+            (spec(10, 80.0, -1.0), "min_separation_deg"),
+            (spec(10, 90.0, 180.0), "min_separation_deg"),
+            (spec(10, 30.0, 60.0), "min_separation_deg"),
+            (spec(10, 80.0, f64::NAN), "min_separation_deg"),
+            (spec(10, 80.0, f64::INFINITY), "min_separation_deg"),
+        ] {
+            assert_eq!(bad.check().unwrap_err().key, key, "{bad:?}");
+            assert_eq!(test_pairs(Measure::Cosine, &bad).unwrap_err().key, key);
+        }
+        // Possible on paper, but next to no pairs; at 1e-7° no cosine exceeds the mask's.
+        for hopeless in [spec(10, 80.0, 159.0), spec(10, 1e-7, 0.0)] {
+            assert!(hopeless.check().is_ok());
+            for measure in Measure::ALL {
+                let error = test_pairs(measure, &hopeless).unwrap_err();
+                assert!(error.key.contains("mask_deg"), "{error}");
+                assert!(error.key.contains("min_separation_deg"), "{error}");
+            }
+        }
+    }
+}
