@@ -1,0 +1,174 @@
+//! The quadrature of the directional albedo against two others.
+
+use glam::DVec3;
+use gonio::brdf::{self, Brdf, Channels, laws};
+use gonio::geometry::{Direction, DirectionPair};
+use gonio::metrics::AlbedoProbe;
+use gonio::registry;
+use std::f64::consts::{FRAC_PI_2, PI};
+
+fn model(kind: &str, text: &str) -> Box<dyn Brdf> {
+    let family = brdf::all();
+    let entry = family.iter().find(|entry| entry.kind == kind).unwrap();
+    let spec = registry::read_text(entry, text).unwrap();
+    spec.build(Channels::Luminance).unwrap()
+}
+
+fn albedos(probe: &AlbedoProbe, brdf: &dyn Brdf) -> impl Iterator<Item = (f64, f64)> {
+    let values = probe.evaluate(brdf);
+    let albedos = probe.albedos(&values, &values);
+    AlbedoProbe::VIEWS_DEG
+        .map(f64::to_radians)
+        .into_iter()
+        .zip(albedos)
+}
+
+/// Adaptive Simpson on [a, b].
+fn adaptive(f: &dyn Fn(f64) -> f64, a: f64, b: f64, tolerance: f64) -> f64 {
+    struct Piece {
+        a: f64,
+        b: f64,
+        fa: f64,
+        fm: f64,
+        fb: f64,
+    }
+    fn go(f: &dyn Fn(f64) -> f64, p: Piece, whole: f64, tolerance: f64, depth: u32) -> f64 {
+        let (m, h) = (0.5 * (p.a + p.b), 0.25 * (p.b - p.a));
+        let (fl, fr) = (f(m - h), f(m + h));
+        let left = h / 3.0 * (p.fa + 4.0 * fl + p.fm);
+        let right = h / 3.0 * (p.fm + 4.0 * fr + p.fb);
+        let error = left + right - whole;
+        // Five halvings at least: a coarse rule may agree with itself by missing a lobe.
+        if depth == 0 || depth <= 35 && error.abs() < 15.0 * tolerance {
+            return left + right + error / 15.0;
+        }
+        let (t, d) = (0.5 * tolerance, depth - 1);
+        let l = Piece {
+            a: p.a,
+            b: m,
+            fa: p.fa,
+            fm: fl,
+            fb: p.fm,
+        };
+        let r = Piece {
+            a: m,
+            b: p.b,
+            fa: p.fm,
+            fm: fr,
+            fb: p.fb,
+        };
+        go(f, l, left, t, d) + go(f, r, right, t, d)
+    }
+    let p = Piece {
+        a,
+        b,
+        fa: f(a),
+        fm: f(0.5 * (a + b)),
+        fb: f(b),
+    };
+    let whole = (b - a) / 6.0 * (p.fa + 4.0 * p.fm + p.fb);
+    go(f, p, whole, tolerance, 40)
+}
+
+/// Albedo by adaptive quadrature in omega_i itself, polar about the mirror direction: shares
+/// neither variables nor nodes with the probe.
+fn reference(brdf: &dyn Brdf, theta_o: f64, tolerance: f64) -> f64 {
+    let omega_o = Direction::from_spherical(theta_o, 0.0);
+    let (s, c) = theta_o.sin_cos();
+    let (mirror, across, aside) = (
+        DVec3::new(-s, 0.0, c),
+        DVec3::new(c, 0.0, s),
+        DVec3::new(0.0, 1.0, 0.0),
+    );
+    let ring = |rho: f64| {
+        let (sr, cr) = rho.sin_cos();
+        // z = cr c + sr s cos(psi): above the horizon for |psi| < psi_max.
+        let bound = -cr * c / (sr * s);
+        let psi_max = if s == 0.0 || bound <= -1.0 {
+            PI
+        } else if bound >= 1.0 {
+            return 0.0;
+        } else {
+            bound.acos()
+        };
+        let at = |psi: f64| {
+            let (sp, cp) = psi.sin_cos();
+            let omega_i = cr * mirror + sr * (cp * across + sp * aside);
+            let pair = DirectionPair::new(Direction::from_unit(omega_i), omega_o);
+            brdf.luminance(&pair).unwrap() * omega_i.z.max(0.0)
+        };
+        // The BRDFs here are symmetric about the plane of incidence.
+        2.0 * sr * adaptive(&at, 0.0, psi_max, 0.1 * tolerance / sr.max(1e-3))
+    };
+    // rho = e^t, cut where rings change from circles to arcs and where they end.
+    let edge = (FRAC_PI_2 - theta_o).max(0.0);
+    let log = |t: f64| ring(t.exp()) * t.exp();
+    let cuts = [1e-6, 1e-3, 1e-2, 0.1, edge, FRAC_PI_2 + theta_o];
+    let mut cuts = cuts.to_vec();
+    cuts.sort_by(f64::total_cmp);
+    cuts.windows(2)
+        .map(|w| adaptive(&log, w[0].ln(), w[1].ln(), tolerance))
+        .sum()
+}
+
+// Limits two to five times the largest error measured.
+#[test]
+fn lobes_agree_with_adaptive_quadrature() {
+    let probe = AlbedoProbe::new();
+    for (kind, text, limit) in [
+        ("ggx", "alpha = 0.5", 1e-6),
+        ("ggx", "alpha = 0.3", 1e-6),
+        ("ggx", "alpha = 0.1", 1e-6),
+        ("ggx", "alpha = 0.05", 1e-6),
+        ("ggx", "alpha = 0.03", 1e-6),
+        ("ggx", "alpha = 0.01", 1e-6),
+        ("beckmann", "alpha = 0.5", 1e-6),
+        ("beckmann", "alpha = 0.1", 1e-6),
+        ("beckmann", "alpha = 0.01", 5e-5),
+        ("phong", "rho_d = 0.0\nrho_s = 1.0\nexponent = 1.0", 1e-6),
+        ("phong", "rho_d = 0.0\nrho_s = 1.0\nexponent = 10.0", 1e-6),
+        ("phong", "rho_d = 0.0\nrho_s = 1.0\nexponent = 100.0", 1e-6),
+        (
+            "phong",
+            "rho_d = 0.0\nrho_s = 1.0\nexponent = 10000.0",
+            3e-5,
+        ),
+        ("ward", "rho_d = 0.0\nrho_s = 0.3\nalpha = 0.5", 1e-5),
+        ("ward", "rho_d = 0.0\nrho_s = 0.3\nalpha = 0.01", 5e-5),
+        ("oren-nayar", "albedo = 1.0\nsigma_deg = 30.0", 5e-4),
+    ] {
+        let brdf = model(kind, text);
+        for (theta_o, got) in albedos(&probe, brdf.as_ref()) {
+            let want = reference(brdf.as_ref(), theta_o, 1e-7 * got);
+            let error = (got / want - 1.0).abs();
+            assert!(error < limit, "{kind} {text:?} at {theta_o}: {error:e}");
+        }
+    }
+}
+
+#[test]
+fn every_model_agrees_with_the_laws() {
+    let probe = AlbedoProbe::new();
+    for entry in brdf::all() {
+        // It has a kink where light and sensor are at right angles in azimuth.
+        let limit = if entry.kind == "oren-nayar" {
+            5e-4
+        } else {
+            1e-4
+        };
+        for text in entry.examples {
+            let spec = registry::read_text(&entry, text).unwrap();
+            // Models that need a file are not here.
+            let Ok(brdf) = spec.build(Channels::Luminance) else {
+                continue;
+            };
+            for (theta_o, got) in albedos(&probe, brdf.as_ref()) {
+                let view = Direction::from_spherical(theta_o, 0.0);
+                let want = laws::directional_albedo(brdf.as_ref(), view).value[0];
+                let error = (got / want - 1.0).abs();
+                let kind = entry.kind;
+                assert!(error < limit, "{kind} {text:?} at {theta_o}: {error:e}");
+            }
+        }
+    }
+}
