@@ -16,8 +16,9 @@
 
 use crate::brdf::{Brdf, Presence};
 use crate::geometry::{Direction, DirectionPair};
+use crate::sampling::gauss_legendre;
 use glam::DVec3;
-use std::f64::consts::{FRAC_PI_2, PI, TAU};
+use std::f64::consts::{FRAC_PI_2, TAU};
 
 /// Directional albedo of one view.
 #[derive(Clone, Copy, Debug)]
@@ -190,46 +191,9 @@ fn panels(theta_1: f64, theta_2: f64) -> Vec<(f64, f64)> {
     panels.filter(|(lo, hi)| lo < hi).collect()
 }
 
-/// Nodes and weights of the `n`-point Gauss–Legendre rule on [−1, 1]: Newton's iteration on the
-/// Legendre polynomial from Tricomi's estimate, which converges to rounding in a few steps.
-pub(super) fn gauss_legendre(n: usize) -> Vec<(f64, f64)> {
-    let order = n as f64;
-    let node = |i: usize| {
-        let mut x = (PI * (i as f64 + 0.75) / (order + 0.5)).cos();
-        let mut slope = 1.0;
-        for _ in 0..8 {
-            let (mut p0, mut p1) = (1.0, x);
-            for k in 2..=n {
-                let k = k as f64;
-                (p0, p1) = (p1, ((2.0 * k - 1.0) * x * p1 - (k - 1.0) * p0) / k);
-            }
-            slope = order * (x * p1 - p0) / (x * x - 1.0);
-            x -= p1 / slope;
-        }
-        (x, 2.0 / ((1.0 - x * x) * slope * slope))
-    };
-    (0..n).map(node).collect()
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn gauss_legendre_is_exact_for_polynomials() {
-        for n in [2, 5, 10, 64, 96] {
-            let rule = gauss_legendre(n);
-            for power in [0, 1, 2, 3, 2 * n as i32 - 2] {
-                let got: f64 = rule.iter().map(|(x, w)| w * x.powi(power)).sum();
-                let want = if power % 2 == 0 {
-                    2.0 / f64::from(power + 1)
-                } else {
-                    0.0
-                };
-                assert!((got - want).abs() < 1e-13, "{n} {power} {got}");
-            }
-        }
-    }
 
     #[test]
     fn panels_cover_the_range_once() {

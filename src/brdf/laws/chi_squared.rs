@@ -6,11 +6,10 @@
 //! over each bin. Draws below the horizon are one bin more, whose expectation is what the
 //! density leaves of 1: a density with the wrong total fails too.
 
-use super::albedo::gauss_legendre;
 use crate::brdf::SampleBrdf;
 use crate::geometry::{Direction, DirectionPair};
 use crate::numeric::safe_sqrt;
-use crate::sampling::Random;
+use crate::sampling::{Random, gauss_legendre};
 use glam::DVec3;
 use std::f64::consts::PI;
 
