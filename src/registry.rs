@@ -63,32 +63,30 @@ pub fn read<T: ?Sized>(
     family: &[Entry<T>],
     mut table: Table<'_>,
 ) -> Result<Box<T>, ReadError> {
-    let allowed = || {
-        let kinds: Vec<_> = family.iter().map(|e| e.kind).collect();
-        kinds.join(", ")
-    };
+    let kinds: Vec<_> = family.iter().map(|e| e.kind).collect();
+    let index = take_kind(what, &kinds, &mut table)?;
+    (family[index].read)(table)
+}
+
+/// Takes `kind` out of a table: the position in `kinds` of the one it names.
+pub fn take_kind(what: &str, kinds: &[&str], table: &mut Table<'_>) -> Result<usize, ReadError> {
+    let allowed = kinds.join(", ");
     let span = table.span();
     let Some(kind) = table.get_mut().remove("kind") else {
-        let message = format!("kind is missing from the {what}; allowed: {}", allowed());
+        let message = format!("kind is missing from the {what}; allowed: {allowed}");
         return Err(ReadError::at(span, message));
     };
-    let name = match kind.get_ref() {
-        DeValue::String(s) => s.to_string(),
+    let span = kind.span();
+    match kind.into_inner() {
+        DeValue::String(name) => kinds.iter().position(|&k| k == name).ok_or_else(|| {
+            let message = format!("kind = \"{name}\" is not a {what}; allowed: {allowed}");
+            ReadError::at(span, message)
+        }),
         other => {
-            let message = format!(
-                "kind of the {what} is {} {other:?}; allowed: one of the strings {}",
-                other.type_str(),
-                allowed()
-            );
-            return Err(ReadError::at(kind.span(), message));
+            let found = shown(&other);
+            let message = format!("kind of the {what} is {found}; allowed: one of {allowed}");
+            Err(ReadError::at(span, message))
         }
-    };
-    match family.iter().find(|e| e.kind == name) {
-        Some(entry) => (entry.read)(table),
-        None => Err(ReadError::at(
-            kind.span(),
-            format!("kind = \"{name}\" is not a {what}; allowed: {}", allowed()),
-        )),
     }
 }
 
@@ -119,6 +117,21 @@ pub fn resolved<S: Serialize>(kind: &str, member: &S) -> toml::Table {
     table
 }
 
+/// Takes `key` out of the table; it must hold a string.
+pub fn take_string(table: &mut Table<'_>, key: &str) -> Result<Option<String>, ReadError> {
+    let Some(value) = table.get_mut().remove(key) else {
+        return Ok(None);
+    };
+    let span = value.span();
+    match value.into_inner() {
+        DeValue::String(text) => Ok(Some(text.into_owned())),
+        other => Err(ReadError::at(
+            span,
+            format!("{key} is {}; allowed: a string", shown(&other)),
+        )),
+    }
+}
+
 /// Takes `key` out of the table; it must hold a table.
 pub fn take_table<'a>(table: &mut Table<'a>, key: &str) -> Result<Option<Table<'a>>, ReadError> {
     let Some(value) = table.get_mut().remove(key) else {
@@ -144,7 +157,7 @@ pub fn take_tables<'a>(
             .map(Some),
         other => Err(ReadError::at(
             span,
-            format!("{key} is {}; allowed: an array of tables", other.type_str()),
+            format!("{key} is {}; allowed: an array of tables", shown(&other)),
         )),
     }
 }
@@ -156,7 +169,18 @@ fn as_table<'a>(key: &str, value: Spanned<DeValue<'a>>) -> Result<Table<'a>, Rea
         DeValue::Table(t) => Ok(Spanned::new(span, t)),
         other => Err(ReadError::at(
             span,
-            format!("{key} is {}; allowed: a table", other.type_str()),
+            format!("{key} is {}; allowed: a table", shown(&other)),
         )),
+    }
+}
+
+/// A value of the wrong type, for messages.
+fn shown(value: &DeValue<'_>) -> String {
+    match value {
+        DeValue::Integer(number) => number.to_string(),
+        DeValue::Float(number) => number.to_string(),
+        DeValue::Boolean(on) => on.to_string(),
+        DeValue::String(text) => format!("{text:?}"),
+        other => format!("a value of type {}", other.type_str()),
     }
 }

@@ -150,6 +150,15 @@ pub trait BrdfSpec: std::fmt::Debug + Send + Sync {
     /// Checks every parameter, and the header and size of every file, without loading tables.
     fn check(&self) -> Result<(), BuildError>;
 
+    /// The symmetries the BRDF will declare. Schedules are planned before tables are loaded, so a
+    /// kind that is slow to build answers this without building.
+    ///
+    /// # Errors
+    /// As [`build`](Self::build).
+    fn symmetry(&self) -> Result<Symmetry, BuildError> {
+        Ok(self.build(Channels::Luminance)?.symmetry())
+    }
+
     /// Builds the BRDF for a scene in `channels`.
     fn build(&self, channels: Channels) -> Result<Box<dyn Brdf>, BuildError>;
 

@@ -7,6 +7,7 @@
 use super::merl::{Interpolation, Merl, MerlError, MerlGrid, write_merl};
 use crate::brdf::{self, Brdf, BrdfSpec, BuildError, Channels};
 use crate::error::ParameterError;
+use crate::geometry::Symmetry;
 use crate::registry::{self, Entry, ReadError, Table};
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
@@ -87,7 +88,16 @@ impl BrdfSpec for TabulatedSpec {
     }
 
     fn check(&self) -> Result<(), BuildError> {
-        self.of.check()
+        self.of.check()?;
+        if self.symmetry()?.isotropic {
+            return Ok(());
+        }
+        let allowed = format!("another material: {}", MerlError::NotIsotropic);
+        Err(ParameterError::new("of", self.of.label(), allowed).into())
+    }
+
+    fn symmetry(&self) -> Result<Symmetry, BuildError> {
+        self.of.symmetry()
     }
 
     fn build(&self, channels: Channels) -> Result<Box<dyn Brdf>, BuildError> {

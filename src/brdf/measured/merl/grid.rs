@@ -21,7 +21,7 @@
 //! an isotropic BRDF cannot: like the reference reader, what is stored is returned.) Small angles are not snapped to 0: the peak of a glossy
 //! material lies in theta_h < 0.26°.
 
-use crate::geometry::{Direction, DirectionPair};
+use crate::geometry::{Direction, DirectionPair, Symmetry};
 use crate::numeric::HORIZON_SLACK;
 use glam::{DVec2, DVec3};
 use std::f64::consts::{FRAC_PI_2, PI};
@@ -65,6 +65,15 @@ impl MerlGrid {
         [MerlGrid::Reciprocal, MerlGrid::Full]
             .into_iter()
             .find(|grid| grid.header() == found)
+    }
+
+    /// Symmetries of a table with this layout; whether phi_d and −phi_d agree is up to its owner.
+    pub fn symmetry(self, bilateral: bool) -> Symmetry {
+        Symmetry {
+            isotropic: true,
+            reciprocal: self == MerlGrid::Reciprocal,
+            bilateral,
+        }
     }
 
     /// The header as stored.

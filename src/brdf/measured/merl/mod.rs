@@ -122,11 +122,7 @@ impl Brdf for Merl {
     }
 
     fn symmetry(&self) -> Symmetry {
-        Symmetry {
-            isotropic: true,
-            reciprocal: self.grid == MerlGrid::Reciprocal,
-            bilateral: self.bilateral,
-        }
+        self.grid.symmetry(self.bilateral)
     }
 
     fn conserves_energy(&self) -> bool {

@@ -2,6 +2,7 @@
 
 use super::{Merl, MerlError, check};
 use crate::brdf::{Brdf, BrdfSpec, BuildError, Channels};
+use crate::geometry::Symmetry;
 use crate::registry::{self, Entry};
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
@@ -70,6 +71,11 @@ impl BrdfSpec for MerlSpec {
 
     fn check(&self) -> Result<(), BuildError> {
         check(&self.path).map(drop).map_err(|e| self.data_error(e))
+    }
+
+    fn symmetry(&self) -> Result<Symmetry, BuildError> {
+        let grid = check(&self.path).map_err(|e| self.data_error(e))?;
+        Ok(grid.symmetry(self.bilateral))
     }
 
     fn build(&self, channels: Channels) -> Result<Box<dyn Brdf>, BuildError> {
