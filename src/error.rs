@@ -83,6 +83,16 @@ pub enum Error {
         /// One sentence.
         message: String,
     },
+    /// Some jobs of a run failed; the rows of the others are kept.
+    #[error("{failed} of {jobs} jobs failed; the rows of the others are in {}", path.display())]
+    JobsFailed {
+        /// Jobs that failed.
+        failed: usize,
+        /// Jobs of the run.
+        jobs: usize,
+        /// The run's folder.
+        path: PathBuf,
+    },
     /// A check found a violation.
     #[error("{0}")]
     Violation(String),
@@ -100,13 +110,14 @@ pub enum Error {
 }
 
 impl Error {
-    /// Exit code: 1 internal; 2 usage, config or output folder; 3 input data; 6 a check found a
-    /// violation; 130 interrupted.
+    /// Exit code: 1 internal; 2 usage, config or output folder; 3 input data; 5 some jobs
+    /// failed; 6 a check found a violation; 130 interrupted.
     pub fn exit_code(&self) -> u8 {
         match self {
             Error::Internal(_) => 1,
             Error::Config { .. } | Error::Output { .. } => 2,
             Error::Data { .. } => 3,
+            Error::JobsFailed { .. } => 5,
             Error::Violation(_) => 6,
             Error::Interrupted { .. } => 130,
         }

@@ -32,6 +32,19 @@ impl WarpName {
         }
     }
 
+    /// One line for lists.
+    pub fn summary(self) -> &'static str {
+        match self {
+            WarpName::SquareRoot => {
+                "sqrt(x / x_max), in [0, 1]: fine near the pole; any radial axis"
+            }
+            WarpName::Merl => {
+                "90 sqrt(theta_h / 90°), in [0, 90]: the rows of a MERL table; theta_h"
+            }
+            WarpName::Arcsine => "asin x, in degrees: lengths in [0, 1], e.g. |k| becomes theta_d",
+        }
+    }
+
     /// The warp of an axis, if it can have it.
     fn on(self, axis: &Axis) -> Result<Warp, String> {
         let [lo, max] = axis.range;

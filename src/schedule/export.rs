@@ -30,6 +30,14 @@ impl ScheduleFormat {
             _ => None,
         }
     }
+
+    /// The extension of file names.
+    pub fn extension(self) -> &'static str {
+        match self {
+            Self::Csv => "csv",
+            Self::JsonLines => "jsonl",
+        }
+    }
 }
 
 /// Writes a schedule.
