@@ -2,6 +2,7 @@
 
 pub mod brdf;
 pub mod error;
+pub mod experiment;
 pub mod files;
 pub mod geometry;
 pub mod instrument;

@@ -1,0 +1,119 @@
+//! The materials of a plan: those written out, and the MERL files of a folder.
+
+use super::config::{MaterialTable, SymmetryTable};
+use super::plan::{Material, Names, below};
+use super::source::{KeyPath, Source};
+use crate::brdf::{self, BrdfSpec, BuildError, measured};
+use crate::error::Error;
+use crate::registry::Table;
+use std::borrow::Cow;
+use std::path::Path;
+use toml::Spanned;
+use toml::de::{DeTable, DeValue};
+
+/// Checks and names every material.
+pub(super) fn gather(
+    source: &Source,
+    tables: Vec<MaterialTable>,
+    dir: Option<&Path>,
+    merl: Option<Table<'_>>,
+) -> Result<Vec<Material>, Error> {
+    let mut names = Names::default();
+    let mut materials = Vec::new();
+    for (i, table) in tables.into_iter().enumerate() {
+        let path = KeyPath::of("material").index(i);
+        let spec = table.named.choice;
+        let name = table.named.name.unwrap_or_else(|| spec.label());
+        names.take(source, &path, &name)?;
+        materials.push(checked(source, &path, name, spec, table.symmetry)?);
+    }
+    let path = KeyPath::of("merl");
+    match (dir, merl) {
+        (Some(dir), merl) => {
+            for spec in files(source, dir, merl)? {
+                let name = spec.label();
+                names.take(source, &KeyPath::of("materials_dir"), &name)?;
+                let symmetry = SymmetryTable::default();
+                materials.push(checked(source, &path, name, spec, symmetry)?);
+            }
+        }
+        (None, Some(_)) => {
+            let message = "merl has keys for the files of materials_dir, which is not set; \
+                           allowed: both or neither";
+            return Err(source.error_at(&path, message));
+        }
+        (None, None) => {}
+    }
+    if materials.is_empty() {
+        let message = "material is missing; allowed: at least one [[material]], or materials_dir";
+        return Err(source.error_at(&KeyPath::of("material"), message));
+    }
+    Ok(materials)
+}
+
+/// The specs of a folder's files, sorted by name.
+fn files(
+    source: &Source,
+    dir: &Path,
+    keys: Option<Table<'_>>,
+) -> Result<Vec<Box<dyn BrdfSpec>>, Error> {
+    let keys = keys.unwrap_or_else(|| Spanned::new(0..0, DeTable::new()));
+    for key in ["kind", "path", "name", "symmetry"] {
+        if keys.get_ref().contains_key(key) {
+            let path = KeyPath::of("merl").key(key);
+            let message = format!(
+                "unknown key {path}; allowed: the keys of material kind merl that suit every file"
+            );
+            return Err(source.error_at(&path, message));
+        }
+    }
+    let paths = measured::merl_files(dir).map_err(|e| match e {
+        BuildError::Data { path, message } => {
+            let advice = "choose another folder with --set materials_dir=DIR";
+            Error::data(path, format!("{message}; {advice}"))
+        }
+        e => build_error(source, &KeyPath::of("materials_dir"), e),
+    })?;
+    let mut specs = Vec::with_capacity(paths.len());
+    for path in paths {
+        let Some(text) = path.to_str() else {
+            return Err(Error::data(
+                path,
+                "the name of this file is not valid UTF-8",
+            ));
+        };
+        let mut table = keys.clone();
+        for (key, value) in [("kind", "merl"), ("path", text)] {
+            let value = DeValue::String(Cow::Owned(value.to_owned()));
+            let entry = (Spanned::new(0..0, key.into()), Spanned::new(0..0, value));
+            table.get_mut().insert(entry.0, entry.1);
+        }
+        specs.push(brdf::read(table).map_err(|e| source.error(e))?);
+    }
+    Ok(specs)
+}
+
+fn checked(
+    source: &Source,
+    path: &KeyPath,
+    name: String,
+    spec: Box<dyn BrdfSpec>,
+    symmetry: SymmetryTable,
+) -> Result<Material, Error> {
+    let declared = spec.check().and_then(|()| spec.symmetry());
+    let declared = declared.map_err(|e| build_error(source, path, e))?;
+    let symmetry = symmetry.over(declared);
+    Ok(Material {
+        name,
+        spec,
+        symmetry,
+    })
+}
+
+/// An error of a material at `path`, by who must act.
+fn build_error(source: &Source, path: &KeyPath, e: BuildError) -> Error {
+    match e {
+        BuildError::Parameter(e) => source.error_at(&below(path, &e.key), format!("{path}.{e}")),
+        BuildError::Data { path, message } => Error::data(path, message),
+    }
+}

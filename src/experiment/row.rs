@@ -1,0 +1,116 @@
+//! One row of results: plain data, the same fields in the same order in every file format.
+
+use serde::{Deserialize, Serialize};
+
+/// The comparison of one reconstruction with the truth under one measure.
+///
+/// The fields are the columns of `results.csv` and the keys of `results.jsonl`. An error that has
+/// no value (no pair to compare) is empty in the one and `null` in the other.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Row {
+    /// Name of the material.
+    pub material: String,
+    /// Name of the parametrization the sample set is uniform in.
+    pub parametrization: String,
+    /// Its warps, `axis:warp` joined by `;`, or `none`.
+    pub warp: String,
+    /// Name of the sample set.
+    pub sample_set: String,
+    /// Name of the reconstruction.
+    pub reconstruction: String,
+    /// Distinct configurations that were allowed.
+    pub budget: usize,
+    /// Poses that have a reading.
+    pub readings: usize,
+    /// Seed of the sample set.
+    pub seed: u64,
+    /// Distribution of the test pairs.
+    pub measure: String,
+    /// RMS of (g − f) cos over RMS of f cos; f truth, g reconstruction.
+    pub nrmse: Option<f64>,
+    /// Mean |ln((g + 1e-3)/(f + 1e-3))|.
+    pub log_relative: Option<f64>,
+    /// Mean |ln(1 + g cos) − ln(1 + f cos)|.
+    pub log1p: Option<f64>,
+    /// RMS of (g cos)^(1/3) − (f cos)^(1/3).
+    pub cbrt: Option<f64>,
+    /// Mean of |g − f| / max(f, 1e-3).
+    pub mean_relative: Option<f64>,
+    /// Maximum of |g − f| / max(f, 1e-3).
+    pub max_relative: Option<f64>,
+    /// Mean relative error of the directional albedo; the same for every measure.
+    pub albedo: Option<f64>,
+    /// Configurations visited.
+    pub poses: usize,
+    /// Poses where the material has no data.
+    pub no_data: usize,
+    /// Share of the points of the box that are no physical configuration.
+    pub unphysical_share: f64,
+    /// Test pairs compared.
+    pub pairs: usize,
+    /// Test pairs left out because the truth has no data there.
+    pub pairs_missing: usize,
+    /// Test pairs left out because the reconstruction has no value there.
+    pub pairs_unreconstructed: usize,
+    /// Time to make the schedule; it is made once and shared by the rows that use it.
+    pub plan_seconds: f64,
+    /// Time to measure it; shared by the reconstructions of a measurement.
+    pub measure_seconds: f64,
+    /// Time to reconstruct; shared by the measures.
+    pub reconstruct_seconds: f64,
+    /// Time to evaluate the reconstruction at the pairs of this measure and compare, plus the time
+    /// of its albedo, which is shared by the measures.
+    pub evaluate_seconds: f64,
+}
+
+impl Row {
+    /// The columns, in order.
+    pub const COLUMNS: [&str; 26] = [
+        "material",
+        "parametrization",
+        "warp",
+        "sample_set",
+        "reconstruction",
+        "budget",
+        "readings",
+        "seed",
+        "measure",
+        "nrmse",
+        "log_relative",
+        "log1p",
+        "cbrt",
+        "mean_relative",
+        "max_relative",
+        "albedo",
+        "poses",
+        "no_data",
+        "unphysical_share",
+        "pairs",
+        "pairs_missing",
+        "pairs_unreconstructed",
+        "plan_seconds",
+        "measure_seconds",
+        "reconstruct_seconds",
+        "evaluate_seconds",
+    ];
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn columns_are_the_fields() {
+        let object = Row::COLUMNS.map(|name| match name {
+            "material" | "parametrization" | "warp" | "sample_set" | "reconstruction"
+            | "measure" => format!("\"{name}\":\"\""),
+            _ => format!("\"{name}\":1"),
+        });
+        let text = format!("{{{}}}", object.join(","));
+        let row: Row = serde_json::from_str(&text).unwrap();
+        let value = serde_json::to_value(&row).unwrap();
+        let fields: Vec<_> = value.as_object().unwrap().keys().cloned().collect();
+        assert_eq!(fields, Row::COLUMNS);
+    }
+}

@@ -1,0 +1,400 @@
+//! The text of a config with every `--set` applied, and the way back from a place in it to what
+//! the user wrote: a line of the file, or the `--set` that put it there.
+//!
+//! Overrides are applied to the document before anything reads it, so that a value means the same
+//! and is refused in the same words wherever it was written.
+
+use super::config::COMMON_KEYS;
+use crate::error::Error;
+use crate::registry::{ReadError, Table};
+use std::fmt;
+use std::ops::Range;
+use std::path::Path;
+use toml::de::{DeTable, DeValue};
+use toml_edit::{DocumentMut, Item, Key, Value};
+
+/// A step from a table or array to what it holds.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Step {
+    /// The value of a key.
+    Key(String),
+    /// An element of an array, from 0.
+    Index(usize),
+}
+
+/// Where something stands in a config; shown as `material[2].alpha`.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct KeyPath(Vec<Step>);
+
+impl KeyPath {
+    /// The path of a top-level key.
+    pub fn of(key: &str) -> Self {
+        Self::default().key(key)
+    }
+
+    /// The path of a key in the table at this path.
+    #[must_use]
+    pub fn key(&self, key: &str) -> Self {
+        self.then(Step::Key(key.into()))
+    }
+
+    /// The path of an element of the array at this path.
+    #[must_use]
+    pub fn index(&self, index: usize) -> Self {
+        self.then(Step::Index(index))
+    }
+
+    fn then(&self, step: Step) -> Self {
+        let mut path = self.clone();
+        path.0.push(step);
+        path
+    }
+
+    fn starts_with(&self, other: &Self) -> bool {
+        self.0.starts_with(&other.0)
+    }
+}
+
+impl fmt::Display for KeyPath {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        for (i, step) in self.0.iter().enumerate() {
+            match step {
+                Step::Key(key) if i == 0 => write!(f, "{key}")?,
+                Step::Key(key) => write!(f, ".{key}")?,
+                Step::Index(index) => write!(f, "[{index}]")?,
+            }
+        }
+        Ok(())
+    }
+}
+
+/// An override and what to call it in messages.
+#[derive(Clone, Debug)]
+struct Edit {
+    path: KeyPath,
+    label: String,
+}
+
+/// A config's text, as written and as edited.
+#[derive(Clone, Debug)]
+pub struct Source {
+    name: String,
+    original: String,
+    text: String,
+    edits: Vec<Edit>,
+}
+
+impl Source {
+    /// A config that is not in a file, e.g. in a test; `name` stands for the file in messages.
+    pub fn new(name: impl Into<String>, text: impl Into<String>) -> Self {
+        let text = text.into();
+        Self {
+            name: name.into(),
+            original: text.clone(),
+            text,
+            edits: Vec::new(),
+        }
+    }
+
+    /// Reads a config file.
+    ///
+    /// # Errors
+    /// [`Error::Config`] if there is no such file or it is no text.
+    pub fn read(path: &Path) -> Result<Self, Error> {
+        let name = path.display().to_string();
+        match std::fs::read_to_string(path) {
+            Ok(text) => Ok(Self::new(name, text)),
+            Err(e) => Err(Error::config(name, format!("cannot read this config: {e}"))),
+        }
+    }
+
+    /// The file's name, as the user wrote it.
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// The text as it is in the file.
+    pub fn original(&self) -> &str {
+        &self.original
+    }
+
+    /// The overrides, as the user wrote them.
+    pub fn edits(&self) -> Vec<String> {
+        self.edits.iter().map(|e| e.label.clone()).collect()
+    }
+
+    /// Applies `key=value`: a dotted key, whole numbers being positions in arrays, and a TOML
+    /// value, or else a bare string. `label` is the option as the user wrote it.
+    ///
+    /// # Errors
+    /// [`Error::Config`] if it cannot be read, or its key leads nowhere.
+    pub fn set(&mut self, assignment: &str, label: String) -> Result<(), Error> {
+        // A file that is no TOML is its own, earlier, error.
+        self.table()?;
+        let refuse = |message: String| Error::config(&label, message);
+        let Some((key, value)) = assignment.split_once('=') else {
+            return Err(refuse(
+                "has no `=`; allowed: key=value, e.g. metrics.pairs=1000".into(),
+            ));
+        };
+        let keys = match Key::parse(key.trim()) {
+            Ok(keys) => keys,
+            Err(_) => {
+                return Err(refuse(format!(
+                    "`{key}` is no key; allowed: names and array positions joined by dots, e.g. \
+                     material.0.alpha"
+                )));
+            }
+        };
+        let value = value.trim();
+        let value = value.parse().unwrap_or_else(|_| Value::from(value));
+        let mut document: DocumentMut = self
+            .text
+            .parse()
+            .map_err(|e| Error::Internal(format!("a config that was read before: {e}")))?;
+        let path = assign(document.as_item_mut(), &keys, value).map_err(refuse)?;
+        self.text = document.to_string();
+        self.edits.push(Edit { path, label });
+        Ok(())
+    }
+
+    /// The edited text as a table that knows where each of its values stands.
+    ///
+    /// # Errors
+    /// [`Error::Config`] if the text is no TOML.
+    pub fn table(&self) -> Result<Table<'_>, Error> {
+        DeTable::parse(&self.text).map_err(|e| self.error(e.into()))
+    }
+
+    /// What is wrong, in one sentence and with the place the user wrote it at.
+    pub fn error(&self, e: ReadError) -> Error {
+        // The first line of a TOML syntax error says what was found, the others what is allowed.
+        let message = e.message.lines().collect::<Vec<_>>().join(", ");
+        let Some(span) = e.span else {
+            return Error::config(&self.name, message);
+        };
+        match spots(&self.text).enclosing(&span) {
+            Some(path) => Error::config(self.place(&path), name_key(&path, &message)),
+            None => Error::config(self.line(&self.text, span.start), message),
+        }
+    }
+
+    /// An error about the value at a path.
+    pub fn error_at(&self, path: &KeyPath, message: impl fmt::Display) -> Error {
+        Error::config(self.place(path), message)
+    }
+
+    /// File and line of a path, or the option that set it; for a path that is not written anywhere
+    /// (its value is a default), the place of the innermost table that is.
+    pub fn place(&self, path: &KeyPath) -> String {
+        let original = spots(&self.original);
+        let mut path = path.clone();
+        while !path.0.is_empty() {
+            if let Some(edit) = self.edits.iter().rfind(|e| path.starts_with(&e.path)) {
+                return edit.label.clone();
+            }
+            if let Some(spot) = original.0.iter().find(|s| s.path == path) {
+                return self.line(&self.original, spot.start());
+            }
+            if let Some(edit) = self.edits.iter().rfind(|e| e.path.starts_with(&path)) {
+                return edit.label.clone();
+            }
+            path.0.pop();
+        }
+        self.name.clone()
+    }
+
+    fn line(&self, text: &str, offset: usize) -> String {
+        let before = text.as_bytes().iter().take(offset);
+        let line = 1 + before.filter(|&&b| b == b'\n').count();
+        format!("{}:{line}", self.name)
+    }
+}
+
+/// Writes `value` where `keys` lead; missing tables on the way are made. Returns the path, or why
+/// there is none.
+fn assign(root: &mut Item, keys: &[Key], value: Value) -> Result<KeyPath, String> {
+    let mut item = root;
+    let mut path = KeyPath::default();
+    let mut in_array_of_tables = false;
+    for (depth, key) in keys.iter().enumerate() {
+        let name = key.get();
+        in_array_of_tables = item.is_array_of_tables();
+        let length = match &*item {
+            Item::ArrayOfTables(tables) => Some(tables.len()),
+            Item::Value(Value::Array(values)) => Some(values.len()),
+            _ => None,
+        };
+        if let Some(length) = length {
+            let index = name.parse().ok().filter(|&i: &usize| i < length);
+            let Some(next) = index.and_then(|i| Some((i, item.get_mut(i)?))) else {
+                return Err(format!(
+                    "`{name}` is no position in {path}, which has {length}; allowed: 0 to {}",
+                    length.saturating_sub(1)
+                ));
+            };
+            path = path.index(next.0);
+            item = next.1;
+            continue;
+        }
+        let found = item.type_name();
+        let Some(table) = item.as_table_like_mut() else {
+            return Err(format!(
+                "{path} is {found}, which has no key `{name}`; allowed: a key of a table"
+            ));
+        };
+        if depth + 1 < keys.len() && !table.contains_key(name) {
+            table.insert(name, toml_edit::table());
+        }
+        path = path.key(name);
+        item = table.entry(name).or_insert(Item::None);
+    }
+    *item = match value {
+        Value::InlineTable(table) if item.is_table() => Item::Table(table.into_table()),
+        value if in_array_of_tables => {
+            return Err(format!(
+                "{path} is a table, not {}; allowed: {{ key = value, … }}",
+                value.type_name()
+            ));
+        }
+        value => Item::Value(value),
+    };
+    Ok(path)
+}
+
+/// A value of a document: what leads to it and where it stands.
+struct Spot {
+    path: KeyPath,
+    key: Option<Range<usize>>,
+    value: Range<usize>,
+}
+
+impl Spot {
+    fn start(&self) -> usize {
+        self.key.as_ref().unwrap_or(&self.value).start
+    }
+}
+
+/// Every value of a document.
+struct Spots(Vec<Spot>);
+
+impl Spots {
+    /// The innermost value that holds a range of the text, by its key or its body.
+    fn enclosing(&self, span: &Range<usize>) -> Option<KeyPath> {
+        let holds = |r: &&Range<usize>| r.start <= span.start && span.end <= r.end;
+        let size = |spot: &Spot| {
+            let ranges = spot.key.iter().chain([&spot.value]);
+            ranges.filter(holds).map(ExactSizeIterator::len).min()
+        };
+        let sized = self.0.iter().filter_map(|s| Some((size(s)?, s)));
+        // Of equal ranges the later is the inner one: `a.b` under one header.
+        let mut best: Option<(usize, &Spot)> = None;
+        for (size, spot) in sized {
+            if best.is_none_or(|(least, _)| size <= least) {
+                best = Some((size, spot));
+            }
+        }
+        best.map(|(_, spot)| spot.path.clone())
+    }
+}
+
+/// Lists the values of a document, outer before inner; what is no TOML has none.
+fn spots(text: &str) -> Spots {
+    fn table(path: &KeyPath, t: &DeTable<'_>, out: &mut Vec<Spot>) {
+        for (key, v) in t {
+            let path = path.key(key.get_ref());
+            out.push(Spot {
+                path: path.clone(),
+                key: Some(key.span()),
+                value: v.span(),
+            });
+            value(&path, v.get_ref(), out);
+        }
+    }
+    fn value(path: &KeyPath, v: &DeValue<'_>, out: &mut Vec<Spot>) {
+        match v {
+            DeValue::Table(t) => table(path, t, out),
+            DeValue::Array(items) => {
+                for (i, item) in items.iter().enumerate() {
+                    let path = path.index(i);
+                    out.push(Spot {
+                        path: path.clone(),
+                        key: None,
+                        value: item.span(),
+                    });
+                    value(&path, item.get_ref(), out);
+                }
+            }
+            _ => {}
+        }
+    }
+    let mut out = Vec::new();
+    if let Ok(root) = DeTable::parse(text) {
+        table(&KeyPath::default(), root.get_ref(), &mut out);
+    }
+    Spots(out)
+}
+
+/// A message that names its key: serde's, which do not, are put into the house's words.
+fn name_key(path: &KeyPath, message: &str) -> String {
+    let typed = message
+        .strip_prefix("invalid type: ")
+        .or_else(|| message.strip_prefix("invalid value: "));
+    if let Some((found, expected)) = typed.and_then(|m| m.split_once(", expected ")) {
+        return format!("{path} is {found}; allowed: {}", in_words(expected));
+    }
+    let listed = |extra: &[&str]| {
+        let list = message
+            .split_once("`, expected ")
+            .map_or("", |(_, list)| list);
+        let list = list.trim_start_matches("one of ").replace('`', "");
+        let list = list.split(", ").filter(|name| !name.is_empty());
+        let all: Vec<_> = extra.iter().copied().chain(list).collect();
+        if all.is_empty() {
+            "none here".into()
+        } else {
+            all.join(", ")
+        }
+    };
+    if message.starts_with("unknown field `") {
+        let extra: &[&str] = match path.0.as_slice() {
+            [Step::Key(list), Step::Index(_), Step::Key(_)] => {
+                let known = COMMON_KEYS.iter().find(|(name, _)| name == list);
+                known.map_or(&[], |(_, keys)| keys)
+            }
+            _ => &[],
+        };
+        return format!("unknown key {path}; allowed: {}", listed(extra));
+    }
+    if message == "wanted string or table" {
+        return format!("{path} is of another type; allowed: a string");
+    }
+    if let Some(rest) = message.strip_prefix("unknown variant `") {
+        let variant = rest.split('`').next().unwrap_or(rest);
+        return format!("{path} = \"{variant}\"; allowed: {}", listed(&[]));
+    }
+    if let Some(key) = message.strip_prefix("missing field ") {
+        return format!("{path} lacks the key {}", key.replace('`', ""));
+    }
+    let last_key = path.0.iter().rev().find_map(|step| match step {
+        Step::Key(key) => Some(key.as_str()),
+        Step::Index(_) => None,
+    });
+    match last_key {
+        Some(key) if !message.contains(key) => format!("{path}: {message}"),
+        _ => message.to_owned(),
+    }
+}
+
+/// A Rust type as a config author would call it.
+fn in_words(expected: &str) -> &str {
+    match expected {
+        "f64" | "f32" => "a number",
+        "usize" | "u64" | "u32" => "a whole number, at least 0",
+        "i64" | "i32" => "a whole number",
+        "a boolean" => "true or false",
+        "a sequence" => "a list [ … ]",
+        "a map" => "a table",
+        other => other,
+    }
+}
