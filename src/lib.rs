@@ -12,6 +12,7 @@ pub mod numeric;
 pub mod parametrization;
 pub mod reconstruct;
 pub mod registry;
+pub mod report;
 pub mod sampling;
 pub mod schedule;
 

@@ -1,0 +1,91 @@
+//! `manifest.json`: what made the results beside it, so that they can be made again.
+
+use crate::experiment::{Failure, Input, Plan, Seconds, Source, Summary};
+use serde::Serialize;
+use std::time::SystemTime;
+
+/// How a run ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Status {
+    /// Every row is there.
+    Complete,
+    /// The user stopped it; finished rows are there.
+    Interrupted,
+    /// Some jobs failed; the rows of the others are there.
+    FailedJobs,
+}
+
+/// The manifest's fields.
+#[derive(Clone, Debug, Serialize)]
+pub struct Manifest {
+    /// Version of this program.
+    gonio: &'static str,
+    status: Status,
+    /// The overrides of the command line, as written; `config` has them applied.
+    options: Vec<String>,
+    /// The resolved config, the same as in `config.toml`.
+    config: toml::Table,
+    seeds: Vec<u64>,
+    /// Threads that worked; results do not depend on it, times do.
+    threads: usize,
+    /// The config's file and those of the materials that were loaded.
+    inputs: Vec<Input>,
+    rows: usize,
+    failures: Vec<Failure>,
+    /// Seconds per stage, over the whole run.
+    seconds: Seconds,
+    started_unix_seconds: u64,
+    ended_unix_seconds: u64,
+    os: &'static str,
+    arch: &'static str,
+    /// Files of this run beside the manifest; `--force` removes these and no others.
+    pub(super) files: Vec<String>,
+}
+
+impl Manifest {
+    /// The manifest of a run that started at `started` and ends now.
+    pub fn new(
+        plan: &Plan,
+        source: &Source,
+        materials: Vec<Input>,
+        summary: &Summary,
+        started: SystemTime,
+    ) -> Self {
+        let config = Input {
+            path: source.name().into(),
+            blake3: blake3::hash(source.original().as_bytes()).to_string(),
+        };
+        let unix = |time: SystemTime| {
+            // A clock before 1970 is wrong anyway.
+            let since = time.duration_since(SystemTime::UNIX_EPOCH);
+            since.unwrap_or_default().as_secs()
+        };
+        Self {
+            gonio: env!("CARGO_PKG_VERSION"),
+            status: match summary {
+                s if s.interrupted => Status::Interrupted,
+                s if s.failures.is_empty() => Status::Complete,
+                _ => Status::FailedJobs,
+            },
+            options: source.edits(),
+            config: plan.resolved.clone(),
+            seeds: plan.seeds.clone(),
+            threads: rayon::current_num_threads(),
+            inputs: std::iter::once(config).chain(materials).collect(),
+            rows: summary.rows,
+            failures: summary.failures.clone(),
+            seconds: summary.seconds,
+            started_unix_seconds: unix(started),
+            ended_unix_seconds: unix(SystemTime::now()),
+            os: std::env::consts::OS,
+            arch: std::env::consts::ARCH,
+            files: Vec::new(),
+        }
+    }
+
+    /// How the run ended.
+    pub fn status(&self) -> Status {
+        self.status
+    }
+}

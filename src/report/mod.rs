@@ -1,0 +1,18 @@
+//! What people and programs read after a run: the printed table, the files of a run's folder,
+//! pictures of slices.
+
+mod folder;
+mod manifest;
+mod ranking;
+mod results;
+#[cfg(feature = "exr")]
+mod slice;
+mod table;
+
+pub use folder::{RunFolder, schedule_stem};
+pub use manifest::{Manifest, Status};
+pub use ranking::ranking;
+pub use results::ResultFiles;
+#[cfg(feature = "exr")]
+pub use slice::{RESOLUTION, THETA_O_DEG, write_slice};
+pub use table::Table;

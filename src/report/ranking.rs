@@ -1,0 +1,115 @@
+//! Which parametrization and reconstruction did best, over all materials.
+
+use super::table::error;
+use crate::experiment::Row;
+
+/// Errors below this count as this: a material that is reconstructed to the last digit would
+/// otherwise decide a geometric mean by its rounding.
+const FLOOR: f64 = 1e-6;
+
+/// A line of the ranking.
+#[derive(PartialEq)]
+struct Choice<'a> {
+    parametrization: &'a str,
+    warp: &'a str,
+    sample_set: &'a str,
+    reconstruction: &'a str,
+}
+
+/// The geometric mean of `nrmse` over materials and seeds, by measure and budget; the best of each
+/// column is marked. A mean that lacks rows others have is in brackets and not marked.
+pub fn ranking(rows: &[Row]) -> String {
+    let mut out = String::new();
+    let mut materials = vec![];
+    let (mut measures, mut budgets, mut choices) = (vec![], vec![], vec![]);
+    for row in rows {
+        add(&mut materials, row.material.as_str());
+        add(&mut measures, row.measure.as_str());
+        add(&mut budgets, row.budget);
+        add(&mut choices, choice(row));
+    }
+    let sets = choices
+        .iter()
+        .any(|c| c.sample_set != choices[0].sample_set);
+    let name = |c: &Choice| {
+        let mut parts = vec![c.parametrization];
+        parts.extend((c.warp != "none").then_some(c.warp));
+        parts.extend(sets.then_some(c.sample_set));
+        parts.push(c.reconstruction);
+        parts.join(" ")
+    };
+    let width = choices.iter().map(|c| name(c).chars().count()).max();
+    let width = width.unwrap_or(0);
+    for measure in measures {
+        let title = format!("ranking, {measure}");
+        out += &format!("\n{title:<w$}", w = width + 2);
+        for budget in &budgets {
+            out += &format!(" {budget:>9} ");
+        }
+        out.truncate(out.trim_end().len());
+        out += "\n";
+        let cells: Vec<Vec<Cell>> = choices
+            .iter()
+            .map(|c| {
+                let cell = |budget| {
+                    let mine =
+                        |r: &&Row| r.measure == measure && r.budget == budget && choice(r) == *c;
+                    Cell::of(rows.iter().filter(mine))
+                };
+                budgets.iter().map(|&b| cell(b)).collect()
+            })
+            .collect();
+        for (c, line) in choices.iter().zip(&cells) {
+            out += &format!("  {:<width$}", name(c));
+            for (column, cell) in line.iter().enumerate() {
+                let all = || cells.iter().map(|line| &line[column]);
+                let rows = all().map(|c| c.rows).max().unwrap_or(0);
+                let whole = cell.rows == rows;
+                let least = all().filter(|c| c.rows == rows).filter_map(|c| c.mean);
+                let best = whole && cell.mean.is_some() && cell.mean == least.reduce(f64::min);
+                let text = error(cell.mean);
+                let text = if whole { text } else { format!("({text})") };
+                out += &format!(" {text:>9}{}", if best { '*' } else { ' ' });
+            }
+            out.truncate(out.trim_end().len());
+            out += "\n";
+        }
+    }
+    let count = materials.len();
+    let s = if count == 1 { "" } else { "s" };
+    format!("\nGeometric mean of nrmse over {count} material{s}; * best of its budget.\n") + &out
+}
+
+/// A mean and how many rows it is of.
+struct Cell {
+    mean: Option<f64>,
+    rows: usize,
+}
+
+impl Cell {
+    fn of<'a>(rows: impl Iterator<Item = &'a Row>) -> Self {
+        let logs: Vec<f64> = rows
+            .filter_map(|r| Some(r.nrmse?.max(FLOOR).ln()))
+            .collect();
+        let rows = logs.len();
+        Self {
+            mean: (rows > 0).then(|| (logs.iter().sum::<f64>() / rows as f64).exp()),
+            rows,
+        }
+    }
+}
+
+fn choice(row: &Row) -> Choice<'_> {
+    Choice {
+        parametrization: &row.parametrization,
+        warp: &row.warp,
+        sample_set: &row.sample_set,
+        reconstruction: &row.reconstruction,
+    }
+}
+
+fn add<T: PartialEq>(list: &mut Vec<T>, item: T) {
+    if !list.contains(&item) {
+        list.push(item);
+    }
+}

@@ -1,0 +1,76 @@
+//! `results.csv` and `results.jsonl`: the same rows, the same columns, written as they come.
+
+use crate::experiment::Row;
+use std::fs::File;
+use std::io::{self, BufWriter, Write};
+use std::path::{Path, PathBuf};
+
+/// Writes rows to both files, under names that end in `.part` until the run is over: whoever sees
+/// a `results.csv` sees a whole one.
+pub struct ResultFiles {
+    csv: csv::Writer<File>,
+    json_lines: BufWriter<File>,
+    dir: PathBuf,
+    rows: usize,
+}
+
+impl ResultFiles {
+    /// The names of the finished files.
+    pub const NAMES: [&str; 2] = ["results.csv", "results.jsonl"];
+
+    /// Starts both files in a folder that has neither.
+    ///
+    /// # Errors
+    /// Whatever the file system reports.
+    pub fn create(dir: &Path) -> io::Result<Self> {
+        let [csv, json_lines] = Self::NAMES.map(|name| File::create_new(part(dir, name)));
+        // The header is written here, so that a file without rows has one too.
+        let mut csv = csv::WriterBuilder::new()
+            .has_headers(false)
+            .from_writer(csv?);
+        csv.write_record(Row::COLUMNS)?;
+        Ok(Self {
+            csv,
+            json_lines: BufWriter::new(json_lines?),
+            dir: dir.to_owned(),
+            rows: 0,
+        })
+    }
+
+    /// Appends rows and hands them to the system, so that a crash loses none of them.
+    ///
+    /// # Errors
+    /// Whatever the file system reports.
+    pub fn write(&mut self, rows: &[Row]) -> io::Result<()> {
+        for row in rows {
+            self.csv.serialize(row)?;
+            serde_json::to_writer(&mut self.json_lines, row)?;
+            self.json_lines.write_all(b"\n")?;
+        }
+        self.rows += rows.len();
+        self.csv.flush()?;
+        self.json_lines.flush()
+    }
+
+    /// Rows written so far.
+    pub fn rows(&self) -> usize {
+        self.rows
+    }
+
+    /// Gives the files their names.
+    ///
+    /// # Errors
+    /// Whatever the file system reports.
+    pub fn finish(mut self) -> io::Result<()> {
+        self.write(&[])?;
+        for name in Self::NAMES {
+            std::fs::rename(part(&self.dir, name), self.dir.join(name))?;
+        }
+        Ok(())
+    }
+}
+
+/// The name of something that is not finished.
+pub(super) fn part(dir: &Path, name: &str) -> PathBuf {
+    dir.join(format!("{name}.part"))
+}

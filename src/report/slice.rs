@@ -1,0 +1,175 @@
+//! A picture of what a reconstruction does: one slice of truth, reconstruction and difference.
+//!
+//! The slice is the hemisphere of omega_i seen from above, at theta_o = 45°, phi_o = 0: pixel
+//! (x, y) of the unit disk is the direction (x, y, sqrt(1 − x² − y²)), x to the right and y up, so
+//! that the mirror direction lies left of the centre. Values are f_r in sr⁻¹.
+//!
+//! One OpenEXR file with 32-bit channels in three layers: `truth`, `reconstruction` and
+//! `difference` (reconstruction − truth, signed), each with `Y` or linear-sRGB `R`, `G`, `B`, and
+//! `A`: 1 where there is a value, 0 outside the disk and where a table has no data.
+
+use crate::brdf::{Brdf, Channels, Presence};
+use crate::geometry::{Direction, DirectionPair};
+use exr::prelude::{AnyChannel, AnyChannels, FlatSamples, Image, SmallVec, WritableImage};
+use rayon::prelude::*;
+use std::io::{self, Seek, Write};
+
+/// Width and height in pixels.
+pub const RESOLUTION: usize = 256;
+
+/// Elevation of the sensor, degrees.
+pub const THETA_O_DEG: f64 = 45.0;
+
+/// Writes the slice of a material and of its reconstruction.
+///
+/// # Errors
+/// Whatever `out` reports.
+pub fn write_slice(
+    truth: &dyn Brdf,
+    reconstruction: &dyn Brdf,
+    out: &mut (impl Write + Seek),
+) -> io::Result<()> {
+    let channels = truth.channels();
+    let truth = Plane::of(truth);
+    let reconstruction = Plane::of(reconstruction);
+    let difference = reconstruction.minus(&truth);
+    let mut list = SmallVec::new();
+    let layers = [
+        ("truth", truth),
+        ("reconstruction", reconstruction),
+        ("difference", difference),
+    ];
+    for (layer, plane) in layers {
+        let names: &[&str] = match channels {
+            Channels::Luminance => &["Y"],
+            Channels::Rgb => &["R", "G", "B"],
+        };
+        for (c, name) in names.iter().enumerate() {
+            list.push(channel(
+                layer,
+                name,
+                plane.pixels.iter().map(|p| p.values[c]),
+            ));
+        }
+        list.push(channel(layer, "A", plane.pixels.iter().map(|p| p.alpha)));
+    }
+    let size = (RESOLUTION, RESOLUTION);
+    let image = Image::from_channels(size, AnyChannels::sort(list));
+    image
+        .write()
+        .non_parallel()
+        .to_buffered(out)
+        .map_err(io::Error::other)
+}
+
+fn channel(layer: &str, name: &str, values: impl Iterator<Item = f64>) -> AnyChannel<FlatSamples> {
+    // A value past the range of f32 is shown as its largest: infinity would spread in viewers.
+    let limit = f64::from(f32::MAX);
+    let samples = values.map(|v| v.clamp(-limit, limit) as f32).collect();
+    AnyChannel::new(
+        format!("{layer}.{name}").as_str(),
+        FlatSamples::F32(samples),
+    )
+}
+
+#[derive(Clone, Copy)]
+struct Pixel {
+    values: [f64; 3],
+    alpha: f64,
+}
+
+/// One layer, row after row from the top.
+struct Plane {
+    pixels: Vec<Pixel>,
+}
+
+impl Plane {
+    const EMPTY: Pixel = Pixel {
+        values: [0.0; 3],
+        alpha: 0.0,
+    };
+
+    fn of(brdf: &dyn Brdf) -> Self {
+        let omega_o = Direction::from_spherical(THETA_O_DEG.to_radians(), 0.0);
+        let n = brdf.channels().count();
+        let mut pixels = vec![Self::EMPTY; RESOLUTION * RESOLUTION];
+        let centre = |i: usize| (2.0 * i as f64 + 1.0) / RESOLUTION as f64 - 1.0;
+        let rows = pixels.par_chunks_mut(RESOLUTION).enumerate();
+        rows.for_each(|(row, pixels)| {
+            let y = -centre(row);
+            let mut columns = Vec::with_capacity(RESOLUTION);
+            let mut pairs = Vec::with_capacity(RESOLUTION);
+            for column in 0..RESOLUTION {
+                let x = centre(column);
+                let z2 = 1.0 - x * x - y * y;
+                if z2 > 0.0 {
+                    let omega_i = Direction::from_unit(glam::DVec3::new(x, y, z2.sqrt()));
+                    columns.push(column);
+                    pairs.push(DirectionPair::new(omega_i, omega_o));
+                }
+            }
+            let mut values = vec![0.0; n * pairs.len()];
+            let mut presence = vec![Presence::Missing; pairs.len()];
+            brdf.eval_batch(&pairs, &mut values, &mut presence);
+            let found = columns.iter().zip(&presence).zip(values.chunks_exact(n));
+            for ((&column, &presence), values) in found {
+                if presence == Presence::Present {
+                    pixels[column].values[..n].copy_from_slice(values);
+                    pixels[column].alpha = 1.0;
+                }
+            }
+        });
+        Self { pixels }
+    }
+
+    fn minus(&self, other: &Self) -> Self {
+        let minus = |(a, b): (&Pixel, &Pixel)| {
+            if a.alpha * b.alpha == 0.0 {
+                return Self::EMPTY;
+            }
+            Pixel {
+                values: std::array::from_fn(|c| a.values[c] - b.values[c]),
+                alpha: 1.0,
+            }
+        };
+        let pixels = self.pixels.iter().zip(&other.pixels).map(minus).collect();
+        Self { pixels }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::brdf::{Lambert, Spectrum};
+    use exr::prelude::{ReadChannels, ReadLayers};
+
+    #[test]
+    fn layers_read_back_with_their_mask() {
+        let [truth, other] =
+            [0.5, 0.25].map(|albedo| Lambert::new(Spectrum::Grey(albedo), Channels::Luminance));
+        let mut file = io::Cursor::new(Vec::new());
+        write_slice(&truth, &other, &mut file).unwrap();
+        file.set_position(0);
+        let image = exr::prelude::read()
+            .no_deep_data()
+            .largest_resolution_level()
+            .all_channels()
+            .first_valid_layer()
+            .all_attributes()
+            .from_buffered(file)
+            .unwrap();
+        let at = |name: &str, x: usize, y: usize| {
+            let list = &image.layer_data.channel_data.list;
+            let channel = list.iter().find(|c| c.name.to_string() == name).unwrap();
+            channel
+                .sample_data
+                .value_by_flat_index(y * RESOLUTION + x)
+                .to_f32()
+        };
+        let (middle, quarter) = (RESOLUTION / 2, 0.25 / std::f32::consts::PI);
+        assert_eq!(at("difference.Y", middle, middle), -quarter);
+        assert_eq!(at("truth.A", middle, middle), 1.0);
+        assert_eq!(at("truth.A", 0, 0), 0.0);
+        assert_eq!(image.layer_data.channel_data.list.len(), 6);
+    }
+}
