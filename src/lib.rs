@@ -1,6 +1,8 @@
 //! A virtual gonio-reflectometer.
 
 pub mod brdf;
+#[cfg(feature = "cli")]
+pub mod cli;
 pub mod error;
 pub mod experiment;
 pub mod files;

@@ -1,0 +1,151 @@
+//! The command line: one file per command.
+//!
+//! Results go to stdout or into files, everything else to stderr. Exit codes:
+//! see [`Error::exit_code`].
+
+mod check;
+mod list;
+mod progress;
+mod run;
+mod schedule;
+mod tabulate;
+
+use crate::error::Error;
+use crate::experiment::{Config, Plan, Source};
+use clap::{Args, Parser, Subcommand};
+use std::io::{self, ErrorKind, Write};
+use std::path::{Path, PathBuf};
+
+/// A virtual gonio-reflectometer: measure, reconstruct and compare BRDFs.
+#[derive(Debug, Parser)]
+#[command(name = "gonio", version, arg_required_else_help = true)]
+#[command(
+    after_help = "Exit codes: 0 done; 1 internal error; 2 usage, config or output folder; \
+    3 input data; 5 some jobs failed; 6 a check found a violation; 130 interrupted."
+)]
+pub struct Cli {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    /// Run an experiment: measure, reconstruct, compare
+    Run(run::Run),
+    /// Check a config as `run` would and print its plan, without measuring
+    Check(check::Check),
+    /// List what a config can name
+    List(list::List),
+    /// Export schedules of a config, for an instrument
+    Schedule(schedule::Schedule),
+    /// Write a material of a config as a MERL .binary file
+    Tabulate(tabulate::Tabulate),
+}
+
+impl Cli {
+    /// Does what the command line asks for.
+    ///
+    /// # Errors
+    /// Anything; [`Error::exit_code`] tells what kind.
+    pub fn run(self) -> Result<(), Error> {
+        match self.command {
+            Command::Run(command) => command.run(),
+            Command::Check(command) => command.run(),
+            Command::List(command) => command.run(),
+            Command::Schedule(command) => command.run(),
+            Command::Tabulate(command) => command.run(),
+        }
+    }
+}
+
+/// A config and what overrides it.
+#[derive(Debug, Args)]
+struct ConfigArgs {
+    /// The experiment, a TOML file
+    config: PathBuf,
+    /// Override a key: dotted path, numbers for positions in arrays; a TOML value, else a bare string
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    set: Vec<String>,
+}
+
+impl ConfigArgs {
+    /// The text with every override.
+    fn source(&self) -> Result<Source, Error> {
+        let mut source = Source::read(&self.config)?;
+        for assignment in &self.set {
+            source.set(assignment, format!("--set {assignment}"))?;
+        }
+        Ok(source)
+    }
+}
+
+/// `--seed`, where something is random.
+#[derive(Debug, Args)]
+struct SeedArgs {
+    /// One seed in place of the config's `seeds`
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(i64).range(0..))]
+    seed: Option<i64>,
+}
+
+impl SeedArgs {
+    fn apply(&self, source: &mut Source) -> Result<(), Error> {
+        match self.seed {
+            Some(seed) => source.set(&format!("seeds=[{seed}]"), format!("--seed {seed}")),
+            None => Ok(()),
+        }
+    }
+}
+
+/// `--threads`, where something is heavy.
+#[derive(Debug, Args)]
+struct ThreadArgs {
+    /// Threads to work with [default: one per core]; results do not depend on it
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    threads: Option<u16>,
+}
+
+impl ThreadArgs {
+    fn apply(&self) -> Result<(), Error> {
+        let Some(threads) = self.threads else {
+            return Ok(());
+        };
+        rayon::ThreadPoolBuilder::new()
+            .num_threads(threads.into())
+            .build_global()
+            .map_err(|e| Error::Internal(e.to_string()))
+    }
+}
+
+fn plan(source: &Source) -> Result<Plan, Error> {
+    Plan::new(Config::read(source)?)
+}
+
+/// Prints results. A reader that has seen enough (`| head`) is no error.
+fn print(text: &str) -> Result<(), Error> {
+    let mut out = io::stdout().lock();
+    written(
+        Path::new("stdout"),
+        out.write_all(text.as_bytes()).and_then(|()| out.flush()),
+    )
+}
+
+/// The outcome of writing results to `path`; a reader that has seen enough is no error.
+fn written(path: &Path, result: io::Result<()>) -> Result<(), Error> {
+    match result {
+        Err(e) if e.kind() != ErrorKind::BrokenPipe => {
+            Err(Error::output(path, format!("cannot write this file: {e}")))
+        }
+        _ => Ok(()),
+    }
+}
+
+/// Refuses to replace a file unless told to.
+fn refuse_existing(path: &Path, force: bool) -> Result<(), Error> {
+    if force || path.symlink_metadata().is_err() {
+        return Ok(());
+    }
+    Err(Error::output(
+        path,
+        "this file exists; choose another with -o, or --force to replace it",
+    ))
+}

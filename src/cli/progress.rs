@@ -1,0 +1,61 @@
+//! The progress bar on stderr.
+
+use crate::experiment::{Job, Plan, Stage};
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use std::io::{IsTerminal, stderr};
+use std::time::Duration;
+
+/// Work of a job that does not depend on its budget, in poses: the comparison.
+const FIXED_WORK: usize = 4000;
+
+/// A bar with the time left; nothing if stderr is no terminal or nothing shall be seen.
+pub(super) struct Progress {
+    bar: ProgressBar,
+}
+
+impl Progress {
+    pub(super) fn new(plan: &Plan, quiet: bool) -> Self {
+        let per_budget = plan.jobs() / plan.budgets.len();
+        let works = plan.budgets.iter().map(|&b| work(per_budget, b));
+        let bar = ProgressBar::new(works.sum());
+        if quiet || !stderr().is_terminal() {
+            bar.set_draw_target(ProgressDrawTarget::hidden());
+            return Self { bar };
+        }
+        let style = ProgressStyle::with_template("{bar:24} {percent:>3}%  {eta} left  {wide_msg}");
+        // The template is a constant; the default style is what is left if it were wrong.
+        bar.set_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()));
+        bar.enable_steady_tick(Duration::from_millis(200));
+        Self { bar }
+    }
+
+    pub(super) fn stage(&self, stage: Stage, job: &Job<'_>) {
+        if !self.bar.is_hidden() {
+            let doing = match stage {
+                Stage::Load => "loading",
+                Stage::Plan => "planning",
+                Stage::Measure => "measuring",
+                Stage::Reconstruct => "reconstructing",
+                Stage::Evaluate => "comparing",
+            };
+            self.bar.set_message(format!("{doing} {job}"));
+        }
+    }
+
+    pub(super) fn advance(&self, jobs: usize, budget: usize) {
+        self.bar.inc(work(jobs, budget));
+    }
+
+    /// Runs something that prints, with the bar out of the way.
+    pub(super) fn aside<T>(&self, print: impl FnOnce() -> T) -> T {
+        self.bar.suspend(print)
+    }
+
+    pub(super) fn finish(&self) {
+        self.bar.finish_and_clear();
+    }
+}
+
+fn work(jobs: usize, budget: usize) -> u64 {
+    (jobs as u64).saturating_mul((budget + FIXED_WORK) as u64)
+}

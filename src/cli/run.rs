@@ -1,0 +1,166 @@
+//! `gonio run`.
+
+use super::progress::Progress;
+use super::{ConfigArgs, SeedArgs, ThreadArgs, print};
+use crate::brdf::Brdf;
+use crate::error::Error;
+use crate::experiment::{
+    self, Failure, Input, Job, Material, Observer, Plan, Row, ScheduleKey, Stage,
+};
+use crate::report::{Manifest, RunFolder, Table, ranking};
+use crate::schedule::Schedule;
+use clap::Args;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::SystemTime;
+
+/// Where runs go that name no folder.
+const RUNS: &str = "runs";
+
+#[derive(Debug, Args)]
+pub(super) struct Run {
+    #[command(flatten)]
+    config: ConfigArgs,
+    #[command(flatten)]
+    seed: SeedArgs,
+    #[command(flatten)]
+    threads: ThreadArgs,
+    /// Folder of the results [default: runs/NAME, or the next free NAME-2, NAME-3, …]
+    #[arg(short, long, value_name = "DIR")]
+    output: Option<PathBuf>,
+    /// Replace a run that is in the output folder
+    #[arg(long, requires = "output")]
+    force: bool,
+    /// No progress bar and no notes on stderr; errors are still told
+    #[arg(short, long)]
+    quiet: bool,
+}
+
+impl Run {
+    pub(super) fn run(self) -> Result<(), Error> {
+        let started = SystemTime::now();
+        let mut source = self.config.source()?;
+        self.seed.apply(&mut source)?;
+        let plan = super::plan(&source)?;
+        let stop = stop_on_ctrl_c()?;
+        let folder = match &self.output {
+            Some(dir) => RunFolder::create(dir, self.force, &plan)?,
+            None => {
+                let stem = self.config.config.file_stem().unwrap_or("run".as_ref());
+                RunFolder::create_next(Path::new(RUNS), &stem.to_string_lossy(), &plan)?
+            }
+        };
+        self.threads.apply()?;
+        let table = Table::new(&plan);
+        if let Some(question) = &plan.question {
+            print(&format!("{}\n\n", question.trim()))?;
+        }
+        print(&table.head())?;
+        let mut desk = Desk {
+            progress: Progress::new(&plan, self.quiet),
+            plan: &plan,
+            stop,
+            folder,
+            table,
+            rows: Vec::new(),
+            inputs: Vec::new(),
+        };
+        let summary = experiment::run(&plan, &mut desk)?;
+        desk.progress.finish();
+        let manifest = Manifest::new(&plan, &source, desk.inputs, &summary, started);
+        let path = desk.folder.finish(manifest)?;
+        if !desk.rows.is_empty() {
+            print(&ranking(&desk.rows))?;
+        }
+        if summary.interrupted {
+            let rows = summary.rows;
+            return Err(Error::Interrupted { rows, path });
+        }
+        if !summary.failures.is_empty() {
+            return Err(Error::JobsFailed {
+                failed: summary.failures.iter().map(|f| f.jobs).sum(),
+                jobs: plan.jobs(),
+                path,
+            });
+        }
+        if !self.quiet {
+            eprintln!("\n{} rows are in {}", summary.rows, path.display());
+        }
+        Ok(())
+    }
+}
+
+/// A flag that the first Ctrl-C (or SIGTERM) sets; the second ends the program at once.
+fn stop_on_ctrl_c() -> Result<Arc<AtomicBool>, Error> {
+    let stop = Arc::new(AtomicBool::new(false));
+    let flag = Arc::clone(&stop);
+    let handler = move || {
+        if flag.swap(true, Ordering::SeqCst) {
+            std::process::exit(130);
+        }
+    };
+    ctrlc::set_handler(handler).map_err(|e| Error::Internal(e.to_string()))?;
+    Ok(stop)
+}
+
+/// Where a run's news arrive.
+struct Desk<'a> {
+    plan: &'a Plan,
+    stop: Arc<AtomicBool>,
+    progress: Progress,
+    folder: RunFolder,
+    table: Table,
+    rows: Vec<Row>,
+    inputs: Vec<Input>,
+}
+
+impl Observer for Desk<'_> {
+    fn cancelled(&self) -> bool {
+        self.stop.load(Ordering::SeqCst)
+    }
+
+    fn stage(&mut self, stage: Stage, job: &Job<'_>) {
+        self.progress.stage(stage, job);
+    }
+
+    fn loaded(&mut self, _material: &Material, inputs: &[Input]) {
+        self.inputs.extend_from_slice(inputs);
+    }
+
+    fn planned(&mut self, key: &ScheduleKey<'_>, schedule: &Schedule) -> Result<(), Error> {
+        match self.plan.output.schedules.0 {
+            Some(format) => self.folder.write_schedule(key, schedule, format),
+            None => Ok(()),
+        }
+    }
+
+    #[cfg(feature = "exr")]
+    fn reconstructed(
+        &mut self,
+        job: &Job<'_>,
+        truth: &dyn Brdf,
+        reconstruction: &dyn Brdf,
+    ) -> Result<(), Error> {
+        if self.plan.output.slices {
+            self.folder.write_slice(job, truth, reconstruction)?;
+        }
+        Ok(())
+    }
+
+    fn rows(&mut self, rows: Vec<Row>) -> Result<(), Error> {
+        self.folder.write_rows(&rows)?;
+        let lines = self.table.lines(&rows);
+        self.rows.extend(rows);
+        self.progress.aside(|| print(&lines))
+    }
+
+    fn failed(&mut self, failure: &Failure) {
+        let Failure { job, reason, .. } = failure;
+        self.progress.aside(|| eprintln!("gonio: {job}: {reason}"));
+    }
+
+    fn advanced(&mut self, jobs: usize, budget: usize) {
+        self.progress.advance(jobs, budget);
+    }
+}

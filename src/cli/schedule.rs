@@ -1,0 +1,238 @@
+//! `gonio schedule`.
+
+use super::{ConfigArgs, SeedArgs, refuse_existing, written};
+use crate::error::Error;
+use crate::experiment::{Plan, ScheduleKey};
+use crate::files::write_atomically;
+use crate::report::schedule_stem;
+use crate::schedule::{self, ScheduleFormat, write_schedule};
+use clap::{Args, ValueEnum};
+use std::collections::BTreeSet;
+use std::io::{self, BufWriter, Write};
+use std::path::{Path, PathBuf};
+
+/// One row a pose: index, coordinates, and the elevation and azimuth of both arms in degrees
+#[derive(Debug, Args)]
+#[command(after_help = "\
+A config with several parametrizations, warps, sample sets, budgets, seeds or symmetries of
+materials has several schedules. Choose one with the options, which take the names that
+results.csv has in its columns; or give a folder (-o DIR/) and get a file for each:
+
+  gonio schedule configs/quickstart.toml --parametrization hybrid --budget 1000 -o hybrid.csv
+  gonio schedule configs/quickstart.toml -o schedules/ --format json-lines")]
+pub(super) struct Schedule {
+    #[command(flatten)]
+    config: ConfigArgs,
+    #[command(flatten)]
+    seed: SeedArgs,
+    /// Only this parametrization
+    #[arg(long, value_name = "NAME")]
+    parametrization: Option<String>,
+    /// Only with this warp: `none`, or e.g. `theta_h:square-root`
+    #[arg(long, value_name = "WARP")]
+    warp: Option<String>,
+    /// Only this sample set
+    #[arg(long, value_name = "NAME")]
+    sample_set: Option<String>,
+    /// Only this budget
+    #[arg(long, value_name = "N")]
+    budget: Option<usize>,
+    /// Only for the symmetries of this material
+    #[arg(long, value_name = "NAME")]
+    material: Option<String>,
+    /// File (.csv, .jsonl), or a folder for several schedules; `-` is stdout
+    #[arg(short, long, value_name = "FILE", default_value = "-")]
+    output: PathBuf,
+    /// Format [default: by the file's extension, else csv]
+    #[arg(long)]
+    format: Option<Format>,
+    /// Replace files that exist
+    #[arg(long)]
+    force: bool,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum Format {
+    Csv,
+    JsonLines,
+}
+
+impl Schedule {
+    pub(super) fn run(self) -> Result<(), Error> {
+        let mut source = self.config.source()?;
+        self.seed.apply(&mut source)?;
+        let plan = super::plan(&source)?;
+        let keys = self.choose(&plan)?;
+        let format = match self.format {
+            Some(Format::Csv) => Some(ScheduleFormat::Csv),
+            Some(Format::JsonLines) => Some(ScheduleFormat::JsonLines),
+            None => None,
+        };
+        let stdout = self.output == Path::new("-");
+        if !stdout && (names_folder(&self.output) || self.output.is_dir()) {
+            return self.export_all(&keys, format.unwrap_or(ScheduleFormat::Csv));
+        }
+        let [key] = keys.as_slice() else {
+            return Err(Error::config(
+                self.config.config.display().to_string(),
+                format!("{}; or give a folder with -o DIR/", several(&keys)),
+            ));
+        };
+        if stdout {
+            let schedule = make(key)?;
+            let mut out = BufWriter::new(io::stdout().lock());
+            let result = write_schedule(&schedule, format.unwrap_or(ScheduleFormat::Csv), &mut out);
+            return written(Path::new("stdout"), result.and_then(|()| out.flush()));
+        }
+        let Some(format) = format.or_else(|| ScheduleFormat::of(&self.output)) else {
+            return Err(Error::output(
+                self.output,
+                "the format is not known by this name; allowed: .csv, .jsonl, or --format",
+            ));
+        };
+        refuse_existing(&self.output, self.force)?;
+        write(key, format, &self.output)
+    }
+
+    /// The schedules that the options leave.
+    fn choose<'a>(&self, plan: &'a Plan) -> Result<Vec<ScheduleKey<'a>>, Error> {
+        let symmetries = match &self.material {
+            None => plan.symmetries(),
+            Some(name) => match plan.materials.iter().find(|m| m.name == *name) {
+                Some(material) => vec![material.symmetry],
+                None => {
+                    let names = plan.materials.iter().map(|m| m.name.clone());
+                    return Err(unknown("--material", name, names));
+                }
+            },
+        };
+        let is = |option: &Option<String>, name: &str| option.as_ref().is_none_or(|o| o == name);
+        let all = &plan.parametrizations;
+        if let Some(name) = self.parametrization.as_ref() {
+            if !all.iter().any(|c| c.name() == name) {
+                let names = all.iter().map(|c| c.name().into());
+                return Err(unknown("--parametrization", name, names));
+            }
+        }
+        let named: Vec<_> = all
+            .iter()
+            .filter(|c| is(&self.parametrization, c.name()))
+            .collect();
+        let chosen: Vec<_> = named.iter().filter(|c| is(&self.warp, &c.warp)).collect();
+        if let (true, Some(warp)) = (chosen.is_empty(), &self.warp) {
+            return Err(unknown(
+                "--warp",
+                warp,
+                named.iter().map(|c| c.warp.clone()),
+            ));
+        }
+        let sets: Vec<_> = plan
+            .sample_sets
+            .iter()
+            .filter(|s| is(&self.sample_set, &s.name))
+            .collect();
+        if let (true, Some(name)) = (sets.is_empty(), &self.sample_set) {
+            let names = plan.sample_sets.iter().map(|s| s.name.clone());
+            return Err(unknown("--sample-set", name, names));
+        }
+        let budgets: Vec<_> = plan
+            .budgets
+            .iter()
+            .filter(|&&b| self.budget.is_none_or(|only| only == b))
+            .collect();
+        if let (true, Some(budget)) = (budgets.is_empty(), self.budget) {
+            let known = plan.budgets.iter().map(usize::to_string);
+            return Err(unknown("--budget", &budget.to_string(), known));
+        }
+        let mut keys = Vec::new();
+        for &symmetry in &symmetries {
+            for &&coordinates in &chosen {
+                for &sample_set in &sets {
+                    for &&budget in &budgets {
+                        keys.extend(plan.seeds.iter().map(|&seed| ScheduleKey {
+                            coordinates,
+                            symmetry,
+                            sample_set,
+                            budget,
+                            seed,
+                        }));
+                    }
+                }
+            }
+        }
+        Ok(keys)
+    }
+
+    fn export_all(&self, keys: &[ScheduleKey<'_>], format: ScheduleFormat) -> Result<(), Error> {
+        let dir = &self.output;
+        std::fs::create_dir_all(dir)
+            .map_err(|e| Error::output(dir, format!("cannot make this folder: {e}")))?;
+        let path = |key| dir.join(format!("{}.{}", schedule_stem(key), format.extension()));
+        for key in keys {
+            refuse_existing(&path(key), self.force)?;
+        }
+        keys.iter()
+            .try_for_each(|key| write(key, format, &path(key)))
+    }
+}
+
+fn make(key: &ScheduleKey<'_>) -> Result<schedule::Schedule, Error> {
+    let form = key.coordinates.form(key.symmetry);
+    let form = form.map_err(|e| Error::Internal(format!("a warp that was checked: {e}")))?;
+    let planned = key.sample_set.set.plan(&form, key.budget, key.seed);
+    planned.map_err(|e| Error::config("budgets", e))
+}
+
+fn write(key: &ScheduleKey<'_>, format: ScheduleFormat, path: &Path) -> Result<(), Error> {
+    let schedule = make(key)?;
+    written(
+        path,
+        write_atomically(path, |out| write_schedule(&schedule, format, out)),
+    )
+}
+
+/// True if a path can only be a folder.
+fn names_folder(path: &Path) -> bool {
+    let text = path.as_os_str().as_encoded_bytes();
+    text.ends_with(b"/") || text.ends_with(std::path::MAIN_SEPARATOR_STR.as_bytes())
+}
+
+fn unknown(option: &str, name: &str, allowed: impl Iterator<Item = String>) -> Error {
+    let allowed: BTreeSet<_> = allowed.collect();
+    let allowed: Vec<_> = allowed.into_iter().collect();
+    let allowed = allowed.join(", ");
+    Error::config(
+        option,
+        format!("\"{name}\" is not in this config; allowed: {allowed}"),
+    )
+}
+
+/// What a choice among schedules is about.
+fn several(keys: &[ScheduleKey<'_>]) -> String {
+    let mut options: Vec<(&str, BTreeSet<String>)> = vec![];
+    let mut add = |option, names: BTreeSet<String>| {
+        if names.len() > 1 {
+            options.push((option, names));
+        }
+    };
+    let names = |of: fn(&ScheduleKey<'_>) -> String| keys.iter().map(of).collect();
+    add("--parametrization", names(|k| k.coordinates.name().into()));
+    add("--warp", names(|k| k.coordinates.warp.clone()));
+    add("--sample-set", names(|k| k.sample_set.name.clone()));
+    add("--budget", names(|k| k.budget.to_string()));
+    add("--seed", names(|k| k.seed.to_string()));
+    add(
+        "--material",
+        names(|k| format!("one of symmetry {:?}", k.symmetry)),
+    );
+    let options = options.into_iter().map(|(option, names)| {
+        let names: Vec<_> = names.into_iter().collect();
+        format!("{option} ({})", names.join(", "))
+    });
+    let options: Vec<_> = options.collect();
+    format!(
+        "this config has {} schedules; choose one with {}",
+        keys.len(),
+        options.join(", ")
+    )
+}
