@@ -1,0 +1,10 @@
+//! Long-form pages.
+
+#[doc = include_str!("design.md")]
+pub mod design {}
+
+#[doc = include_str!("errata.md")]
+pub mod errata {}
+
+#[doc = include_str!("changelog.md")]
+pub mod changelog {}
