@@ -6,6 +6,7 @@
 use super::lattice::{Centring, Lattice, LatticeAxis, each_node_while};
 use super::{Pose, Schedule};
 use crate::error::ParameterError;
+use crate::geometry::Symmetry;
 use crate::numeric::GRAZING_COS;
 use crate::parametrization::{Axis, AxisKind, Coords, Parametrization};
 use crate::registry::{self, Entry, ReadError, Table};
@@ -473,7 +474,7 @@ fn largest(
         Some(r) => r.to_vec(),
         None => axes.iter().map(|a| a.density).collect(),
     };
-    let mut shapes = Shapes::new(axes, &ratio);
+    let mut shapes = Shapes::new(axes, parametrization.symmetry(), &ratio);
     let mut fits: Option<Schedule> = None;
     // Shapes by number: those below `low` fit, `high` does not. Shapes with no more nodes than the
     // budget fit without a try; from there, the share of nodes that are poses predicts the rest,
@@ -516,18 +517,22 @@ struct Shapes {
 }
 
 impl Shapes {
-    fn new(axes: &[Axis], ratio: &[f64]) -> Self {
+    fn new(axes: &[Axis], symmetry: Symmetry, ratio: &[f64]) -> Self {
         // A pole joins azimuth a with a + π: a full turn needs an even number of nodes for both
-        // to be on the lattice. Beside an azimuth folded to a quarter turn it gets four at a time,
-        // so that in the default ratio the two stay in step: exchanging light and sensor then
-        // takes nodes of a spherical lattice to nodes.
-        let quarter = axes
-            .iter()
-            .any(|a| a.kind == AxisKind::Mirrored && a.length() < 0.6 * PI);
+        // to be on the lattice. Where reciprocity leaves an azimuth its full turn beside one
+        // folded to a quarter (spherical coordinates), it gets four nodes at a time, so that in
+        // the default ratio the two stay in step: exchanging light and sensor then takes nodes
+        // to nodes.
+        let quarter = |a: &Axis| a.kind == AxisKind::Mirrored && a.length() < 0.6 * PI;
+        let full = if symmetry.reciprocal && axes.iter().any(quarter) {
+            4
+        } else {
+            2
+        };
         let step: Vec<usize> = axes
             .iter()
             .map(|a| match a.kind {
-                AxisKind::Periodic if a.length() > 1.5 * PI => 2 + 2 * usize::from(quarter),
+                AxisKind::Periodic if a.length() > 1.5 * PI => full,
                 _ => 1,
             })
             .collect();
