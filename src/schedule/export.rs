@@ -1,12 +1,12 @@
 //! Schedules as CSV and JSON Lines.
 //!
 //! One row a pose: `index`, the coordinates the set is uniform in (angles in degrees, column ends
-//! in `_deg`), then `theta_i_deg, phi_i_deg, theta_o_deg, phi_o_deg` of the two arms. A CSV begins
-//! with comment lines (`#`) that say what the columns are; a JSON Lines file begins with one
+//! in `_deg`), then `theta_i_deg, phi_i_deg, theta_o_deg, phi_o_deg` of the two arms; no column
+//! comes twice, so spherical coordinates have none of their own beside the arms'. A CSV begins with comment lines (`#`) that say what the columns are; a JSON Lines file begins with one
 //! `{"header": …}` object that does.
 
 use super::{Pose, Schedule};
-use crate::parametrization::Unit;
+use crate::parametrization::{Axis, Unit};
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value, json};
 use std::io::{self, Write};
@@ -119,10 +119,19 @@ fn description(schedule: &Schedule) -> Vec<String> {
     ]
 }
 
+/// The columns of the two arms.
+const ARMS: [&str; 4] = ["theta_i_deg", "phi_i_deg", "theta_o_deg", "phi_o_deg"];
+
+/// The axes with a column of their own: spherical coordinates are the angles of the arms.
+fn coordinate_axes(schedule: &Schedule) -> impl Iterator<Item = (usize, &Axis)> {
+    let axes = schedule.parametrization.axes().iter().enumerate();
+    axes.filter(|(_, axis)| !ARMS.contains(&axis.column().as_str()))
+}
+
 /// Column names and what they mean.
 fn columns(schedule: &Schedule) -> Vec<(String, String)> {
     let mut columns = vec![("index".to_owned(), "order of measuring, from 0".to_owned())];
-    for axis in schedule.parametrization.axes() {
+    for (_, axis) in coordinate_axes(schedule) {
         let unit = match axis.unit {
             Unit::Radian => "degrees",
             Unit::One => "no unit",
@@ -130,26 +139,21 @@ fn columns(schedule: &Schedule) -> Vec<(String, String)> {
         let [lo, hi] = axis.range.map(|v| axis.file_value(v));
         columns.push((axis.column(), format!("coordinate in [{lo}, {hi}], {unit}")));
     }
-    for (arm, name) in [("i", "light"), ("o", "sensor")] {
-        columns.push((
-            format!("theta_{arm}_deg"),
-            format!("elevation of the {name} from the normal, degrees"),
-        ));
-        columns.push((
-            format!("phi_{arm}_deg"),
-            format!("azimuth of the {name}, degrees"),
-        ));
+    for (column, meaning) in ARMS.into_iter().zip([
+        "elevation of the light from the normal, degrees",
+        "azimuth of the light, degrees",
+        "elevation of the sensor from the normal, degrees",
+        "azimuth of the sensor, degrees",
+    ]) {
+        columns.push((column.to_owned(), meaning.to_owned()));
     }
     columns
 }
 
 /// The values after `index`.
 fn row(schedule: &Schedule, pose: &Pose) -> Vec<f64> {
-    let axes = schedule.parametrization.axes();
-    let mut values: Vec<f64> = axes
-        .iter()
-        .zip(pose.coords)
-        .map(|(axis, c)| axis.file_value(c))
+    let mut values: Vec<f64> = coordinate_axes(schedule)
+        .map(|(d, axis)| axis.file_value(pose.coords[d]))
         .collect();
     for arm in [pose.pair.omega_i, pose.pair.omega_o] {
         values.push(arm.theta().to_degrees());
