@@ -126,3 +126,136 @@ pub(super) fn each_node_while(shape: &[usize], mut visit: impl FnMut(&[i64]) -> 
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::Symmetry;
+    use crate::parametrization;
+    use Centring::{Cell, Node, Start};
+
+    /// theta_h, theta_d and the azimuth of half/difference coordinates.
+    fn axes(symmetry: Symmetry) -> Vec<Axis> {
+        let entry = parametrization::find("half-difference").unwrap();
+        entry.axes(symmetry)
+    }
+
+    /// Positions of all nodes in units of the range.
+    fn positions(axis: &Axis, centring: Centring, n: usize) -> Vec<f64> {
+        let lattice = LatticeAxis::new(axis, centring, n);
+        let unit = |i: usize| (lattice.value(i as f64) - axis.range[0]) / axis.length();
+        (0..n).map(unit).collect()
+    }
+
+    fn assert_near(found: &[f64], expected: &[f64]) {
+        assert_eq!(found.len(), expected.len());
+        for (a, b) in found.iter().zip(expected) {
+            assert!((a - b).abs() < 1e-15, "{found:?} {expected:?}");
+        }
+    }
+
+    #[test]
+    fn nodes_sit_where_the_centring_says() {
+        let radial = axes(Symmetry::FULL)[0];
+        assert_near(&positions(&radial, Cell, 2), &[0.25, 0.75]);
+        assert_near(&positions(&radial, Node, 3), &[0.0, 0.5, 1.0]);
+        assert_near(&positions(&radial, Start, 3), &[0.0, 0.4, 0.8]);
+        let periodic = axes(Symmetry::NONE)[1];
+        assert_eq!(periodic.kind, AxisKind::Periodic);
+        assert_near(&positions(&periodic, Cell, 2), &[0.25, 0.75]);
+        // Its ends are one place: no node at 1.
+        assert_near(&positions(&periodic, Node, 4), &[0.0, 0.25, 0.5, 0.75]);
+    }
+
+    #[test]
+    fn one_node_spans_the_axis() {
+        for axis in [axes(Symmetry::FULL)[0], axes(Symmetry::NONE)[1]] {
+            assert_near(&positions(&axis, Cell, 1), &[0.5]);
+            assert_near(&positions(&axis, Node, 1), &[0.0]);
+            assert_near(&positions(&axis, Start, 1), &[0.0]);
+            for centring in [Cell, Node, Start] {
+                let lattice = LatticeAxis::new(&axis, centring, 1);
+                assert!(lattice.step > 0.0 && lattice.step.is_finite());
+            }
+            assert_eq!(LatticeAxis::new(&axis, Node, 1).step, axis.length());
+        }
+    }
+
+    #[test]
+    fn steps_of_a_periodic_axis_close_the_circle() {
+        let axis = axes(Symmetry::NONE)[1];
+        for centring in [Cell, Node] {
+            let lattice = LatticeAxis::new(&axis, centring, 6);
+            assert!(lattice.periodic);
+            let turn = lattice.value(6.0) - lattice.value(0.0);
+            assert!((turn - axis.length()).abs() < 1e-15);
+        }
+        assert!(!LatticeAxis::new(&axes(Symmetry::FULL)[2], Node, 6).periodic);
+    }
+
+    #[test]
+    fn index_undoes_value() {
+        for axis in axes(Symmetry::NONE) {
+            for centring in [Cell, Node, Start] {
+                for n in [1, 2, 7, 90] {
+                    let lattice = LatticeAxis::new(&axis, centring, n);
+                    for i in -2..=n as i64 + 2 {
+                        for part in [0.0, 0.3] {
+                            let index = i as f64 + part;
+                            let back = lattice.index(lattice.value(index));
+                            // An ulp of the value, divided by the step.
+                            assert!((back - index).abs() < 1e-13, "{index} {back}");
+                        }
+                    }
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn node_numbers_run_fastest_along_the_last_axis_and_wrap_on_circles() {
+        let axes = axes(Symmetry::NONE);
+        let shape = [2, 4, 3, 2];
+        let lattice = Lattice {
+            axes: axes
+                .iter()
+                .zip(shape)
+                .map(|(a, n)| LatticeAxis::new(a, Cell, n))
+                .collect(),
+            pose: vec![None; 48],
+        };
+        assert_eq!(lattice.shape(), shape);
+        let mut number = 0;
+        for_each_node(&shape, |index| {
+            assert_eq!(lattice.node(index), Some(number));
+            let coords = lattice.coords(index);
+            for d in 0..4 {
+                assert_eq!(coords[d], lattice.axes[d].value(index[d] as f64));
+            }
+            number += 1;
+        });
+        assert_eq!(number, 48);
+        // Axes 1 and 3 are circles, 0 and 2 end.
+        assert_eq!(lattice.node(&[0, -1, 0, 2]), lattice.node(&[0, 3, 0, 0]));
+        assert_eq!(lattice.node(&[0, 9, 0, -5]), lattice.node(&[0, 1, 0, 1]));
+        for outside in [[-1, 0, 0, 0], [2, 0, 0, 0], [0, 0, 3, 0], [0, 0, -1, 0]] {
+            assert_eq!(lattice.node(&outside), None);
+        }
+        // Beyond a pole the coordinates go on: the mirror image of the first cell.
+        assert_eq!(
+            lattice.coords(&[-1, 0, 0, 0])[0],
+            -lattice.coords(&[0, 0, 0, 0])[0]
+        );
+    }
+
+    #[test]
+    fn visiting_stops_when_told() {
+        let mut seen = Vec::new();
+        each_node_while(&[2, 3], |index| {
+            seen.push(index.to_vec());
+            seen.len() < 4
+        });
+        assert_eq!(seen, [[0, 0], [0, 1], [0, 2], [1, 0]]);
+        for_each_node(&[3, 0], |_| panic!("no node"));
+    }
+}
