@@ -75,7 +75,7 @@ impl Schedule {
         let [key] = keys.as_slice() else {
             return Err(Error::config(
                 self.config.config.display().to_string(),
-                format!("{}; or give a folder with -o DIR/", several(&keys)),
+                format!("{}; or give a folder with -o DIR/", several(&keys, &plan)),
             ));
         };
         if stdout {
@@ -108,11 +108,11 @@ impl Schedule {
         };
         let is = |option: &Option<String>, name: &str| option.as_ref().is_none_or(|o| o == name);
         let all = &plan.parametrizations;
-        if let Some(name) = self.parametrization.as_ref() {
-            if !all.iter().any(|c| c.name() == name) {
-                let names = all.iter().map(|c| c.name().into());
-                return Err(unknown("--parametrization", name, names));
-            }
+        if let Some(name) = self.parametrization.as_ref()
+            && !all.iter().any(|c| c.name() == name)
+        {
+            let names = all.iter().map(|c| c.name().into());
+            return Err(unknown("--parametrization", name, names));
         }
         let named: Vec<_> = all
             .iter()
@@ -208,7 +208,7 @@ fn unknown(option: &str, name: &str, allowed: impl Iterator<Item = String>) -> E
 }
 
 /// What a choice among schedules is about.
-fn several(keys: &[ScheduleKey<'_>]) -> String {
+fn several(keys: &[ScheduleKey<'_>], plan: &Plan) -> String {
     let mut options: Vec<(&str, BTreeSet<String>)> = vec![];
     let mut add = |option, names: BTreeSet<String>| {
         if names.len() > 1 {
@@ -221,10 +221,10 @@ fn several(keys: &[ScheduleKey<'_>]) -> String {
     add("--sample-set", names(|k| k.sample_set.name.clone()));
     add("--budget", names(|k| k.budget.to_string()));
     add("--seed", names(|k| k.seed.to_string()));
-    add(
-        "--material",
-        names(|k| format!("one of symmetry {:?}", k.symmetry)),
-    );
+    if keys.iter().any(|k| k.symmetry != keys[0].symmetry) {
+        let materials = plan.materials.iter().map(|m| m.name.clone());
+        add("--material", materials.collect());
+    }
     let options = options.into_iter().map(|(option, names)| {
         let names: Vec<_> = names.into_iter().collect();
         format!("{option} ({})", names.join(", "))

@@ -1,7 +1,8 @@
 //! The materials of a plan: those written out, and the MERL files of a folder.
 
+use super::checks::{Names, below};
 use super::config::{MaterialTable, SymmetryTable};
-use super::plan::{Material, Names, below};
+use super::plan::Material;
 use super::source::{KeyPath, Source};
 use crate::brdf::{self, BrdfSpec, BuildError, measured};
 use crate::error::Error;

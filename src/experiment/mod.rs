@@ -2,6 +2,7 @@
 //! ([`run`](run())), the only place where all stages meet. Nothing here prints or knows a folder:
 //! an [`Observer`] is told what happens.
 
+mod checks;
 mod config;
 mod materials;
 mod observer;
@@ -10,6 +11,7 @@ mod resolved;
 mod row;
 mod run;
 mod source;
+mod wording;
 
 pub use config::{Config, Named, Output, Scalars, Schedules};
 pub use config::{MaterialTable, ParametrizationTable, SymmetryTable};

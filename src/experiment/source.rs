@@ -4,7 +4,7 @@
 //! Overrides are applied to the document before anything reads it, so that a value means the same
 //! and is refused in the same words wherever it was written.
 
-use super::config::COMMON_KEYS;
+use super::wording::name_key;
 use crate::error::Error;
 use crate::registry::{ReadError, Table};
 use std::fmt;
@@ -24,7 +24,7 @@ pub enum Step {
 
 /// Where something stands in a config; shown as `material[2].alpha`.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct KeyPath(Vec<Step>);
+pub struct KeyPath(pub(super) Vec<Step>);
 
 impl KeyPath {
     /// The path of a top-level key.
@@ -174,7 +174,10 @@ impl Source {
             return Error::config(&self.name, message);
         };
         match spots(&self.text).enclosing(&span) {
-            Some(path) => Error::config(self.place(&path), name_key(&path, &message)),
+            Some(path) => {
+                let value = self.text.get(span.clone()).unwrap_or_default();
+                Error::config(self.place(&path), name_key(&path, value, &message))
+            }
             None => Error::config(self.line(&self.text, span.start), message),
         }
     }
@@ -333,68 +336,4 @@ fn spots(text: &str) -> Spots {
         table(&KeyPath::default(), root.get_ref(), &mut out);
     }
     Spots(out)
-}
-
-/// A message that names its key: serde's, which do not, are put into the house's words.
-fn name_key(path: &KeyPath, message: &str) -> String {
-    let typed = message
-        .strip_prefix("invalid type: ")
-        .or_else(|| message.strip_prefix("invalid value: "));
-    if let Some((found, expected)) = typed.and_then(|m| m.split_once(", expected ")) {
-        return format!("{path} is {found}; allowed: {}", in_words(expected));
-    }
-    let listed = |extra: &[&str]| {
-        let list = message
-            .split_once("`, expected ")
-            .map_or("", |(_, list)| list);
-        let list = list.trim_start_matches("one of ").replace('`', "");
-        let list = list.split(", ").filter(|name| !name.is_empty());
-        let all: Vec<_> = extra.iter().copied().chain(list).collect();
-        if all.is_empty() {
-            "none here".into()
-        } else {
-            all.join(", ")
-        }
-    };
-    if message.starts_with("unknown field `") {
-        let extra: &[&str] = match path.0.as_slice() {
-            [Step::Key(list), Step::Index(_), Step::Key(_)] => {
-                let known = COMMON_KEYS.iter().find(|(name, _)| name == list);
-                known.map_or(&[], |(_, keys)| keys)
-            }
-            _ => &[],
-        };
-        return format!("unknown key {path}; allowed: {}", listed(extra));
-    }
-    if message == "wanted string or table" {
-        return format!("{path} is of another type; allowed: a string");
-    }
-    if let Some(rest) = message.strip_prefix("unknown variant `") {
-        let variant = rest.split('`').next().unwrap_or(rest);
-        return format!("{path} = \"{variant}\"; allowed: {}", listed(&[]));
-    }
-    if let Some(key) = message.strip_prefix("missing field ") {
-        return format!("{path} lacks the key {}", key.replace('`', ""));
-    }
-    let last_key = path.0.iter().rev().find_map(|step| match step {
-        Step::Key(key) => Some(key.as_str()),
-        Step::Index(_) => None,
-    });
-    match last_key {
-        Some(key) if !message.contains(key) => format!("{path}: {message}"),
-        _ => message.to_owned(),
-    }
-}
-
-/// A Rust type as a config author would call it.
-fn in_words(expected: &str) -> &str {
-    match expected {
-        "f64" | "f32" => "a number",
-        "usize" | "u64" | "u32" => "a whole number, at least 0",
-        "i64" | "i32" => "a whole number",
-        "a boolean" => "true or false",
-        "a sequence" => "a list [ … ]",
-        "a map" => "a table",
-        other => other,
-    }
 }

@@ -71,7 +71,7 @@ impl RunFolder {
             let message = if force {
                 format!("{name} is here, and no run wrote it; choose another folder with -o")
             } else {
-                format!("{name} of another run is here; choose another folder with -o, or --force")
+                format!("a run is here already ({name}); choose another folder with -o, or --force")
             };
             return Err(Error::output(dir, message));
         }

@@ -59,11 +59,13 @@ pub fn write_schedule(
                 writeln!(out, "# {name}: {meaning}")?;
             }
             let mut csv = csv::Writer::from_writer(out);
-            csv.write_record(columns.iter().map(|(name, _)| name))?;
+            csv.write_record(columns.iter().map(|(name, _)| name))
+                .map_err(io_error)?;
             for (index, pose) in schedule.poses.iter().enumerate() {
                 let values = row(schedule, pose);
                 let index = std::iter::once(index.to_string());
-                csv.write_record(index.chain(values.iter().map(f64::to_string)))?;
+                csv.write_record(index.chain(values.iter().map(f64::to_string)))
+                    .map_err(io_error)?;
             }
             csv.flush()
         }
@@ -91,6 +93,14 @@ pub fn write_schedule(
             }
             out.flush()
         }
+    }
+}
+
+/// The system's error behind one of the CSV writer, whose own conversion hides its kind.
+fn io_error(e: csv::Error) -> io::Error {
+    match e.into_kind() {
+        csv::ErrorKind::Io(e) => e,
+        other => io::Error::other(format!("{other:?}")),
     }
 }
 

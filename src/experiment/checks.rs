@@ -1,0 +1,145 @@
+//! Checks of single keys of a config: ranges, empty lists, names that are taken.
+
+use super::config::{Config, Named};
+use super::plan::MAX_BUDGET;
+use super::source::{KeyPath, Source};
+use crate::error::{Error, ParameterError};
+use crate::metrics::{self, MetricsSpec};
+use std::collections::HashSet;
+use std::fmt::Display;
+
+/// The path of a parameter, whose key may be dotted, in the table at `base`.
+pub(super) fn below(base: &KeyPath, key: &str) -> KeyPath {
+    key.split('.')
+        .fold(base.clone(), |path, part| path.key(part))
+}
+
+/// Seeds and budgets: in range, each once, at least one.
+pub(super) fn numbers(config: &Config<'_>) -> Result<(Vec<u64>, Vec<usize>), Error> {
+    let source = config.source;
+    let convert = |key: &str, i: usize, value: i64, max: i64, min: i64| {
+        if (min..=max).contains(&value) {
+            return Ok(value);
+        }
+        let path = KeyPath::of(key).index(i);
+        let allowed = format!("a whole number from {min} to {max}");
+        Err(source.error_at(&path, ParameterError::new(path.to_string(), value, allowed)))
+    };
+    let mut seeds = Vec::new();
+    for (i, &seed) in config.scalars.seeds.iter().enumerate() {
+        seeds.push(convert("seeds", i, seed, i64::MAX, 0)?.unsigned_abs());
+    }
+    let mut budgets = Vec::new();
+    for (i, &budget) in config.scalars.budgets.iter().enumerate() {
+        // In range of usize by its limit.
+        budgets.push(convert("budgets", i, budget, MAX_BUDGET as i64, 1)? as usize);
+    }
+    distinct(source, "seeds", &seeds, u64::to_string)?;
+    distinct(source, "budgets", &budgets, usize::to_string)?;
+    Ok((seeds, budgets))
+}
+
+/// Refuses an empty list and one that names something twice.
+pub(super) fn distinct<T, S: Display + Eq + std::hash::Hash>(
+    source: &Source,
+    key: &str,
+    list: &[T],
+    show: impl Fn(&T) -> S,
+) -> Result<(), Error> {
+    refuse_empty(source, key, list)?;
+    let mut seen = HashSet::new();
+    for (i, item) in list.iter().enumerate() {
+        if !seen.insert(show(item)) {
+            let path = KeyPath::of(key).index(i);
+            let message = format!("{path} = {} is there twice; allowed: once", show(item));
+            return Err(source.error_at(&path, message));
+        }
+    }
+    Ok(())
+}
+
+/// Refuses an empty list.
+pub(super) fn refuse_empty<T>(source: &Source, key: &str, list: &[T]) -> Result<(), Error> {
+    if list.is_empty() {
+        let message = format!("{key} = []: allowed is at least one");
+        return Err(source.error_at(&KeyPath::of(key), message));
+    }
+    Ok(())
+}
+
+pub(super) fn check_metrics(config: &Config<'_>) -> Result<(), Error> {
+    let base = KeyPath::of("metrics");
+    let refuse = |e: ParameterError| {
+        // Keys that only fail together are listed with commas; the first one is a place.
+        let first = e.key.split(',').next().unwrap_or(&e.key).to_owned();
+        config
+            .source
+            .error_at(&below(&base, &first), format!("metrics.{e}"))
+    };
+    config.metrics.check().map_err(refuse)?;
+    // A window that keeps next to nothing shows in the first few pairs.
+    let few = MetricsSpec {
+        pairs: config.metrics.pairs.min(16),
+        ..config.metrics.clone()
+    };
+    for &measure in &config.scalars.measures {
+        metrics::test_pairs(measure, &few).map_err(refuse)?;
+    }
+    Ok(())
+}
+
+pub(super) fn check_output(config: &Config<'_>) -> Result<(), Error> {
+    if config.output.slices && cfg!(not(feature = "exr")) {
+        let path = KeyPath::of("output").key("slices");
+        let allowed = "false in this build, which has no OpenEXR; true in one with the feature exr";
+        let e = ParameterError::new(path.to_string(), true, allowed);
+        return Err(config.source.error_at(&path, e));
+    }
+    Ok(())
+}
+
+/// Gives every choice its name, written or made from its keys.
+pub(super) fn name_all<T: ?Sized>(
+    source: &Source,
+    key: &str,
+    list: Vec<Named<T>>,
+    label: impl Fn(&T) -> String,
+) -> Result<Vec<(String, Box<T>)>, Error> {
+    refuse_empty(source, key, &list)?;
+    let mut names = Names::default();
+    let mut out = Vec::with_capacity(list.len());
+    for (i, Named { name, choice }) in list.into_iter().enumerate() {
+        let name = name.unwrap_or_else(|| label(&choice));
+        names.take(source, &KeyPath::of(key).index(i), &name)?;
+        out.push((name, choice));
+    }
+    Ok(out)
+}
+
+/// Names that are taken.
+#[derive(Default)]
+pub(super) struct Names(HashSet<String>);
+
+impl Names {
+    /// Takes a name for the table at `path`.
+    pub(super) fn take(
+        &mut self,
+        source: &Source,
+        path: &KeyPath,
+        name: &str,
+    ) -> Result<(), Error> {
+        let place = path.key("name");
+        if name.trim().is_empty() || name.chars().any(char::is_control) {
+            let allowed = "a text that is not blank and has no control characters";
+            let e = ParameterError::new(place.to_string(), format!("{name:?}"), allowed);
+            return Err(source.error_at(&place, e));
+        }
+        if !self.0.insert(name.to_owned()) {
+            let message = format!(
+                "{place} = {name:?} is taken; allowed: names that differ, e.g. name = \"{name}-2\""
+            );
+            return Err(source.error_at(&place, message));
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,73 @@
+//! Serde's and toml's messages in the house's words: key, value, what is allowed.
+
+use super::config::COMMON_KEYS;
+use super::source::{KeyPath, Step};
+
+/// A message that names its key and value: serde's, which do not, are put into the house's words.
+/// `found` is the text the message is about.
+pub(super) fn name_key(path: &KeyPath, found: &str, message: &str) -> String {
+    let typed = message
+        .strip_prefix("invalid type: ")
+        .or_else(|| message.strip_prefix("invalid value: "));
+    if let Some((found, expected)) = typed.and_then(|m| m.split_once(", expected ")) {
+        return format!("{path} is {found}; allowed: {}", in_words(expected));
+    }
+    let listed = |extra: &[&str]| {
+        let list = message
+            .split_once("`, expected ")
+            .map_or("", |(_, list)| list);
+        let list = list.trim_start_matches("one of ").replace('`', "");
+        let list = list.split(", ").filter(|name| !name.is_empty());
+        let all: Vec<_> = extra.iter().copied().chain(list).collect();
+        if all.is_empty() {
+            "none here".into()
+        } else {
+            all.join(", ")
+        }
+    };
+    if message.starts_with("unknown field `") {
+        let extra: &[&str] = match path.0.as_slice() {
+            [Step::Key(list), Step::Index(_), Step::Key(_)] => {
+                let known = COMMON_KEYS.iter().find(|(name, _)| name == list);
+                known.map_or(&[], |(_, keys)| keys)
+            }
+            _ => &[],
+        };
+        return format!("unknown key {path}; allowed: {}", listed(extra));
+    }
+    if message == "wanted string or table" {
+        return format!("{path} = {found}; allowed: a string");
+    }
+    if let Some(rest) = message.strip_prefix("unknown variant `") {
+        let variant = rest.split('`').next().unwrap_or(rest);
+        return format!("{path} = \"{variant}\"; allowed: {}", listed(&[]));
+    }
+    if let Some(key) = message.strip_prefix("missing field ") {
+        return format!("{path} lacks the key {}", key.replace('`', ""));
+    }
+    let last_key = path.0.iter().rev().find_map(|step| match step {
+        Step::Key(key) => Some(key.as_str()),
+        Step::Index(_) => None,
+    });
+    let Some(key) = last_key else {
+        return message.to_owned();
+    };
+    match message.strip_prefix(key).and_then(|m| m.strip_prefix(": ")) {
+        Some(rest) => format!("{path} = {found}: {rest}"),
+        None if message.contains(key) => message.to_owned(),
+        None => format!("{path}: {message}"),
+    }
+}
+
+/// A Rust type as a config author would call it.
+fn in_words(expected: &str) -> &str {
+    match expected {
+        "f64" | "f32" => "a number",
+        "usize" | "u64" | "u32" => "a whole number, at least 0",
+        "i64" | "i32" => "a whole number",
+        "a boolean" => "true or false",
+        "a sequence" => "a list [ … ]",
+        "a map" => "a table",
+        other => other,
+    }
+}

@@ -1,0 +1,435 @@
+//! Configs: every mistake is one sentence that names the place, the key, the value and what is
+//! allowed; the resolved config means the same as the one it was made from.
+
+use gonio::Error;
+use gonio::experiment::{Config, Plan, Source};
+
+/// A config in which every part is written out; tests change one thing at a time.
+const GOOD: &str = r#"question = "?"
+seeds = [1]
+budgets = [
+  250,
+  1000,
+]
+measures = ["cosine"]
+
+[[material]]
+kind = "ggx"
+alpha = 0.3
+
+[[material]]
+kind = "lambert"
+albedo = 0.5
+
+[[parametrization]]
+kind = "hybrid"
+warp = { h_bar = "square-root" }
+
+[[sample_set]]
+kind = "grid"
+
+[[reconstruction]]
+kind = "cubic"
+
+[metrics]
+pairs = 100
+mask_deg = 80.0
+
+[output]
+slices = false
+"#;
+
+fn plan(text: &str, sets: &[&str]) -> Result<Plan, Error> {
+    let mut source = Source::new("c.toml", text);
+    for set in sets {
+        source.set(set, format!("--set {set}"))?;
+    }
+    Plan::new(Config::read(&source)?)
+}
+
+fn refusal(text: &str, sets: &[&str]) -> (String, u8) {
+    match plan(text, sets) {
+        Ok(_) => panic!("accepted: {sets:?}\n{text}"),
+        Err(e) => (e.to_string(), e.exit_code()),
+    }
+}
+
+#[test]
+fn a_mistake_in_the_file_is_reported_with_its_line() {
+    // (what is written, what stands there instead, the message)
+    let cases = [
+        (
+            "question = \"?\"",
+            "qestion = \"?\"",
+            "c.toml:1: unknown key qestion; allowed: question, channels",
+        ),
+        (
+            "seeds = [1]",
+            "seeds = []",
+            "c.toml:2: seeds = []: allowed is at least one",
+        ),
+        (
+            "seeds = [1]",
+            "seeds = [3, 3]",
+            "c.toml:2: seeds[1] = 3 is there twice",
+        ),
+        (
+            "seeds = [1]",
+            "seeds = [-1]",
+            "c.toml:2: seeds[0] = -1: allowed is a whole number from 0",
+        ),
+        (
+            "  1000,",
+            "  0,",
+            "c.toml:5: budgets[1] = 0: allowed is a whole number from 1 to 10000000",
+        ),
+        (
+            "  1000,",
+            "  1000000000,",
+            "c.toml:5: budgets[1] = 1000000000: allowed is a whole number from 1",
+        ),
+        (
+            "  1000,",
+            "  250,",
+            "c.toml:5: budgets[1] = 250 is there twice",
+        ),
+        (
+            "  1000,",
+            "  1e3,",
+            "c.toml:5: budgets[1] is floating point `1000.0`; allowed: a whole number",
+        ),
+        (
+            "  1000,",
+            "  \"many\",",
+            "c.toml:5: budgets[1] is string \"many\"; allowed: a whole number",
+        ),
+        (
+            "[\"cosine\"]",
+            "[\"sine\"]",
+            "c.toml:7: measures[0] = \"sine\"; allowed: cosine",
+        ),
+        (
+            "[\"cosine\"]",
+            "\"cosine\"",
+            "c.toml:7: measures is string \"cosine\"; allowed: a list",
+        ),
+        (
+            "\"ggx\"",
+            "\"ggg\"",
+            "c.toml:10: kind = \"ggg\" is not a material; allowed: ",
+        ),
+        (
+            "kind = \"ggx\"",
+            "",
+            "c.toml:9: kind is missing from the material; allowed: ",
+        ),
+        (
+            "alpha = 0.3",
+            "alpha = 0.0",
+            "c.toml:11: material[0].alpha = 0: allowed is a number",
+        ),
+        (
+            "alpha = 0.3",
+            "alpha = -0.5",
+            "c.toml:11: material[0].alpha = -0.5: allowed is a number",
+        ),
+        (
+            "alpha = 0.3",
+            "alpha = nan",
+            "c.toml:11: material[0].alpha = NaN: allowed is a number",
+        ),
+        (
+            "alpha = 0.3",
+            "alpha = inf",
+            "c.toml:11: material[0].alpha = inf: allowed is a number",
+        ),
+        (
+            "alpha = 0.3",
+            "alpha = true",
+            "c.toml:11: material[0].alpha = true: allowed is a number",
+        ),
+        (
+            "albedo = 0.5",
+            "albdeo = 0.5",
+            "c.toml:15: unknown key material[1].albdeo; allowed: kind, name, symmetry, albedo",
+        ),
+        (
+            "albedo = 0.5",
+            "name = \"ggx-0.3\"",
+            "c.toml:15: material[1].name = \"ggx-0.3\" is taken",
+        ),
+        (
+            "albedo = 0.5",
+            "name = \" \"",
+            "c.toml:15: material[1].name = \" \": allowed is a text",
+        ),
+        (
+            "albedo = 0.5",
+            "name = 7",
+            "c.toml:15: name is 7; allowed: a string",
+        ),
+        (
+            "albedo = 0.5",
+            "symmetry = { isotopic = true }",
+            "c.toml:15: unknown key material[1].symmetry.isotopic; allowed: isotropic, reciprocal, bilateral",
+        ),
+        (
+            "\"hybrid\"",
+            "\"hibrid\"",
+            "c.toml:18: kind = \"hibrid\" is not a parametrization; allowed: spherical, ",
+        ),
+        (
+            "h_bar =",
+            "theta_h =",
+            "c.toml:19: parametrization[0].warp.theta_h = \"square-root\": no axis of hybrid; allowed: h_bar, k, delta",
+        ),
+        (
+            "\"square-root\"",
+            "\"merl\"",
+            "c.toml:19: parametrization[0].warp.h_bar = \"merl\": ",
+        ),
+        (
+            "\"square-root\"",
+            "\"sqrt\"",
+            "c.toml:19: parametrization[0].warp.h_bar = \"sqrt\"; allowed: square-root, merl, arcsine",
+        ),
+        (
+            "\"grid\"",
+            "\"sobol\"",
+            "c.toml:24: reconstruction[0] \"cubic\" needs readings on a grid, and sample_set \"sobol\" is none",
+        ),
+        (
+            "\"grid\"",
+            "\"grid\"\nratio = [1, 2]",
+            "c.toml:23: ratio = [1.0, 2.0]: allowed is a number in [0.001, 1000] per axis (h_bar, k, delta) in hybrid",
+        ),
+        (
+            "\"grid\"",
+            "\"grid\"\nratio = [1, nan, 1]",
+            "c.toml:23: ratio = [1.0, NaN, 1.0]: allowed",
+        ),
+        (
+            "\"cubic\"",
+            "\"cubic\"\nepsilon = -1.0",
+            "c.toml:26: epsilon = -1: allowed is",
+        ),
+        (
+            "pairs = 100",
+            "pears = 100",
+            "c.toml:28: unknown key metrics.pears; allowed: pairs, mask_deg",
+        ),
+        (
+            "pairs = 100",
+            "pairs = 0",
+            "c.toml:28: metrics.pairs = 0: allowed is",
+        ),
+        (
+            "80.0",
+            "nan",
+            "c.toml:29: metrics.mask_deg = NaN: allowed is",
+        ),
+        (
+            "slices = false",
+            "slices = 1",
+            "c.toml:32: output.slices is integer `1`; allowed: true or false",
+        ),
+        (
+            "slices = false",
+            "schedules = true",
+            "c.toml:32: output.schedules is boolean `true`; allowed: false, \"csv\" or \"json-lines\"",
+        ),
+        (
+            "slices = false",
+            "schedules = \"xml\"",
+            "c.toml:32: output.schedules is string \"xml\"; allowed: false",
+        ),
+        (
+            "question = \"?\"",
+            "merl = 3",
+            "c.toml:1: merl is 3; allowed: a table",
+        ),
+        ("seeds = [1]", "seeds = [1", "c.toml:3: "),
+        (
+            "seeds = [1]",
+            "merl = { interpolation = \"nearest\" }",
+            "c.toml:2: merl has keys for the files of materials_dir, which is not set",
+        ),
+    ];
+    for (written, instead, expected) in cases {
+        assert!(GOOD.contains(written), "{written}");
+        let text = GOOD.replacen(written, instead, 1);
+        let (message, code) = refusal(&text, &[]);
+        assert!(message.starts_with(expected), "{instead}\n  {message}");
+        assert_eq!(code, 2, "{message}");
+        assert!(!message.contains('\n'), "{message}");
+    }
+}
+
+#[test]
+fn a_mistake_in_an_override_is_reported_with_the_override() {
+    // (the override, the message after it)
+    let cases = [
+        ("nothing", "has no `=`; allowed: key=value"),
+        ("=3", "`` is no key"),
+        ("a b=3", "`a b` is no key"),
+        ("qestion=why", "unknown key qestion; allowed: question"),
+        (
+            "metrics.pears=3",
+            "unknown key metrics.pears; allowed: pairs",
+        ),
+        ("metric.pairs=3", "unknown key metric; allowed: question"),
+        (
+            "material.2.alpha=0.1",
+            "`2` is no position in material, which has 2; allowed: 0 to 1",
+        ),
+        ("material.x.alpha=0.1", "`x` is no position in material"),
+        ("budgets.2=5", "`2` is no position in budgets"),
+        (
+            "budgets.0.x=5",
+            "budgets[0] is integer, which has no key `x`",
+        ),
+        ("budgets.0=0", "budgets[0] = 0: allowed"),
+        ("budgets=0", "budgets is integer `0`; allowed: a list"),
+        (
+            "budgets=nan",
+            "budgets is floating point `NaN`; allowed: a list",
+        ),
+        ("material.0.alpha=nan", "material[0].alpha = NaN: allowed"),
+        (
+            "material.0.alpha=wide",
+            "material[0].alpha = \"wide\": allowed is a number",
+        ),
+        (
+            "material.0=3",
+            "material[0] is a table, not integer; allowed: {",
+        ),
+        (
+            "material=[]",
+            "material is missing; allowed: at least one [[material]], or materials_dir",
+        ),
+        (
+            "material.0={kind=\"merl\"}",
+            "material[0] lacks the key path",
+        ),
+        ("channels=grey", "channels = \"grey\"; allowed: luminance"),
+        (
+            "parametrization=[{kind=\"stark\"},{kind=\"stark\"}]",
+            "parametrization[1] = \"stark\" is there twice",
+        ),
+        (
+            "reconstruction=[{kind=\"cubic\"},{kind=\"cubic\"}]",
+            "reconstruction[1].name = \"cubic\" is taken",
+        ),
+        ("sample_set=[]", "sample_set = []: allowed is at least one"),
+    ];
+    for (set, expected) in cases {
+        let (message, code) = refusal(GOOD, &[set]);
+        let expected = format!("--set {set}: {expected}");
+        assert!(message.starts_with(&expected), "{set}\n  {message}");
+        assert_eq!(code, 2, "{message}");
+    }
+}
+
+#[test]
+fn lines_are_those_of_the_file_whatever_was_set() {
+    let sets = ["metrics.seed=5", "material.0.name=first", "question=why"];
+    let text = GOOD.replace("slices = false", "slices = 0");
+    let (message, _) = refusal(&text, &sets);
+    assert!(message.starts_with("c.toml:32: output.slices"), "{message}");
+}
+
+#[test]
+fn overrides_are_toml_or_bare_strings() {
+    let sets = [
+        "budgets=[7, 20]",
+        "material.1.albedo=[0.1, 0.2, 0.3]",
+        "material.0={kind = \"ggx\", alpha = 0.4, name = \"mine\"}",
+        "metrics.pairs=7",
+        "question=which one = best?",
+        "channels=rgb",
+        "output={schedules=\"csv\"}",
+    ];
+    let plan = plan(GOOD, &sets).unwrap();
+    assert_eq!(plan.budgets, [7, 20]);
+    assert_eq!(plan.metrics.pairs, 7);
+    assert_eq!(plan.materials[0].name, "mine");
+    assert_eq!(
+        plan.materials[1].spec.resolved()["albedo"]
+            .as_array()
+            .unwrap()
+            .len(),
+        3
+    );
+    assert_eq!(plan.question.as_deref(), Some("which one = best?"));
+    assert_eq!(plan.channels.count(), 3);
+    assert!(plan.output.schedules.0.is_some());
+}
+
+#[test]
+fn symmetry_is_the_materials_own_unless_overridden() {
+    let of = |sets: &[&str]| plan(GOOD, sets).unwrap().materials[0].symmetry;
+    let own = of(&[]);
+    assert!(own.isotropic && own.reciprocal && own.bilateral);
+    let less = of(&["material.0.symmetry={bilateral=false}"]);
+    assert!(less.isotropic && less.reciprocal && !less.bilateral);
+    let anisotropic = of(&["material.0.alpha=[0.1, 0.4]"]);
+    assert!(!anisotropic.isotropic);
+}
+
+#[test]
+fn a_warp_must_suit_the_form_of_every_material() {
+    // Axes of the 4-D form, which the anisotropic material needs, have names of their own.
+    let sets = [
+        "material.0.alpha=[0.1, 0.4]",
+        "sample_set.0.ratio=[4, 4, 1]",
+    ];
+    let (message, _) = refusal(GOOD, &sets);
+    assert!(
+        message.contains("ratio") && message.contains("phi_h"),
+        "{message}"
+    );
+}
+
+#[test]
+fn the_resolved_config_means_the_same() {
+    let bare = "[[material]]\nkind = \"lambert\"\n";
+    let anisotropic = "budgets = [300]\n[[material]]\nkind = \"ward\"\nalpha = [0.1, 0.2]\n";
+    let scattered = "[[material]]\nkind = \"lambert\"\n[[sample_set]]\nkind = \"sobol\"\n\
+        [[reconstruction]]\nkind = \"inverse-distance\"\ncoordinates = { kind = \"stark\" }\n";
+    let tabulated = "[[material]]\nkind = \"tabulated\"\nof = { kind = \"ggx\", alpha = 0.5 }\n\
+        symmetry = { bilateral = false }\n";
+    for text in [GOOD, bare, anisotropic, scattered, tabulated] {
+        let first = plan(text, &[]).unwrap();
+        let written = toml::to_string(&first.resolved).unwrap();
+        let second = plan(&written, &[]).unwrap();
+        assert_eq!(first.resolved, second.resolved, "{written}");
+        assert_eq!(first.rows(), second.rows());
+        assert_eq!(first.symmetries(), second.symmetries());
+    }
+}
+
+#[test]
+fn defaults_are_written_out() {
+    let plan = plan("[[material]]\nkind = \"lambert\"\n", &[]).unwrap();
+    let resolved = toml::to_string(&plan.resolved).unwrap();
+    for key in [
+        "channels = \"luminance\"",
+        "seeds = [1]",
+        "pairs = ",
+        "kind = \"grid\"",
+        "slices = false",
+    ] {
+        assert!(resolved.contains(key), "{key} is not in\n{resolved}");
+    }
+}
+
+#[test]
+fn anisotropic_tables_are_refused_before_they_are_made() {
+    let text = "[[material]]\nkind = \"tabulated\"\nof = { kind = \"ggx\", alpha = [0.1, 0.3] }\n";
+    let (message, code) = refusal(text, &[]);
+    assert!(
+        message.starts_with("c.toml:3: material[0].of = ggx"),
+        "{message}"
+    );
+    assert_eq!(code, 2);
+}
