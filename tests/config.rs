@@ -433,3 +433,15 @@ fn anisotropic_tables_are_refused_before_they_are_made() {
     );
     assert_eq!(code, 2);
 }
+
+#[test]
+fn pictures_need_a_build_that_has_them() {
+    let made = plan(GOOD, &["output.slices=true"]);
+    if cfg!(feature = "exr") {
+        assert!(made.unwrap().output.slices);
+    } else {
+        let (message, code) = refusal(GOOD, &["output.slices=true"]);
+        assert!(message.contains("output.slices = true: allowed is false in this build"));
+        assert_eq!(code, 2);
+    }
+}

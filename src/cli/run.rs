@@ -2,7 +2,6 @@
 
 use super::progress::Progress;
 use super::{ConfigArgs, SeedArgs, ThreadArgs, print};
-use crate::brdf::Brdf;
 use crate::error::Error;
 use crate::experiment::{
     self, Failure, Input, Job, Material, Observer, Plan, Row, ScheduleKey, Stage,
@@ -40,6 +39,7 @@ pub(super) struct Run {
 impl Run {
     pub(super) fn run(self) -> Result<(), Error> {
         let started = SystemTime::now();
+        self.threads.apply()?;
         let mut source = self.config.source()?;
         self.seed.apply(&mut source)?;
         let plan = super::plan(&source)?;
@@ -51,7 +51,6 @@ impl Run {
                 RunFolder::create_next(Path::new(RUNS), &stem.to_string_lossy(), &plan)?
             }
         };
-        self.threads.apply()?;
         let table = Table::new(&plan);
         if let Some(question) = &plan.question {
             print(&format!("{}\n\n", question.trim()))?;
@@ -139,8 +138,8 @@ impl Observer for Desk<'_> {
     fn reconstructed(
         &mut self,
         job: &Job<'_>,
-        truth: &dyn Brdf,
-        reconstruction: &dyn Brdf,
+        truth: &dyn crate::brdf::Brdf,
+        reconstruction: &dyn crate::brdf::Brdf,
     ) -> Result<(), Error> {
         if self.plan.output.slices {
             self.folder.write_slice(job, truth, reconstruction)?;

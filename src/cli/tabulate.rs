@@ -25,6 +25,7 @@ pub(super) struct Tabulate {
 
 impl Tabulate {
     pub(super) fn run(self) -> Result<(), Error> {
+        self.threads.apply()?;
         let source = self.config.source()?;
         let plan = super::plan(&source)?;
         let names: Vec<_> = plan.materials.iter().map(|m| m.name.as_str()).collect();
@@ -42,7 +43,6 @@ impl Tabulate {
             return Err(Error::config("--material", message));
         };
         refuse_existing(&self.output, self.force)?;
-        self.threads.apply()?;
         let brdf = material.spec.build(plan.channels).map_err(|e| match e {
             crate::brdf::BuildError::Data { path, message } => Error::Data { path, message },
             e => Error::config(format!("--material {}", material.name), e),

@@ -1,6 +1,28 @@
 //! Experiments: what is written ([`Config`]), what it means ([`Plan`]), and doing it
 //! ([`run`](run())), the only place where all stages meet. Nothing here prints or knows a folder:
 //! an [`Observer`] is told what happens.
+//!
+//! ```
+//! use gonio::experiment::{Config, Observer, Plan, Row, Source, run};
+//!
+//! struct Keep(Vec<Row>);
+//!
+//! impl Observer for Keep {
+//!     fn rows(&mut self, rows: Vec<Row>) -> Result<(), gonio::Error> {
+//!         self.0.extend(rows);
+//!         Ok(())
+//!     }
+//! }
+//!
+//! let text = "budgets = [100]\nmeasures = [\"cosine\"]\n[[material]]\nkind = \"lambert\"";
+//! let source = Source::new("example", text);
+//! let plan = Plan::new(Config::read(&source)?)?;
+//! let mut keep = Keep(Vec::new());
+//! let summary = run(&plan, &mut keep)?;
+//! assert_eq!((plan.rows(), summary.rows), (1, 1));
+//! assert!(keep.0[0].nrmse.unwrap() < 1e-12);
+//! # Ok::<(), gonio::Error>(())
+//! ```
 
 mod checks;
 mod config;

@@ -24,6 +24,11 @@ use std::io::{self, ErrorKind, Write};
 use std::path::{Path, PathBuf};
 
 const CONFIG: &str = "config.toml";
+const CONFIG_HEAD: &str = "\
+# Every key of this run with its value; running this file gives the same results.
+# Paths are relative to the folder that gonio is started in.
+
+";
 const MANIFEST: &str = "manifest.json";
 const SCHEDULES: &str = "schedules";
 const SLICES: &str = "slices";
@@ -102,7 +107,7 @@ impl RunFolder {
     fn start(dir: &Path, plan: &Plan) -> io::Result<Self> {
         let results = ResultFiles::create(dir)?;
         let config = toml::to_string(&plan.resolved).map_err(io::Error::other)?;
-        fs::write(part(dir, CONFIG), config)?;
+        fs::write(part(dir, CONFIG), format!("{CONFIG_HEAD}{config}"))?;
         Ok(Self {
             dir: dir.to_owned(),
             results,

@@ -12,7 +12,7 @@ const KIND: &str = "merl";
 /// The registry entry. No examples: those must build on every machine, and this kind needs a file.
 pub const ENTRY: Entry<dyn BrdfSpec> = Entry {
     kind: KIND,
-    summary: "measured isotropic table, a MERL .binary file",
+    summary: "measured isotropic table, the MERL file at `path`; also interpolation, bilateral",
     examples: &[],
     read: |table| Ok(Box::new(registry::parse::<MerlSpec>(table)?)),
 };
