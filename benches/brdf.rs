@@ -1,0 +1,61 @@
+//! Models, tables and the instrument, at random pairs.
+
+use super::{evaluate, model, pairs};
+use divan::counter::ItemsCount;
+use divan::{Bencher, black_box};
+use gonio::brdf::measured::merl::{Interpolation, Merl, MerlGrid, write_merl};
+use gonio::brdf::{Brdf, Channels, Presence};
+use gonio::geometry::Symmetry;
+use gonio::instrument::{Ideal, Instrument};
+use gonio::parametrization;
+use gonio::schedule::{SampleSet, SobolSet};
+use std::sync::{Arc, LazyLock};
+
+/// Times one thread on 100 000 pairs.
+fn batch(bencher: Bencher, brdf: &dyn Brdf) {
+    let pairs = pairs(100_000);
+    let mut out = vec![0.0; pairs.len()];
+    let mut presence = vec![Presence::Present; pairs.len()];
+    bencher
+        .counter(ItemsCount::new(pairs.len()))
+        .bench_local(|| brdf.eval_batch(black_box(&pairs), &mut out, &mut presence));
+}
+
+#[divan::bench(args = ["alpha = 0.3", "alpha = [0.1, 0.4]"])]
+fn ggx(bencher: Bencher, text: &str) {
+    batch(bencher, &*model("ggx", text));
+}
+
+/// A full-size table in luminance, written by our own writer.
+static TABLE: LazyLock<Merl> = LazyLock::new(|| {
+    let mut bytes = Vec::new();
+    let ggx = model("ggx", "alpha = 0.1");
+    write_merl(&*ggx, MerlGrid::Reciprocal, &mut bytes).expect("a table");
+    Merl::read(bytes.as_slice(), Channels::Luminance).expect("the same table")
+});
+
+#[divan::bench(args = [Interpolation::Nearest, Interpolation::Trilinear])]
+fn merl(bencher: Bencher, interpolation: Interpolation) {
+    batch(bencher, &TABLE.clone().with_interpolation(interpolation));
+}
+
+/// The ideal instrument against the bare model on the same pool: they should cost the same.
+#[divan::bench(args = ["instrument", "model"])]
+fn ideal_instrument(bencher: Bencher, which: &str) {
+    let brdf = model("ggx", "alpha = 0.3");
+    let form = parametrization::find("spherical")
+        .expect("a parametrization")
+        .form(Symmetry::FULL);
+    let schedule = Arc::new(SobolSet {}.plan(&form, 200_000, 1).expect("a schedule"));
+    let bencher = bencher.counter(ItemsCount::new(schedule.poses.len()));
+    if which == "instrument" {
+        bencher.bench(|| Ideal.measure(&*brdf, black_box(&schedule)));
+    } else {
+        let pairs: Vec<_> = schedule.poses.iter().map(|p| p.pair).collect();
+        bencher.bench(|| {
+            let mut out = vec![0.0; pairs.len()];
+            evaluate(&*brdf, black_box(&pairs), &mut out);
+            out
+        });
+    }
+}

@@ -1,0 +1,47 @@
+//! Throughput of every stage. `cargo bench` runs all of it in about two minutes; a word after `--`
+//! picks the benches whose path holds it.
+
+mod brdf;
+mod parametrization;
+mod pipeline;
+mod reconstruct;
+
+use gonio::brdf::{Brdf, Channels, Presence};
+use gonio::geometry::DirectionPair;
+use gonio::registry;
+use gonio::sampling::{Random, cosine_hemisphere};
+use rayon::prelude::*;
+
+fn main() {
+    divan::main();
+}
+
+/// A model from the registry, in luminance.
+fn model(kind: &str, text: &str) -> Box<dyn Brdf> {
+    let entries = gonio::brdf::all();
+    let entry = entries.iter().find(|e| e.kind == kind).expect("a model");
+    let spec = registry::read_text(entry, text).expect("its parameters");
+    spec.build(Channels::Luminance).expect("a BRDF")
+}
+
+/// Random pairs, both directions cosine-distributed.
+fn pairs(n: u64) -> Vec<DirectionPair> {
+    let random = Random::new(1);
+    let pair = |i| {
+        let [a, b, c, d] = random.point(i);
+        DirectionPair::new(cosine_hemisphere([a, b]), cosine_hemisphere([c, d]))
+    };
+    (0..n).map(pair).collect()
+}
+
+/// Evaluates in tasks of 1024 pairs on rayon's pool, as metrics do.
+fn evaluate(brdf: &dyn Brdf, pairs: &[DirectionPair], out: &mut [f64]) {
+    const TASK: usize = 1024;
+    pairs
+        .par_chunks(TASK)
+        .zip(out.par_chunks_mut(TASK))
+        .for_each(|(pairs, out)| {
+            let mut presence = [Presence::Present; TASK];
+            brdf.eval_batch(pairs, out, &mut presence[..pairs.len()]);
+        });
+}
