@@ -3,9 +3,10 @@
 use super::table::error;
 use crate::experiment::Row;
 
-/// Errors below this count as this: a material that is reconstructed to the last digit would
-/// otherwise decide a geometric mean by its rounding.
-const FLOOR: f64 = 1e-6;
+/// A material whose every error is below this is reconstructed exactly by every choice (Lambert on
+/// a grid): it says nothing about which is better, and its rounding errors would decide a geometric
+/// mean. Rounding itself is 1e-15.
+const EXACT: f64 = 1e-12;
 
 /// A line of the ranking.
 #[derive(PartialEq)]
@@ -17,12 +18,25 @@ struct Choice<'a> {
 }
 
 /// The geometric mean of `nrmse` over materials and seeds, by measure and budget; the best of each
-/// column is marked. A mean that lacks rows others have is in brackets and not marked.
+/// column is marked. A mean that lacks rows others have is in brackets and not marked. Materials
+/// that every choice reconstructs exactly are left out.
 pub fn ranking(rows: &[Row]) -> String {
     let mut out = String::new();
-    let mut materials = vec![];
-    let (mut measures, mut budgets, mut choices) = (vec![], vec![], vec![]);
+    let (mut materials, mut exact) = (vec![], vec![]);
     for row in rows {
+        add(&mut exact, row.material.as_str());
+    }
+    let telling = |r: &Row| r.nrmse.is_some_and(|e| e > EXACT);
+    exact.retain(|m| !rows.iter().any(|r| r.material == *m && telling(r)));
+    let rows: Vec<&Row> = rows
+        .iter()
+        .filter(|r| !exact.contains(&r.material.as_str()))
+        .collect();
+    if rows.is_empty() {
+        return out;
+    }
+    let (mut measures, mut budgets, mut choices) = (vec![], vec![], vec![]);
+    for row in &rows {
         add(&mut materials, row.material.as_str());
         add(&mut measures, row.measure.as_str());
         add(&mut budgets, row.budget);
@@ -54,7 +68,7 @@ pub fn ranking(rows: &[Row]) -> String {
                 let cell = |budget| {
                     let mine =
                         |r: &&Row| r.measure == measure && r.budget == budget && choice(r) == *c;
-                    Cell::of(rows.iter().filter(mine))
+                    Cell::of(rows.iter().copied().filter(mine))
                 };
                 budgets.iter().map(|&b| cell(b)).collect()
             })
@@ -77,7 +91,12 @@ pub fn ranking(rows: &[Row]) -> String {
     }
     let count = materials.len();
     let s = if count == 1 { "" } else { "s" };
-    format!("\nGeometric mean of nrmse over {count} material{s}; * best of its budget.\n") + &out
+    let exact = match exact.join(", ") {
+        names if names.is_empty() => names,
+        names => format!(" (exact everywhere and left out: {names})"),
+    };
+    format!("\nGeometric mean of nrmse over {count} material{s}{exact}; * best of its budget.\n")
+        + &out
 }
 
 /// A mean and how many rows it is of.
@@ -89,7 +108,8 @@ struct Cell {
 impl Cell {
     fn of<'a>(rows: impl Iterator<Item = &'a Row>) -> Self {
         let logs: Vec<f64> = rows
-            .filter_map(|r| Some(r.nrmse?.max(FLOOR).ln()))
+            // An exact reconstruction among others that are not is as good as can be told.
+            .filter_map(|r| Some(r.nrmse?.max(EXACT).ln()))
             .collect();
         let rows = logs.len();
         Self {
