@@ -1,0 +1,145 @@
+//! The program as a user meets it: exit codes, sentences on stderr, files that are whole or not
+//! there.
+
+mod configs;
+mod runs;
+mod schedules;
+
+use gonio::experiment::Row;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output, Stdio};
+use std::time::{Duration, Instant};
+use tempfile::TempDir;
+
+/// A folder to run the program in.
+struct Bench {
+    dir: TempDir,
+}
+
+/// A small experiment with every kind of choice.
+const SMALL: &str = r#"
+budgets = [60, 150]
+seeds = [1, 2]
+
+[[material]]
+kind = "lambert"
+
+[[material]]
+kind = "ggx"
+alpha = 0.4
+
+[[parametrization]]
+kind = "half-difference"
+
+[[parametrization]]
+kind = "half-difference"
+warp = { theta_h = "square-root" }
+
+[[sample_set]]
+kind = "grid"
+
+[[sample_set]]
+kind = "random"
+
+[[reconstruction]]
+kind = "nearest"
+
+[[reconstruction]]
+kind = "inverse-distance"
+
+[metrics]
+pairs = 500
+"#;
+
+impl Bench {
+    fn new() -> Self {
+        let dir = TempDir::new().unwrap();
+        fs::write(dir.path().join("small.toml"), SMALL).unwrap();
+        Self { dir }
+    }
+
+    fn path(&self, name: &str) -> PathBuf {
+        self.dir.path().join(name)
+    }
+
+    fn command(&self, args: &[&str]) -> Command {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_gonio"));
+        command.args(args).current_dir(self.dir.path());
+        command.stdin(Stdio::null());
+        command
+    }
+
+    fn gonio(&self, args: &[&str]) -> Output {
+        self.command(args).output().unwrap()
+    }
+
+    /// Runs what must work; its stdout.
+    fn good(&self, args: &[&str]) -> String {
+        let output = self.gonio(args);
+        let stderr = String::from_utf8(output.stderr).unwrap();
+        assert_eq!(output.status.code(), Some(0), "{args:?}: {stderr}");
+        String::from_utf8(output.stdout).unwrap()
+    }
+
+    /// Runs what must be refused, within a moment and in one line; its stderr.
+    fn refused(&self, args: &[&str], code: i32) -> String {
+        let start = Instant::now();
+        let output = self.gonio(args);
+        let stderr = String::from_utf8(output.stderr).unwrap();
+        assert_eq!(output.status.code(), Some(code), "{args:?}: {stderr}");
+        assert_eq!(stderr.lines().count(), 1, "{args:?}: {stderr}");
+        // One second on an idle machine; tests share theirs.
+        assert!(start.elapsed() < Duration::from_secs(5), "{args:?}");
+        stderr
+    }
+
+    fn read(&self, name: &str) -> String {
+        fs::read_to_string(self.path(name)).unwrap_or_else(|e| panic!("{name}: {e}"))
+    }
+
+    /// Every file below a folder.
+    fn files(&self, name: &str) -> Vec<String> {
+        fn walk(dir: &Path, base: &Path, out: &mut Vec<String>) {
+            for entry in fs::read_dir(dir).unwrap() {
+                let path = entry.unwrap().path();
+                if path.is_dir() {
+                    walk(&path, base, out);
+                } else {
+                    let name = path.strip_prefix(base).unwrap();
+                    out.push(name.to_string_lossy().into_owned());
+                }
+            }
+        }
+        let mut files = Vec::new();
+        let dir = self.path(name);
+        walk(&dir, &dir, &mut files);
+        files.sort();
+        files
+    }
+
+    fn rows(&self, run: &str) -> Vec<Row> {
+        let text = self.read(&format!("{run}/results.jsonl"));
+        let lines = text.lines().map(|l| serde_json::from_str(l).unwrap());
+        lines.collect()
+    }
+
+    fn manifest(&self, run: &str) -> serde_json::Value {
+        serde_json::from_str(&self.read(&format!("{run}/manifest.json"))).unwrap()
+    }
+}
+
+/// A CSV without the columns that time makes.
+fn timeless(csv: &str) -> String {
+    let mut lines = csv.lines();
+    let header: Vec<_> = lines.next().unwrap().split(',').collect();
+    let keep: Vec<_> = (0..header.len())
+        .filter(|&i| !header[i].ends_with("_seconds"))
+        .collect();
+    let row = |cells: Vec<&str>| {
+        let cells: Vec<_> = keep.iter().map(|&i| cells[i]).collect();
+        cells.join(",") + "\n"
+    };
+    let rest = lines.map(|line| row(line.split(',').collect()));
+    std::iter::once(row(header.clone())).chain(rest).collect()
+}

@@ -1,0 +1,137 @@
+//! Schedules for instruments.
+
+use super::Bench;
+use std::fs;
+use std::process::Stdio;
+
+#[test]
+fn schedules_say_the_same_in_both_formats() {
+    let bench = Bench::new();
+    let choice = [
+        "--budget",
+        "150",
+        "--warp",
+        "none",
+        "--sample-set",
+        "grid",
+        "--seed",
+        "1",
+    ];
+    let schedule =
+        |more: &[&str]| bench.good(&[&["schedule", "small.toml"], &choice[..], more].concat());
+    schedule(&["-o", "s.csv"]);
+    schedule(&["-o", "s.jsonl"]);
+    let text = bench.read("s.csv");
+    assert_eq!(schedule(&[]), text);
+    assert_eq!(
+        schedule(&["-o", "-", "--format", "json-lines"]),
+        bench.read("s.jsonl")
+    );
+
+    let mut reader = csv::ReaderBuilder::new()
+        .comment(Some(b'#'))
+        .from_reader(text.as_bytes());
+    let header: Vec<_> = reader.headers().unwrap().iter().map(String::from).collect();
+    let expected = [
+        "index",
+        "theta_h_deg",
+        "theta_d_deg",
+        "phi_d_deg",
+        "theta_i_deg",
+        "phi_i_deg",
+        "theta_o_deg",
+        "phi_o_deg",
+    ];
+    assert_eq!(header, expected);
+    for name in &header {
+        assert!(
+            text.contains(&format!("# {name}: ")),
+            "the header explains {name}"
+        );
+    }
+    let from_csv: Vec<Vec<f64>> = reader
+        .records()
+        .map(|r| r.unwrap().iter().map(|v| v.parse().unwrap()).collect())
+        .collect();
+    let text = bench.read("s.jsonl");
+    let mut lines = text
+        .lines()
+        .map(|l| serde_json::from_str::<serde_json::Value>(l).unwrap());
+    let about = lines.next().unwrap();
+    assert_eq!(about["header"]["poses"], from_csv.len());
+    let from_json: Vec<Vec<f64>> = lines
+        .map(|l| {
+            header
+                .iter()
+                .map(|name| l[name].as_f64().unwrap())
+                .collect()
+        })
+        .collect();
+    assert!(from_csv == from_json);
+    assert!((1..=150).contains(&from_csv.len()));
+    for (i, row) in from_csv.iter().enumerate() {
+        assert_eq!(row[0], i as f64);
+        assert!(row[4] < 90.0 && row[6] < 90.0, "{row:?}");
+    }
+}
+
+#[test]
+fn several_schedules_need_a_choice_or_a_folder() {
+    let bench = Bench::new();
+    let sentence = bench.refused(&["schedule", "small.toml"], 2);
+    for part in [
+        "16 schedules",
+        "--warp (none, theta_h:square-root)",
+        "--budget",
+        "-o DIR/",
+    ] {
+        assert!(sentence.contains(part), "{sentence}");
+    }
+    bench.good(&[
+        "schedule",
+        "small.toml",
+        "-o",
+        "all/",
+        "--format",
+        "json-lines",
+    ]);
+    assert_eq!(bench.files("all").len(), 16);
+    let sentence = bench.refused(&["schedule", "small.toml", "--budget", "7"], 2);
+    assert!(
+        sentence.contains("\"7\" is not in this config; allowed: 150, 60"),
+        "{sentence}"
+    );
+    let one = ["schedule", "all.toml", "-o", "one.txt"];
+    fs::write(
+        bench.path("all.toml"),
+        "budgets = [9]\nmaterial = [{ kind = \"lambert\" }]",
+    )
+    .unwrap();
+    assert!(
+        bench
+            .refused(&one, 2)
+            .contains("one.txt: the format is not known")
+    );
+    bench.good(&[&one[..], &["--format", "csv"]].concat());
+    assert!(
+        bench
+            .refused(&[&one[..], &["--format", "csv"]].concat(), 2)
+            .contains("--force")
+    );
+}
+
+#[test]
+fn a_reader_that_has_seen_enough_is_no_error() {
+    let bench = Bench::new();
+    let mut command = bench.command(&["schedule", "small.toml", "--set", "budgets=[20000]"]);
+    let choice = ["--warp", "none", "--sample-set", "random", "--seed", "1"];
+    command
+        .args(choice)
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped());
+    let mut child = command.spawn().unwrap();
+    drop(child.stdout.take());
+    let output = child.wait_with_output().unwrap();
+    let stderr = String::from_utf8(output.stderr).unwrap();
+    assert_eq!((output.status.code(), stderr.as_str()), (Some(0), ""));
+}
