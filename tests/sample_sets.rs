@@ -424,7 +424,8 @@ fn shapes_keep_the_ratio() {
 #[test]
 fn a_node_at_the_pole_counts_once_per_remaining_coordinate() {
     let p = form("half-difference", Symmetry::FULL);
-    let s = set("grid", "").plan(&p, 1000, 0).unwrap();
+    let start = set("grid", "centring = [\"start\", \"cell\", \"cell\"]");
+    let s = start.plan(&p, 1000, 0).unwrap();
     let shape = s.lattice.as_ref().unwrap().shape();
     let at_pole = s.poses.iter().filter(|pose| pose.coords[0] == 0.0).count();
     // theta_h = 0 is physical for every theta_d, and phi_d means nothing there.
@@ -439,9 +440,8 @@ fn a_node_at_the_pole_counts_once_per_remaining_coordinate() {
     // In 4-D phi_h and phi_d at theta_h = 0 are one azimuth: of n × n nodes n are left, half of
     // them with reciprocity.
     let p = form("half-difference", Symmetry::NONE);
-    let s = set("grid", "ratio = [1, 2, 1, 2]")
-        .plan(&p, 4000, 0)
-        .unwrap();
+    let keys = "ratio = [1, 2, 1, 2]\ncentring = [\"start\", \"cell\", \"cell\", \"cell\"]";
+    let s = set("grid", keys).plan(&p, 4000, 0).unwrap();
     let shape = s.lattice.as_ref().unwrap().shape();
     assert_eq!(shape[1], shape[3]);
     let at_pole = s.poses.iter().filter(|pose| pose.coords[0] == 0.0).count();
