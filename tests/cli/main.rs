@@ -2,6 +2,7 @@
 //! there.
 
 mod configs;
+mod readme;
 mod runs;
 mod schedules;
 
