@@ -1,12 +1,14 @@
 //! Which configurations are visited, in which order.
 
 mod export;
+mod grid;
 mod lattice;
 mod sample_set;
 
 pub use export::{ScheduleFormat, write_schedule};
+pub use grid::{Grid, Stratified};
 pub use lattice::{Centring, Lattice, LatticeAxis, for_each_node};
-pub use sample_set::{Grid, PlanError, RandomSet, SampleSet, SobolSet, Stratified, all, read};
+pub use sample_set::{PlanError, RandomSet, SampleSet, SobolSet, all, read};
 
 use crate::geometry::DirectionPair;
 use crate::parametrization::{Coords, Parametrization};

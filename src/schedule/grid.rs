@@ -1,0 +1,408 @@
+//! Sample sets that are laid out on a grid of shapes: the regular grid and its jittered sibling.
+//!
+//! A grid is the largest in its ratio with at most the budgeted number of distinct configurations:
+//! a common scale grows, each axis has the nearest whole number of nodes, and the next finer shape
+//! has more configurations than the budget.
+
+use super::Schedule;
+use super::lattice::{Centring, Lattice, LatticeAxis, each_node_while};
+use super::sample_set::{PlanError, SampleSet, from_unit, place};
+use crate::error::ParameterError;
+use crate::geometry::Symmetry;
+use crate::parametrization::{Axis, AxisKind, Coords, Parametrization, WarpName};
+use crate::registry;
+use crate::sampling::Random;
+use rustc_hash::FxHashMap;
+use serde::{Deserialize, Serialize};
+use std::f64::consts::PI;
+use std::sync::Arc;
+
+/// Regular grid: the largest in its ratio with at most the budgeted number of configurations.
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Grid {
+    /// Relative numbers of nodes per axis; by default those of the
+    /// parametrization (4:4:1, spherical 1:1:2).
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub ratio: Option<Vec<f64>>,
+    /// Node positions per axis; by default `start` on an axis that is warped towards the peak at
+    /// its start, else `cell`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub centring: Option<Vec<Centring>>,
+}
+
+impl Grid {
+    pub(super) const KIND: &'static str = "grid";
+
+    /// The lattice axes of a shape.
+    fn axes(&self, axes: &[Axis], shape: &[usize]) -> Vec<LatticeAxis> {
+        let centring = |i: usize, axis: &Axis| match &self.centring {
+            Some(list) => list[i],
+            None => default_centring(axis),
+        };
+        let lattice_axis = |(i, (axis, &n))| LatticeAxis::new(axis, centring(i, axis), n);
+        axes.iter()
+            .zip(shape)
+            .enumerate()
+            .map(lattice_axis)
+            .collect()
+    }
+
+    /// The schedule of one shape, `None` if it has more than `budget` configurations.
+    fn lay_out(
+        &self,
+        parametrization: &Arc<dyn Parametrization>,
+        shape: &[usize],
+        budget: usize,
+    ) -> Option<Schedule> {
+        let mut lattice = Lattice {
+            axes: self.axes(parametrization.axes(), shape),
+            pose: Vec::with_capacity(shape.iter().product()),
+        };
+        let mut distinct = Distinct::new(parametrization.axes());
+        let mut poses = Vec::new();
+        let mut pose = Vec::with_capacity(lattice.pose.capacity());
+        each_node_while(shape, |index| {
+            let place = place(&**parametrization, &lattice.coords(index));
+            pose.push(place.map(|new| {
+                let next = poses.len() as u32;
+                let key = distinct.key(&new.coords);
+                let found = *distinct.seen.entry(key).or_insert(next);
+                if found == next {
+                    poses.push(new);
+                }
+                found
+            }));
+            poses.len() <= budget
+        });
+        if poses.len() > budget {
+            return None;
+        }
+        let unphysical = pose.iter().filter(|p| p.is_none()).count();
+        let unphysical_share = unphysical as f64 / pose.len() as f64;
+        lattice.pose = pose;
+        Some(Schedule {
+            parametrization: Arc::clone(parametrization),
+            sample_set: Self::KIND.into(),
+            poses,
+            lattice: Some(lattice),
+            unphysical_share,
+        })
+    }
+}
+
+impl SampleSet for Grid {
+    fn resolved(&self) -> toml::Table {
+        registry::resolved(Self::KIND, self)
+    }
+
+    fn label(&self) -> String {
+        Self::KIND.into()
+    }
+
+    fn is_grid(&self) -> bool {
+        true
+    }
+
+    fn check(&self, axes: &[Axis]) -> Result<(), ParameterError> {
+        check_ratio(self.ratio.as_deref(), axes)?;
+        match &self.centring {
+            Some(list) if list.len() != axes.len() => Err(ParameterError::new(
+                "centring",
+                format!("{list:?}"),
+                format!("one entry per axis ({})", symbols(axes)),
+            )),
+            _ => Ok(()),
+        }
+    }
+
+    fn plan(
+        &self,
+        parametrization: &Arc<dyn Parametrization>,
+        budget: usize,
+        _seed: u64,
+    ) -> Result<Schedule, PlanError> {
+        self.check(parametrization.axes())?;
+        largest(
+            parametrization,
+            self.ratio.as_deref(),
+            budget,
+            Self::KIND,
+            |shape| self.lay_out(parametrization, shape, budget),
+        )
+    }
+}
+
+/// Jittered grid: one random point in each cell.
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Stratified {
+    /// Relative numbers of cells per axis; by default those of the
+    /// parametrization (4:4:1, spherical 1:1:2).
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub ratio: Option<Vec<f64>>,
+}
+
+impl Stratified {
+    pub(super) const KIND: &'static str = "stratified";
+
+    /// The schedule of one shape, `None` if it has more than `budget` configurations.
+    fn jitter(
+        &self,
+        parametrization: &Arc<dyn Parametrization>,
+        shape: &[usize],
+        random: &Random,
+        budget: usize,
+    ) -> Option<Schedule> {
+        let axes = parametrization.axes();
+        let mut poses = Vec::new();
+        let mut cell = 0;
+        each_node_while(shape, |index| {
+            let jitter: [f64; 4] = random.point(cell);
+            cell += 1;
+            let mut u = [0.0; 4];
+            for (d, (&i, &n)) in index.iter().zip(shape).enumerate() {
+                u[d] = (i as f64 + jitter[d]) / n as f64;
+            }
+            poses.extend(place(&**parametrization, &from_unit(axes, &u)));
+            poses.len() <= budget
+        });
+        if poses.len() > budget {
+            return None;
+        }
+        let unphysical_share = 1.0 - poses.len() as f64 / cell as f64;
+        Some(Schedule {
+            parametrization: Arc::clone(parametrization),
+            sample_set: Self::KIND.into(),
+            poses,
+            lattice: None,
+            unphysical_share,
+        })
+    }
+}
+
+impl SampleSet for Stratified {
+    fn resolved(&self) -> toml::Table {
+        registry::resolved(Self::KIND, self)
+    }
+
+    fn label(&self) -> String {
+        Self::KIND.into()
+    }
+
+    fn check(&self, axes: &[Axis]) -> Result<(), ParameterError> {
+        check_ratio(self.ratio.as_deref(), axes)
+    }
+
+    fn plan(
+        &self,
+        parametrization: &Arc<dyn Parametrization>,
+        budget: usize,
+        seed: u64,
+    ) -> Result<Schedule, PlanError> {
+        self.check(parametrization.axes())?;
+        let random = Random::new(seed);
+        largest(
+            parametrization,
+            self.ratio.as_deref(),
+            budget,
+            Self::KIND,
+            |shape| self.jitter(parametrization, shape, &random, budget),
+        )
+    }
+}
+
+/// Recognises coordinates that name the same configuration.
+struct Distinct {
+    // The standard hasher takes most of the time of laying out a grid; nobody attacks this map.
+    seen: FxHashMap<[i64; 4], u32>,
+    scale: [(f64, f64, bool); 4],
+}
+
+impl Distinct {
+    /// Steps per axis: nodes of any grid that fits in memory are further apart, and rounding is
+    /// a million times smaller.
+    const STEPS: f64 = 1e9;
+    /// Shifts the steps against the nodes, which sit at fractions of the range: rounding would
+    /// tell apart two equal nodes half-way between steps (512 nodes do that). The golden ratio
+    /// is as far from all fractions as a number can be.
+    const SHIFT: f64 = 0.618_033_988_749_894_9;
+
+    fn new(axes: &[Axis]) -> Self {
+        let mut scale = [(0.0, 0.0, false); 4];
+        for (s, axis) in scale.iter_mut().zip(axes) {
+            let periodic = axis.kind == AxisKind::Periodic;
+            *s = (axis.range[0], Self::STEPS / axis.length(), periodic);
+        }
+        Self {
+            seen: FxHashMap::default(),
+            scale,
+        }
+    }
+
+    fn key(&self, coords: &Coords) -> [i64; 4] {
+        std::array::from_fn(|d| {
+            let (lo, scale, periodic) = self.scale[d];
+            let key = ((coords[d] - lo) * scale + Self::SHIFT).floor() as i64;
+            // The end of a circle is its start.
+            if periodic && key >= Self::STEPS as i64 {
+                key - Self::STEPS as i64
+            } else {
+                key
+            }
+        })
+    }
+}
+
+/// The largest shape in the given ratio whose schedule fits the budget: the next finer shape has
+/// more poses than that.
+fn largest(
+    parametrization: &Arc<dyn Parametrization>,
+    ratio: Option<&[f64]>,
+    budget: usize,
+    kind: &'static str,
+    lay_out: impl Fn(&[usize]) -> Option<Schedule>,
+) -> Result<Schedule, PlanError> {
+    let axes = parametrization.axes();
+    let ratio = match ratio {
+        Some(r) => r.to_vec(),
+        None => axes.iter().map(|a| a.density).collect(),
+    };
+    let mut shapes = Shapes::new(axes, parametrization.symmetry(), &ratio);
+    let mut fits: Option<Schedule> = None;
+    // Shapes by number: those below `low` fit, `high` does not. Shapes with no more nodes than the
+    // budget fit without a try; from there, the share of nodes that are poses predicts the rest,
+    // and laying a shape out stops as soon as it is too large.
+    let (mut low, mut high) = (0, usize::MAX);
+    let mut guess = shapes.first_above(budget as f64).saturating_sub(1);
+    while low < high {
+        match lay_out(shapes.get(guess)) {
+            Some(schedule) => {
+                low = guess + 1;
+                let poses = schedule.poses.len() as f64;
+                // No shape has less than a hundredth: that only bounds the next step.
+                let share = (poses / shapes.nodes(guess)).max(0.01);
+                guess = shapes.first_above(budget as f64 / share).saturating_sub(1);
+                fits = Some(schedule);
+            }
+            None => high = guess,
+        }
+        guess = guess.max(low);
+        if guess >= high {
+            guess = low + (high - low) / 2;
+        }
+    }
+    match fits {
+        Some(schedule) if !schedule.poses.is_empty() => Ok(schedule),
+        _ => Err(PlanError::Empty {
+            budget,
+            sample_set: kind,
+            parametrization: parametrization.name(),
+        }),
+    }
+}
+
+/// Where nodes sit if the config does not say. Where a warp crowds them towards the peak, one sits
+/// on it: that halves the error. Where they are equally spaced a node on the peak would stand for
+/// its whole coarse cell, and a lone spike is worse interpolated than missed: cell-centred nodes
+/// halve the error there.
+fn default_centring(axis: &Axis) -> Centring {
+    match axis.warp {
+        Some(WarpName::SquareRoot | WarpName::Merl) if axis.peak_at_start => Centring::Start,
+        _ => Centring::Cell,
+    }
+}
+
+/// The growing sequence of shapes in a ratio: as a common scale grows, one axis after the other
+/// gains a node.
+struct Shapes {
+    step: Vec<usize>,
+    ratio: Vec<f64>,
+    list: Vec<Vec<usize>>,
+}
+
+impl Shapes {
+    fn new(axes: &[Axis], symmetry: Symmetry, ratio: &[f64]) -> Self {
+        // A pole joins azimuth a with a + π: a full turn needs an even number of nodes for both
+        // to be on the lattice. Where reciprocity leaves an azimuth its full turn beside one
+        // folded to a quarter (spherical coordinates), it gets four nodes at a time, so that in
+        // the default ratio the two stay in step: exchanging light and sensor then takes nodes
+        // to nodes.
+        let quarter = |a: &Axis| a.kind == AxisKind::Mirrored && a.length() < 0.6 * PI;
+        let full = if symmetry.reciprocal && axes.iter().any(quarter) {
+            4
+        } else {
+            2
+        };
+        let step: Vec<usize> = axes
+            .iter()
+            .map(|a| match a.kind {
+                AxisKind::Periodic if a.length() > 1.5 * PI => full,
+                _ => 1,
+            })
+            .collect();
+        let first = step.clone();
+        Self {
+            step,
+            ratio: ratio.to_vec(),
+            list: vec![first],
+        }
+    }
+
+    /// Number of nodes of a shape.
+    fn nodes(&mut self, number: usize) -> f64 {
+        self.get(number).iter().map(|&n| n as f64).product()
+    }
+
+    /// The first shape with more nodes than that.
+    fn first_above(&mut self, nodes: f64) -> usize {
+        let mut number = 0;
+        while self.nodes(number) <= nodes {
+            number += 1;
+        }
+        number
+    }
+
+    /// Shape `number`.
+    fn get(&mut self, number: usize) -> &[usize] {
+        while self.list.len() <= number {
+            let last = &self.list[self.list.len() - 1];
+            let step = |d: usize| self.step[d];
+            // The scale at which axis d, rounded to the nearest allowed number, gains its step.
+            let scale = |d: usize| (last[d] as f64 + 0.5 * step(d) as f64) / self.ratio[d];
+            let next = (0..last.len()).map(scale).fold(f64::INFINITY, f64::min);
+            let shape = (0..last.len())
+                .map(|d| {
+                    if scale(d) <= next {
+                        last[d] + step(d)
+                    } else {
+                        last[d]
+                    }
+                })
+                .collect();
+            self.list.push(shape);
+        }
+        &self.list[number]
+    }
+}
+
+/// Checks a ratio against the axes.
+fn check_ratio(ratio: Option<&[f64]>, axes: &[Axis]) -> Result<(), ParameterError> {
+    let Some(ratio) = ratio else { return Ok(()) };
+    let good = ratio.len() == axes.len() && ratio.iter().all(|&r| (1e-3..=1e3).contains(&r));
+    if good {
+        Ok(())
+    } else {
+        Err(ParameterError::new(
+            "ratio",
+            format!("{ratio:?}"),
+            format!("a number in [0.001, 1000] per axis ({})", symbols(axes)),
+        ))
+    }
+}
+
+/// The axes' symbols, for messages.
+fn symbols(axes: &[Axis]) -> String {
+    let symbols: Vec<_> = axes.iter().map(|a| a.symbol).collect();
+    symbols.join(", ")
+}
