@@ -7,7 +7,7 @@
 //! ends naturally (zero second derivative), [`REACH`] nodes away, where it no longer matters: each
 //! node damps the influence of what lies beyond by 2 − √3 = 0.27.
 
-use super::grid::{GridBrdf, Padded, Rule};
+use super::grid::{Continuation, GridBrdf, Padded, Rule};
 use super::transform::{EPSILON, Transform, Values};
 use super::{Reconstruct, ReconstructError};
 use crate::brdf::Brdf;
@@ -82,7 +82,8 @@ fn build<const D: usize>(
     measurement: &Measurement,
     transform: Transform,
 ) -> Result<Box<dyn Brdf>, ReconstructError> {
-    let rule = Spline::<D>::new(Padded::new(KIND, measurement, transform, REACH)?);
+    let nodes = Padded::<D>::new(KIND, measurement, transform, REACH, Continuation::Straight)?;
+    let rule = Spline::new(nodes);
     Ok(Box::new(GridBrdf::new(
         rule,
         &measurement.schedule,

@@ -1,8 +1,8 @@
 //! What every interpolation on a lattice shares: node values without holes, continued past the
 //! ends of every axis, and the walk from pairs to index coordinates.
 //!
-//! The horizon rule. Through a pole or a fold the lattice meets itself again: the value there is
-//! that of the same configuration inside the box. Every other node without a reading (below the
+//! The horizon rule. Through a pole or a fold the lattice meets itself again: nodes that name one
+//! configuration are one place and hold one value. Every place without a reading (below the
 //! horizon, past the far end of an axis, no data in the material) continues the readings, layer
 //! by layer: the mean, over the lattice directions in which the next two nodes are known, of the
 //! next node's value plus half its slope. The slope halves with every layer, so the continuation
@@ -15,9 +15,18 @@ use super::transform::Transform;
 use crate::brdf::{Brdf, Channels, Presence};
 use crate::geometry::{DirectionPair, Symmetry};
 use crate::measurement::Measurement;
-use crate::parametrization::{Coords, Parametrization};
+use crate::parametrization::{AxisKind, Coords, Parametrization};
 use crate::schedule::{Lattice, LatticeAxis, Schedule, for_each_node};
 use std::sync::Arc;
+
+/// What a place without a reading gets.
+#[derive(Clone, Copy, PartialEq)]
+pub(super) enum Continuation {
+    /// The next node's value plus half its slope.
+    Straight,
+    /// The next node's value: always one of the readings.
+    Copy,
+}
 
 /// Transformed values on a lattice that reaches `pad` nodes past each end of each axis.
 pub(super) struct Padded<const D: usize> {
@@ -32,13 +41,16 @@ pub(super) struct Padded<const D: usize> {
 }
 
 impl<const D: usize> Padded<D> {
-    /// The readings of a grid measurement.
+    /// The readings of a grid measurement; `pad` is at least 2, so that every place of the box
+    /// sees two nodes in each direction.
     pub fn new(
         method: &'static str,
         measurement: &Measurement,
         transform: Transform,
         pad: usize,
+        continuation: Continuation,
     ) -> Result<Self, ReconstructError> {
+        debug_assert!(pad >= 2);
         let schedule = &measurement.schedule;
         let Some(lattice) = &schedule.lattice else {
             return Err(ReconstructError::NoGrid {
@@ -55,51 +67,58 @@ impl<const D: usize> Padded<D> {
             channels,
             values: vec![0.0; nodes * channels],
         };
-        let mut unknown = Vec::new();
+        let places = Places::new(&*schedule.parametrization, lattice, &table);
         let mut known = vec![false; nodes];
-        let mut inner = [0i64; D];
-        let mut node = 0;
-        for_each_node(&shape, |index| {
-            for (inner, &i) in inner.iter_mut().zip(index) {
-                *inner = i - pad as i64;
-            }
-            let pose = home(&*schedule.parametrization, lattice, &inner)
-                .and_then(|home| lattice.pose[home])
-                .and_then(|pose| measurement.value(pose as usize));
-            if let Some(reading) = pose {
-                let values = &mut table.values[node * channels..(node + 1) * channels];
+        for (&node, &pose) in places.inside.iter().zip(&lattice.pose) {
+            let place = places.of[node];
+            let reading = pose.and_then(|pose| measurement.value(pose as usize));
+            if let Some(reading) = reading {
+                let values = &mut table.values[place * channels..(place + 1) * channels];
                 for (value, &f) in values.iter_mut().zip(reading) {
                     *value = transform.forward(f);
                 }
-                known[node] = true;
-            } else {
-                unknown.push(node);
+                known[place] = true;
             }
-            node += 1;
-        });
-        if unknown.len() == nodes {
+        }
+        if !known.contains(&true) {
             return Err(ReconstructError::TooFew {
                 method,
                 readings: 0,
                 needed: 1,
             });
         }
-        table.continue_outwards(known, unknown);
+        table.continue_outwards(&places, known, continuation);
+        for (node, &place) in places.of.iter().enumerate() {
+            let from = place * channels;
+            table
+                .values
+                .copy_within(from..from + channels, node * channels);
+        }
         Ok(table)
     }
 
-    /// The horizon rule: fills the `unknown` nodes from the `known` ones.
-    fn continue_outwards(&mut self, mut known: Vec<bool>, mut unknown: Vec<usize>) {
+    /// The horizon rule: fills the places that are not `known` from those that are.
+    fn continue_outwards(
+        &mut self,
+        places: &Places,
+        mut known: Vec<bool>,
+        continuation: Continuation,
+    ) {
         let channels = self.channels;
         let strides = self.strides().map(|s| s / channels);
         // A lone reading has no second node behind it: then slopes count as 0.
-        let mut need_two = true;
-        let mut layer: Vec<(usize, [f64; 3])> = Vec::new();
-        while !unknown.is_empty() {
-            layer.clear();
+        let mut need_two = continuation == Continuation::Straight;
+        let mut unknown: Vec<usize> = places.inside.clone();
+        unknown.extend(&places.outside);
+        // Directions that spoke for a place of this layer; their sum collects in `values`.
+        let mut voices = vec![0u32; known.len()];
+        let mut layer = Vec::new();
+        loop {
             unknown.retain(|&node| {
-                let mut sum = [0.0; 3];
-                let mut count = 0.0;
+                let place = places.of[node];
+                if known[place] {
+                    return false;
+                }
                 for (&stride, &n) in strides.iter().zip(&self.shape) {
                     let i = node / stride % n;
                     for (room, step) in [(i, -(stride as isize)), (n - 1 - i, stride as isize)] {
@@ -107,35 +126,44 @@ impl<const D: usize> Padded<D> {
                             continue;
                         }
                         let next = node.wrapping_add_signed(step);
-                        let after = next.wrapping_add_signed(step);
-                        let two = room >= 2 && known[after];
-                        if !known[next] || (need_two && !two) {
+                        let after = (room >= 2).then(|| next.wrapping_add_signed(step));
+                        let next = places.of[next];
+                        let after = after.map(|a| places.of[a]).filter(|&a| known[a]);
+                        if !known[next] || (need_two && after.is_none()) {
                             continue;
                         }
-                        count += 1.0;
-                        for (c, sum) in sum.iter_mut().enumerate().take(channels) {
+                        if continuation == Continuation::Copy && voices[place] > 0 {
+                            continue;
+                        }
+                        if voices[place] == 0 {
+                            layer.push(place);
+                        }
+                        voices[place] += 1;
+                        for c in 0..channels {
                             let y = self.values[next * channels + c];
-                            let slope = if two {
-                                y - self.values[after * channels + c]
-                            } else {
-                                0.0
+                            let slope = match (continuation, after) {
+                                (Continuation::Straight, Some(after)) => {
+                                    y - self.values[after * channels + c]
+                                }
+                                _ => 0.0,
                             };
-                            *sum += y + 0.5 * slope;
+                            self.values[place * channels + c] += y + 0.5 * slope;
                         }
                     }
                 }
-                if count > 0.0 {
-                    layer.push((node, sum.map(|s| s / count)));
-                }
-                count == 0.0
+                true
             });
+            if unknown.is_empty() || (layer.is_empty() && !need_two) {
+                break;
+            }
             if layer.is_empty() {
                 need_two = false;
             }
-            for &(node, values) in &layer {
-                known[node] = true;
-                self.values[node * channels..(node + 1) * channels]
-                    .copy_from_slice(&values[..channels]);
+            for place in layer.drain(..) {
+                known[place] = true;
+                for value in &mut self.values[place * channels..(place + 1) * channels] {
+                    *value /= f64::from(voices[place]);
+                }
             }
         }
     }
@@ -147,6 +175,18 @@ impl<const D: usize> Padded<D> {
             strides[d] = strides[d + 1] * self.shape[d + 1];
         }
         strides
+    }
+
+    /// Number of the node at an index of the unpadded lattice, if it is inside the padding.
+    fn node(&self, index: &[i64; D]) -> Option<usize> {
+        let mut node = 0;
+        for (&i, &n) in index.iter().zip(&self.shape) {
+            let i = usize::try_from(i + self.pad as i64)
+                .ok()
+                .filter(|&i| i < n)?;
+            node = node * n + i;
+        }
+        Some(node)
     }
 
     /// The same values with `pad` nodes past each end, fewer than now.
@@ -172,29 +212,127 @@ impl<const D: usize> Padded<D> {
     }
 }
 
-/// The node of the lattice whose configuration is that of `index`, which may lie outside; `None`
-/// past the far end of an axis.
+/// Which nodes of a padded lattice are one place.
+struct Places {
+    /// For each node the one that holds the value of its place.
+    of: Vec<usize>,
+    /// The nodes of the box, in the order of the lattice.
+    inside: Vec<usize>,
+    /// The nodes beyond it that are places of their own.
+    outside: Vec<usize>,
+}
+
+impl Places {
+    fn new<const D: usize>(
+        parametrization: &dyn Parametrization,
+        lattice: &Lattice,
+        table: &Padded<D>,
+    ) -> Self {
+        let nodes = table.shape.iter().product();
+        let mut places = Self {
+            of: (0..nodes).collect(),
+            inside: Vec::with_capacity(lattice.pose.len()),
+            outside: Vec::new(),
+        };
+        // Nodes of the box that share a pose: the azimuths of a pole, light and sensor exchanged.
+        let mut first = vec![None; lattice.pose.len()];
+        let mut index = [0i64; D];
+        let mut node = 0;
+        for_each_node(&table.shape, |padded| {
+            for (index, &i) in index.iter_mut().zip(padded) {
+                *index = i - table.pad as i64;
+            }
+            let mut along = index.iter().zip(&lattice.axes);
+            if along.all(|(i, axis)| (0..axis.n as i64).contains(i)) {
+                if let Some(pose) = lattice.pose[places.inside.len()] {
+                    places.of[node] = *first[pose as usize].get_or_insert(node);
+                }
+                places.inside.push(node);
+            } else {
+                let home = home(parametrization, lattice, &index);
+                places.of[node] = home.and_then(|home| table.node(&home)).unwrap_or(node);
+            }
+            node += 1;
+        });
+        // A home may share its pose with another node.
+        for node in 0..nodes {
+            let place = places.of[places.of[node]];
+            places.of[node] = if places.of[place] == place {
+                place
+            } else {
+                node
+            };
+        }
+        let mut inside = places.inside.iter().peekable();
+        for node in 0..nodes {
+            if inside.next_if(|&&i| i == node).is_none() && places.of[node] == node {
+                places.outside.push(node);
+            }
+        }
+        places
+    }
+}
+
+/// The index, inside the box, of the configuration at `index`. Past the far end of a radial axis,
+/// where there is none, azimuths and poles still fold: the index as far past the end in the
+/// folded box. `None` if no node is there (an exchange between axes of different steps).
 fn home<const D: usize>(
     parametrization: &dyn Parametrization,
     lattice: &Lattice,
     index: &[i64; D],
-) -> Option<usize> {
-    if let Some(node) = lattice.node(index) {
-        return Some(node);
-    }
-    let coords = parametrization.canonical(&lattice.coords(index))?;
-    let mut home = [0; D];
-    for (d, (home, axis)) in home.iter_mut().zip(&lattice.axes).enumerate() {
-        let x = axis.index(coords[d]);
-        *home = x.round() as i64;
-        // At a pole canonical() sets azimuths to 0, between nodes; every node there is the same
-        // configuration, so the first will do.
-        if x < 0.0 {
-            *home = (*home).max(0);
+) -> Option<[i64; D]> {
+    let mut coords = [0.0; 4];
+    let mut past_end = [None; D];
+    for d in 0..D {
+        let lattice_axis = &lattice.axes[d];
+        let axis = &parametrization.axes()[d];
+        coords[d] = lattice_axis.value(index[d] as f64);
+        if axis.kind != AxisKind::Radial {
+            continue;
+        }
+        // At the pole itself azimuths are lost; right beside it they are not.
+        let [_, max] = axis.range;
+        let (size, sign) = (coords[d].abs(), 1f64.copysign(coords[d]));
+        if size > max * (1.0 + ON_NODE) {
+            past_end[d] = Some(lattice_axis.index(size).round() as i64);
+            let last = lattice_axis.value((lattice_axis.n - 1) as f64);
+            coords[d] = sign * last.min(max);
+        } else {
+            coords[d] = sign * size.clamp(BESIDE_POLE * max, max);
         }
     }
-    lattice.node(&home)
+    let canonical = parametrization.canonical(&coords)?;
+    let images = parametrization.images(&canonical);
+    images.iter().find_map(|image| {
+        let mut home = [0; D];
+        for (d, (home, axis)) in home.iter_mut().zip(&lattice.axes).enumerate() {
+            let x = axis.index(image[d]);
+            if (x - x.round()).abs() > ON_NODE {
+                return None;
+            }
+            let n = axis.n as i64;
+            *home = x.round() as i64;
+            if axis.periodic {
+                *home = home.rem_euclid(n);
+            }
+            if let Some(beyond) = past_end[d] {
+                if *home != n - 1 {
+                    return None;
+                }
+                *home = beyond;
+            } else if !(0..n).contains(home) {
+                return None;
+            }
+        }
+        Some(home)
+    })
 }
+
+/// How far from a node, in steps, its coordinates may round.
+const ON_NODE: f64 = 1e-6;
+
+/// Share of a radial axis that is beside the pole: far less than [`ON_NODE`] of a step.
+const BESIDE_POLE: f64 = 1e-12;
 
 /// An interpolation rule in index coordinates.
 pub(super) trait Rule<const D: usize>: Send + Sync {

@@ -3,7 +3,7 @@
 //! Between the 2^d nodes around a point; second order in the spacing. Cells that straddle the
 //! horizon: see [`super::grid`].
 
-use super::grid::{GridBrdf, Padded, Rule};
+use super::grid::{Continuation, GridBrdf, Padded, Rule};
 use super::transform::{EPSILON, Transform, Values};
 use super::{Reconstruct, ReconstructError};
 use crate::brdf::Brdf;
@@ -72,7 +72,8 @@ fn build<const D: usize>(
     measurement: &Measurement,
     transform: Transform,
 ) -> Result<Box<dyn Brdf>, ReconstructError> {
-    let rule = Linear::<D>::new(Padded::new(KIND, measurement, transform, 1)?);
+    let nodes = Padded::<D>::new(KIND, measurement, transform, 2, Continuation::Straight)?;
+    let rule = Linear::new(nodes.cropped(1));
     Ok(Box::new(GridBrdf::new(
         rule,
         &measurement.schedule,

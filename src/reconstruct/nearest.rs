@@ -1,8 +1,8 @@
-//! The nearest reading: on a grid the nearest node in index units, else the nearest point of the
-//! embedding (see [`super::scattered`]).
+//! The nearest reading: on a grid the nearest node in index units (below the horizon the reading
+//! of a next node), else the nearest point of the embedding (see [`super::scattered`]).
 
 use super::coordinates::{Coordinates, ReconstructionCoordinates};
-use super::grid::{GridBrdf, Padded, Rule};
+use super::grid::{Continuation, GridBrdf, Padded, Rule};
 use super::scattered::{Cloud, Nearest, ScatteredBrdf, ScatteredRule};
 use super::transform::{Transform, Values};
 use super::{Reconstruct, ReconstructError, STRETCH};
@@ -52,7 +52,7 @@ impl NearestReading {
 
     fn on_grid<const D: usize>(&self, m: &Measurement) -> Result<Box<dyn Brdf>, ReconstructError> {
         let transform = Transform::Linear;
-        let table = Padded::<D>::new(KIND, m, transform, 1)?;
+        let table = Padded::<D>::new(KIND, m, transform, 2, Continuation::Copy)?.cropped(1);
         let strides = table.strides();
         let rule = Round { table, strides };
         Ok(Box::new(GridBrdf::new(

@@ -2,6 +2,7 @@
 #![allow(dead_code)] // Each test binary uses its part of this file.
 
 use glam::DVec3;
+use gonio::brdf::{Brdf, Channels};
 use gonio::geometry::{Direction, DirectionPair, Symmetry, angle_between};
 use gonio::sampling::{Random, cosine_hemisphere};
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
@@ -144,4 +145,17 @@ pub fn symmetries() -> Vec<Symmetry> {
             bilateral: bits & 4 != 0,
         })
         .collect()
+}
+
+/// A model from the registry, in luminance.
+pub fn model(kind: &str, text: &str) -> Box<dyn Brdf> {
+    model_in(Channels::Luminance, kind, text)
+}
+
+/// A model from the registry.
+pub fn model_in(channels: Channels, kind: &str, text: &str) -> Box<dyn Brdf> {
+    let entries = gonio::brdf::all();
+    let entry = entries.iter().find(|e| e.kind == kind).expect("a model");
+    let spec = gonio::registry::read_text(entry, text).expect("its parameters");
+    spec.build(channels).expect("a BRDF")
 }
