@@ -3,9 +3,11 @@
 //!
 //! Coordinates are embedded so that nearness means nearness on the bench. With u = radial
 //! coordinate over its range: 3-D (stretch · u1, u2 cos a, u2 sin a), 4-D (stretch · u1 cos a1,
-//! stretch · u1 sin a1, u2 cos a2, u2 sin a2). Every reading also stands at its mirror images under
-//! the declared symmetries, and near the first pole at its place on the other side of it, so that
-//! neighbours surround a point near a fold as they do inside.
+//! stretch · u1 sin a1, u2 cos b, u2 sin b), where b is a2, or a1 + a2 if a2 turns with a1 (b is
+//! what stays put when a1 runs round the pole u1 = 0). Every reading also stands at its mirror
+//! images under the declared symmetries, and near the first pole at its place on the other side of
+//! it, so that neighbours surround a point near a fold as they do inside. A reading *at* the first
+//! pole is, in 3-D, the same at every azimuth and stands all around the circle.
 
 use super::transform::Transform;
 use super::{ReconstructError, ReconstructionCoordinates};
@@ -14,12 +16,23 @@ use crate::geometry::{DirectionPair, Symmetry};
 use crate::measurement::Measurement;
 use crate::parametrization::{Coords, Parametrization};
 use kiddo::{ImmutableKdTree, SquaredEuclidean};
-use std::f64::consts::PI;
+use std::f64::consts::{PI, TAU};
 use std::num::NonZeroUsize;
 use std::sync::Arc;
 
-/// Share of the first radial axis within which readings also stand on the other side of its pole.
+/// Share of the first radial axis within which readings also stand on the other side of its pole,
+/// at least.
 const POLE_REACH: f64 = 0.3;
+
+/// The same in spacings of the readings: a hundred neighbours in half a ball reach 3.6 spacings.
+const POLE_SPACINGS: f64 = 4.0;
+
+/// Share of the first radial axis that counts as its pole: an azimuth has no digits left there.
+const ON_POLE: f64 = 1e-9;
+
+/// Points of one reading that are closer than this are one: twice nearly the same point would make
+/// local systems singular, and the value is the same.
+const SAME: f64 = 1e-6;
 
 /// The nearest of a set of points.
 pub(super) struct Nearest<const K: usize>(ImmutableKdTree<f64, K>);
@@ -74,6 +87,8 @@ struct Embedding {
     parametrization: Arc<dyn Parametrization>,
     /// stretch / range of the first radial axis, 1 / range of the second.
     scale: [f64; 2],
+    /// True if the second azimuth turns with the first.
+    nested: bool,
 }
 
 impl Embedding {
@@ -87,7 +102,7 @@ impl Embedding {
         } else {
             let (sin, cos) = c[1].sin_cos();
             (x[0], x[1]) = (s1 * c[0] * cos, s1 * c[0] * sin);
-            let (sin, cos) = c[3].sin_cos();
+            let (sin, cos) = (if self.nested { c[1] + c[3] } else { c[3] }).sin_cos();
             (x[2], x[3]) = (s2 * c[2] * cos, s2 * c[2] * sin);
         }
         x
@@ -121,12 +136,18 @@ impl<const K: usize> Cloud<K> {
                 coordinates.stretch / axes[0].range[1],
                 1.0 / axes[second].range[1],
             ],
+            nested: parametrization.nested(),
             parametrization: Arc::clone(&parametrization),
         };
-        let reach = POLE_REACH * axes[0].range[1];
+        let copies = parametrization.images(&[0.0; 4]).len();
+        // In 3-D all points fill a cylinder of radius 1 and height `stretch`.
+        let volume = PI * coordinates.stretch / (readings * copies) as f64;
+        let spacing = volume.cbrt();
+        let first_range = axes[0].range[1];
+        let reach = first_range * (POLE_SPACINGS * spacing / coordinates.stretch).max(POLE_REACH);
         let channels = measurement.channels.count();
-        let mut points: Vec<[f64; K]> = Vec::with_capacity(5 * readings);
-        let mut values = Vec::with_capacity(5 * readings * channels);
+        let mut points: Vec<[f64; K]> = Vec::with_capacity((copies + 1) * readings);
+        let mut values = Vec::with_capacity(points.capacity() * channels);
         for (i, pose) in schedule.poses.iter().enumerate() {
             let Some(reading) = measurement.value(i) else {
                 continue;
@@ -137,21 +158,30 @@ impl<const K: usize> Cloud<K> {
                 parametrization.forward(&pose.pair)
             };
             let first = points.len();
-            let mut stand = |x: [f64; K]| {
-                // On a fold an image is the reading itself; twice the same point would make
-                // local systems singular.
-                let near = |y: &[f64; K]| x.iter().zip(y).all(|(a, b)| (a - b).abs() < 1e-9);
+            let mut stand = |c: &Coords| {
+                let x = embedding.point(c);
+                let near = |y: &[f64; K]| x.iter().zip(y).all(|(a, b)| (a - b).abs() < SAME);
                 if !points[first..].iter().any(near) {
                     points.push(x);
                     values.extend(reading.iter().map(|&f| transform.forward(f)));
                 }
             };
             for image in parametrization.images(&coords) {
-                stand(embedding.point(&image));
-                if K == 3 && image[0] < reach {
+                let [r1, r2, a, _] = image;
+                if K == 3 && r1 <= ON_POLE * first_range {
+                    // Half a spacing apart, as a grid's rows are closer to each other than its
+                    // mean spacing. Even, so that images at a + π fall on the same points.
+                    let arc = PI * r2 * embedding.scale[1];
+                    let around = 2.0 * (2.0 * arc / spacing).ceil().max(1.0);
+                    for j in 0..around as usize {
+                        stand(&[0.0, r2, TAU * j as f64 / around, 0.0]);
+                    }
+                    continue;
+                }
+                stand(&image);
+                if K == 3 && r1 < reach {
                     // (−r1, a) is (r1, a + π). In 4-D the embedding closes the pole by itself.
-                    let [r1, r2, a, _] = image;
-                    stand(embedding.point(&[-r1, r2, a + PI, 0.0]));
+                    stand(&[-r1, r2, a + PI, 0.0]);
                 }
             }
         }

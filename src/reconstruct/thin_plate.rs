@@ -10,9 +10,14 @@
 //!
 //! is positive definite on the others (Wendland, *Scattered Data Approximation*, §8.5) and one
 //! Cholesky factorisation of size k − d − 1 gives the weights of the k readings: half the work of
-//! the indefinite system, and no pivoting. Neighbours that lie in a plane span fewer polynomials;
-//! those are found by the pivots. Should the factorisation fail (points that agree to rounding), the
+//! the indefinite system, and no pivoting. Neighbours that lie in a plane (or on a line) span fewer
+//! polynomials; those are found by the pivots, and the polynomial part is constant along the normal.
+//! Should the factorisation fail (points that agree to rounding), the
 //! query falls back to inverse-distance weights.
+//!
+//! Made for scattered readings. On a grid much finer along some axes than along others the k
+//! nearest may all lie in one sheet of it; the spline is then constant across the sheet, and of
+//! first order there: a grid's own interpolants are better, and so is an even ratio.
 
 use super::coordinates::{Coordinates, ReconstructionCoordinates};
 use super::inverse_distance::Shepard;
@@ -126,8 +131,9 @@ struct Local {
 const MOST: usize = 5;
 
 /// A pivot below this share of the neighbourhood's size means the neighbours lie in a plane.
-/// Rounding of the embedded coordinates is 1e-16 of 1, neighbourhoods are larger than 1e-6.
-const FLAT: f64 = 1e-9;
+/// Rounding of the embedded coordinates is 1e-16 of 1 (1e-9 near poles of other coordinates than the
+/// schedule's), and slopes across anything thinner than this would be noise.
+const FLAT: f64 = 1e-6;
 
 /// Buffers of one thread.
 struct Scratch<const K: usize> {
@@ -268,6 +274,33 @@ impl<const K: usize> Scratch<K> {
                 row[c] = scaled;
             }
             self.lagrange.push((a, c));
+        }
+        if self.lagrange.len() <= K {
+            self.project();
+        }
+    }
+
+    /// Where the neighbours lie in a plane, what a polynomial does along its normal is not for
+    /// pivots to choose: the query takes the polynomials of its projection on the plane.
+    fn project(&mut self) {
+        let Some((&(origin, column), rest)) = self.lagrange.split_first() else {
+            return;
+        };
+        let dot = |a: &[f64; K], b: &[f64; K]| -> f64 { a.iter().zip(b).map(|(a, b)| a * b).sum() };
+        let origin = &self.points[origin];
+        let edge = |i: usize| -> [f64; K] {
+            std::array::from_fn(|d| self.points[rest[i].0][d] - origin[d])
+        };
+        let gram = DMatrix::from_fn(rest.len(), rest.len(), |i, j| dot(&edge(i), &edge(j)));
+        let mut share = DVector::from_fn(rest.len(), |i, _| -dot(&edge(i), origin));
+        if let Some(factor) = gram.cholesky() {
+            factor.solve_mut(&mut share);
+        }
+        let query = &mut self.basis[self.points.len()];
+        *query = [0.0; MOST];
+        query[column] = 1.0 - share.sum();
+        for (&(_, column), share) in rest.iter().zip(&share) {
+            query[column] = *share;
         }
     }
 
