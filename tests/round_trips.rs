@@ -268,6 +268,41 @@ fn canonical_coordinates_name_the_same_configuration() {
 }
 
 #[test]
+fn both_mirrors_fold_a_pole() {
+    // Where the first radial coordinate vanishes, no first azimuth tells the mirrors apart.
+    for entry in parametrization::all() {
+        for reciprocal in [false, true] {
+            let symmetry = Symmetry {
+                reciprocal,
+                ..Symmetry::ORTHOTROPIC
+            };
+            let p = entry.form(symmetry);
+            for i in 1..10 {
+                let a = f64::from(i) * 0.15;
+                let at = |azimuth| p.canonical(&[0.0, 0.0, 0.3, azimuth]).unwrap();
+                for image in [-a, std::f64::consts::PI - a, a - std::f64::consts::PI] {
+                    for (c, d) in at(a).into_iter().zip(at(image)) {
+                        assert!((c - d).abs() < 1e-15, "{} {reciprocal} {image}", entry.name);
+                    }
+                }
+                // At the second pole its own azimuth means nothing.
+                let second = |azimuth| p.canonical(&[0.3, azimuth, 0.0, 1.0]).unwrap();
+                for (c, d) in second(a).into_iter().zip(second(std::f64::consts::PI - a)) {
+                    assert!((c - d).abs() < 1e-15, "{} {reciprocal}", entry.name);
+                }
+                let folded = at(a);
+                let error = distance(
+                    &p.inverse(&[0.0, 0.0, 0.3, a]).unwrap(),
+                    &p.inverse(&folded).unwrap(),
+                    symmetry,
+                );
+                assert!(error < 1e-15, "{} {error:e}", entry.name);
+            }
+        }
+    }
+}
+
+#[test]
 fn through_the_pole_is_the_other_side() {
     // Continuity: a small step through r = 0 is a small step on the hemisphere.
     let random = Random::new(5);

@@ -307,6 +307,10 @@ impl<C: Chart> Parametrization for Form<C> {
         }
     }
 
+    fn nested(&self) -> bool {
+        C::NESTED && !self.symmetry.isotropic
+    }
+
     fn images(&self, &c: &Coords) -> Vec<Coords> {
         let s = self.symmetry;
         let mut images = vec![c];

@@ -142,6 +142,10 @@ pub trait Parametrization: Send + Sync {
         "none".into()
     }
 
+    /// True if the second azimuth is measured in a frame that turns with the first (4-D
+    /// half/difference): where the first radial coordinate vanishes only their sum has a meaning.
+    fn nested(&self) -> bool;
+
     /// All coordinates that name the configuration of `coords` under the declared symmetries and
     /// lie on the chart's azimuth circle (radial coordinates ≥ 0), `coords` first.
     fn images(&self, coords: &Coords) -> Vec<Coords>;

@@ -241,6 +241,10 @@ impl<P: Parametrization> Parametrization for Warped<P> {
         }
     }
 
+    fn nested(&self) -> bool {
+        self.inner.nested()
+    }
+
     fn images(&self, coords: &Coords) -> Vec<Coords> {
         let mut images = self.inner.images(&self.plain(coords));
         for c in &mut images {
