@@ -50,3 +50,79 @@ impl Instrument for Ideal {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::brdf::{self, Channels};
+    use crate::geometry::Symmetry;
+    use crate::{parametrization, registry, schedule};
+
+    fn poses() -> Arc<Schedule> {
+        let hybrid = parametrization::find("hybrid").unwrap();
+        let sets = schedule::all();
+        let sobol = sets.iter().find(|e| e.kind == "sobol").unwrap();
+        let sobol = registry::read_text(sobol, "").unwrap();
+        // More poses than one parallel task holds.
+        let form = hybrid.form(Symmetry::FULL);
+        Arc::new(sobol.plan(&form, 2 * CHUNK + 7, 3).unwrap())
+    }
+
+    #[test]
+    fn the_ideal_reading_is_the_brdf_bit_for_bit() {
+        let poses = poses();
+        for channels in [Channels::Luminance, Channels::Rgb] {
+            let n = channels.count();
+            for entry in brdf::all() {
+                for text in entry.examples {
+                    let spec = registry::read_text(&entry, text).unwrap();
+                    let brdf = spec.build(channels).unwrap();
+                    let measurement = Ideal.measure(&*brdf, &poses);
+                    for (i, pose) in poses.poses.iter().enumerate() {
+                        let mut direct = [0.0; 3];
+                        let presence = brdf.eval(&pose.pair, &mut direct[..n]);
+                        match measurement.value(i) {
+                            Some(value) => {
+                                assert_eq!(presence, Presence::Present);
+                                assert_eq!(value, &direct[..n], "{} {text}", entry.kind);
+                            }
+                            None => assert_eq!(presence, Presence::Missing),
+                        }
+                    }
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn missing_data_is_reported_and_counted() {
+        /// Half a hemisphere without data.
+        struct Holed;
+        impl Brdf for Holed {
+            fn channels(&self) -> Channels {
+                Channels::Luminance
+            }
+            fn symmetry(&self) -> Symmetry {
+                Symmetry::FULL
+            }
+            fn conserves_energy(&self) -> bool {
+                true
+            }
+            fn eval(&self, pair: &DirectionPair, out: &mut [f64]) -> Presence {
+                out[0] = 0.25;
+                if pair.separation() < 1.0 {
+                    Presence::Missing
+                } else {
+                    Presence::Present
+                }
+            }
+        }
+        let poses = poses();
+        let measurement = Ideal.measure(&Holed, &poses);
+        let near = |p: &&schedule::Pose| p.pair.separation() < 1.0;
+        let missing = poses.poses.iter().filter(near).count();
+        assert!(missing > 100);
+        assert_eq!(measurement.no_data(), missing);
+        assert_eq!(measurement.readings(), poses.poses.len() - missing);
+    }
+}
