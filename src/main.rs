@@ -1,7 +1,7 @@
 //! The `gonio` program: parse, run, print the error chain, exit code.
 
 use clap::Parser;
-use gonio::cli::Cli;
+use gonio::cli::{Cli, say};
 use std::error::Error;
 use std::process::ExitCode;
 
@@ -9,10 +9,10 @@ fn main() -> ExitCode {
     match Cli::parse().run() {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
-            eprintln!("gonio: {error}");
+            say(&format!("gonio: {error}"));
             let mut cause = error.source();
             while let Some(error) = cause {
-                eprintln!("  because: {error}");
+                say(&format!("  because: {error}"));
                 cause = error.source();
             }
             ExitCode::from(error.exit_code())

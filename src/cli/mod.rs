@@ -129,6 +129,12 @@ fn print(text: &str) -> Result<(), Error> {
     )
 }
 
+/// Writes a line to stderr. Where nobody reads stderr any more there is nobody to tell, and no
+/// reason to end otherwise than without that line (`eprintln!` would panic).
+pub fn say(line: &str) {
+    let _ = writeln!(io::stderr().lock(), "{line}");
+}
+
 /// The outcome of writing results to `path`; a reader that has seen enough is no error.
 fn written(path: &Path, result: io::Result<()>) -> Result<(), Error> {
     match result {

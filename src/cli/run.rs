@@ -1,7 +1,7 @@
 //! `gonio run`.
 
 use super::progress::Progress;
-use super::{ConfigArgs, SeedArgs, ThreadArgs, print};
+use super::{ConfigArgs, SeedArgs, ThreadArgs, print, say};
 use crate::error::Error;
 use crate::experiment::{
     self, Failure, Input, Job, Material, Observer, Plan, Row, ScheduleKey, Stage,
@@ -84,7 +84,11 @@ impl Run {
             });
         }
         if !self.quiet {
-            eprintln!("\n{} rows are in {}", summary.rows, path.display());
+            say(&format!(
+                "\n{} rows are in {}",
+                summary.rows,
+                path.display()
+            ));
         }
         Ok(())
     }
@@ -156,7 +160,8 @@ impl Observer for Desk<'_> {
 
     fn failed(&mut self, failure: &Failure) {
         let Failure { job, reason, .. } = failure;
-        self.progress.aside(|| eprintln!("gonio: {job}: {reason}"));
+        self.progress
+            .aside(|| say(&format!("gonio: {job}: {reason}")));
     }
 
     fn advanced(&mut self, jobs: usize, budget: usize) {

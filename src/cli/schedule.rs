@@ -7,7 +7,6 @@ use crate::files::write_atomically;
 use crate::report::schedule_stem;
 use crate::schedule::{self, ScheduleFormat, write_schedule};
 use clap::{Args, ValueEnum};
-use std::collections::BTreeSet;
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 
@@ -198,9 +197,13 @@ fn names_folder(path: &Path) -> bool {
 }
 
 fn unknown(option: &str, name: &str, allowed: impl Iterator<Item = String>) -> Error {
-    let allowed: BTreeSet<_> = allowed.collect();
-    let allowed: Vec<_> = allowed.into_iter().collect();
-    let allowed = allowed.join(", ");
+    let mut names: Vec<String> = Vec::new();
+    for name in allowed {
+        if !names.contains(&name) {
+            names.push(name);
+        }
+    }
+    let allowed = names.join(", ");
     Error::config(
         option,
         format!("\"{name}\" is not in this config; allowed: {allowed}"),
@@ -209,13 +212,22 @@ fn unknown(option: &str, name: &str, allowed: impl Iterator<Item = String>) -> E
 
 /// What a choice among schedules is about.
 fn several(keys: &[ScheduleKey<'_>], plan: &Plan) -> String {
-    let mut options: Vec<(&str, BTreeSet<String>)> = vec![];
-    let mut add = |option, names: BTreeSet<String>| {
+    let mut options: Vec<(&str, Vec<String>)> = vec![];
+    let mut add = |option, names: Vec<String>| {
         if names.len() > 1 {
             options.push((option, names));
         }
     };
-    let names = |of: fn(&ScheduleKey<'_>) -> String| keys.iter().map(of).collect();
+    // Each once, in the order of the config.
+    let names = |of: fn(&ScheduleKey<'_>) -> String| {
+        let mut names: Vec<String> = Vec::new();
+        for name in keys.iter().map(of) {
+            if !names.contains(&name) {
+                names.push(name);
+            }
+        }
+        names
+    };
     add("--parametrization", names(|k| k.coordinates.name().into()));
     add("--warp", names(|k| k.coordinates.warp.clone()));
     add("--sample-set", names(|k| k.sample_set.name.clone()));
@@ -225,10 +237,9 @@ fn several(keys: &[ScheduleKey<'_>], plan: &Plan) -> String {
         let materials = plan.materials.iter().map(|m| m.name.clone());
         add("--material", materials.collect());
     }
-    let options = options.into_iter().map(|(option, names)| {
-        let names: Vec<_> = names.into_iter().collect();
-        format!("{option} ({})", names.join(", "))
-    });
+    let options = options
+        .into_iter()
+        .map(|(option, names)| format!("{option} ({})", names.join(", ")));
     let options: Vec<_> = options.collect();
     format!(
         "this config has {} schedules; choose one with {}",

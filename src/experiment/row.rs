@@ -65,34 +65,64 @@ pub struct Row {
 }
 
 impl Row {
-    /// The columns, in order.
-    pub const COLUMNS: [&str; 26] = [
-        "material",
-        "parametrization",
-        "warp",
-        "sample_set",
-        "reconstruction",
-        "budget",
-        "readings",
-        "seed",
-        "measure",
-        "nrmse",
-        "log_relative",
-        "log1p",
-        "cbrt",
-        "mean_relative",
-        "max_relative",
-        "albedo",
-        "poses",
-        "no_data",
-        "unphysical_share",
-        "pairs",
-        "pairs_missing",
-        "pairs_unreconstructed",
-        "plan_seconds",
-        "measure_seconds",
-        "reconstruct_seconds",
-        "evaluate_seconds",
+    /// The columns, in order, and what they mean.
+    pub const COLUMNS: [(&str, &str); 26] = [
+        ("material", "name of the material"),
+        (
+            "parametrization",
+            "coordinates the sample set is uniform in",
+        ),
+        ("warp", "their warps, `axis:warp` joined by `;`, or `none`"),
+        ("sample_set", "name of the sample set"),
+        ("reconstruction", "name of the reconstruction"),
+        ("budget", "distinct configurations that were allowed"),
+        ("readings", "poses that have a reading"),
+        ("seed", "seed of the sample set"),
+        ("measure", "distribution of the test pairs"),
+        (
+            "nrmse",
+            "RMS of (g − f) cos over RMS of f cos; f truth, g reconstruction, cos = cos theta_i",
+        ),
+        ("log_relative", "mean |ln((g + 1e-3)/(f + 1e-3))|"),
+        ("log1p", "mean |ln(1 + g cos) − ln(1 + f cos)|"),
+        ("cbrt", "RMS of (g cos)^(1/3) − (f cos)^(1/3)"),
+        ("mean_relative", "mean of |g − f| / max(f, 1e-3)"),
+        ("max_relative", "maximum of |g − f| / max(f, 1e-3)"),
+        (
+            "albedo",
+            "mean relative error of the directional albedo at eight theta_o from 0 to 80°; the same for every measure",
+        ),
+        ("poses", "configurations visited"),
+        ("no_data", "poses where the material has no data"),
+        (
+            "unphysical_share",
+            "share of the points of the box that are no physical configuration",
+        ),
+        ("pairs", "test pairs compared"),
+        (
+            "pairs_missing",
+            "test pairs left out because the truth has no data there",
+        ),
+        (
+            "pairs_unreconstructed",
+            "test pairs left out because the reconstruction has no value there",
+        ),
+        (
+            "plan_seconds",
+            "wall time to make the schedule; made once and shared by the rows that use it",
+        ),
+        (
+            "measure_seconds",
+            "wall time to measure; shared by the reconstructions of a measurement",
+        ),
+        (
+            "reconstruct_seconds",
+            "wall time to reconstruct; shared by the measures",
+        ),
+        (
+            "evaluate_seconds",
+            "wall time to evaluate at the pairs of this measure and compare, plus that of the albedo, which the measures share",
+        ),
     ];
 }
 
@@ -102,7 +132,8 @@ mod tests {
 
     #[test]
     fn columns_are_the_fields() {
-        let object = Row::COLUMNS.map(|name| match name {
+        let columns = Row::COLUMNS.map(|(name, _)| name);
+        let object = columns.map(|name| match name {
             "material" | "parametrization" | "warp" | "sample_set" | "reconstruction"
             | "measure" => format!("\"{name}\":\"\""),
             _ => format!("\"{name}\":1"),
@@ -111,6 +142,6 @@ mod tests {
         let row: Row = serde_json::from_str(&text).unwrap();
         let value = serde_json::to_value(&row).unwrap();
         let fields: Vec<_> = value.as_object().unwrap().keys().cloned().collect();
-        assert_eq!(fields, Row::COLUMNS);
+        assert_eq!(fields, columns);
     }
 }

@@ -22,7 +22,7 @@ pub(super) const ENTRY: Entry<dyn Reconstruct> = Entry {
     summary: "inverse-distance weights over the k nearest readings",
     examples: &[
         "neighbours = 12\npower = 2.0",
-        "coordinates = { kind = \"hybrid\" }",
+        "coordinates = { kind = \"half-difference\", warp = { theta_h = \"square-root\" } }",
     ],
     read: |table| Ok(Box::new(registry::parse::<InverseDistance>(table)?)),
 };

@@ -28,7 +28,7 @@ impl ResultFiles {
         let mut csv = csv::WriterBuilder::new()
             .has_headers(false)
             .from_writer(csv?);
-        csv.write_record(Row::COLUMNS)?;
+        csv.write_record(Row::COLUMNS.map(|(name, _)| name))?;
         Ok(Self {
             csv,
             json_lines: BufWriter::new(json_lines?),

@@ -77,7 +77,7 @@ impl Table {
             top += &format!("  {title:<w$}", w = count(&block) - 2);
             bottom += &block;
         }
-        top += "    time in ms";
+        top += "    time in ms, all of the line";
         bottom += &format!(
             "  {:>7} {:>7} {:>8} {:>8}",
             "plan", "measure", "reconst.", "evaluate"

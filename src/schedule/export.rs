@@ -150,9 +150,9 @@ fn columns(schedule: &Schedule) -> Vec<(String, String)> {
         columns.push((axis.column(), format!("coordinate in [{lo}, {hi}], {unit}")));
     }
     for (column, meaning) in ARMS.into_iter().zip([
-        "elevation of the light from the normal, degrees",
+        "angle of the light from the normal, degrees",
         "azimuth of the light, degrees",
-        "elevation of the sensor from the normal, degrees",
+        "angle of the sensor from the normal, degrees",
         "azimuth of the sensor, degrees",
     ]) {
         columns.push((column.to_owned(), meaning.to_owned()));
