@@ -261,8 +261,13 @@ fn nodes_on_poles_and_mirrors_count_once() {
                 ["node", "cell", "node", "cell"],
             ] {
                 for ratio in ["default", "odd", "fine azimuths"] {
-                    let mut body = list("centring", n, |d| format!("\"{}\"", pattern[d]));
                     let azimuth = |d: usize| p.axes()[d].kind != AxisKind::Radial;
+                    // Only radial axes can start with a whole cell.
+                    let centring = |d: usize| match pattern[d] {
+                        "start" if azimuth(d) => "cell",
+                        centring => centring,
+                    };
+                    let mut body = list("centring", n, |d| format!("\"{}\"", centring(d)));
                     match ratio {
                         "odd" => body += &list("ratio", n, |d| ["3", "2", "5", "4"][d].into()),
                         "fine azimuths" => {

@@ -106,14 +106,27 @@ impl SampleSet for Grid {
 
     fn check(&self, axes: &[Axis]) -> Result<(), ParameterError> {
         check_ratio(self.ratio.as_deref(), axes)?;
-        match &self.centring {
-            Some(list) if list.len() != axes.len() => Err(ParameterError::new(
+        let Some(list) = &self.centring else {
+            return Ok(());
+        };
+        let refuse = |allowed| {
+            Err(ParameterError::new(
                 "centring",
                 format!("{list:?}"),
-                format!("one entry per axis ({})", symbols(axes)),
-            )),
-            _ => Ok(()),
+                allowed,
+            ))
+        };
+        if list.len() != axes.len() {
+            return refuse(format!("one entry per axis ({})", symbols(axes)));
         }
+        // Half a cell short of one end only, an azimuth would not fold onto its own nodes.
+        let radial = |axis: &&Axis| axis.kind == AxisKind::Radial;
+        let mut entries = list.iter().zip(axes);
+        if entries.any(|(centring, axis)| *centring == Centring::Start && !radial(&axis)) {
+            let radial: Vec<_> = axes.iter().filter(radial).map(|a| a.symbol).collect();
+            return refuse(format!("start for {} only", radial.join(", ")));
+        }
+        Ok(())
     }
 
     fn plan(
