@@ -282,22 +282,21 @@ fn home<const D: usize>(
     index: &[i64; D],
 ) -> Option<[i64; D]> {
     let mut coords = [0.0; 4];
-    let mut past_end = [None; D];
+    // Stand-ins for coordinates past the end, and what they stand for: they fold in their place.
+    let mut past_end = [(f64::NAN, 0.0); D];
     for d in 0..D {
-        let lattice_axis = &lattice.axes[d];
         let axis = &parametrization.axes()[d];
-        coords[d] = lattice_axis.value(index[d] as f64);
+        coords[d] = lattice.axes[d].value(index[d] as f64);
         if axis.kind != AxisKind::Radial {
             continue;
         }
-        // At the pole itself azimuths are lost; right beside it they are not.
         let [_, max] = axis.range;
         let (size, sign) = (coords[d].abs(), 1f64.copysign(coords[d]));
         if size > max * (1.0 + ON_NODE) {
-            past_end[d] = Some(lattice_axis.index(size).round() as i64);
-            let last = lattice_axis.value((lattice_axis.n - 1) as f64);
-            coords[d] = sign * last.min(max);
+            past_end[d] = (max * STAND_IN[d], size);
+            coords[d] = sign * past_end[d].0;
         } else {
+            // At the pole itself azimuths are lost; right beside it they are not.
             coords[d] = sign * size.clamp(BESIDE_POLE * max, max);
         }
     }
@@ -306,7 +305,9 @@ fn home<const D: usize>(
     images.iter().find_map(|image| {
         let mut home = [0; D];
         for (d, (home, axis)) in home.iter_mut().zip(&lattice.axes).enumerate() {
-            let x = axis.index(image[d]);
+            let stands = |p: &&(f64, f64)| (image[d] - p.0).abs() < ON_NODE * axis.step;
+            let beyond = past_end.iter().find(stands);
+            let x = axis.index(beyond.map_or(image[d], |p| p.1));
             if (x - x.round()).abs() > ON_NODE {
                 return None;
             }
@@ -315,18 +316,17 @@ fn home<const D: usize>(
             if axis.periodic {
                 *home = home.rem_euclid(n);
             }
-            if let Some(beyond) = past_end[d] {
-                if *home != n - 1 {
-                    return None;
-                }
-                *home = beyond;
-            } else if !(0..n).contains(home) {
+            if beyond.is_none() && !(0..n).contains(home) {
                 return None;
             }
         }
         Some(home)
     })
 }
+
+/// Shares of a radial axis that stand for what lies past its end, by axis: between nodes, and not
+/// to be mistaken for each other.
+const STAND_IN: [f64; 4] = [0.986_127_183, 0.973_183_049, 0.961_549_327, 0.952_718_281];
 
 /// How far from a node, in steps, its coordinates may round.
 const ON_NODE: f64 = 1e-6;

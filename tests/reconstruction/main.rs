@@ -1,0 +1,243 @@
+//! Laws of reconstructions: what they reproduce, their symmetry, what they do at the edges.
+
+#[path = "../common/mod.rs"]
+mod common;
+
+mod edges;
+mod local_spline;
+mod reproduction;
+mod symmetric;
+
+use common::symmetries;
+use gonio::brdf::{Brdf, Channels, Presence};
+use gonio::geometry::{DirectionPair, Symmetry};
+use gonio::instrument::{Ideal, Instrument};
+use gonio::measurement::Measurement;
+use gonio::parametrization::{self, AxisKind, Parametrization, WarpName};
+use gonio::reconstruct::{self, Reconstruct};
+use gonio::registry;
+use gonio::schedule::{Grid, SampleSet, SobolSet};
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+/// A function as a BRDF.
+struct Material<F> {
+    symmetry: Symmetry,
+    channels: Channels,
+    /// R, G, B (luminance takes the first); `None` where there is no data.
+    f: F,
+}
+
+impl<F: Fn(&DirectionPair) -> Option<[f64; 3]> + Send + Sync> Brdf for Material<F> {
+    fn channels(&self) -> Channels {
+        self.channels
+    }
+    fn symmetry(&self) -> Symmetry {
+        self.symmetry
+    }
+    fn conserves_energy(&self) -> bool {
+        false
+    }
+    fn eval(&self, pair: &DirectionPair, out: &mut [f64]) -> Presence {
+        let Some(values) = (self.f)(pair) else {
+            // Whoever uses a value that is not there shall notice.
+            out.fill(f64::NAN);
+            return Presence::Missing;
+        };
+        out.copy_from_slice(&values[..self.channels.count()]);
+        if !pair.is_above_horizon() {
+            out.fill(0.0);
+        }
+        Presence::Present
+    }
+}
+
+/// A material in luminance that has data everywhere.
+fn material(symmetry: Symmetry, f: impl Fn(&DirectionPair) -> f64 + Send + Sync) -> impl Brdf {
+    Material {
+        symmetry,
+        channels: Channels::Luminance,
+        f: move |pair: &DirectionPair| Some([f(pair); 3]),
+    }
+}
+
+/// A polynomial of the directions, so smooth through every pole and fold of every chart, that has
+/// exactly the symmetries asked for. In [0.2, 2].
+fn smooth(symmetry: Symmetry, pair: &DirectionPair) -> f64 {
+    let (h, k) = (pair.half(), pair.back());
+    let turn = h.cross(k).z;
+    let mut f = 0.6 + 0.3 * h.z + 0.3 * k.z * k.z + 0.5 * turn * turn;
+    if !symmetry.reciprocal {
+        f += 0.1 * k.z;
+    }
+    if !symmetry.bilateral {
+        f += 0.2 * turn * k.z;
+    }
+    if !symmetry.reciprocal && !symmetry.bilateral {
+        f += 0.1 * turn;
+    }
+    if !symmetry.isotropic {
+        f += 0.2 * (h.x * h.x + k.y * k.y);
+        if !symmetry.bilateral {
+            f += 0.1 * h.x;
+        }
+    }
+    f
+}
+
+fn smooth_material(symmetry: Symmetry) -> impl Brdf {
+    material(symmetry, move |pair| smooth(symmetry, pair))
+}
+
+/// Every parametrization under the symmetries, plain and with a square root on the first axis.
+fn forms(symmetries: &[Symmetry]) -> Vec<Arc<dyn Parametrization>> {
+    let mut forms = Vec::new();
+    for entry in parametrization::all() {
+        for &symmetry in symmetries {
+            forms.push(entry.form(symmetry));
+            let first = entry.axes(symmetry)[0].symbol.to_owned();
+            let root = BTreeMap::from([(first, WarpName::SquareRoot)]);
+            forms.push(entry.warped(symmetry, &root).unwrap());
+        }
+    }
+    forms
+}
+
+fn form(name: &str, symmetry: Symmetry) -> Arc<dyn Parametrization> {
+    parametrization::find(name).unwrap().form(symmetry)
+}
+
+/// Every reconstruction, and with linear values too where it has a choice.
+fn methods() -> Vec<Box<dyn Reconstruct>> {
+    let mut methods = Vec::new();
+    for entry in reconstruct::all() {
+        methods.push(registry::read_text(&entry, "").unwrap());
+        methods.extend(registry::read_text(&entry, "values = \"linear\""));
+    }
+    assert_eq!(methods.len(), 9);
+    methods
+}
+
+fn method(kind: &str, text: &str) -> Box<dyn Reconstruct> {
+    let entries = reconstruct::all();
+    let entry = entries.iter().find(|e| e.kind == kind).unwrap();
+    registry::read_text(entry, text).unwrap()
+}
+
+/// A grid and a Sobol set.
+fn sets() -> [Box<dyn SampleSet>; 2] {
+    [Box::new(Grid::default()), Box::new(SobolSet {})]
+}
+
+fn measure(
+    brdf: &dyn Brdf,
+    form: &Arc<dyn Parametrization>,
+    set: &dyn SampleSet,
+    budget: usize,
+) -> Measurement {
+    Ideal.measure(brdf, &Arc::new(set.plan(form, budget, 1).unwrap()))
+}
+
+/// Calls `check` with every reconstruction of a material that can be made on every form and set.
+fn each(
+    forms: &[Arc<dyn Parametrization>],
+    brdf: impl Fn(Symmetry) -> Box<dyn Brdf>,
+    budget: usize,
+    mut check: impl FnMut(&str, &dyn Reconstruct, &Measurement, &dyn Brdf),
+) {
+    for form in forms {
+        for set in sets() {
+            let truth = brdf(form.symmetry());
+            let measurement = measure(&*truth, form, &*set, budget);
+            for method in methods() {
+                if method.needs_grid() && !set.is_grid() {
+                    continue;
+                }
+                let what = format!(
+                    "{} on {} in {} {} {:?}",
+                    method.label(),
+                    set.label(),
+                    form.name(),
+                    form.warp_name(),
+                    form.symmetry()
+                );
+                let brdf = method.reconstruct(&measurement).expect(&what);
+                check(&what, &*method, &measurement, &*brdf);
+            }
+        }
+    }
+}
+
+/// True if a pose lies on the node of the lattice, if there is one, where its configuration is
+/// looked up. Two kinds of grid poses do not. Spherical: exchanging light and sensor may lead off
+/// a lattice whose two halves have different steps. 4-D half/difference at theta_h = 0: nodes with
+/// the same phi_h + phi_d are one configuration, looked up at phi_h = 0.
+fn on_node(m: &Measurement, i: usize) -> bool {
+    let (Some(lattice), form) = (&m.schedule.lattice, &m.schedule.parametrization) else {
+        return true;
+    };
+    let coords = m.schedule.poses[i].coords;
+    let off = |d: usize| {
+        let x = lattice.axes[d].index(coords[d]);
+        (x - x.round()).abs() > 1e-6
+    };
+    let exchanged = form.name() == "spherical" && form.symmetry().reciprocal;
+    let at_pole = form.name() == "half-difference" && coords[0] == 0.0;
+    let isotropic = form.symmetry().isotropic;
+    !(exchanged || at_pole && !isotropic) || !(0..form.axes().len()).any(off)
+}
+
+/// The value of a reconstruction, which has one everywhere.
+fn value(brdf: &dyn Brdf, pair: &DirectionPair) -> f64 {
+    brdf.luminance(pair).expect("reconstructions have no holes")
+}
+
+/// The symmetries most materials have: three in 3-D, three in 4-D.
+fn some_symmetries() -> Vec<Symmetry> {
+    let isotropic = Symmetry {
+        isotropic: true,
+        ..Symmetry::NONE
+    };
+    let helmholtz = Symmetry {
+        reciprocal: true,
+        ..Symmetry::NONE
+    };
+    vec![
+        Symmetry::FULL,
+        isotropic,
+        Symmetry {
+            reciprocal: true,
+            ..isotropic
+        },
+        Symmetry::ORTHOTROPIC,
+        Symmetry::NONE,
+        helmholtz,
+    ]
+}
+
+/// Axes that start at a pole.
+fn radial(form: &dyn Parametrization) -> Vec<usize> {
+    let axes = form.axes().iter().enumerate();
+    let radial = axes.filter(|(_, a)| a.kind == AxisKind::Radial);
+    radial.map(|(d, _)| d).collect()
+}
+
+#[test]
+fn the_test_material_has_its_symmetries_and_no_others() {
+    let random = gonio::sampling::Random::new(1);
+    for symmetry in symmetries() {
+        let mut worst = [0.0f64; 3];
+        for i in 0..200 {
+            let pair = common::random_pair(&random, i);
+            let f = smooth(symmetry, &pair);
+            assert!((0.2..2.0).contains(&f), "{f}");
+            for (worst, image) in worst.iter_mut().zip(symmetric::moved(&pair, 0.8)) {
+                *worst = worst.max((f - smooth(symmetry, &image)).abs());
+            }
+        }
+        let declared = [symmetry.isotropic, symmetry.reciprocal, symmetry.bilateral];
+        for (worst, declared) in worst.into_iter().zip(declared) {
+            assert_eq!(worst < 1e-12, declared, "{symmetry:?} {worst}");
+        }
+    }
+}

@@ -1,0 +1,260 @@
+//! Reconstructions have the symmetries of the schedule, and run smoothly across folds and poles.
+
+use super::common::{random_pair, symmetries};
+use super::{Material, material, some_symmetries};
+use super::{each, form, forms, measure, method, radial, smooth, smooth_material, value};
+use gonio::brdf::Channels;
+use gonio::geometry::{Direction, DirectionPair, Symmetry};
+use gonio::parametrization::{AxisKind, Parametrization};
+use gonio::sampling::Random;
+use gonio::schedule::{Centring, Grid, SobolSet};
+
+/// The pair turned about the normal, with light and sensor exchanged, and mirrored.
+pub fn moved(pair: &DirectionPair, turn: f64) -> [DirectionPair; 3] {
+    let (i, o) = (pair.omega_i, pair.omega_o);
+    let turned = |d: Direction| Direction::from_spherical(d.theta(), d.phi() + turn);
+    let mirrored = |d: Direction| Direction::from_spherical(d.theta(), -d.phi());
+    [
+        DirectionPair::new(turned(i), turned(o)),
+        pair.swapped(),
+        DirectionPair::new(mirrored(i), mirrored(o)),
+    ]
+}
+
+#[test]
+fn pairs_that_a_symmetry_calls_equal_have_equal_values() {
+    let random = Random::new(2);
+    let truth = |s| Box::new(smooth_material(s)) as _;
+    each(&forms(&symmetries()), truth, 300, |what, _, _, brdf| {
+        let symmetry = brdf.symmetry();
+        for i in 0..40 {
+            let pair = random_pair(&random, i);
+            let f = value(brdf, &pair);
+            let declared = [symmetry.isotropic, symmetry.reciprocal, symmetry.bilateral];
+            let images = moved(&pair, 0.1 * i as f64);
+            for (image, _) in images.iter().zip(declared).filter(|(_, d)| *d) {
+                let g = value(brdf, image);
+                assert!(
+                    (f - g).abs() <= 1e-9 * f.max(1.0),
+                    "{what} {pair:?}: {f} {g}"
+                );
+            }
+            if symmetry.bilateral && !symmetry.isotropic {
+                // The other mirror plane: turned by π, then mirrored.
+                let image = moved(&moved(&pair, std::f64::consts::PI)[0], 0.0)[2];
+                let g = value(brdf, &image);
+                assert!(
+                    (f - g).abs() <= 1e-9 * f.max(1.0),
+                    "{what} {pair:?}: {f} {g}"
+                );
+            }
+        }
+    });
+}
+
+/// A random configuration, up to some share of every axis, one of whose coordinates is replaced; `None` if it is not physical.
+fn pair_at(
+    form: &dyn Parametrization,
+    share: f64,
+    u: [f64; 4],
+    at: usize,
+    coordinate: f64,
+) -> Option<DirectionPair> {
+    let mut c = [0.0; 4];
+    for (c, (axis, u)) in c.iter_mut().zip(form.axes().iter().zip(u)) {
+        *c = axis.range[0] + axis.length() * (0.1 + share * u);
+    }
+    c[at] = coordinate;
+    let pair = form.inverse(&form.canonical(&c)?)?;
+    pair.is_above_horizon().then_some(pair)
+}
+
+#[test]
+fn a_small_step_across_a_fold_or_a_pole_is_a_small_change() {
+    const STEP: f64 = 1e-7;
+    let random = Random::new(3);
+    let truth = |s| Box::new(smooth_material(s)) as _;
+    let forms = forms(&some_symmetries());
+    each(&forms, truth, 600, |what, method, measurement, brdf| {
+        // Nearest is a step function, and a neighbourhood that is cut off at k may lose one
+        // neighbour to another in any step.
+        if !method.needs_grid() {
+            return;
+        }
+        let form = &*measurement.schedule.parametrization;
+        let symmetry = form.symmetry();
+        let warped = form.warp_name() != "none";
+        if form.name() == "spherical" && symmetry.isotropic && symmetry.reciprocal && warped {
+            // Light and sensor have different steps, and an exchange leads from one lattice to the
+            // other: their interpolants agree no better than to their error.
+            return;
+        }
+        for (d, axis) in form.axes().iter().enumerate() {
+            let ends = match axis.kind {
+                AxisKind::Radial => vec![0.0],
+                _ => axis.range.to_vec(),
+            };
+            for (end, i) in ends.into_iter().flat_map(|e| (0..60).map(move |i| (e, i))) {
+                let u = random.point(i);
+                let step = STEP * axis.length();
+                let sides = [end - step, end + step].map(|c| pair_at(form, 0.9, u, d, c));
+                if let [Some(a), Some(b)] = sides {
+                    let (f, g) = (value(brdf, &a), value(brdf, &b));
+                    // Slopes are below 10 per axis length; Stark's lengths are roots; and of what
+                    // the spline's natural ends do, 0.27^8 = 3e-5 is left.
+                    let allowed = match (form.name(), method.label().starts_with("cubic")) {
+                        ("stark", _) => 2e-2,
+                        (_, true) => 5e-5,
+                        (_, false) => 1e-5,
+                    };
+                    assert!(
+                        (f - g).abs() < allowed,
+                        "{what} {} {end}: {f} {g}",
+                        axis.symbol
+                    );
+                }
+            }
+        }
+    });
+}
+
+/// Mean error near the first and second pole, and anywhere.
+fn errors(brdf: &dyn gonio::brdf::Brdf, form: &dyn Parametrization) -> [f64; 3] {
+    let random = Random::new(4);
+    let radial = radial(form);
+    let mut sums = [[0.0; 2]; 3];
+    for i in 0..2000 {
+        let u: [f64; 4] = random.point(i);
+        let v: [f64; 4] = random.point(i + 10_000);
+        for (j, sum) in sums.iter_mut().enumerate() {
+            // Stark's second coordinate is a square: 0.02 of it is 0.14 of the length.
+            let (d, share) = match j {
+                0 | 1 => (radial[j], 0.02 * v[0]),
+                _ => (radial[0], 0.2 + 0.5 * v[0]),
+            };
+            let coordinate = share * form.axes()[d].length();
+            let low = |p: &DirectionPair| p.omega_i.theta() < 1.2 && p.omega_o.theta() < 1.2;
+            if let Some(pair) = pair_at(form, 0.6, u, d, coordinate).filter(low) {
+                sum[0] += (value(brdf, &pair) - smooth(form.symmetry(), &pair)).abs();
+                sum[1] += 1.0;
+            }
+        }
+    }
+    sums.map(|[sum, n]| {
+        assert!(n > 100.0);
+        sum / n
+    })
+}
+
+#[test]
+fn poles_are_as_good_as_any_other_place() {
+    // A continuation through a pole to the wrong azimuth, or azimuths that lose their meaning at
+    // it, mix readings of different configurations: errors of the size of the function's
+    // asymmetry, 0.1, where they are 1e-2 to 1e-4 elsewhere.
+    for symmetry in some_symmetries() {
+        let budget = if symmetry.isotropic { 3000 } else { 20_000 };
+        for name in ["half-difference", "spherical", "hybrid", "orthographic"] {
+            let form = form(name, symmetry);
+            let truth = smooth_material(symmetry);
+            let grid = measure(&truth, &form, &Grid::default(), budget);
+            let sobol = measure(&truth, &form, &SobolSet {}, budget);
+            for (kind, m) in [
+                ("multilinear", &grid),
+                ("cubic", &grid),
+                ("inverse-distance", &sobol),
+                ("thin-plate", &sobol),
+            ] {
+                let brdf = method(kind, "values = \"linear\"").reconstruct(m).unwrap();
+                let [first, second, anywhere] = errors(&*brdf, &*form);
+                // Measured at most 2.8 times that, where a cell around a pole is short along the
+                // axis but spans half a turn.
+                assert!(
+                    first.max(second) < 4.0 * anywhere,
+                    "{kind} in {name} {symmetry:?}: {first:.1e} {second:.1e} {anywhere:.1e}"
+                );
+            }
+        }
+    }
+}
+
+/// A grid with nodes at the first pole.
+fn from_the_pole() -> Grid {
+    Grid {
+        ratio: None,
+        centring: Some(vec![Centring::Start, Centring::Cell, Centring::Cell]),
+    }
+}
+
+#[test]
+fn readings_at_the_first_pole_speak_for_every_azimuth() {
+    // A narrow lobe on a grid with nodes at theta_h = 0: right beside it, between the nodes of
+    // theta_d and phi_d, the peak is 1. A pole that stands at one azimuth only leaves the next row
+    // to the others: 0.3 there by inverse distance, 1.6 by the spline.
+    let narrow = material(Symmetry::FULL, |pair| {
+        let h = pair.half();
+        (-400.0 * h.truncate().length_squared() / h.length_squared()).exp()
+    });
+    let form = form("half-difference", Symmetry::FULL);
+    let measurement = measure(&narrow, &form, &from_the_pole(), 4000);
+    for (kind, allowed) in [("inverse-distance", 0.1), ("thin-plate", 0.02)] {
+        let brdf = method(kind, "").reconstruct(&measurement).unwrap();
+        for i in 0..=20 {
+            let phi_d = f64::from(i) / 20.0 * std::f64::consts::FRAC_PI_2;
+            let f = value(&*brdf, &form.inverse(&[1e-4, 0.6, phi_d, 0.0]).unwrap());
+            assert!((f - 1.0).abs() < allowed, "{kind} {phi_d}: {f}");
+        }
+    }
+}
+
+#[test]
+fn a_pole_without_data_is_one_place() {
+    // Its nodes continue the readings around it together: one value, whatever the azimuth.
+    let symmetry = Symmetry {
+        isotropic: true,
+        ..Symmetry::NONE
+    };
+    let material = Material {
+        symmetry,
+        channels: Channels::Luminance,
+        f: move |pair: &DirectionPair| {
+            let h = pair.half();
+            let off_peak = h.truncate().length() > 0.01 * h.length();
+            off_peak.then(|| [smooth(symmetry, pair); 3])
+        },
+    };
+    let form = form("half-difference", symmetry);
+    let m = measure(&material, &form, &from_the_pole(), 2000);
+    assert!(m.no_data() > 5);
+    for kind in ["nearest", "multilinear", "cubic"] {
+        let brdf = method(kind, "").reconstruct(&m).unwrap();
+        for theta_d in [0.2, 0.7, 1.1] {
+            let at = |phi_d| value(&*brdf, &form.inverse(&[1e-9, theta_d, phi_d, 0.0]).unwrap());
+            let first = at(-3.0);
+            for i in -2..=3 {
+                let error = (at(f64::from(i)) / first - 1.0).abs();
+                assert!(error < 1e-6, "{kind} {theta_d} {i}: {error:e}");
+            }
+        }
+    }
+}
+
+#[test]
+fn a_grid_with_its_own_ratio_and_centring_folds_onto_itself() {
+    // Light and sensor at different steps; nodes at both ends of the azimuth.
+    let form = form("spherical", Symmetry::FULL);
+    let truth = smooth_material(Symmetry::FULL);
+    for ratio in [[1.0, 1.0, 2.0], [2.0, 1.0, 2.0], [1.0, 3.0, 2.0]] {
+        for centring in [Centring::Cell, Centring::Node] {
+            let grid = Grid {
+                ratio: Some(ratio.to_vec()),
+                centring: Some(vec![Centring::Cell, Centring::Cell, centring]),
+            };
+            let measurement = measure(&truth, &form, &grid, 2000);
+            let brdf = method("cubic", "").reconstruct(&measurement).unwrap();
+            let [first, second, anywhere] = errors(&*brdf, &*form);
+            // Measured at most 1.0e-5; rounding an exchanged node to the nearest costs 1e-2.
+            let worst = first.max(second).max(anywhere);
+            assert!(worst < 3e-5, "{ratio:?} {centring:?}: {worst:e}");
+        }
+    }
+}
