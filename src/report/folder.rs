@@ -13,7 +13,7 @@
 //! rows that were finished.
 
 use super::manifest::Manifest;
-use super::results::{ResultFiles, part};
+use super::results::{ResultFiles, going_on, part};
 use crate::error::Error;
 use crate::experiment::{Plan, ScheduleKey};
 use crate::files::write_atomically;
@@ -62,7 +62,18 @@ impl RunFolder {
             let message = format!("cannot write to this folder: {e}; choose another with -o");
             Error::output(dir, message)
         };
+        if dir.exists() && !dir.is_dir() {
+            return Err(Error::output(
+                dir,
+                "this is no folder; choose another with -o",
+            ));
+        }
         fs::create_dir_all(dir).map_err(failed)?;
+        if going_on(dir) {
+            // Not even with `force`: its files would be given their names half-written.
+            let message = "a run is going on here; choose another folder with -o, or wait for it";
+            return Err(Error::output(dir, message));
+        }
         let taken = |dir: &Path| {
             let mut names = NAMES
                 .into_iter()

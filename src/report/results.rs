@@ -1,7 +1,7 @@
 //! `results.csv` and `results.jsonl`: the same rows, the same columns, written as they come.
 
 use crate::experiment::Row;
-use std::fs::File;
+use std::fs::{File, TryLockError};
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 
@@ -24,10 +24,13 @@ impl ResultFiles {
     /// Whatever the file system reports.
     pub fn create(dir: &Path) -> io::Result<Self> {
         let [csv, json_lines] = Self::NAMES.map(|name| File::create_new(part(dir, name)));
+        let csv = csv?;
+        // Tells [`going_on`]. Where the file system has no locks the run goes on without.
+        let _ = csv.try_lock();
         // The header is written here, so that a file without rows has one too.
         let mut csv = csv::WriterBuilder::new()
             .has_headers(false)
-            .from_writer(csv?);
+            .from_writer(csv);
         csv.write_record(Row::COLUMNS.map(|(name, _)| name))?;
         Ok(Self {
             csv,
@@ -68,6 +71,13 @@ impl ResultFiles {
         }
         Ok(())
     }
+}
+
+/// True if a run is writing into this folder at this moment.
+pub(super) fn going_on(dir: &Path) -> bool {
+    let file = File::open(part(dir, ResultFiles::NAMES[0]));
+    let lock = file.as_ref().map(File::try_lock);
+    matches!(lock, Ok(Err(TryLockError::WouldBlock)))
 }
 
 /// The name of something that is not finished.

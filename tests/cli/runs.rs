@@ -1,7 +1,8 @@
 //! Runs: what they leave, what they depend on, what they replace, how they end.
 
 use super::{Bench, SMALL, timeless};
-use gonio::experiment::Row;
+use gonio::experiment::{Config, Plan, Row, Source};
+use gonio::report::RunFolder;
 use std::fs;
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
@@ -172,6 +173,44 @@ fn a_job_that_fails_costs_only_its_rows() {
     assert_eq!(manifest["status"], "failed-jobs");
     assert_eq!(manifest["failures"].as_array().unwrap().len(), 4);
     assert_eq!(bench.rows("a").len(), 12 * 2);
+}
+
+#[cfg(unix)]
+#[test]
+fn nobody_needs_to_listen_on_stderr() {
+    let bench = Bench::new();
+    let args = ["run", "small.toml", "--set", "budgets=[60]", "-o"];
+    for (args, code) in [([&args[..], &["a"]].concat(), 0), (vec!["run", "none"], 2)] {
+        let mut command = bench.command(&args);
+        let mut child = command
+            .stdout(Stdio::null())
+            .stderr(Stdio::piped())
+            .spawn()
+            .unwrap();
+        drop(child.stderr.take());
+        assert_eq!(child.wait().unwrap().code(), Some(code), "{args:?}");
+    }
+}
+
+#[test]
+fn a_run_that_goes_on_is_not_replaced() {
+    let bench = Bench::new();
+    let mut source = Source::read(&bench.path("small.toml")).unwrap();
+    source.set("budgets=[60]", "--set".into()).unwrap();
+    let plan = Plan::new(Config::read(&source).unwrap()).unwrap();
+    let going_on = RunFolder::create(&bench.path("a"), false, &plan).unwrap();
+    let files = bench.files("a");
+    for force in [&[][..], &["--force"]] {
+        let args = [&["run", "small.toml", "-o", "a"], force].concat();
+        let message = bench.refused(&args, 2);
+        assert!(message.contains("a run is going on here"), "{message}");
+    }
+    assert_eq!(bench.files("a"), files);
+    // What a crash leaves is nobody's.
+    drop(going_on);
+    let message = bench.refused(&["run", "small.toml", "-o", "a"], 2);
+    assert!(message.contains("--force"), "{message}");
+    bench.good(&["run", "small.toml", "-q", "-o", "a", "--force"]);
 }
 
 #[cfg(unix)]
