@@ -133,7 +133,7 @@ pub struct Summary {
 
 /// Is told what happens during a run, and may stop it.
 pub trait Observer {
-    /// True if the run shall stop; asked before every stage.
+    /// True if the run shall stop; asked before every stage, and several times during long ones.
     fn cancelled(&self) -> bool {
         false
     }

@@ -22,6 +22,10 @@ use std::time::Instant;
 /// ones are planned again.
 const CACHED_POSES: usize = 4_000_000;
 
+/// Pairs at which a reconstruction is evaluated between two looks at whether the run shall stop:
+/// a fraction of a second of the slowest one. (A multiple of what a thread takes at a time.)
+const SLAB: usize = 1 << 14;
+
 /// Runs a plan.
 ///
 /// # Errors
@@ -214,16 +218,20 @@ impl<'a> Runner<'a> {
                     self.begin(Stage::Evaluate, &job)?;
                     self.observer.reconstructed(&job, &*truth.brdf, &*brdf)?;
                     let (albedo, albedo_seconds) = timed(|| {
-                        self.probe
-                            .error(&truth.albedo, &self.probe.evaluate(&*brdf))
+                        let values = self.evaluate(&*brdf, self.probe.pairs())?;
+                        Ok::<_, Stop>(self.probe.error(&truth.albedo, &values))
                     });
                     self.summary.seconds.evaluate += albedo_seconds;
+                    let albedo = albedo?;
                     for (m, measure) in self.plan.measures.iter().enumerate() {
                         let (errors, seconds) = timed(|| {
-                            let values = metrics::evaluate(&*brdf, &self.pairs[m]);
-                            metrics::compare(&self.pairs[m], &truth.values[m], &values)
+                            let values = self.evaluate(&*brdf, &self.pairs[m])?;
+                            let errors =
+                                metrics::compare(&self.pairs[m], &truth.values[m], &values);
+                            Ok::<_, Stop>(errors)
                         });
                         self.summary.seconds.evaluate += seconds;
+                        let errors = errors?;
                         let row = Row {
                             material: truth.material.name.clone(),
                             parametrization: key.coordinates.name().into(),
@@ -292,6 +300,19 @@ impl<'a> Runner<'a> {
                 .insert(cache_key, (Arc::clone(&schedule), seconds));
         }
         Ok(Ok((schedule, seconds)))
+    }
+
+    /// [`metrics::evaluate`], or stops on the way: large sets of pairs take a slow reconstruction
+    /// minutes.
+    fn evaluate(&self, brdf: &dyn Brdf, pairs: &[DirectionPair]) -> Result<Values, Stop> {
+        let mut values = Values::default();
+        for slab in pairs.chunks(SLAB) {
+            if self.observer.cancelled() {
+                return Err(Stop::Cancelled);
+            }
+            values.append(metrics::evaluate(brdf, slab));
+        }
+        Ok(values)
     }
 
     /// Announces a stage, or stops before it.

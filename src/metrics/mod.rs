@@ -34,7 +34,7 @@ use rayon::prelude::*;
 const CHUNK: usize = 1024;
 
 /// Luminance of a BRDF at a list of pairs, or nothing where it has no data.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Values {
     /// One a pair (sr⁻¹); 0 and meaningless where missing.
     pub luminance: Vec<f64>,
@@ -51,6 +51,17 @@ impl Values {
         let value = self.luminance[index];
         let present = !self.missing.get(index).copied().unwrap_or(false);
         (present && value >= 0.0 && value.is_finite()).then_some(value)
+    }
+
+    /// Appends the values at further pairs.
+    pub fn append(&mut self, further: Values) {
+        let (before, after) = (self.luminance.len(), further.luminance.len());
+        if !(self.missing.is_empty() && further.missing.is_empty()) {
+            self.missing.resize(before, false);
+            self.missing.extend(further.missing);
+            self.missing.resize(before + after, false);
+        }
+        self.luminance.extend(further.luminance);
     }
 }
 
@@ -147,6 +158,18 @@ mod tests {
             &pairs(100),
         );
         assert!(whole.missing.is_empty());
+    }
+
+    #[test]
+    fn slabs_make_up_the_whole() {
+        // Some slabs have holes, some do not.
+        let pairs = pairs(50);
+        let slabs: Vec<_> = pairs.chunks(3).map(|p| evaluate(&Patchy, p)).collect();
+        let whole = |slab: &Values| slab.missing.is_empty();
+        assert!(slabs.iter().any(whole) && !slabs.iter().all(whole));
+        let mut values = Values::default();
+        slabs.into_iter().for_each(|slab| values.append(slab));
+        assert!(values == evaluate(&Patchy, &pairs));
     }
 
     #[test]
