@@ -2,7 +2,7 @@
 //! allowed; the resolved config means the same as the one it was made from.
 
 use gonio::Error;
-use gonio::experiment::{Config, Plan, Source};
+use gonio::experiment::{self, Config, Job, Observer, Plan, Row, Source, Stage};
 
 /// A config in which every part is written out; tests change one thing at a time.
 const GOOD: &str = r#"question = "?"
@@ -69,6 +69,21 @@ fn a_mistake_in_the_file_is_reported_with_its_line() {
             "c.toml:2: seeds = []: allowed is at least one",
         ),
         (
+            "kind = \"cubic\"",
+            "kind = \"thin-plate\"\nstretch = 1e-9",
+            "c.toml:26: stretch = 0.000000001: allowed is a number in [0.001, 1000]",
+        ),
+        (
+            "kind = \"cubic\"",
+            "kind = \"cubic\"\nstretch = 1",
+            "c.toml:26: unknown key reconstruction[0].stretch; allowed: kind, name, values, epsilon",
+        ),
+        (
+            "seeds = [1]",
+            "seeds = [1]\nseeds = [2]",
+            "c.toml:3: key seeds is there twice; allowed: once",
+        ),
+        (
             "seeds = [1]",
             "seeds = [3, 3]",
             "c.toml:2: seeds[1] = 3 is there twice",
@@ -106,7 +121,7 @@ fn a_mistake_in_the_file_is_reported_with_its_line() {
         (
             "[\"cosine\"]",
             "[\"sine\"]",
-            "c.toml:7: measures[0] = \"sine\"; allowed: cosine",
+            "c.toml:7: measures[0] = \"sine\"; allowed: cosine, lobe",
         ),
         (
             "[\"cosine\"]",
@@ -444,4 +459,35 @@ fn pictures_need_a_build_that_has_them() {
         assert!(message.contains("output.slices = true: allowed is false in this build"));
         assert_eq!(code, 2);
     }
+}
+
+/// Asks to stop as soon as something is compared.
+#[derive(Default)]
+struct Impatient {
+    comparing: bool,
+    rows: usize,
+}
+
+impl Observer for Impatient {
+    fn cancelled(&self) -> bool {
+        self.comparing
+    }
+
+    fn stage(&mut self, stage: Stage, _job: &Job<'_>) {
+        self.comparing = stage == Stage::Evaluate;
+    }
+
+    fn rows(&mut self, rows: Vec<Row>) -> Result<(), Error> {
+        self.rows += rows.len();
+        Ok(())
+    }
+}
+
+#[test]
+fn a_run_stops_within_its_last_stage_too() {
+    let plan = plan("[[material]]\nkind = \"lambert\"", &["budgets=[50]"]).unwrap();
+    let mut observer = Impatient::default();
+    let summary = experiment::run(&plan, &mut observer).unwrap();
+    assert!(summary.interrupted);
+    assert_eq!((summary.rows, observer.rows), (0, 0));
 }

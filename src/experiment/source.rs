@@ -178,7 +178,16 @@ impl Source {
                 let value = self.text.get(span.clone()).unwrap_or_default();
                 Error::config(self.place(&path), name_key(&path, value, &message))
             }
-            None => Error::config(self.line(&self.text, span.start), message),
+            None => {
+                // The only mistake of syntax whose message says nothing of what was found.
+                let message = match (message.as_str(), self.text.get(span.clone())) {
+                    ("duplicate key", Some(key)) => {
+                        format!("key {} is there twice; allowed: once", key.trim())
+                    }
+                    _ => message,
+                };
+                Error::config(self.line(&self.text, span.start), message)
+            }
         }
     }
 

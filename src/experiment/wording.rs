@@ -17,6 +17,8 @@ pub(super) fn name_key(path: &KeyPath, found: &str, message: &str) -> String {
             .split_once("`, expected ")
             .map_or("", |(_, list)| list);
         let list = list.trim_start_matches("one of ").replace('`', "");
+        // Two names are joined so, more by commas.
+        let list = list.replace(" or ", ", ");
         let list = list.split(", ").filter(|name| !name.is_empty());
         let all: Vec<_> = extra.iter().copied().chain(list).collect();
         if all.is_empty() {
@@ -68,6 +70,7 @@ fn in_words(expected: &str) -> &str {
         "a boolean" => "true or false",
         "a sequence" => "a list [ … ]",
         "a map" => "a table",
+        "path string" => "a string",
         other => other,
     }
 }

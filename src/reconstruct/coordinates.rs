@@ -1,7 +1,7 @@
 //! The coordinates in which scattered readings are interpolated.
 
 use super::ReconstructError;
-use crate::error::{ParameterError, in_left_open};
+use crate::error::{ParameterError, in_closed};
 use crate::geometry::Symmetry;
 use crate::parametrization::{self, Parametrization, WarpName};
 use serde::{Deserialize, Serialize};
@@ -58,7 +58,8 @@ pub(super) struct ReconstructionCoordinates<'a> {
 impl ReconstructionCoordinates<'_> {
     /// Checks what can be checked without a schedule.
     pub fn check(&self) -> Result<(), ParameterError> {
-        in_left_open("stretch", self.stretch, 0.0, 1e3)?;
+        // Smaller or larger, neighbours collapse into clusters or sheets thinner than rounding.
+        in_closed("stretch", self.stretch, 1e-3, 1e3)?;
         if let Some(coordinates) = self.coordinates {
             coordinates.form(Symmetry::FULL)?;
         }
