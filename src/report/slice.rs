@@ -172,4 +172,43 @@ mod tests {
         assert_eq!(at("truth.A", 0, 0), 0.0);
         assert_eq!(image.layer_data.channel_data.list.len(), 6);
     }
+
+    #[test]
+    fn the_mirror_direction_lies_left_of_the_centre_and_up_is_up() {
+        let plane = |eval: fn(&DirectionPair) -> f64| Plane::of(&Probe(eval)).pixels;
+        let at = |plane: &[Pixel], x: usize, y: usize| plane[y * RESOLUTION + x].values[0];
+        let middle = RESOLUTION / 2;
+        // Its half vector is the normal: no other pixel is closer to it.
+        let h = plane(|pair| pair.half().normalize().z);
+        let peak = (0..h.len()).max_by(|&a, &b| h[a].values[0].total_cmp(&h[b].values[0]));
+        let (x, y) = peak.map(|i| (i % RESOLUTION, i / RESOLUTION)).unwrap();
+        let mirror = 0.5 * (1.0 - THETA_O_DEG.to_radians().sin()) * RESOLUTION as f64;
+        assert!((x as f64 + 0.5 - mirror).abs() <= 1.0, "{x}");
+        assert!(y.abs_diff(middle) <= 1, "{y}");
+        // x to the right and y up.
+        let [right, up] = [
+            plane(|pair| 1.0 + pair.omega_i.vector().x),
+            plane(|pair| 1.0 + pair.omega_i.vector().y),
+        ];
+        assert!(at(&right, RESOLUTION - 2, middle) > 1.9 && at(&right, 1, middle) < 0.1);
+        assert!(at(&up, middle, 1) > 1.9 && at(&up, middle, RESOLUTION - 2) < 0.1);
+    }
+
+    struct Probe(fn(&DirectionPair) -> f64);
+
+    impl Brdf for Probe {
+        fn channels(&self) -> Channels {
+            Channels::Luminance
+        }
+        fn symmetry(&self) -> crate::geometry::Symmetry {
+            crate::geometry::Symmetry::NONE
+        }
+        fn conserves_energy(&self) -> bool {
+            false
+        }
+        fn eval(&self, pair: &DirectionPair, out: &mut [f64]) -> Presence {
+            out[0] = (self.0)(pair);
+            Presence::Present
+        }
+    }
 }
