@@ -145,7 +145,10 @@ fn an_error_of_the_input_is_passed_on() {
         }
     }
     let error = Merl::read(Broken, Channels::Rgb).unwrap_err();
-    assert_eq!(error.to_string(), "cable");
+    assert_eq!(
+        error.to_string(),
+        "cannot read or write this MERL table: cable"
+    );
 }
 
 /// A small valid file.

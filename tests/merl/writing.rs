@@ -243,7 +243,10 @@ fn a_file_is_whole_or_not_there() {
         }
     }
     let error = write_merl(&grey, MerlGrid::Reciprocal, &mut Full).unwrap_err();
-    assert_eq!(error.to_string(), "disk full");
+    assert_eq!(
+        error.to_string(),
+        "cannot read or write this MERL table: disk full"
+    );
 }
 
 #[test]

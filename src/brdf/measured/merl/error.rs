@@ -7,7 +7,7 @@ use super::MerlGrid;
 #[non_exhaustive]
 pub enum MerlError {
     /// The system refused.
-    #[error(transparent)]
+    #[error("cannot read or write this MERL table: {0}")]
     Io(#[from] std::io::Error),
     /// A folder, a pipe, a device.
     #[error("not a regular file")]
