@@ -98,7 +98,7 @@ fn several_schedules_need_a_choice_or_a_folder() {
     assert_eq!(bench.files("all").len(), 16);
     let sentence = bench.refused(&["schedule", "small.toml", "--budget", "7"], 2);
     assert!(
-        sentence.contains("\"7\" is not in this config; allowed: 150, 60"),
+        sentence.contains("\"7\" is not in this config; allowed: 60, 150"),
         "{sentence}"
     );
     let one = ["schedule", "all.toml", "-o", "one.txt"];
