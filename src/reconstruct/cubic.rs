@@ -7,24 +7,12 @@
 //! ends naturally (zero second derivative), [`REACH`] nodes away, where it no longer matters: each
 //! node damps the influence of what lies beyond by 2 − √3 = 0.27.
 
+use super::ReconstructError;
 use super::grid::{Continuation, GridBrdf, Padded, Rule};
-use super::transform::{EPSILON, Transform, Values};
-use super::{Reconstruct, ReconstructError};
+use super::lattice_method::{LatticeMethod, LatticeRule};
+use super::transform::Transform;
 use crate::brdf::Brdf;
-use crate::error::ParameterError;
 use crate::measurement::Measurement;
-use crate::registry::{self, Entry};
-use serde::{Deserialize, Serialize};
-
-const KIND: &str = "cubic";
-
-/// The registry entry.
-pub(super) const ENTRY: Entry<dyn Reconstruct> = Entry {
-    kind: KIND,
-    summary: "interpolating cubic spline on the grid, in its own coordinates",
-    examples: &["values = \"log\"\nepsilon = 1e-3", "values = \"linear\""],
-    read: |table| Ok(Box::new(registry::parse::<Cubic>(table)?)),
-};
 
 /// Nodes the lattice is continued past each end: 0.27^8 = 3e-5 of an end effect is left.
 const REACH: usize = 8;
@@ -32,64 +20,36 @@ const REACH: usize = 8;
 /// Nodes past each end that evaluation needs.
 const SUPPORT: usize = 2;
 
-/// What a config says.
-#[derive(Clone, Debug, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct Cubic {
-    /// What is interpolated.
-    pub values: Values,
-    /// Offset of the logarithm, sr⁻¹.
-    pub epsilon: f64,
-}
+/// The reconstruction.
+pub type Cubic = LatticeMethod<CubicRule>;
 
-impl Default for Cubic {
-    fn default() -> Self {
-        Self {
-            values: Values::Log,
-            epsilon: EPSILON,
-        }
+/// Its rule.
+#[derive(Clone, Copy, Debug)]
+pub struct CubicRule;
+
+impl LatticeRule for CubicRule {
+    const KIND: &'static str = "cubic";
+    const SUMMARY: &'static str = "interpolating cubic spline on the grid, in its own coordinates";
+
+    fn build<const D: usize>(
+        measurement: &Measurement,
+        transform: Transform,
+    ) -> Result<Box<dyn Brdf>, ReconstructError> {
+        let nodes = Padded::<D>::new(
+            Self::KIND,
+            measurement,
+            transform,
+            REACH,
+            Continuation::Straight,
+        )?;
+        let rule = Spline::new(nodes);
+        Ok(Box::new(GridBrdf::new(
+            rule,
+            &measurement.schedule,
+            transform,
+            measurement.channels,
+        )))
     }
-}
-
-impl Reconstruct for Cubic {
-    fn resolved(&self) -> toml::Table {
-        registry::resolved(KIND, self)
-    }
-
-    fn label(&self) -> String {
-        super::label(KIND, self.values, None)
-    }
-
-    fn needs_grid(&self) -> bool {
-        true
-    }
-
-    fn check(&self) -> Result<(), ParameterError> {
-        self.values.check(self.epsilon)
-    }
-
-    fn reconstruct(&self, measurement: &Measurement) -> Result<Box<dyn Brdf>, ReconstructError> {
-        self.check()?;
-        let transform = self.values.with(self.epsilon);
-        match measurement.schedule.parametrization.axes().len() {
-            3 => build::<3>(measurement, transform),
-            _ => build::<4>(measurement, transform),
-        }
-    }
-}
-
-fn build<const D: usize>(
-    measurement: &Measurement,
-    transform: Transform,
-) -> Result<Box<dyn Brdf>, ReconstructError> {
-    let nodes = Padded::<D>::new(KIND, measurement, transform, REACH, Continuation::Straight)?;
-    let rule = Spline::new(nodes);
-    Ok(Box::new(GridBrdf::new(
-        rule,
-        &measurement.schedule,
-        transform,
-        measurement.channels,
-    )))
 }
 
 /// The rule: B-spline coefficients.

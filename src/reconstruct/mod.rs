@@ -4,6 +4,7 @@ mod coordinates;
 mod cubic;
 mod grid;
 mod inverse_distance;
+mod lattice_method;
 mod multilinear;
 mod nearest;
 mod scattered;
@@ -11,12 +12,13 @@ mod thin_plate;
 mod transform;
 
 pub use coordinates::Coordinates;
-pub use cubic::Cubic;
+pub use cubic::{Cubic, CubicRule};
 pub use inverse_distance::InverseDistance;
-pub use multilinear::Multilinear;
+pub use lattice_method::{LatticeMethod, LatticeRule};
+pub use multilinear::{Multilinear, MultilinearRule};
 pub use nearest::NearestReading;
 pub use thin_plate::ThinPlate;
-pub use transform::Values;
+pub use transform::{Transform, Values};
 
 use coordinates::ReconstructionCoordinates;
 
@@ -83,8 +85,8 @@ pub enum ReconstructError {
 pub fn all() -> Vec<Entry<dyn Reconstruct>> {
     vec![
         nearest::ENTRY,
-        multilinear::ENTRY,
-        cubic::ENTRY,
+        Multilinear::ENTRY,
+        Cubic::ENTRY,
         inverse_distance::ENTRY,
         thin_plate::ENTRY,
     ]

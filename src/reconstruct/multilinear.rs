@@ -3,83 +3,43 @@
 //! Between the 2^d nodes around a point; second order in the spacing. Cells that straddle the
 //! horizon: see [`super::grid`].
 
+use super::ReconstructError;
 use super::grid::{Continuation, GridBrdf, Padded, Rule};
-use super::transform::{EPSILON, Transform, Values};
-use super::{Reconstruct, ReconstructError};
+use super::lattice_method::{LatticeMethod, LatticeRule};
+use super::transform::Transform;
 use crate::brdf::Brdf;
-use crate::error::ParameterError;
 use crate::measurement::Measurement;
-use crate::registry::{self, Entry};
-use serde::{Deserialize, Serialize};
 
-const KIND: &str = "multilinear";
+/// The reconstruction.
+pub type Multilinear = LatticeMethod<MultilinearRule>;
 
-/// The registry entry.
-pub(super) const ENTRY: Entry<dyn Reconstruct> = Entry {
-    kind: KIND,
-    summary: "multilinear on the grid, in its own coordinates",
-    examples: &["values = \"log\"\nepsilon = 1e-3", "values = \"linear\""],
-    read: |table| Ok(Box::new(registry::parse::<Multilinear>(table)?)),
-};
+/// Its rule.
+#[derive(Clone, Copy, Debug)]
+pub struct MultilinearRule;
 
-/// What a config says.
-#[derive(Clone, Debug, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct Multilinear {
-    /// What is interpolated.
-    pub values: Values,
-    /// Offset of the logarithm, sr⁻¹.
-    pub epsilon: f64,
-}
+impl LatticeRule for MultilinearRule {
+    const KIND: &'static str = "multilinear";
+    const SUMMARY: &'static str = "multilinear on the grid, in its own coordinates";
 
-impl Default for Multilinear {
-    fn default() -> Self {
-        Self {
-            values: Values::Log,
-            epsilon: EPSILON,
-        }
+    fn build<const D: usize>(
+        measurement: &Measurement,
+        transform: Transform,
+    ) -> Result<Box<dyn Brdf>, ReconstructError> {
+        let nodes = Padded::<D>::new(
+            Self::KIND,
+            measurement,
+            transform,
+            2,
+            Continuation::Straight,
+        )?;
+        let rule = Linear::new(nodes.cropped(1));
+        Ok(Box::new(GridBrdf::new(
+            rule,
+            &measurement.schedule,
+            transform,
+            measurement.channels,
+        )))
     }
-}
-
-impl Reconstruct for Multilinear {
-    fn resolved(&self) -> toml::Table {
-        registry::resolved(KIND, self)
-    }
-
-    fn label(&self) -> String {
-        super::label(KIND, self.values, None)
-    }
-
-    fn needs_grid(&self) -> bool {
-        true
-    }
-
-    fn check(&self) -> Result<(), ParameterError> {
-        self.values.check(self.epsilon)
-    }
-
-    fn reconstruct(&self, measurement: &Measurement) -> Result<Box<dyn Brdf>, ReconstructError> {
-        self.check()?;
-        let transform = self.values.with(self.epsilon);
-        match measurement.schedule.parametrization.axes().len() {
-            3 => build::<3>(measurement, transform),
-            _ => build::<4>(measurement, transform),
-        }
-    }
-}
-
-fn build<const D: usize>(
-    measurement: &Measurement,
-    transform: Transform,
-) -> Result<Box<dyn Brdf>, ReconstructError> {
-    let nodes = Padded::<D>::new(KIND, measurement, transform, 2, Continuation::Straight)?;
-    let rule = Linear::new(nodes.cropped(1));
-    Ok(Box::new(GridBrdf::new(
-        rule,
-        &measurement.schedule,
-        transform,
-        measurement.channels,
-    )))
 }
 
 /// The rule: one node past each end is enough.

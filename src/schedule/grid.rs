@@ -316,9 +316,8 @@ fn largest(
 }
 
 /// Where nodes sit if the config does not say. Where a warp crowds them towards the peak, one sits
-/// on it: that halves the error. Where they are equally spaced a node on the peak would stand for
-/// its whole coarse cell, and a lone spike is worse interpolated than missed: cell-centred nodes
-/// halve the error there.
+/// on it. Where they are equally spaced a node on the peak would stand for its whole coarse cell,
+/// and a lone spike is worse interpolated than missed.
 fn default_centring(axis: &Axis) -> Centring {
     match axis.warp {
         Some(WarpName::SquareRoot | WarpName::Merl) if axis.peak_at_start => Centring::Start,

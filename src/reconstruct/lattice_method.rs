@@ -1,0 +1,88 @@
+//! What a config says about an interpolation on the grid in its own coordinates: the same keys for
+//! every rule.
+
+use super::transform::{EPSILON, Transform, Values};
+use super::{Reconstruct, ReconstructError};
+use crate::brdf::Brdf;
+use crate::error::ParameterError;
+use crate::measurement::Measurement;
+use crate::registry::{self, Entry};
+use serde::{Deserialize, Serialize};
+use std::fmt::Debug;
+use std::marker::PhantomData;
+
+/// A rule on a lattice, as a kind of reconstruction.
+pub trait LatticeRule: Debug + Clone + Send + Sync + 'static {
+    /// The `kind` a config writes.
+    const KIND: &'static str;
+    /// One line for lists.
+    const SUMMARY: &'static str;
+
+    /// The BRDF this rule makes of a grid measurement with `D` axes.
+    ///
+    /// # Errors
+    /// If the readings lie on no grid, or there is none.
+    fn build<const D: usize>(
+        measurement: &Measurement,
+        transform: Transform,
+    ) -> Result<Box<dyn Brdf>, ReconstructError>;
+}
+
+/// What a config says.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default, bound = "")]
+pub struct LatticeMethod<R> {
+    /// What is interpolated.
+    pub values: Values,
+    /// Offset of the logarithm, sr⁻¹.
+    pub epsilon: f64,
+    #[serde(skip)]
+    rule: PhantomData<fn() -> R>,
+}
+
+impl<R> Default for LatticeMethod<R> {
+    fn default() -> Self {
+        Self {
+            values: Values::Log,
+            epsilon: EPSILON,
+            rule: PhantomData,
+        }
+    }
+}
+
+impl<R: LatticeRule> LatticeMethod<R> {
+    /// The registry entry.
+    pub(super) const ENTRY: Entry<dyn Reconstruct> = Entry {
+        kind: R::KIND,
+        summary: R::SUMMARY,
+        examples: &["values = \"log\"\nepsilon = 1e-3", "values = \"linear\""],
+        read: |table| Ok(Box::new(registry::parse::<Self>(table)?)),
+    };
+}
+
+impl<R: LatticeRule> Reconstruct for LatticeMethod<R> {
+    fn resolved(&self) -> toml::Table {
+        registry::resolved(R::KIND, self)
+    }
+
+    fn label(&self) -> String {
+        super::label(R::KIND, self.values, None)
+    }
+
+    fn needs_grid(&self) -> bool {
+        true
+    }
+
+    fn check(&self) -> Result<(), ParameterError> {
+        self.values.check(self.epsilon)
+    }
+
+    fn reconstruct(&self, measurement: &Measurement) -> Result<Box<dyn Brdf>, ReconstructError> {
+        self.check()?;
+        let transform = self.values.with(self.epsilon);
+        match measurement.schedule.parametrization.axes().len() {
+            3 => R::build::<3>(measurement, transform),
+            _ => R::build::<4>(measurement, transform),
+        }
+    }
+}
