@@ -5,7 +5,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// Modules from the bottom of the house to its roof; each uses only earlier ones.
-const ORDER: [&str; 16] = [
+const ORDER: [&str; 18] = [
     "numeric",
     "error",
     "files",
@@ -14,11 +14,13 @@ const ORDER: [&str; 16] = [
     "sampling",
     "parametrization",
     "brdf",
+    "lighting",
     "schedule",
     "measurement",
     "instrument",
     "reconstruct",
     "metrics",
+    "moments",
     "experiment",
     "report",
     "cli",

@@ -13,6 +13,7 @@ mod hybrid;
 mod orthographic;
 mod spherical;
 mod stark;
+mod view_centered;
 mod warped;
 
 pub use chart::Chart;
@@ -22,6 +23,7 @@ pub use hybrid::Hybrid;
 pub use orthographic::Orthographic;
 pub use spherical::Spherical;
 pub use stark::Stark;
+pub use view_centered::{VIEW_CENTERED_AREA, view_centered, view_centered_angles};
 pub use warped::{Warp, WarpName, Warped};
 
 use crate::geometry::{DirectionPair, Symmetry};

@@ -3,6 +3,7 @@
 
 mod folder;
 mod manifest;
+mod plot;
 mod ranking;
 mod results;
 #[cfg(feature = "exr")]
@@ -11,6 +12,7 @@ mod table;
 
 pub use folder::{RunFolder, schedule_stem};
 pub use manifest::{Manifest, Status};
+pub use plot::{Axis, Mark, Panel, Scale, Series};
 pub use ranking::ranking;
 pub use results::ResultFiles;
 #[cfg(feature = "exr")]

@@ -12,5 +12,5 @@ pub(crate) mod testing;
 pub use hemisphere::{
     cosine_hemisphere, cosine_hemisphere_pdf, ggx_half_vector, ggx_half_vector_pdf,
 };
-pub use points::{Random, Sobol};
+pub use points::{Random, RandomStream, Sobol};
 pub use quadrature::gauss_legendre;

@@ -23,12 +23,30 @@ impl Random {
 
     /// Point `index` in `[0, 1)^D`.
     pub fn point<const D: usize>(&self, index: u64) -> [f64; D] {
+        let mut stream = self.stream(index);
+        std::array::from_fn(|_| stream.next())
+    }
+
+    /// The numbers of stream `index`, of which point `index` is the beginning: for work in blocks,
+    /// where a stream per point would cost more than the numbers.
+    pub fn stream(&self, index: u64) -> RandomStream {
         let mut rng = self.base.clone();
         rng.set_stream(index);
-        std::array::from_fn(|_| {
-            // The upper 53 bits fill the significand of a number in [0, 1).
-            (rng.next_u64() >> 11) as f64 * (1.0 / 9_007_199_254_740_992.0)
-        })
+        RandomStream(rng)
+    }
+}
+
+/// Independent uniform numbers, one after the other.
+#[derive(Clone, Debug)]
+pub struct RandomStream(ChaCha8Rng);
+
+impl RandomStream {
+    /// The next number in `[0, 1)`.
+    #[inline]
+    #[expect(clippy::should_implement_trait, reason = "it never ends")]
+    pub fn next(&mut self) -> f64 {
+        // The upper 53 bits fill the significand of a number in [0, 1).
+        (self.0.next_u64() >> 11) as f64 * (1.0 / 9_007_199_254_740_992.0)
     }
 }
 

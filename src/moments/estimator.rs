@@ -1,0 +1,88 @@
+//! How the moments of a slice are integrated: one trait, one list.
+
+use super::component::{Moments, Order};
+use super::slice::Slice;
+use super::{peak, sampled};
+use crate::error::ParameterError;
+use crate::registry::{self, Entry, ReadError, Table};
+use std::fmt;
+
+/// Integrates the moments of a slice. A config names one by `kind`.
+pub trait Estimator: fmt::Debug + Send + Sync {
+    /// The kind and every key with its value, defaults filled in.
+    fn resolved(&self) -> toml::Table;
+
+    /// A short name for tables.
+    fn label(&self) -> String;
+
+    /// Checks every parameter.
+    ///
+    /// # Errors
+    /// Names the key, the value and what is allowed.
+    fn check(&self) -> Result<(), ParameterError>;
+
+    /// The moments up to `order`, and nothing of higher orders. `seed` matters to random
+    /// estimators only. The result does not depend on the number of threads.
+    fn estimate(&self, slice: &Slice<'_>, order: Order, seed: u64) -> SliceMoments;
+}
+
+/// Moments of one slice and how they came about.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SliceMoments {
+    /// The moments of the part of the slice that has data.
+    pub moments: Moments,
+    /// Why the uncertainties are not to be trusted; `None` if they are.
+    pub unresolved: Option<Unresolved>,
+    /// Share of the square (θ, φ) without data, which is left out, in [0, 1].
+    pub missing_share: f64,
+    /// Share of the square that was below the diffuse part and read as 0, in [0, 1].
+    pub clamped_share: f64,
+    /// Values of the BRDF that were looked at.
+    pub evaluations: usize,
+}
+
+/// Why a result is not to be trusted to its uncertainties.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Unresolved {
+    /// Fewer than [`Unresolved::ENOUGH`] effective samples carry the result.
+    FewSamples {
+        /// (Σ w)² / Σ w².
+        effective: f64,
+    },
+    /// The value in the mirror direction is more than twice any sampled one.
+    PeakUnseen,
+    /// The tolerance was not reached within the allowed evaluations.
+    Tolerance {
+        /// The largest uncertainty, in units of the tolerance.
+        excess: f64,
+    },
+}
+
+impl Unresolved {
+    /// Effective samples from which the uncertainty of a random estimate can be trusted.
+    pub const ENOUGH: f64 = 1000.0;
+}
+
+impl fmt::Display for Unresolved {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        match self {
+            Unresolved::FewSamples { effective } => {
+                write!(f, "only {effective:.0} effective samples")
+            }
+            Unresolved::PeakUnseen => f.write_str("no sample near the mirror direction"),
+            Unresolved::Tolerance { excess } => {
+                write!(f, "uncertainty {excess:.1} times the tolerance")
+            }
+        }
+    }
+}
+
+/// Every estimator a config can name.
+pub fn all() -> Vec<Entry<dyn Estimator>> {
+    vec![sampled::MONTE_CARLO, sampled::SOBOL, peak::ENTRY]
+}
+
+/// Reads an estimator from its config table.
+pub fn read(table: Table<'_>) -> Result<Box<dyn Estimator>, ReadError> {
+    registry::read("estimator", &all(), table)
+}

@@ -1,0 +1,161 @@
+//! Moment profiles: the moments of a BRDF's slices as functions of the view elevation.
+
+use super::component::{Component, Order};
+use super::estimator::{Estimator, SliceMoments};
+use super::peak::PeakResolving;
+use super::slice::{Channel, Slice};
+use super::split::lambertian_part;
+use crate::brdf::Brdf;
+use crate::error::{ParameterError, in_left_open};
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+
+/// Which part of a BRDF is analysed.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Split {
+    /// All of it.
+    #[default]
+    None,
+    /// What is above the smallest value of the slice at θ_o = 45° ([`lambertian_part`]), clamped
+    /// at 0 where other views fall below it.
+    Minimum,
+}
+
+/// What of a profile a config chooses, but for the estimator.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct MomentsSpec {
+    /// Number of view elevations, equally spaced from 0 to `max_view_deg`.
+    pub views: usize,
+    /// The last view elevation, degrees, in (0, 90).
+    pub max_view_deg: f64,
+    /// Up to which order moments are computed.
+    pub order: Order,
+    /// Which part of the BRDF.
+    pub split: Split,
+}
+
+impl Default for MomentsSpec {
+    fn default() -> Self {
+        Self {
+            views: 90,
+            max_view_deg: 89.0,
+            order: Order::MAX,
+            split: Split::None,
+        }
+    }
+}
+
+impl MomentsSpec {
+    /// Most views that are allowed.
+    pub const MAX_VIEWS: usize = 100_000;
+
+    /// Checks every key.
+    ///
+    /// # Errors
+    /// Names the key, the value and what is allowed.
+    pub fn check(&self) -> Result<(), ParameterError> {
+        if !(1..=Self::MAX_VIEWS).contains(&self.views) {
+            let allowed = format!("a whole number in [1, {}]", Self::MAX_VIEWS);
+            return Err(ParameterError::new("views", self.views, allowed));
+        }
+        in_left_open("max_view_deg", self.max_view_deg, 0.0, 90.0)?;
+        if self.max_view_deg == 90.0 {
+            let allowed = "a number in (0, 90)";
+            return Err(ParameterError::new("max_view_deg", 90.0, allowed));
+        }
+        Ok(())
+    }
+
+    /// The view elevations, rad, ascending. One view alone is the last.
+    pub fn view_angles(&self) -> Vec<f64> {
+        let last = self.max_view_deg.to_radians();
+        let at = |i: usize| match self.views {
+            1 => last,
+            n => last * i as f64 / (n - 1) as f64,
+        };
+        (0..self.views).map(at).collect()
+    }
+}
+
+/// The moments of a BRDF's slices over the view elevation.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Profile {
+    /// Which number of the BRDF.
+    pub channel: Channel,
+    /// Up to which order.
+    pub order: Order,
+    /// View elevations, rad, ascending.
+    pub views: Vec<f64>,
+    /// What was subtracted before, sr⁻¹.
+    pub diffuse: f64,
+    /// One a view.
+    pub slices: Vec<SliceMoments>,
+}
+
+impl Profile {
+    /// Integrates the slices of a BRDF, in parallel; the result does not depend on the number of
+    /// threads.
+    ///
+    /// # Errors
+    /// If the BRDF was not built for the channel, or a key of `spec` is out of range.
+    pub fn new(
+        brdf: &dyn Brdf,
+        channel: Channel,
+        spec: &MomentsSpec,
+        estimator: &dyn Estimator,
+        seed: u64,
+    ) -> Result<Self, ParameterError> {
+        spec.check()?;
+        let diffuse = match spec.split {
+            Split::None => 0.0,
+            Split::Minimum => lambertian_part(brdf, channel)?,
+        };
+        let views = spec.view_angles();
+        let slices = views.par_iter().enumerate().map(|(i, &theta_o)| {
+            let slice = Slice::new(brdf, channel, theta_o)?.without(diffuse);
+            // An odd multiplier keeps the seeds of a profile's views apart from those of the next seed.
+            let seed = seed
+                .wrapping_mul(0x9e37_79b9_7f4a_7c15)
+                .wrapping_add(i as u64);
+            Ok(estimator.estimate(&slice, spec.order, seed))
+        });
+        Ok(Self {
+            channel,
+            order: spec.order,
+            slices: slices.collect::<Result<_, ParameterError>>()?,
+            views,
+            diffuse,
+        })
+    }
+
+    /// [`new`](Self::new) with every default: luminance, 90 views, order 4.
+    ///
+    /// # Errors
+    /// None for a BRDF that is one.
+    pub fn of(brdf: &dyn Brdf) -> Result<Self, ParameterError> {
+        let estimator = PeakResolving::default();
+        Self::new(
+            brdf,
+            Channel::Luminance,
+            &MomentsSpec::default(),
+            &estimator,
+            1,
+        )
+    }
+
+    /// One component over the views; `None` where it is undefined or was not asked for.
+    pub fn values(&self, component: Component) -> Vec<Option<f64>> {
+        let value = |s: &SliceMoments| Some(s.moments.get(component)?.value);
+        self.slices.iter().map(value).collect()
+    }
+
+    /// Number of views whose uncertainties are not to be trusted.
+    pub fn unresolved(&self) -> usize {
+        self.slices
+            .iter()
+            .filter(|s| s.unresolved.is_some())
+            .count()
+    }
+}

@@ -1,0 +1,292 @@
+//! Moments from points that are spread evenly over the square (θ, φ): the Monte Carlo estimator of
+//! Zubiaga et al. 2015, Eq. 6, and the same with scrambled Sobol points.
+//!
+//! µ_nm ≈ (π²/N) Σ θ^n φ^m ρ(θ, φ). The points come in [`REPLICATES`] independent sets of equal
+//! size; leaving out one set at a time (the grouped jackknife) gives the uncertainty of every
+//! moment, linear or not, without a formula for each. For Sobol points the sets are independent
+//! scramblings, so that their spread knows that the points of one set are spread evenly.
+
+use super::component::{Estimate, Moments, Order};
+use super::estimator::{Estimator, SliceMoments, Unresolved};
+use super::slice::{Batch, Kind, Slice};
+use super::tally::Tally;
+use crate::error::ParameterError;
+use crate::parametrization::{VIEW_CENTERED_AREA, view_centered};
+use crate::registry::{self, Entry};
+use crate::sampling::{Random, Sobol};
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+use std::f64::consts::PI;
+
+/// Independent sets of points.
+pub const REPLICATES: usize = 32;
+
+/// Points that are evaluated together.
+const CHUNK: usize = 1024;
+
+/// The registry entry of [`MonteCarlo`].
+pub const MONTE_CARLO: Entry<dyn Estimator> = Entry {
+    kind: MonteCarlo::KIND,
+    summary: "random points over the square (theta, phi) (Zubiaga et al. 2015, Eq. 6)",
+    examples: &["samples = 100000"],
+    read: |table| Ok(Box::new(registry::parse::<MonteCarlo>(table)?)),
+};
+
+/// The registry entry of [`ScrambledSobol`].
+pub const SOBOL: Entry<dyn Estimator> = Entry {
+    kind: ScrambledSobol::KIND,
+    summary: "32 scramblings of a Sobol set over the square (theta, phi)",
+    examples: &["samples = 131072"],
+    read: |table| Ok(Box::new(registry::parse::<ScrambledSobol>(table)?)),
+};
+
+/// The estimator of the paper: independent, uniformly distributed points.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct MonteCarlo {
+    /// Points a slice, a multiple of 32.
+    pub samples: usize,
+}
+
+/// The same with scrambled Sobol points.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct ScrambledSobol {
+    /// Points a slice, 32 times a power of two.
+    pub samples: usize,
+}
+
+/// Most points a slice.
+const MAX_SAMPLES: usize = 1 << 36;
+
+impl MonteCarlo {
+    const KIND: &'static str = "monte-carlo";
+}
+
+impl ScrambledSobol {
+    const KIND: &'static str = "sobol";
+}
+
+impl Default for MonteCarlo {
+    fn default() -> Self {
+        Self { samples: 100_000 }
+    }
+}
+
+impl Default for ScrambledSobol {
+    fn default() -> Self {
+        Self { samples: 1 << 17 }
+    }
+}
+
+impl Estimator for MonteCarlo {
+    fn resolved(&self) -> toml::Table {
+        registry::resolved(Self::KIND, self)
+    }
+
+    fn label(&self) -> String {
+        format!("{}-{}", Self::KIND, self.samples)
+    }
+
+    fn check(&self) -> Result<(), ParameterError> {
+        let fits = self.samples.is_multiple_of(REPLICATES);
+        if fits && (REPLICATES..=MAX_SAMPLES).contains(&self.samples) {
+            return Ok(());
+        }
+        let allowed = format!("a multiple of {REPLICATES}, at least {REPLICATES}");
+        Err(ParameterError::new("samples", self.samples, allowed))
+    }
+
+    fn estimate(&self, slice: &Slice<'_>, order: Order, seed: u64) -> SliceMoments {
+        let random = Random::new(seed);
+        replicated(slice, order, self.samples, |replicate| {
+            let mut stream = random.stream(replicate);
+            move |_| [stream.next(), stream.next()]
+        })
+    }
+}
+
+impl Estimator for ScrambledSobol {
+    fn resolved(&self) -> toml::Table {
+        registry::resolved(Self::KIND, self)
+    }
+
+    fn label(&self) -> String {
+        format!("{}-{}", Self::KIND, self.samples)
+    }
+
+    fn check(&self) -> Result<(), ParameterError> {
+        let sets = self.samples / REPLICATES;
+        if sets * REPLICATES == self.samples
+            && sets.is_power_of_two()
+            && self.samples <= MAX_SAMPLES
+        {
+            return Ok(());
+        }
+        let allowed = format!("{REPLICATES} times a power of two, e.g. 131072");
+        Err(ParameterError::new("samples", self.samples, allowed))
+    }
+
+    fn estimate(&self, slice: &Slice<'_>, order: Order, seed: u64) -> SliceMoments {
+        let blocks = (self.samples / REPLICATES) as u64;
+        // Sets start at a block of their own, which has a scrambling of its own.
+        let blocks = blocks.div_ceil(Sobol::BLOCK);
+        replicated(slice, order, self.samples, |replicate| {
+            let mut sobol = Sobol::new(seed);
+            let first = replicate * blocks * Sobol::BLOCK;
+            move |i| sobol.point(first + i)
+        })
+    }
+}
+
+/// What one set of points saw.
+struct Set {
+    tally: Tally,
+    /// Σ w² over its points.
+    squares: f64,
+    largest: f64,
+    missing: usize,
+    clamped: usize,
+}
+
+/// Estimates from `samples` points of the unit square, the i-th of each set by `points(set)(i)`.
+fn replicated<P>(
+    slice: &Slice<'_>,
+    order: Order,
+    samples: usize,
+    points: impl Fn(u64) -> P + Sync,
+) -> SliceMoments
+where
+    P: FnMut(u64) -> [f64; 2],
+{
+    let per_set = (samples / REPLICATES).max(1);
+    let sets: Vec<Set> = (0..REPLICATES as u64)
+        .into_par_iter()
+        .map_init(
+            || (Batch::default(), Vec::with_capacity(CHUNK)),
+            |(batch, angles), set| Set::draw(slice, order, per_set, points(set), batch, angles),
+        )
+        .collect();
+    let area = VIEW_CENTERED_AREA / (per_set * REPLICATES) as f64;
+    let total = |of: fn(&Set) -> f64| sets.iter().map(of).sum::<f64>();
+    let (weight, squares) = (total(|s| s.tally.weight()), total(|s| s.squares));
+    let share = |of: fn(&Set) -> usize| {
+        sets.iter().map(of).sum::<usize>() as f64 / (per_set * REPLICATES) as f64
+    };
+    let missing_share = share(|s| s.missing);
+    let largest = sets.iter().map(|s| s.largest).fold(0.0, f64::max);
+    let peak = slice.value(-slice.theta_o(), 0.0).unwrap_or(0.0);
+    let effective = if squares > 0.0 {
+        weight * weight / squares
+    } else {
+        0.0
+    };
+    let unresolved = if missing_share == 1.0 || (weight == 0.0 && peak == 0.0) {
+        // Nothing there, or nothing but black: there is nothing to resolve.
+        None
+    } else if peak > 2.0 * largest {
+        Some(Unresolved::PeakUnseen)
+    } else if effective < Unresolved::ENOUGH {
+        Some(Unresolved::FewSamples { effective })
+    } else {
+        None
+    };
+    SliceMoments {
+        moments: if missing_share == 1.0 {
+            Moments::default()
+        } else {
+            jackknife(&sets, order, area)
+        },
+        unresolved,
+        missing_share,
+        clamped_share: share(|s| s.clamped),
+        evaluations: per_set * REPLICATES + 1,
+    }
+}
+
+impl Set {
+    fn draw(
+        slice: &Slice<'_>,
+        order: Order,
+        n: usize,
+        mut point: impl FnMut(u64) -> [f64; 2],
+        batch: &mut Batch,
+        angles: &mut Vec<[f64; 2]>,
+    ) -> Self {
+        let mut set = Self {
+            tally: Tally::new(order),
+            squares: 0.0,
+            largest: 0.0,
+            missing: 0,
+            clamped: 0,
+        };
+        let mut done = 0;
+        while done < n {
+            let len = CHUNK.min(n - done);
+            batch.clear();
+            angles.clear();
+            for i in done..done + len {
+                let [theta, phi] = point(i as u64).map(|u| (u - 0.5) * PI);
+                angles.push([theta, phi]);
+                batch.push(slice, view_centered(theta, phi));
+            }
+            slice.evaluate(batch);
+            set.tally.merge(&Tally::of(order, angles, batch.values()));
+            for (&value, kind) in batch.values().iter().zip(batch.kinds()) {
+                set.squares += value * value;
+                set.largest = set.largest.max(value);
+                set.missing += usize::from(*kind == Kind::Missing);
+                set.clamped += usize::from(*kind == Kind::Clamped);
+            }
+            done += len;
+        }
+        set
+    }
+}
+
+/// Moments of all sets together, `area` (rad²) a point, with the spread of those of all but one.
+fn jackknife(sets: &[Set], order: Order, area: f64) -> Moments {
+    let n = sets.len();
+    let none = Tally::new(order);
+    // before[i]: sets 0..i; after: sets i+1..n, from behind.
+    let mut before = vec![none; n + 1];
+    for (i, set) in sets.iter().enumerate() {
+        before[i + 1] = before[i];
+        before[i + 1].merge(&set.tally);
+    }
+    let mut after = none;
+    let mut without = vec![[None; 15]; n];
+    for i in (0..n).rev() {
+        let mut rest = before[i];
+        rest.merge(&after);
+        without[i] = rest.values();
+        if let Some(energy) = &mut without[i][0] {
+            // Of n − 1 sets, scaled to n.
+            *energy *= area * n as f64 / (n - 1) as f64;
+        }
+        let mut next = sets[i].tally;
+        next.merge(&after);
+        after = next;
+    }
+    let mut whole = before[n].values();
+    if let Some(energy) = &mut whole[0] {
+        *energy *= area;
+    }
+    let mut moments = Moments::default();
+    for (i, out) in moments.0.iter_mut().enumerate() {
+        let Some(value) = whole[i] else {
+            continue;
+        };
+        // A moment that some sets alone leave undefined has no known uncertainty.
+        let uncertainty = if without.iter().all(|w| w[i].is_some()) {
+            let values = || without.iter().filter_map(|w| w[i]);
+            let mean = values().sum::<f64>() / n as f64;
+            let spread: f64 = values().map(|v| (v - mean) * (v - mean)).sum();
+            (spread * (n - 1) as f64 / n as f64).sqrt()
+        } else {
+            f64::INFINITY
+        };
+        *out = Some(Estimate { value, uncertainty });
+    }
+    moments
+}

@@ -1,0 +1,255 @@
+//! A BRDF slice: the view fixed, one number per light direction.
+
+use crate::brdf::{Brdf, Channels, Presence};
+use crate::error::ParameterError;
+use crate::geometry::{Direction, DirectionPair};
+use crate::parametrization::view_centered;
+use serde::{Deserialize, Serialize};
+
+/// Which number of a BRDF a slice shows.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Channel {
+    /// Rec. 709 luminance.
+    #[default]
+    Luminance,
+    /// (R + G + B)/3.
+    Average,
+    /// Linear R.
+    Red,
+    /// Linear G.
+    Green,
+    /// Linear B.
+    Blue,
+}
+
+impl Channel {
+    /// Every one.
+    pub const ALL: [Channel; 5] = [
+        Channel::Luminance,
+        Channel::Average,
+        Channel::Red,
+        Channel::Green,
+        Channel::Blue,
+    ];
+
+    /// As configs and files write it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Channel::Luminance => "luminance",
+            Channel::Average => "average",
+            Channel::Red => "red",
+            Channel::Green => "green",
+            Channel::Blue => "blue",
+        }
+    }
+
+    /// What a BRDF must have been built for.
+    pub fn needs(self) -> Channels {
+        match self {
+            Channel::Luminance => Channels::Luminance,
+            _ => Channels::Rgb,
+        }
+    }
+
+    /// The number, from the values of one evaluation.
+    #[inline]
+    fn of(self, channels: Channels, values: &[f64]) -> f64 {
+        match self {
+            Channel::Luminance => channels.luminance(values),
+            Channel::Average => (values[0] + values[1] + values[2]) / 3.0,
+            Channel::Red => values[0],
+            Channel::Green => values[1],
+            Channel::Blue => values[2],
+        }
+    }
+}
+
+/// What a slice has at a direction.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kind {
+    /// A value.
+    Value,
+    /// A value below the diffuse part, read as 0.
+    Clamped,
+    /// No data; read as 0, and the direction is left out.
+    Missing,
+}
+
+/// ρ_θo(θ, φ) = ρ(m(θ_o, 0), m(θ, φ)) − diffuse, at least 0 (sr⁻¹, no cosine); m is
+/// [`view_centered`].
+#[derive(Clone, Copy)]
+pub struct Slice<'a> {
+    brdf: &'a dyn Brdf,
+    channel: Channel,
+    theta_o: f64,
+    omega_o: Direction,
+    diffuse: f64,
+}
+
+impl<'a> Slice<'a> {
+    /// The slice at view elevation `theta_o` (rad, in [0, π/2)).
+    ///
+    /// # Errors
+    /// If the BRDF was not built for the channel, or `theta_o` is not in its range.
+    pub fn new(brdf: &'a dyn Brdf, channel: Channel, theta_o: f64) -> Result<Self, ParameterError> {
+        if channel.needs() == Channels::Rgb && brdf.channels() == Channels::Luminance {
+            let allowed = "luminance for a BRDF that was built for luminance";
+            return Err(ParameterError::new("channel", channel.name(), allowed));
+        }
+        let omega_o = view_centered(theta_o, 0.0);
+        if !(theta_o >= 0.0 && omega_o.cos_theta() > 0.0) {
+            let allowed = "an angle in [0, π/2)";
+            return Err(ParameterError::new("theta_o", theta_o, allowed));
+        }
+        Ok(Self {
+            brdf,
+            channel,
+            theta_o,
+            omega_o,
+            diffuse: 0.0,
+        })
+    }
+
+    /// The same slice without a Lambertian part of `diffuse` (sr⁻¹, ≥ 0).
+    #[must_use]
+    pub fn without(mut self, diffuse: f64) -> Self {
+        self.diffuse = diffuse;
+        self
+    }
+
+    /// The BRDF.
+    pub fn brdf(&self) -> &'a dyn Brdf {
+        self.brdf
+    }
+
+    /// View elevation, rad.
+    pub fn theta_o(&self) -> f64 {
+        self.theta_o
+    }
+
+    /// What is shown.
+    pub fn channel(&self) -> Channel {
+        self.channel
+    }
+
+    /// What is subtracted, sr⁻¹.
+    pub fn diffuse(&self) -> f64 {
+        self.diffuse
+    }
+
+    /// Evaluates the directions of a batch.
+    pub fn evaluate(&self, batch: &mut Batch) {
+        let channels = self.brdf.channels();
+        let n = channels.count();
+        let len = batch.pairs.len();
+        batch.raw.resize(n * len, 0.0);
+        batch.presence.resize(len, Presence::Missing);
+        self.brdf
+            .eval_batch(&batch.pairs, &mut batch.raw, &mut batch.presence);
+        batch.values.clear();
+        batch.kinds.clear();
+        for (raw, presence) in batch.raw.chunks_exact(n).zip(&batch.presence) {
+            let value = self.channel.of(channels, raw) - self.diffuse;
+            // A value that breaks the promise of `Brdf` (finite, ≥ 0) would spoil every sum; it is
+            // left out like a missing one.
+            let (value, kind) = match presence {
+                Presence::Missing => (0.0, Kind::Missing),
+                Presence::Present if !(value + self.diffuse >= 0.0 && value.is_finite()) => {
+                    (0.0, Kind::Missing)
+                }
+                Presence::Present if value < 0.0 => (0.0, Kind::Clamped),
+                Presence::Present => (value, Kind::Value),
+            };
+            batch.values.push(value);
+            batch.kinds.push(kind);
+        }
+    }
+
+    /// Value at angles θ, φ (rad), `None` without data. For single look-ups; batches are faster.
+    pub fn value(&self, theta: f64, phi: f64) -> Option<f64> {
+        let mut batch = Batch::default();
+        batch.push(self, view_centered(theta, phi));
+        self.evaluate(&mut batch);
+        (batch.kinds[0] != Kind::Missing).then(|| batch.values[0])
+    }
+}
+
+/// Directions to be evaluated together, with what came out; reused, it allocates once.
+#[derive(Clone, Debug, Default)]
+pub struct Batch {
+    pairs: Vec<DirectionPair>,
+    raw: Vec<f64>,
+    presence: Vec<Presence>,
+    values: Vec<f64>,
+    kinds: Vec<Kind>,
+}
+
+impl Batch {
+    /// Forgets every direction.
+    pub fn clear(&mut self) {
+        self.pairs.clear();
+    }
+
+    /// Adds a light direction.
+    #[inline]
+    pub fn push(&mut self, slice: &Slice<'_>, omega_i: Direction) {
+        self.pairs.push(DirectionPair::new(omega_i, slice.omega_o));
+    }
+
+    /// Values of the last evaluation (sr⁻¹, ≥ 0), one a direction.
+    pub fn values(&self) -> &[f64] {
+        &self.values
+    }
+
+    /// What each value is.
+    pub fn kinds(&self) -> &[Kind] {
+        &self.kinds
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::brdf::{Lambert, Spectrum};
+    use std::f64::consts::PI;
+
+    #[test]
+    fn channels_are_those_of_the_brdf() {
+        let rgb = Lambert::new(Spectrum::Rgb([0.1, 0.2, 0.6]), Channels::Rgb);
+        let at = |channel| {
+            let slice = Slice::new(&rgb, channel, 0.3).unwrap();
+            slice.value(0.1, -0.4).unwrap() * PI
+        };
+        let expected = [
+            0.2126 * 0.1 + 0.7152 * 0.2 + 0.0722 * 0.6,
+            0.3,
+            0.1,
+            0.2,
+            0.6,
+        ];
+        for (channel, want) in Channel::ALL.into_iter().zip(expected) {
+            assert!((at(channel) - want).abs() < 1e-14);
+        }
+        let grey = Lambert::new(Spectrum::Grey(0.5), Channels::Luminance);
+        assert!(Slice::new(&grey, Channel::Luminance, 0.3).is_ok());
+        assert!(Slice::new(&grey, Channel::Average, 0.3).is_err());
+        for theta_o in [-0.1, PI / 2.0 + 1e-9, f64::NAN] {
+            assert!(Slice::new(&grey, Channel::Luminance, theta_o).is_err());
+        }
+    }
+
+    #[test]
+    fn what_is_below_the_diffuse_part_is_clamped() {
+        let grey = Lambert::new(Spectrum::Grey(0.5), Channels::Luminance);
+        let slice = Slice::new(&grey, Channel::Luminance, 0.3).unwrap();
+        for (diffuse, kind) in [(0.5, Kind::Clamped), (0.1, Kind::Value)] {
+            let mut batch = Batch::default();
+            let slice = slice.without(diffuse);
+            batch.push(&slice, Direction::NORMAL);
+            slice.evaluate(&mut batch);
+            assert_eq!(batch.kinds(), [kind]);
+            assert_eq!(batch.values()[0], (0.5 / PI - diffuse).max(0.0));
+        }
+    }
+}
