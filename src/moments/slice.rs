@@ -5,6 +5,7 @@ use crate::error::ParameterError;
 use crate::geometry::{Direction, DirectionPair};
 use crate::parametrization::view_centered;
 use serde::{Deserialize, Serialize};
+use std::f64::consts::FRAC_PI_2;
 
 /// Which number of a BRDF a slice shows.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
@@ -97,11 +98,11 @@ impl<'a> Slice<'a> {
             let allowed = "luminance for a BRDF that was built for luminance";
             return Err(ParameterError::new("channel", channel.name(), allowed));
         }
-        let omega_o = view_centered(theta_o, 0.0);
-        if !(theta_o >= 0.0 && omega_o.cos_theta() > 0.0) {
+        if !(0.0..FRAC_PI_2).contains(&theta_o) {
             let allowed = "an angle in [0, π/2)";
             return Err(ParameterError::new("theta_o", theta_o, allowed));
         }
+        let omega_o = view_centered(theta_o, 0.0);
         Ok(Self {
             brdf,
             channel,
