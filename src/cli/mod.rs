@@ -3,8 +3,10 @@
 //! Results go to stdout or into files, everything else to stderr. Exit codes:
 //! see [`Error::exit_code`].
 
+mod brdf_args;
 mod check;
 mod list;
+mod moments;
 mod progress;
 mod run;
 mod schedule;
@@ -38,6 +40,8 @@ enum Command {
     List(list::List),
     /// Export schedules of a config, for an instrument
     Schedule(schedule::Schedule),
+    /// Moment profiles of a material, or of every material of a config
+    Moments(moments::Moments),
     /// Write a material of a config as a MERL .binary file
     Tabulate(tabulate::Tabulate),
 }
@@ -53,6 +57,7 @@ impl Cli {
             Command::Check(command) => command.run(),
             Command::List(command) => command.run(),
             Command::Schedule(command) => command.run(),
+            Command::Moments(command) => command.run(),
             Command::Tabulate(command) => command.run(),
         }
     }

@@ -1,8 +1,9 @@
 //! Checks of single keys of a config: ranges, empty lists, names that are taken.
 
-use super::config::{Config, Named};
+use super::config::{Config, Named, Quantity};
 use super::plan::MAX_BUDGET;
 use super::source::{KeyPath, Source};
+use crate::brdf::Channels;
 use crate::error::{Error, ParameterError};
 use crate::metrics::{self, MetricsSpec};
 use std::collections::HashSet;
@@ -86,6 +87,47 @@ pub(super) fn check_metrics(config: &Config<'_>) -> Result<(), Error> {
         metrics::test_pairs(measure, &few).map_err(refuse)?;
     }
     Ok(())
+}
+
+/// True if moments are to be compared.
+pub(super) fn check_quantities(config: &Config<'_>) -> Result<bool, Error> {
+    let (source, wanted) = (config.source, &config.scalars.quantities);
+    if !wanted.is_empty() {
+        distinct(source, "quantities", wanted, |q| q.name())?;
+    }
+    let wanted = wanted.contains(&Quantity::Moments);
+    let Some(moments) = &config.moments else {
+        return Ok(wanted);
+    };
+    if !wanted {
+        let message = "moments has keys for a quantity that is not asked for; allowed: with \
+                       quantities = [\"moments\"] only";
+        return Err(source.error_at(&KeyPath::of("moments"), message));
+    }
+    moments.check(source)?;
+    let path = KeyPath::of("moments").key("channels");
+    match moments.spec.channels.as_slice() {
+        [channel]
+            if config.scalars.channels == Channels::Rgb
+                || channel.needs() == Channels::Luminance =>
+        {
+            Ok(true)
+        }
+        [channel] => {
+            let message = format!(
+                "{path} = [{:?}] needs channels = \"rgb\"; allowed: luminance, or that",
+                channel.name()
+            );
+            Err(source.error_at(&path, message))
+        }
+        several => {
+            let message = format!(
+                "{path} has {} channels; allowed: one, which the columns of results are about",
+                several.len()
+            );
+            Err(source.error_at(&path, message))
+        }
+    }
 }
 
 pub(super) fn check_output(config: &Config<'_>) -> Result<(), Error> {

@@ -4,6 +4,8 @@
 //! sample set, reconstruction) is read by its own registry. Whether the values fit each other is
 //! [`Plan`](super::Plan)'s business.
 
+use super::kind::Kind;
+use super::moments::MomentsTable;
 use super::source::Source;
 use crate::brdf::{self, BrdfSpec, Channels};
 use crate::error::Error;
@@ -20,19 +22,23 @@ use std::fmt;
 use std::path::PathBuf;
 
 /// The keys of a config's top level.
-const KEYS: [&str; 13] = [
+const KEYS: [&str; 17] = [
     "question",
+    "experiment",
     "channels",
     "seeds",
     "budgets",
     "measures",
+    "quantities",
     "materials_dir",
+    "only",
     "merl",
     "material",
     "parametrization",
     "sample_set",
     "reconstruction",
     "metrics",
+    "moments",
     "output",
 ];
 
@@ -64,6 +70,8 @@ pub struct Config<'s> {
     pub reconstructions: Vec<Named<dyn Reconstruct>>,
     /// How reconstructions are compared with the truth.
     pub metrics: MetricsSpec,
+    /// How their moments are, if `quantities` asks for it.
+    pub moments: Option<MomentsTable>,
     /// What is written beside the results.
     pub output: Output,
 }
@@ -75,6 +83,8 @@ pub struct Scalars {
     /// What the experiment asks; for people.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub question: Option<String>,
+    /// Which kind of experiment this is.
+    pub experiment: Kind,
     /// What is measured.
     pub channels: Channels,
     /// Seeds of the sample sets; each makes a run of its own.
@@ -83,20 +93,45 @@ pub struct Scalars {
     pub budgets: Vec<i64>,
     /// Distributions of the test pairs.
     pub measures: Vec<Measure>,
+    /// What is compared beside the values.
+    pub quantities: Vec<Quantity>,
     /// A folder whose `*.binary` files are all materials.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub materials_dir: Option<PathBuf>,
+    /// The files of that folder that are meant, by name; all of them if not written.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub only: Option<Vec<String>>,
+}
+
+/// What a run compares beside the values of truth and reconstruction.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Quantity {
+    /// The moments of their slices, see [`moments`](crate::moments).
+    Moments,
+}
+
+impl Quantity {
+    /// As configs write it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Quantity::Moments => "moments",
+        }
+    }
 }
 
 impl Default for Scalars {
     fn default() -> Self {
         Self {
             question: None,
+            experiment: Kind::Acquisition,
             channels: Channels::Luminance,
             seeds: vec![1],
             budgets: vec![250, 1000],
             measures: Measure::ALL.to_vec(),
+            quantities: Vec::new(),
             materials_dir: None,
+            only: None,
         }
     }
 }
@@ -204,18 +239,12 @@ impl<'s> Config<'s> {
     /// # Errors
     /// [`Error::Config`] with the place of the first key that is unknown, missing or of another type.
     pub fn read(source: &'s Source) -> Result<Self, Error> {
+        Kind::Acquisition.require(source)?;
         Self::from_table(source, source.table()?).map_err(|e| source.error(e))
     }
 
     fn from_table(source: &'s Source, mut table: Table<'s>) -> Result<Self, ReadError> {
-        for key in table.get_ref().keys() {
-            let name = key.get_ref().as_ref();
-            if !KEYS.contains(&name) {
-                let allowed = KEYS.join(", ");
-                let message = format!("unknown key {name}; allowed: {allowed}");
-                return Err(ReadError::at(key.span(), message));
-            }
-        }
+        refuse_unknown(&table, &KEYS)?;
         let materials = take_list(&mut table, "material", material)?;
         let parametrizations = take_list(&mut table, "parametrization", parametrization)?;
         let sample_sets = take_list(&mut table, "sample_set", |t| named(t, schedule::read))?;
@@ -224,6 +253,7 @@ impl<'s> Config<'s> {
         })?;
         let merl = registry::take_table(&mut table, "merl")?;
         let metrics = registry::take_table(&mut table, "metrics")?;
+        let moments = MomentsTable::take(&mut table)?;
         let output = registry::take_table(&mut table, "output")?;
         Ok(Self {
             source,
@@ -249,14 +279,28 @@ impl<'s> Config<'s> {
                 .map(registry::parse)
                 .transpose()?
                 .unwrap_or_default(),
+            moments,
             output: output.map(registry::parse).transpose()?.unwrap_or_default(),
         })
     }
 }
 
+/// Refuses a config with a key of the top level that is not in `keys`.
+pub(super) fn refuse_unknown(table: &Table<'_>, keys: &[&str]) -> Result<(), ReadError> {
+    for key in table.get_ref().keys() {
+        let name = key.get_ref().as_ref();
+        if !keys.contains(&name) {
+            let allowed = keys.join(", ");
+            let message = format!("unknown key {name}; allowed: {allowed}");
+            return Err(ReadError::at(key.span(), message));
+        }
+    }
+    Ok(())
+}
+
 /// Takes an array of tables and reads each; `None` if the key is absent, which is not the same as
 /// an empty list.
-fn take_list<'s, T>(
+pub(super) fn take_list<'s, T>(
     table: &mut Table<'s>,
     key: &str,
     read: impl Fn(Table<'s>) -> Result<T, ReadError>,
@@ -281,7 +325,7 @@ fn named<'s, T: ?Sized>(
     Ok(Named { name, choice })
 }
 
-fn material(mut table: Table<'_>) -> Result<MaterialTable, ReadError> {
+pub(super) fn material(mut table: Table<'_>) -> Result<MaterialTable, ReadError> {
     let symmetry = registry::take_table(&mut table, "symmetry")?;
     let symmetry = symmetry.map(registry::parse).transpose()?;
     Ok(MaterialTable {

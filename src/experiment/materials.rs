@@ -12,13 +12,31 @@ use std::path::Path;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
-/// Checks and names every material.
+/// Where the materials of a config come from.
+pub(super) struct Origins<'a, 's> {
+    /// Those written out.
+    pub(super) tables: Vec<MaterialTable>,
+    /// The folder of MERL files.
+    pub(super) dir: Option<&'a Path>,
+    /// The names of those that are meant; all of them if `None`.
+    pub(super) only: Option<&'a [String]>,
+    /// The keys they get.
+    pub(super) merl: Option<Table<'s>>,
+}
+
+/// Checks and names every material; those written out come first. Also returns the names of
+/// `only` that the folder does not have.
 pub(super) fn gather(
     source: &Source,
-    tables: Vec<MaterialTable>,
-    dir: Option<&Path>,
-    merl: Option<Table<'_>>,
-) -> Result<Vec<Material>, Error> {
+    origins: Origins<'_, '_>,
+) -> Result<(Vec<Material>, Vec<String>), Error> {
+    let Origins {
+        tables,
+        dir,
+        only,
+        merl,
+    } = origins;
+    let mut missing = only.unwrap_or_default().to_vec();
     let mut names = Names::default();
     let mut materials = Vec::new();
     for (i, table) in tables.into_iter().enumerate() {
@@ -31,11 +49,26 @@ pub(super) fn gather(
     let path = KeyPath::of("merl");
     match (dir, merl) {
         (Some(dir), merl) => {
+            let mut found = 0;
             for spec in files(source, dir, merl)? {
                 let name = spec.label();
+                if only.is_some_and(|only| !only.contains(&name)) {
+                    continue;
+                }
+                missing.retain(|wanted| *wanted != name);
+                found += 1;
                 names.take(source, &KeyPath::of("materials_dir"), &name)?;
                 let symmetry = SymmetryTable::default();
                 materials.push(checked(source, &path, name, spec, symmetry)?);
+            }
+            if found == 0 {
+                let message = format!(
+                    "this folder has none of the {} files that `only` names, e.g. {}.binary; \
+                     choose another folder with --set materials_dir=DIR",
+                    missing.len(),
+                    missing.first().map_or("", String::as_str)
+                );
+                return Err(Error::data(dir, message));
             }
         }
         (None, Some(_)) => {
@@ -45,11 +78,16 @@ pub(super) fn gather(
         }
         (None, None) => {}
     }
+    if let (None, Some(_)) = (dir, only) {
+        let message =
+            "only names files of materials_dir, which is not set; allowed: both or neither";
+        return Err(source.error_at(&KeyPath::of("only"), message));
+    }
     if materials.is_empty() {
         let message = "material is missing; allowed: at least one [[material]], or materials_dir";
         return Err(source.error_at(&KeyPath::of("material"), message));
     }
-    Ok(materials)
+    Ok((materials, missing))
 }
 
 /// The specs of a folder's files, sorted by name.

@@ -26,7 +26,9 @@
 
 mod checks;
 mod config;
+mod kind;
 mod materials;
+pub mod moments;
 mod observer;
 mod plan;
 mod resolved;
@@ -35,8 +37,9 @@ mod run;
 mod source;
 mod wording;
 
-pub use config::{Config, Named, Output, Scalars, Schedules};
+pub use config::{Config, Named, Output, Quantity, Scalars, Schedules};
 pub use config::{MaterialTable, ParametrizationTable, SymmetryTable};
+pub use kind::Kind;
 pub use observer::{Failure, Input, Job, Observer, ScheduleKey, Seconds, Stage, Summary};
 pub use plan::{Coordinates, MAX_BUDGET, Material, Method, Plan, PlannedSet};
 pub use row::Row;

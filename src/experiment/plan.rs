@@ -4,10 +4,11 @@
 //! second and not an hour. No table is loaded; headers and lengths of files are read.
 
 use super::checks::{
-    below, check_metrics, check_output, distinct, name_all, numbers, refuse_empty,
+    below, check_metrics, check_output, check_quantities, distinct, name_all, numbers, refuse_empty,
 };
 use super::config::{Config, Output};
-use super::materials;
+use super::materials::{self, Origins};
+use super::moments::MomentsTable;
 use super::resolved;
 use super::source::{KeyPath, Source};
 use crate::brdf::{BrdfSpec, Channels};
@@ -38,6 +39,15 @@ pub struct Material {
     pub spec: Box<dyn BrdfSpec>,
     /// The symmetries its schedules fold.
     pub symmetry: Symmetry,
+}
+
+impl Material {
+    /// Its kind, which it shares with the materials it is compared with.
+    pub fn group(&self) -> String {
+        let resolved = self.spec.resolved();
+        let kind = resolved.get("kind").and_then(toml::Value::as_str);
+        kind.unwrap_or_default().to_owned()
+    }
 }
 
 /// A parametrization with its warps.
@@ -105,8 +115,12 @@ pub struct Plan {
     pub measures: Vec<Measure>,
     /// Which test pairs.
     pub metrics: MetricsSpec,
+    /// How moments are compared, if they are.
+    pub moments: Option<MomentsTable>,
     /// The materials.
     pub materials: Vec<Material>,
+    /// Names that the config wants of a folder that does not have them.
+    pub missing: Vec<String>,
     /// The parametrizations.
     pub parametrizations: Vec<Coordinates>,
     /// The sample sets.
@@ -131,6 +145,7 @@ impl Plan {
         distinct(source, "measures", &config.scalars.measures, |m| m.name())?;
         check_metrics(&config)?;
         check_output(&config)?;
+        let wanted = check_quantities(&config)?;
         let resolver = resolved::Resolver::new(&config);
         let Config {
             scalars,
@@ -140,11 +155,20 @@ impl Plan {
             sample_sets,
             reconstructions,
             metrics,
+            moments,
             output,
             ..
         } = config;
-        let dir = scalars.materials_dir.as_deref();
-        let materials = materials::gather(source, materials, dir, merl)?;
+        if let Some(only) = &scalars.only {
+            distinct(source, "only", only, String::clone)?;
+        }
+        let origins = Origins {
+            tables: materials,
+            dir: scalars.materials_dir.as_deref(),
+            only: scalars.only.as_deref(),
+            merl,
+        };
+        let (materials, missing) = materials::gather(source, origins)?;
         let sample_sets = name_all(source, "sample_set", sample_sets, |s| s.label())?;
         let reconstructions = name_all(source, "reconstruction", reconstructions, |r| r.label())?;
         let mut plan = Self {
@@ -154,7 +178,9 @@ impl Plan {
             budgets,
             measures: scalars.measures,
             metrics,
+            moments: wanted.then(|| moments.unwrap_or_default()),
             materials,
+            missing,
             parametrizations: Vec::new(),
             sample_sets: sample_sets
                 .into_iter()

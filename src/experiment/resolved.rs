@@ -60,13 +60,16 @@ impl Resolver {
             methods.map(|m| named(m.method.resolved(), &m.name)),
         );
         table.insert("metrics".into(), section(&plan.metrics).into());
+        if let Some(moments) = &plan.moments {
+            table.insert("moments".into(), moments.resolved().into());
+        }
         table.insert("output".into(), section(&plan.output).into());
         table
     }
 }
 
 /// A struct of plain values as a table.
-fn section(value: &impl Serialize) -> Table {
+pub(super) fn section(value: &impl Serialize) -> Table {
     match Value::try_from(value) {
         Ok(Value::Table(table)) => table,
         // Structs of numbers, strings, lists and tables: serialization cannot fail on them.
@@ -74,12 +77,12 @@ fn section(value: &impl Serialize) -> Table {
     }
 }
 
-fn named(mut table: Table, name: &str) -> Table {
+pub(super) fn named(mut table: Table, name: &str) -> Table {
     table.insert("name".into(), name.into());
     table
 }
 
-fn insert_list(table: &mut Table, key: &str, list: impl Iterator<Item = Table>) {
+pub(super) fn insert_list(table: &mut Table, key: &str, list: impl Iterator<Item = Table>) {
     let list: Vec<_> = list.map(Value::Table).collect();
     if !list.is_empty() {
         table.insert(key.into(), Value::Array(list));

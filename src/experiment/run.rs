@@ -335,14 +335,14 @@ impl<'a> Runner<'a> {
     }
 }
 
-fn timed<T>(work: impl FnOnce() -> T) -> (T, f64) {
+pub(super) fn timed<T>(work: impl FnOnce() -> T) -> (T, f64) {
     let start = Instant::now();
     let result = work();
     (result, start.elapsed().as_secs_f64())
 }
 
 /// Hashes the files of a material.
-fn hash(paths: &[PathBuf]) -> Result<Vec<Input>, String> {
+pub(super) fn hash(paths: &[PathBuf]) -> Result<Vec<Input>, String> {
     let hash = |path: &PathBuf| -> std::io::Result<Input> {
         let mut hasher = blake3::Hasher::new();
         hasher.update_reader(std::fs::File::open(path)?)?;

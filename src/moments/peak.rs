@@ -47,7 +47,7 @@ impl PeakResolving {
 impl Default for PeakResolving {
     fn default() -> Self {
         Self {
-            tolerance: 1e-5,
+            tolerance: 1e-4,
             max_evaluations: 1_000_000,
         }
     }

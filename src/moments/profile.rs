@@ -5,7 +5,7 @@ use super::estimator::{Estimator, SliceMoments};
 use super::peak::PeakResolving;
 use super::slice::{Channel, Slice};
 use super::split::lambertian_part;
-use crate::brdf::Brdf;
+use crate::brdf::{Brdf, Channels};
 use crate::error::{ParameterError, in_left_open};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -22,10 +22,12 @@ pub enum Split {
     Minimum,
 }
 
-/// What of a profile a config chooses, but for the estimator.
+/// What of a BRDF's profiles a config chooses, but for the estimator.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct MomentsSpec {
+    /// Which numbers of the BRDF, each a profile of its own.
+    pub channels: Vec<Channel>,
     /// Number of view elevations, equally spaced from 0 to `max_view_deg`.
     pub views: usize,
     /// The last view elevation, degrees, in (0, 90).
@@ -39,6 +41,7 @@ pub struct MomentsSpec {
 impl Default for MomentsSpec {
     fn default() -> Self {
         Self {
+            channels: vec![Channel::Luminance],
             views: 90,
             max_view_deg: 89.0,
             order: Order::MAX,
@@ -56,6 +59,14 @@ impl MomentsSpec {
     /// # Errors
     /// Names the key, the value and what is allowed.
     pub fn check(&self) -> Result<(), ParameterError> {
+        let names = self.channels.iter().map(|c| c.name());
+        let names: Vec<_> = names.collect();
+        let twice = (1..names.len()).any(|i| names[..i].contains(&names[i]));
+        if names.is_empty() || twice {
+            let allowed = format!("at least one of {}, each once", Channel::names());
+            let found = format!("[{}]", names.join(", "));
+            return Err(ParameterError::new("channels", found, allowed));
+        }
         if !(1..=Self::MAX_VIEWS).contains(&self.views) {
             let allowed = format!("a whole number in [1, {}]", Self::MAX_VIEWS);
             return Err(ParameterError::new("views", self.views, allowed));
@@ -66,6 +77,16 @@ impl MomentsSpec {
             return Err(ParameterError::new("max_view_deg", 90.0, allowed));
         }
         Ok(())
+    }
+
+    /// What a BRDF must be built for.
+    pub fn needs(&self) -> Channels {
+        let rgb = self.channels.iter().any(|c| c.needs() == Channels::Rgb);
+        if rgb {
+            Channels::Rgb
+        } else {
+            Channels::Luminance
+        }
     }
 
     /// The view elevations, rad, ascending. One view alone is the last.

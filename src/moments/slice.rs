@@ -45,6 +45,11 @@ impl Channel {
         }
     }
 
+    /// Every name, for messages.
+    pub fn names() -> String {
+        Self::ALL.map(Self::name).join(", ")
+    }
+
     /// What a BRDF must have been built for.
     pub fn needs(self) -> Channels {
         match self {

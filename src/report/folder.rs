@@ -272,7 +272,7 @@ fn remove(result: io::Result<()>) -> io::Result<()> {
 
 /// A name as part of a file name: letters, digits, `.`, `-` and `_` stay, every other character
 /// becomes `%` and its number, so that different names stay different.
-fn file_stem(name: &str) -> String {
+pub fn file_stem(name: &str) -> String {
     let mut stem = String::with_capacity(name.len());
     for c in name.chars() {
         match c {

@@ -4,15 +4,18 @@
 mod folder;
 mod manifest;
 mod plot;
+mod profiles;
 mod ranking;
 mod results;
 #[cfg(feature = "exr")]
 mod slice;
 mod table;
 
+pub use folder::file_stem;
 pub use folder::{RunFolder, schedule_stem};
 pub use manifest::{Manifest, Status};
 pub use plot::{Axis, Mark, Panel, Scale, Series};
+pub use profiles::{profiles_csv, profiles_json};
 pub use ranking::ranking;
 pub use results::ResultFiles;
 #[cfg(feature = "exr")]

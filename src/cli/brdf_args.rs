@@ -1,0 +1,93 @@
+//! The argument CONFIG|BRDF of commands that look at materials.
+
+use crate::brdf;
+use crate::error::Error;
+use crate::experiment::moments::MomentsPlan;
+use crate::experiment::{Kind, Source};
+use clap::Args;
+use std::path::Path;
+
+/// Tables of a config of kind `moments`: what `--set` of a BRDF leaves alone.
+const TABLES: [&str; 3] = ["moments", "seeds", "material"];
+
+/// A config, or one material without a config.
+#[derive(Debug, Args)]
+pub(super) struct BrdfArgs {
+    /// A config (*.toml), a MERL table (*.binary), or a kind of material (see `gonio list materials`)
+    #[arg(value_name = "CONFIG|BRDF")]
+    target: String,
+    /// Override a key of the config, or set one of the material: alpha=0.1
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    set: Vec<String>,
+    /// Only this material of the config, by its name
+    #[arg(long, value_name = "NAME")]
+    material: Option<String>,
+}
+
+impl BrdfArgs {
+    /// The config: the one that is named, or one that holds nothing but the material.
+    pub(super) fn source(&self) -> Result<Source, Error> {
+        let extension = Path::new(&self.target).extension();
+        let extension = extension.and_then(|e| e.to_str()).unwrap_or_default();
+        let kinds = || brdf::all().into_iter().map(|e| e.kind);
+        let single = |keys: String| {
+            let text = format!("experiment = \"moments\"\n\n[[material]]\n{keys}\n");
+            Source::new(self.target.as_str(), text)
+        };
+        let is_file = matches!(extension, "toml" | "binary");
+        let mut source = match extension {
+            "toml" => Source::read(Path::new(&self.target))?,
+            "binary" => {
+                let path = toml::Value::String(self.target.clone());
+                single(format!("kind = \"merl\"\npath = {path}"))
+            }
+            _ if kinds().any(|kind| kind == self.target) => {
+                single(format!("kind = \"{}\"", self.target))
+            }
+            _ => {
+                let kinds: Vec<_> = kinds().collect();
+                let message = format!(
+                    "this is neither a config (*.toml), a MERL table (*.binary) nor a kind of \
+                     material; allowed kinds: {}",
+                    kinds.join(", ")
+                );
+                return Err(Error::config(&self.target, message));
+            }
+        };
+        let of_config = is_file && extension == "toml";
+        for assignment in &self.set {
+            let first = assignment
+                .split(['.', '='])
+                .next()
+                .unwrap_or_default()
+                .trim();
+            let label = format!("--set {assignment}");
+            if of_config || TABLES.contains(&first) {
+                source.set(assignment, label)?;
+            } else {
+                source.set(&format!("material.0.{assignment}"), label)?;
+            }
+        }
+        if Kind::of(&source)? == Kind::Acquisition {
+            // Its own run may not want moments; this command does.
+            source.set("quantities=[\"moments\"]", "quantities".into())?;
+        }
+        Ok(source)
+    }
+
+    /// The materials, and what of their moments is asked for.
+    pub(super) fn plan(&self, source: &Source) -> Result<MomentsPlan, Error> {
+        let mut plan = MomentsPlan::of_any(source)?;
+        let Some(name) = &self.material else {
+            return Ok(plan);
+        };
+        let names: Vec<_> = plan.materials.iter().map(|m| m.name.clone()).collect();
+        plan.materials.retain(|m| m.name == *name);
+        if plan.materials.is_empty() {
+            let allowed = names.join(", ");
+            let message = format!("{name:?} is not in this config; allowed: {allowed}");
+            return Err(Error::config("--material", message));
+        }
+        Ok(plan)
+    }
+}

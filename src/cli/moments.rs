@@ -1,0 +1,147 @@
+//! `gonio moments`.
+
+use super::brdf_args::BrdfArgs;
+use super::{ThreadArgs, print, refuse_existing, say};
+use crate::brdf::Brdf;
+use crate::error::Error;
+use crate::experiment::moments::{self, MaterialProfiles, ProfileRow};
+use crate::experiment::{Failure, Input, Material};
+use crate::files::write_atomically;
+use crate::report::{profiles_csv, profiles_json};
+use clap::{Args, ValueEnum};
+use std::fs;
+use std::io::{self, BufWriter};
+use std::path::{Path, PathBuf};
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum Format {
+    Csv,
+    Json,
+}
+
+#[derive(Debug, Args)]
+pub(super) struct Moments {
+    #[command(flatten)]
+    brdf: BrdfArgs,
+    #[command(flatten)]
+    threads: ThreadArgs,
+    /// Format of what is printed
+    #[arg(long, value_enum, default_value = "csv", conflicts_with = "output")]
+    format: Format,
+    /// Write profiles.csv, profiles.json and, one a material, NAME.svg here instead of printing
+    #[arg(short, long, value_name = "DIR")]
+    output: Option<PathBuf>,
+    /// Replace files that exist
+    #[arg(long, requires = "output")]
+    force: bool,
+}
+
+impl Moments {
+    pub(super) fn run(self) -> Result<(), Error> {
+        self.threads.apply()?;
+        let source = self.brdf.source()?;
+        let plan = self.brdf.plan(&source)?;
+        let files = match &self.output {
+            Some(dir) => {
+                let files = names(dir);
+                for path in &files {
+                    refuse_existing(path, self.force)?;
+                }
+                files
+            }
+            None => Vec::new(),
+        };
+        for name in &plan.missing {
+            say(&format!("gonio: {name} is not in materials_dir; skipped"));
+        }
+        let mut desk = Collect::default();
+        moments::measure(&plan, &mut desk)?;
+        if let Some(failure) = desk.failures.first() {
+            return Err(Error::config(
+                source.name(),
+                format!("{}: {}", failure.job, failure.reason),
+            ));
+        }
+        let rows: Vec<ProfileRow<'_>> = desk
+            .profiles
+            .iter()
+            .flat_map(MaterialProfiles::rows)
+            .collect();
+        for row in rows.iter().filter(|r| r.slice.unresolved.is_some()).take(3) {
+            let why = row
+                .slice
+                .unresolved
+                .map_or(String::new(), |u| u.to_string());
+            say(&format!(
+                "gonio: {} {} at {:.3}°: {why}",
+                row.material,
+                row.channel.name(),
+                row.theta_o.to_degrees()
+            ));
+        }
+        let unresolved = rows.iter().filter(|r| r.slice.unresolved.is_some()).count();
+        if unresolved > 0 {
+            say(&format!(
+                "gonio: {unresolved} of {} slices are unresolved; their uncertainties are not to be trusted",
+                rows.len()
+            ));
+        }
+        let Some(dir) = &self.output else {
+            return match self.format {
+                Format::Csv => print(&text(|out| profiles_csv(&rows, out))?),
+                Format::Json => print(&text(|out| profiles_json(&rows, out))?),
+            };
+        };
+        fs::create_dir_all(dir)
+            .map_err(|e| Error::output(dir, format!("cannot make this folder: {e}")))?;
+        write(&files[0], |out| profiles_csv(&rows, out))?;
+        write(&files[1], |out| profiles_json(&rows, out))?;
+        for path in &files {
+            say(&path.display().to_string());
+        }
+        Ok(())
+    }
+}
+
+/// The files of an output folder: table, JSON, then one diagram a material.
+fn names(dir: &Path) -> Vec<PathBuf> {
+    vec![dir.join("profiles.csv"), dir.join("profiles.json")]
+}
+
+fn write(
+    path: &Path,
+    body: impl FnOnce(&mut BufWriter<fs::File>) -> io::Result<()>,
+) -> Result<(), Error> {
+    write_atomically(path, body)
+        .map_err(|e| Error::output(path, format!("cannot write this file: {e}")))
+}
+
+fn text(body: impl FnOnce(&mut Vec<u8>) -> io::Result<()>) -> Result<String, Error> {
+    let mut out = Vec::new();
+    body(&mut out).map_err(|e| Error::Internal(e.to_string()))?;
+    String::from_utf8(out).map_err(|e| Error::Internal(e.to_string()))
+}
+
+#[derive(Default)]
+struct Collect {
+    profiles: Vec<MaterialProfiles>,
+    failures: Vec<Failure>,
+}
+
+impl moments::Desk for Collect {
+    fn begins(&mut self, _material: &Material) {}
+
+    fn profiles(
+        &mut self,
+        _brdf: &dyn Brdf,
+        profiles: MaterialProfiles,
+        _inputs: Vec<Input>,
+    ) -> Result<(), Error> {
+        self.profiles.push(profiles);
+        Ok(())
+    }
+
+    fn failed(&mut self, failure: Failure) {
+        self.failures.push(failure);
+    }
+}

@@ -1,0 +1,170 @@
+//! What a config of this kind means.
+
+use super::spec::MomentsTable;
+use crate::brdf::Channels;
+use crate::error::Error;
+use crate::experiment::checks::distinct;
+use crate::experiment::config::{Config, MaterialTable, material, refuse_unknown, take_list};
+use crate::experiment::kind::Kind;
+use crate::experiment::materials::{self, Origins};
+use crate::experiment::plan::{Material, Plan};
+use crate::experiment::resolved::{insert_list, named, section};
+use crate::experiment::source::{KeyPath, Source};
+use crate::registry::{self, ReadError, Table};
+use serde::{Deserialize, Serialize};
+use std::path::PathBuf;
+
+const KEYS: [&str; 8] = [
+    "question",
+    "experiment",
+    "seeds",
+    "materials_dir",
+    "only",
+    "merl",
+    "material",
+    "moments",
+];
+
+/// The keys of the top level that are no tables.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+struct Scalars {
+    #[serde(skip_serializing_if = "Option::is_none")]
+    question: Option<String>,
+    experiment: Kind,
+    seeds: Vec<u64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    materials_dir: Option<PathBuf>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    only: Option<Vec<String>>,
+}
+
+impl Default for Scalars {
+    fn default() -> Self {
+        Self {
+            question: None,
+            experiment: Kind::Moments,
+            seeds: vec![1],
+            materials_dir: None,
+            only: None,
+        }
+    }
+}
+
+/// A moment experiment that can be run.
+#[derive(Debug)]
+pub struct MomentsPlan {
+    /// What it asks.
+    pub question: Option<String>,
+    /// Seed of random estimators.
+    pub seed: u64,
+    /// The materials.
+    pub materials: Vec<Material>,
+    /// Names that the config wants of a folder that does not have them.
+    pub missing: Vec<String>,
+    /// What is analysed, and how.
+    pub moments: MomentsTable,
+    /// The config with every default filled in.
+    pub resolved: toml::Table,
+}
+
+impl MomentsPlan {
+    /// Reads and checks a config of kind `moments`.
+    ///
+    /// # Errors
+    /// [`Error::Config`] and [`Error::Data`], as those of [`Plan::new`].
+    pub fn read(source: &Source) -> Result<Self, Error> {
+        Kind::Moments.require(source)?;
+        let (scalars, merl, tables, moments) =
+            parts(source.table()?).map_err(|e| source.error(e))?;
+        let moments = moments.unwrap_or_default();
+        moments.check(source)?;
+        let &[seed] = scalars.seeds.as_slice() else {
+            let message = format!("seeds = {:?}: allowed is one seed", scalars.seeds);
+            return Err(source.error_at(&KeyPath::of("seeds"), message));
+        };
+        if let Some(only) = &scalars.only {
+            distinct(source, "only", only, String::clone)?;
+        }
+        let written = tables.len();
+        let origins = Origins {
+            tables,
+            dir: scalars.materials_dir.as_deref(),
+            only: scalars.only.as_deref(),
+            merl,
+        };
+        let (materials, missing) = materials::gather(source, origins)?;
+        let mut resolved = section(&scalars);
+        let (by_hand, files) = materials.split_at(written);
+        if let Some(first) = files.first() {
+            let mut keys = first.spec.resolved();
+            keys.remove("kind");
+            keys.remove("path");
+            resolved.insert("merl".into(), keys.into());
+        }
+        let tables = by_hand.iter().map(|m| named(m.spec.resolved(), &m.name));
+        insert_list(&mut resolved, "material", tables);
+        resolved.insert("moments".into(), moments.resolved().into());
+        Ok(Self {
+            question: scalars.question,
+            seed,
+            materials,
+            missing,
+            moments,
+            resolved,
+        })
+    }
+
+    /// The materials and moments of a config of any kind.
+    ///
+    /// # Errors
+    /// As [`read`](Self::read).
+    pub fn of_any(source: &Source) -> Result<Self, Error> {
+        match Kind::of(source)? {
+            Kind::Moments => Self::read(source),
+            Kind::Acquisition => {
+                let plan = Plan::new(Config::read(source)?)?;
+                Ok(Self {
+                    question: plan.question,
+                    seed: plan.seeds[0],
+                    materials: plan.materials,
+                    missing: plan.missing,
+                    moments: plan.moments.unwrap_or_default(),
+                    resolved: plan.resolved,
+                })
+            }
+        }
+    }
+
+    /// What the materials are built for.
+    pub fn channels(&self) -> Channels {
+        self.moments.spec.needs()
+    }
+
+    /// The groups of materials, in the order of their first member.
+    pub fn groups(&self) -> Vec<String> {
+        let mut groups: Vec<String> = Vec::new();
+        for material in &self.materials {
+            let group = material.group();
+            if !groups.contains(&group) {
+                groups.push(group);
+            }
+        }
+        groups
+    }
+}
+
+type Parts<'s> = (
+    Scalars,
+    Option<Table<'s>>,
+    Vec<MaterialTable>,
+    Option<MomentsTable>,
+);
+
+fn parts(mut table: Table<'_>) -> Result<Parts<'_>, ReadError> {
+    refuse_unknown(&table, &KEYS)?;
+    let materials = take_list(&mut table, "material", material)?.unwrap_or_default();
+    let merl = registry::take_table(&mut table, "merl")?;
+    let moments = MomentsTable::take(&mut table)?;
+    Ok((registry::parse(table)?, merl, materials, moments))
+}

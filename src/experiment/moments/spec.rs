@@ -1,0 +1,65 @@
+//! The table `[moments]` of a config: what is analysed and by which estimator.
+
+use crate::error::{Error, ParameterError};
+use crate::experiment::checks::below;
+use crate::experiment::source::{KeyPath, Source};
+use crate::moments::{self, Estimator, MomentsSpec, PeakResolving};
+use crate::registry::{self, ReadError, Table};
+
+/// `[moments]`.
+#[derive(Debug)]
+pub struct MomentsTable {
+    /// Every key but the estimator.
+    pub spec: MomentsSpec,
+    /// `estimator`.
+    pub estimator: Box<dyn Estimator>,
+}
+
+impl Default for MomentsTable {
+    fn default() -> Self {
+        Self {
+            spec: MomentsSpec::default(),
+            estimator: Box::new(PeakResolving::default()),
+        }
+    }
+}
+
+impl MomentsTable {
+    /// Takes the table out of a config's, if it is there.
+    ///
+    /// # Errors
+    /// For keys that are unknown or of another type.
+    pub(in crate::experiment) fn take(config: &mut Table<'_>) -> Result<Option<Self>, ReadError> {
+        let Some(mut table) = registry::take_table(config, "moments")? else {
+            return Ok(None);
+        };
+        let estimator = match registry::take_table(&mut table, "estimator")? {
+            Some(estimator) => moments::read(estimator)?,
+            None => Box::new(PeakResolving::default()),
+        };
+        let spec = registry::parse(table)?;
+        Ok(Some(Self { spec, estimator }))
+    }
+
+    /// Checks every key.
+    ///
+    /// # Errors
+    /// [`Error::Config`].
+    pub(in crate::experiment) fn check(&self, source: &Source) -> Result<(), Error> {
+        let base = KeyPath::of("moments");
+        let refuse = |base: KeyPath| {
+            move |e: ParameterError| source.error_at(&below(&base, &e.key), format!("{base}.{e}"))
+        };
+        self.spec.check().map_err(refuse(base.clone()))?;
+        self.estimator
+            .check()
+            .map_err(refuse(base.key("estimator")))
+    }
+
+    /// Every key with its value.
+    pub(in crate::experiment) fn resolved(&self) -> toml::Table {
+        let mut table = super::super::resolved::section(&self.spec);
+        table.insert("estimator".into(), self.estimator.resolved().into());
+        table
+    }
+}
