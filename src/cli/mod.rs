@@ -10,6 +10,7 @@ mod moments;
 mod progress;
 mod run;
 mod schedule;
+mod study;
 mod tabulate;
 
 use crate::error::Error;

@@ -1,6 +1,7 @@
 //! `gonio moments`.
 
 use super::brdf_args::BrdfArgs;
+use super::run::tell_missing;
 use super::{ThreadArgs, print, refuse_existing, say};
 use crate::brdf::Brdf;
 use crate::error::Error;
@@ -51,9 +52,7 @@ impl Moments {
             }
             None => Vec::new(),
         };
-        for name in &plan.missing {
-            say(&format!("gonio: {name} is not in materials_dir; skipped"));
-        }
+        tell_missing(&plan.missing);
         let mut desk = Collect::default();
         moments::measure(&plan, &mut desk)?;
         if let Some(failure) = desk.failures.first() {

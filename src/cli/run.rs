@@ -4,9 +4,9 @@ use super::progress::Progress;
 use super::{ConfigArgs, SeedArgs, ThreadArgs, print, say};
 use crate::error::Error;
 use crate::experiment::{
-    self, Failure, Input, Job, Material, Observer, Plan, Row, ScheduleKey, Stage,
+    self, Failure, Input, Job, Kind, Material, Observer, Plan, Row, ScheduleKey, Stage,
 };
-use crate::report::{Manifest, RunFolder, Table, ranking};
+use crate::report::{MadeBy, Manifest, Outcome, RunFolder, Table, ranking};
 use crate::schedule::Schedule;
 use clap::Args;
 use std::path::{Path, PathBuf};
@@ -42,15 +42,13 @@ impl Run {
         self.threads.apply()?;
         let mut source = self.config.source()?;
         self.seed.apply(&mut source)?;
+        if Kind::of(&source)? == Kind::Moments {
+            return self.study(&source, started);
+        }
         let plan = super::plan(&source)?;
+        tell_missing(&plan.missing);
         let stop = stop_on_ctrl_c()?;
-        let folder = match &self.output {
-            Some(dir) => RunFolder::create(dir, self.force, &plan)?,
-            None => {
-                let stem = self.config.config.file_stem().unwrap_or("run".as_ref());
-                RunFolder::create_next(Path::new(RUNS), &stem.to_string_lossy(), &plan)?
-            }
-        };
+        let folder = self.folder(Kind::Acquisition, &plan.resolved)?;
         let table = Table::new(&plan);
         if let Some(question) = &plan.question {
             print(&format!("{}\n\n", question.trim()))?;
@@ -67,7 +65,18 @@ impl Run {
         };
         let summary = experiment::run(&plan, &mut desk)?;
         desk.progress.finish();
-        let manifest = Manifest::new(&plan, &source, desk.inputs, &summary, started);
+        let made_by = MadeBy {
+            resolved: &plan.resolved,
+            seeds: &plan.seeds,
+            missing: &plan.missing,
+        };
+        let outcome = Outcome {
+            rows: summary.rows,
+            failures: summary.failures.clone(),
+            seconds: serde_json::to_value(summary.seconds).unwrap_or_default(),
+            interrupted: summary.interrupted,
+        };
+        let manifest = Manifest::new(made_by, &source, desk.inputs, outcome, started);
         let path = desk.folder.finish(manifest)?;
         if !desk.rows.is_empty() {
             print(&ranking(&desk.rows))?;
@@ -94,8 +103,34 @@ impl Run {
     }
 }
 
+impl Run {
+    /// The folder of the results.
+    pub(super) fn folder(&self, kind: Kind, resolved: &toml::Table) -> Result<RunFolder, Error> {
+        match &self.output {
+            Some(dir) => RunFolder::create(dir, self.force, kind, resolved),
+            None => {
+                let stem = self.config.config.file_stem().unwrap_or("run".as_ref());
+                RunFolder::create_next(Path::new(RUNS), &stem.to_string_lossy(), kind, resolved)
+            }
+        }
+    }
+
+    /// True if nothing but errors shall be told.
+    pub(super) fn is_quiet(&self) -> bool {
+        self.quiet
+    }
+}
+
+/// Tells which materials a config names in vain.
+pub(super) fn tell_missing(names: &[String]) {
+    if !names.is_empty() {
+        let list = names.join(", ");
+        say(&format!("gonio: not in materials_dir, skipped: {list}"));
+    }
+}
+
 /// A flag that the first Ctrl-C (or SIGTERM) sets; the second ends the program at once.
-fn stop_on_ctrl_c() -> Result<Arc<AtomicBool>, Error> {
+pub(super) fn stop_on_ctrl_c() -> Result<Arc<AtomicBool>, Error> {
     let stop = Arc::new(AtomicBool::new(false));
     let flag = Arc::clone(&stop);
     let handler = move || {

@@ -116,6 +116,8 @@ pub struct Seconds {
     pub reconstruct: f64,
     /// Evaluating reconstructions and comparing.
     pub evaluate: f64,
+    /// Integrating moments of materials and reconstructions, if they are asked for.
+    pub moments: f64,
 }
 
 /// How a run ended.

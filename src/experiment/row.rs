@@ -41,6 +41,21 @@ pub struct Row {
     pub max_relative: Option<f64>,
     /// Mean relative error of the directional albedo; the same for every measure.
     pub albedo: Option<f64>,
+    /// Mean relative error of the energy of slices, as the next five if `quantities` asks for it;
+    /// the same for every measure. See [`MomentErrors`](crate::moments::MomentErrors).
+    pub moment_energy: Option<f64>,
+    /// Mean error of their mean direction, rad.
+    pub moment_mean_rad: Option<f64>,
+    /// The same relative to σ.
+    pub moment_mean: Option<f64>,
+    /// Mean error of their covariance relative to σ².
+    pub moment_covariance: Option<f64>,
+    /// Mean error of their co-skewness.
+    pub moment_skewness: Option<f64>,
+    /// Mean error of their excess co-kurtosis.
+    pub moment_kurtosis: Option<f64>,
+    /// Slices of truth and reconstruction whose moments did not reach the estimator's tolerance.
+    pub moment_unresolved: Option<usize>,
     /// Configurations visited.
     pub poses: usize,
     /// Poses where the material has no data.
@@ -62,11 +77,13 @@ pub struct Row {
     /// Time to evaluate the reconstruction at the pairs of this measure and compare, plus the time
     /// of its albedo, which is shared by the measures.
     pub evaluate_seconds: f64,
+    /// Time to integrate the moments of the reconstruction; shared by the measures.
+    pub moment_seconds: Option<f64>,
 }
 
 impl Row {
     /// The columns, in order, and what they mean.
-    pub const COLUMNS: [(&str, &str); 26] = [
+    pub const COLUMNS: [(&str, &str); 34] = [
         ("material", "name of the material"),
         (
             "parametrization",
@@ -91,6 +108,31 @@ impl Row {
         (
             "albedo",
             "mean relative error of the directional albedo at eight theta_o from 0 to 80°; the same for every measure",
+        ),
+        (
+            "moment_energy",
+            "mean over the views of the relative error of the energy of slices; this and the next six with quantities = [\"moments\"], the same for every measure",
+        ),
+        (
+            "moment_mean_rad",
+            "mean over the views of the error of the mean direction of slices, the larger of both angles, in radians",
+        ),
+        ("moment_mean", "the same, each angle relative to its sigma"),
+        (
+            "moment_covariance",
+            "mean over the views of the largest error of a covariance relative to sigma²",
+        ),
+        (
+            "moment_skewness",
+            "mean over the views of the largest error of a co-skewness",
+        ),
+        (
+            "moment_kurtosis",
+            "mean over the views of the largest error of an excess co-kurtosis",
+        ),
+        (
+            "moment_unresolved",
+            "slices of truth and reconstruction whose moments missed the estimator's tolerance",
         ),
         ("poses", "configurations visited"),
         ("no_data", "poses where the material has no data"),
@@ -122,6 +164,10 @@ impl Row {
         (
             "evaluate_seconds",
             "wall time to evaluate at the pairs of this measure and compare, plus that of the albedo, which the measures share",
+        ),
+        (
+            "moment_seconds",
+            "wall time to integrate the moments of the reconstruction; shared by the measures",
         ),
     ];
 }

@@ -8,10 +8,11 @@ use super::observer::{Failure, Input, Job, Observer, ScheduleKey, Stage, Summary
 use super::plan::{Material, Plan};
 use super::row::Row;
 use crate::brdf::Brdf;
-use crate::error::Error;
+use crate::error::{Error, ParameterError};
 use crate::geometry::{DirectionPair, Symmetry};
 use crate::instrument::{Ideal, Instrument};
 use crate::metrics::{self, AlbedoProbe, Values};
+use crate::moments::{MomentErrors, Profile};
 use crate::schedule::Schedule;
 use std::collections::HashMap;
 use std::path::PathBuf;
@@ -59,6 +60,8 @@ struct Truth<'a> {
     /// One a measure.
     values: Vec<Values>,
     albedo: Values,
+    /// Its moments, if they are asked for.
+    profile: Option<Profile>,
 }
 
 /// Position of a schedule's choices in the plan.
@@ -129,12 +132,16 @@ impl<'a> Runner<'a> {
             )
         });
         self.summary.seconds.truth += seconds;
+        let (profile, seconds) = timed(|| self.profile(&*brdf));
+        self.summary.seconds.moments += seconds;
+        let profile = profile.map_err(|e| e.to_string())?;
         self.observer.loaded(material, &inputs);
         Ok(Truth {
             material,
             brdf,
             values,
             albedo,
+            profile,
         })
     }
 
@@ -223,6 +230,10 @@ impl<'a> Runner<'a> {
                     });
                     self.summary.seconds.evaluate += albedo_seconds;
                     let albedo = albedo?;
+                    let (moments, moment_seconds) = timed(|| self.moments(truth, &*brdf));
+                    self.summary.seconds.moments += moment_seconds;
+                    let moments = moments?;
+                    let errors_of = moments.map(|(errors, _)| errors).unwrap_or_default();
                     for (m, measure) in self.plan.measures.iter().enumerate() {
                         let (errors, seconds) = timed(|| {
                             let values = self.evaluate(&*brdf, &self.pairs[m])?;
@@ -249,6 +260,13 @@ impl<'a> Runner<'a> {
                             mean_relative: errors.mean_relative,
                             max_relative: errors.max_relative,
                             albedo,
+                            moment_energy: errors_of.energy,
+                            moment_mean_rad: errors_of.mean,
+                            moment_mean: errors_of.mean_relative,
+                            moment_covariance: errors_of.covariance,
+                            moment_skewness: errors_of.skewness,
+                            moment_kurtosis: errors_of.kurtosis,
+                            moment_unresolved: moments.map(|(_, unresolved)| unresolved),
                             poses: schedule.poses.len(),
                             no_data: measurement.no_data(),
                             unphysical_share: schedule.unphysical_share,
@@ -259,6 +277,7 @@ impl<'a> Runner<'a> {
                             measure_seconds,
                             reconstruct_seconds,
                             evaluate_seconds: seconds + albedo_seconds,
+                            moment_seconds: moments.map(|_| moment_seconds),
                         };
                         rows.push((r, row));
                     }
@@ -267,6 +286,38 @@ impl<'a> Runner<'a> {
             self.observer.advanced(1, key.budget);
         }
         Ok(())
+    }
+
+    /// The moments of a BRDF, if they are asked for.
+    fn profile(&self, brdf: &dyn Brdf) -> Result<Option<Profile>, ParameterError> {
+        let Some(table) = &self.plan.moments else {
+            return Ok(None);
+        };
+        // The plan has one seed or more, and the table one channel.
+        let (seed, channel) = (self.plan.seeds[0], table.spec.channels[0]);
+        Profile::new(brdf, channel, &table.spec, &*table.estimator, seed).map(Some)
+    }
+
+    /// Moment errors of a reconstruction, and how many slices are unresolved.
+    fn moments(
+        &self,
+        truth: &Truth<'_>,
+        brdf: &dyn Brdf,
+    ) -> Result<Option<(MomentErrors, usize)>, Stop> {
+        let Some(of_truth) = &truth.profile else {
+            return Ok(None);
+        };
+        if self.observer.cancelled() {
+            return Err(Stop::Cancelled);
+        }
+        // The truth went the same way before.
+        let profile = self
+            .profile(brdf)
+            .map_err(|e| Error::Internal(e.to_string()))?;
+        Ok(profile.map(|profile| {
+            let errors = MomentErrors::between(of_truth, &profile);
+            (errors, of_truth.unresolved() + profile.unresolved())
+        }))
     }
 
     /// The schedule and the time it took to make, now or for an earlier material; or why there is

@@ -19,8 +19,10 @@
 //! assert!((moments.value(4, 0).unwrap() + 1.2).abs() < 1e-12);
 //! ```
 
+mod clamping;
 mod component;
 mod cubature;
+mod errors;
 mod estimator;
 mod peak;
 mod profile;
@@ -29,7 +31,9 @@ mod slice;
 mod split;
 mod tally;
 
+pub use clamping::{Clamping, HorizonCopy};
 pub use component::{Component, Estimate, Moments, Order};
+pub use errors::MomentErrors;
 pub use estimator::{Estimator, SliceMoments, Unresolved, all, read};
 pub use peak::PeakResolving;
 pub use profile::{MomentsSpec, Profile, Split};

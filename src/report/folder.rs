@@ -2,26 +2,43 @@
 //!
 //! ```text
 //! config.toml     the resolved config; running it again gives the same results
+//! manifest.json   version, status, inputs, files; written last
+//! ```
+//!
+//! An acquisition adds
+//!
+//! ```text
 //! results.csv     one row per comparison
 //! results.jsonl   the same rows
 //! schedules/      if asked: one file per schedule
 //! slices/         if asked: one picture per reconstruction
-//! manifest.json   version, status, inputs, files; written last
+//! ```
+//!
+//! and a moment experiment
+//!
+//! ```text
+//! profiles.csv      one row per material, channel and view
+//! fits.csv          one row per material: what its profiles have been fitted with
+//! correlations.csv  one row per group and pair of quantities
+//! summary.json      one object per group: what its materials have in common
+//! figures/          diagrams
 //! ```
 //!
 //! Until the run is over every name ends in `.part`. After a crash only those are left, with the
 //! rows that were finished.
 
 use super::manifest::Manifest;
-use super::results::{ResultFiles, going_on, part};
+use super::results::{ProfileFile, ResultFiles, going_on, part};
 use crate::error::Error;
-use crate::experiment::{Plan, ScheduleKey};
+use crate::experiment::moments::ProfileRow;
+use crate::experiment::{Kind, Row, ScheduleKey};
 use crate::files::write_atomically;
 use crate::schedule::{Schedule, ScheduleFormat, write_schedule};
 use std::collections::BTreeSet;
 use std::fs;
 use std::io::{self, ErrorKind, Write};
 use std::path::{Path, PathBuf};
+use toml::Table;
 
 const CONFIG: &str = "config.toml";
 const CONFIG_HEAD: &str = "\
@@ -32,21 +49,59 @@ const CONFIG_HEAD: &str = "\
 const MANIFEST: &str = "manifest.json";
 const SCHEDULES: &str = "schedules";
 const SLICES: &str = "slices";
+/// The folder of diagrams.
+pub const FIGURES: &str = "figures";
+/// The tables of a moment experiment beside its profiles.
+pub const FITS: &str = "fits.csv";
+/// See [`FITS`].
+pub const CORRELATIONS: &str = "correlations.csv";
+/// See [`FITS`].
+pub const SUMMARY: &str = "summary.json";
 
 /// Everything a run writes at the top of its folder.
-const NAMES: [&str; 6] = [
+const NAMES: [&str; 11] = [
     CONFIG,
     MANIFEST,
     ResultFiles::NAMES[0],
     ResultFiles::NAMES[1],
+    ProfileFile::NAME,
+    FITS,
+    CORRELATIONS,
+    SUMMARY,
     SCHEDULES,
     SLICES,
+    FIGURES,
 ];
+
+/// Those that are folders.
+const FOLDERS: [&str; 3] = [SCHEDULES, SLICES, FIGURES];
+
+/// The files that grow while a run goes on.
+enum Growing {
+    Results(ResultFiles),
+    Profiles(ProfileFile),
+}
+
+impl Growing {
+    fn create(dir: &Path, kind: Kind) -> io::Result<Self> {
+        Ok(match kind {
+            Kind::Acquisition => Self::Results(ResultFiles::create(dir)?),
+            Kind::Moments => Self::Profiles(ProfileFile::create(dir)?),
+        })
+    }
+
+    fn rows(&self) -> usize {
+        match self {
+            Self::Results(files) => files.rows(),
+            Self::Profiles(file) => file.rows(),
+        }
+    }
+}
 
 /// A run's folder while the run goes on.
 pub struct RunFolder {
     dir: PathBuf,
-    results: ResultFiles,
+    growing: Growing,
     /// Finished files, relative to the folder.
     files: BTreeSet<String>,
 }
@@ -57,7 +112,7 @@ impl RunFolder {
     /// # Errors
     /// [`Error::Output`] if the folder cannot be written to, or if a run is there already, unless
     /// `force` says to replace it.
-    pub fn create(dir: &Path, force: bool, plan: &Plan) -> Result<Self, Error> {
+    pub fn create(dir: &Path, force: bool, kind: Kind, resolved: &Table) -> Result<Self, Error> {
         let failed = |e: io::Error| {
             let message = format!("cannot write to this folder: {e}; choose another with -o");
             Error::output(dir, message)
@@ -91,19 +146,24 @@ impl RunFolder {
             };
             return Err(Error::output(dir, message));
         }
-        Self::start(dir, plan).map_err(failed)
+        Self::start(dir, kind, resolved).map_err(failed)
     }
 
     /// Starts a run in the first folder of `parent/stem`, `parent/stem-2`, … that does not exist.
     ///
     /// # Errors
     /// [`Error::Output`] if the folder cannot be made.
-    pub fn create_next(parent: &Path, stem: &str, plan: &Plan) -> Result<Self, Error> {
+    pub fn create_next(
+        parent: &Path,
+        stem: &str,
+        kind: Kind,
+        resolved: &Table,
+    ) -> Result<Self, Error> {
         let names = (2..).map(|n| format!("{stem}-{n}"));
         for name in std::iter::once(stem.to_owned()).chain(names) {
             let dir = parent.join(name);
             let made = fs::create_dir_all(parent).and_then(|()| fs::create_dir(&dir));
-            match made.and_then(|()| Self::start(&dir, plan)) {
+            match made.and_then(|()| Self::start(&dir, kind, resolved)) {
                 Err(e) if e.kind() == ErrorKind::AlreadyExists && dir.exists() => {}
                 Err(e) => {
                     let message = format!("cannot make this folder: {e}; choose another with -o");
@@ -115,13 +175,13 @@ impl RunFolder {
         unreachable!("the names have no end")
     }
 
-    fn start(dir: &Path, plan: &Plan) -> io::Result<Self> {
-        let results = ResultFiles::create(dir)?;
-        let config = toml::to_string(&plan.resolved).map_err(io::Error::other)?;
+    fn start(dir: &Path, kind: Kind, resolved: &Table) -> io::Result<Self> {
+        let growing = Growing::create(dir, kind)?;
+        let config = toml::to_string(resolved).map_err(io::Error::other)?;
         fs::write(part(dir, CONFIG), format!("{CONFIG_HEAD}{config}"))?;
         Ok(Self {
             dir: dir.to_owned(),
-            results,
+            growing,
             files: BTreeSet::new(),
         })
     }
@@ -133,15 +193,62 @@ impl RunFolder {
 
     /// Rows written so far.
     pub fn rows(&self) -> usize {
-        self.results.rows()
+        self.growing.rows()
     }
 
-    /// Appends rows to the results.
+    /// Appends rows to the results of an acquisition.
     ///
     /// # Errors
     /// [`Error::Output`].
-    pub fn write_rows(&mut self, rows: &[crate::experiment::Row]) -> Result<(), Error> {
-        let written = self.results.write(rows);
+    pub fn write_rows(&mut self, rows: &[Row]) -> Result<(), Error> {
+        let written = match &mut self.growing {
+            Growing::Results(files) => files.write(rows),
+            Growing::Profiles(_) => Err(io::Error::other("rows of another kind of experiment")),
+        };
+        self.report(written)
+    }
+
+    /// Appends rows to the profiles of a moment experiment.
+    ///
+    /// # Errors
+    /// [`Error::Output`].
+    pub fn write_profiles(&mut self, rows: &[ProfileRow<'_>]) -> Result<(), Error> {
+        let written = match &mut self.growing {
+            Growing::Profiles(file) => file.write(rows),
+            Growing::Results(_) => Err(io::Error::other("rows of another kind of experiment")),
+        };
+        self.report(written)
+    }
+
+    /// Writes one of the named files at the top of the folder.
+    ///
+    /// # Errors
+    /// [`Error::Output`].
+    pub fn write_file(
+        &mut self,
+        name: &'static str,
+        body: impl FnOnce(&mut io::BufWriter<fs::File>) -> io::Result<()>,
+    ) -> Result<(), Error> {
+        let path = part(&self.dir, name);
+        write_atomically(&path, body)
+            .map_err(|e| Error::output(path, format!("cannot write this file: {e}")))?;
+        self.files.insert(name.to_owned());
+        Ok(())
+    }
+
+    /// Writes a diagram.
+    ///
+    /// # Errors
+    /// [`Error::Output`].
+    pub fn write_figure(
+        &mut self,
+        name: String,
+        body: impl FnOnce(&mut io::BufWriter<fs::File>) -> io::Result<()>,
+    ) -> Result<(), Error> {
+        self.write_below(FIGURES, name, body)
+    }
+
+    fn report(&self, written: io::Result<()>) -> Result<(), Error> {
         written.map_err(|e| Error::output(&self.dir, format!("cannot write results: {e}")))
     }
 
@@ -204,11 +311,22 @@ impl RunFolder {
     pub fn finish(mut self, mut manifest: Manifest) -> Result<PathBuf, Error> {
         let dir = self.dir.clone();
         self.files.extend([CONFIG, MANIFEST].map(String::from));
-        self.files.extend(ResultFiles::NAMES.map(String::from));
+        match &self.growing {
+            Growing::Results(_) => self.files.extend(ResultFiles::NAMES.map(String::from)),
+            Growing::Profiles(_) => {
+                self.files.insert(ProfileFile::NAME.into());
+            }
+        }
         manifest.files = self.files.into_iter().collect();
         let finish = || {
-            self.results.finish()?;
-            for name in [CONFIG, SCHEDULES, SLICES] {
+            match self.growing {
+                Growing::Results(files) => files.finish()?,
+                Growing::Profiles(file) => file.finish()?,
+            }
+            for name in [CONFIG, FITS, CORRELATIONS, SUMMARY]
+                .into_iter()
+                .chain(FOLDERS)
+            {
                 let unfinished = part(&dir, name);
                 if unfinished.exists() {
                     fs::rename(unfinished, dir.join(name))?;
@@ -255,7 +373,7 @@ fn clear(dir: &Path) -> io::Result<()> {
             remove(fs::remove_file(&unfinished))?;
         }
     }
-    for name in [SCHEDULES, SLICES] {
+    for name in FOLDERS {
         // Fails if someone else's files are in it, which are not ours to remove.
         let _ = fs::remove_dir(dir.join(name));
     }

@@ -1,6 +1,6 @@
 //! `manifest.json`: what made the results beside it, so that they can be made again.
 
-use crate::experiment::{Failure, Input, Plan, Seconds, Source, Summary};
+use crate::experiment::{Failure, Input, Source};
 use serde::Serialize;
 use std::time::SystemTime;
 
@@ -14,6 +14,30 @@ pub enum Status {
     Interrupted,
     /// Some jobs failed; the rows of the others are there.
     FailedJobs,
+}
+
+/// What of a plan a manifest holds.
+#[derive(Clone, Copy, Debug)]
+pub struct MadeBy<'a> {
+    /// The resolved config.
+    pub resolved: &'a toml::Table,
+    /// Its seeds.
+    pub seeds: &'a [u64],
+    /// Materials that it names and its folder does not have.
+    pub missing: &'a [String],
+}
+
+/// How a run of any kind went.
+#[derive(Clone, Debug, Default)]
+pub struct Outcome {
+    /// Rows that were written.
+    pub rows: usize,
+    /// What could not be done.
+    pub failures: Vec<Failure>,
+    /// Seconds by stage.
+    pub seconds: serde_json::Value,
+    /// True if it was stopped before its end.
+    pub interrupted: bool,
 }
 
 /// The manifest's fields.
@@ -31,10 +55,12 @@ pub struct Manifest {
     threads: usize,
     /// The config's file and those of the materials that were loaded.
     inputs: Vec<Input>,
+    /// Materials that the config names and its folder does not have.
+    missing: Vec<String>,
     rows: usize,
     failures: Vec<Failure>,
     /// Seconds per stage, over the whole run.
-    seconds: Seconds,
+    seconds: serde_json::Value,
     started_unix_seconds: u64,
     ended_unix_seconds: u64,
     os: &'static str,
@@ -46,10 +72,10 @@ pub struct Manifest {
 impl Manifest {
     /// The manifest of a run that started at `started` and ends now.
     pub fn new(
-        plan: &Plan,
+        made_by: MadeBy<'_>,
         source: &Source,
         materials: Vec<Input>,
-        summary: &Summary,
+        outcome: Outcome,
         started: SystemTime,
     ) -> Self {
         let config = Input {
@@ -63,19 +89,20 @@ impl Manifest {
         };
         Self {
             gonio: env!("CARGO_PKG_VERSION"),
-            status: match summary {
-                s if s.interrupted => Status::Interrupted,
-                s if s.failures.is_empty() => Status::Complete,
+            status: match &outcome {
+                o if o.interrupted => Status::Interrupted,
+                o if o.failures.is_empty() => Status::Complete,
                 _ => Status::FailedJobs,
             },
             options: source.edits(),
-            config: plan.resolved.clone(),
-            seeds: plan.seeds.clone(),
+            config: made_by.resolved.clone(),
+            seeds: made_by.seeds.to_vec(),
             threads: rayon::current_num_threads(),
             inputs: std::iter::once(config).chain(materials).collect(),
-            rows: summary.rows,
-            failures: summary.failures.clone(),
-            seconds: summary.seconds,
+            missing: made_by.missing.to_vec(),
+            rows: outcome.rows,
+            failures: outcome.failures,
+            seconds: outcome.seconds,
             started_unix_seconds: unix(started),
             ended_unix_seconds: unix(SystemTime::now()),
             os: std::env::consts::OS,

@@ -12,8 +12,8 @@ mod slice;
 mod table;
 
 pub use folder::file_stem;
-pub use folder::{RunFolder, schedule_stem};
-pub use manifest::{Manifest, Status};
+pub use folder::{CORRELATIONS, FIGURES, FITS, RunFolder, SUMMARY, schedule_stem};
+pub use manifest::{MadeBy, Manifest, Outcome, Status};
 pub use plot::{Axis, Mark, Panel, Scale, Series};
 pub use profiles::{profiles_csv, profiles_json};
 pub use ranking::ranking;

@@ -1,6 +1,8 @@
-//! `results.csv` and `results.jsonl`: the same rows, the same columns, written as they come.
+//! `results.csv` and `results.jsonl`: the same rows, the same columns, written as they come; and
+//! `profiles.csv` of a moment experiment.
 
 use crate::experiment::Row;
+use crate::experiment::moments::ProfileRow;
 use std::fs::{File, TryLockError};
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
@@ -73,11 +75,57 @@ impl ResultFiles {
     }
 }
 
+/// Writes the rows of `profiles.csv`, under a name that ends in `.part` until the run is over.
+pub(super) struct ProfileFile {
+    csv: csv::Writer<File>,
+    dir: PathBuf,
+    rows: usize,
+}
+
+impl ProfileFile {
+    /// The name of the finished file.
+    pub(super) const NAME: &'static str = "profiles.csv";
+
+    pub(super) fn create(dir: &Path) -> io::Result<Self> {
+        let file = File::create_new(part(dir, Self::NAME))?;
+        // Tells [`going_on`]. Where the file system has no locks the run goes on without.
+        let _ = file.try_lock();
+        let mut csv = csv::Writer::from_writer(file);
+        csv.write_record(ProfileRow::columns())?;
+        Ok(Self {
+            csv,
+            dir: dir.to_owned(),
+            rows: 0,
+        })
+    }
+
+    pub(super) fn write(&mut self, rows: &[ProfileRow<'_>]) -> io::Result<()> {
+        for row in rows {
+            self.csv.write_record(row.fields())?;
+        }
+        self.rows += rows.len();
+        self.csv.flush()
+    }
+
+    pub(super) fn rows(&self) -> usize {
+        self.rows
+    }
+
+    pub(super) fn finish(mut self) -> io::Result<()> {
+        self.csv.flush()?;
+        std::fs::rename(part(&self.dir, Self::NAME), self.dir.join(Self::NAME))
+    }
+}
+
 /// True if a run is writing into this folder at this moment.
 pub(super) fn going_on(dir: &Path) -> bool {
-    let file = File::open(part(dir, ResultFiles::NAMES[0]));
-    let lock = file.as_ref().map(File::try_lock);
-    matches!(lock, Ok(Err(TryLockError::WouldBlock)))
+    [ResultFiles::NAMES[0], ProfileFile::NAME]
+        .iter()
+        .any(|name| {
+            let file = File::open(part(dir, name));
+            let lock = file.as_ref().map(File::try_lock);
+            matches!(lock, Ok(Err(TryLockError::WouldBlock)))
+        })
 }
 
 /// The name of something that is not finished.

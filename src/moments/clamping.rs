@@ -1,0 +1,206 @@
+//! How much of a profile is the horizon's doing?
+//!
+//! Zubiaga et al. 2015 (§2.5, §4) see means, variances, skewness and kurtosis leave their simple
+//! course towards grazing views, and conjecture that the horizon, which cuts lobes off, is the
+//! cause. Test: take the lobe at normal view, where it is cut least, move it rigidly in the chart
+//! (θ, φ) until it is centred on the mirror direction of the view, let the horizon cut it, and
+//! change nothing else. Its moments leave their course for no other reason than the cut:
+//!
+//! - uncut, the moved lobe has the mean µ(0) − θ_o and all central moments of θ_o = 0;
+//! - cut, it has the moments of [`HorizonCopy`].
+//!
+//! The share of a deviation that the cut explains is 1 − Σ (actual − cut)² / Σ (actual − uncut)²
+//! over the views: 1 if the cut is all there is, 0 if it explains nothing, negative if it leads
+//! away.
+
+use super::component::Component;
+use super::estimator::Estimator;
+use super::profile::Profile;
+use super::slice::Slice;
+use crate::brdf::{Brdf, Channels, Presence};
+use crate::error::ParameterError;
+use crate::geometry::{Direction, DirectionPair, Symmetry};
+use crate::parametrization::{view_centered, view_centered_angles};
+use glam::DVec3;
+use rayon::prelude::*;
+use serde::Serialize;
+use std::f64::consts::FRAC_PI_2;
+
+/// A BRDF's lobe at normal view, moved to the mirror direction of every other view; not reciprocal.
+#[derive(Clone, Copy)]
+pub struct HorizonCopy<'a> {
+    of: &'a dyn Brdf,
+}
+
+impl<'a> HorizonCopy<'a> {
+    /// Copies the lobe of an isotropic BRDF.
+    pub fn new(of: &'a dyn Brdf) -> Self {
+        Self { of }
+    }
+}
+
+impl Brdf for HorizonCopy<'_> {
+    fn channels(&self) -> Channels {
+        self.of.channels()
+    }
+
+    fn symmetry(&self) -> Symmetry {
+        Symmetry {
+            reciprocal: false,
+            ..self.of.symmetry()
+        }
+    }
+
+    fn conserves_energy(&self) -> bool {
+        false
+    }
+
+    fn eval(&self, pair: &DirectionPair, out: &mut [f64]) -> Presence {
+        out.fill(0.0);
+        if !pair.is_above_horizon() {
+            return Presence::Present;
+        }
+        let (i, o) = (pair.omega_i.vector(), pair.omega_o.vector());
+        // Turns the view into the x–z plane.
+        let (sin, cos) = pair.omega_o.phi().sin_cos();
+        let turned = DVec3::new(i.x * cos + i.y * sin, i.y * cos - i.x * sin, i.z);
+        let [theta, phi] = view_centered_angles(Direction::from_unit(turned));
+        let theta = theta + pair.omega_o.sin_theta().atan2(o.z);
+        if theta.abs() >= FRAC_PI_2 {
+            // Beyond the horizon of the normal view nothing is known of the lobe but its end.
+            return Presence::Present;
+        }
+        let there = DirectionPair::new(view_centered(theta, phi), Direction::NORMAL);
+        self.of.eval(&there, out)
+    }
+}
+
+/// How much of a profile's course the horizon explains.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Clamping {
+    /// Share of the deviation of each component that is explained, at the component's index;
+    /// `None` for the energy, for components that vanish by symmetry, and where nothing deviates.
+    pub explained: Vec<Option<f64>>,
+    /// The last view that counts, rad.
+    pub last_view: f64,
+}
+
+impl Clamping {
+    /// Compares a profile that starts at normal view with that of the moved lobe, over the views
+    /// up to `last_view` (rad).
+    ///
+    /// # Errors
+    /// If the BRDF was not built for the profile's channel.
+    pub fn of(
+        brdf: &dyn Brdf,
+        profile: &Profile,
+        estimator: &dyn Estimator,
+        last_view: f64,
+    ) -> Result<Self, ParameterError> {
+        let copy = HorizonCopy::new(brdf);
+        let views = profile.views.par_iter().filter(|v| **v <= last_view);
+        let cut = views.map(|&theta_o| {
+            let slice = Slice::new(&copy, profile.channel, theta_o)?.without(profile.diffuse);
+            Ok(estimator.estimate(&slice, profile.order, 0).moments)
+        });
+        let cut = cut.collect::<Result<Vec<_>, ParameterError>>()?;
+        let explained = Component::ALL.map(|c| {
+            if c.order() == 0 || c.is_odd() {
+                return None;
+            }
+            let start = profile.slices.first()?.moments.get(c)?.value;
+            let (mut left, mut all) = (0.0, 0.0);
+            let actual = profile.slices.iter().zip(&profile.views);
+            for ((slice, theta_o), cut) in actual.zip(&cut) {
+                let (Some(actual), Some(cut)) = (slice.moments.get(c), cut.get(c)) else {
+                    continue;
+                };
+                let uncut = if c.order() == 1 {
+                    start - theta_o
+                } else {
+                    start
+                };
+                left += (actual.value - cut.value).powi(2);
+                all += (actual.value - uncut).powi(2);
+            }
+            (all > 0.0).then(|| 1.0 - left / all)
+        });
+        Ok(Self {
+            explained: explained.to_vec(),
+            last_view,
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::brdf;
+    use crate::moments::{Channel, MomentsSpec, PeakResolving};
+    use crate::registry::read_text;
+
+    fn microfacet(kind: &str, alpha: f64) -> Box<dyn Brdf> {
+        let entry = brdf::all().into_iter().find(|e| e.kind == kind).unwrap();
+        let spec = read_text(&entry, &format!("alpha = {alpha}")).unwrap();
+        spec.build(Channels::Luminance).unwrap()
+    }
+
+    fn profile(brdf: &dyn Brdf) -> Profile {
+        let spec = MomentsSpec {
+            views: 17,
+            max_view_deg: 80.0,
+            ..MomentsSpec::default()
+        };
+        let estimator = PeakResolving::default();
+        Profile::new(brdf, Channel::Luminance, &spec, &estimator, 1).unwrap()
+    }
+
+    #[test]
+    fn the_copy_is_the_brdf_at_normal_view_and_keeps_its_shape_uncut() {
+        let ggx = microfacet("ggx", 0.2);
+        let copy = HorizonCopy::new(&*ggx);
+        for (theta, phi) in [(0.3, 0.2), (-0.9, 0.5), (0.0, -1.2)] {
+            let omega_i = view_centered(theta, phi);
+            let normal = DirectionPair::new(omega_i, Direction::NORMAL);
+            let got = copy.luminance(&normal).unwrap();
+            assert!((got / ggx.luminance(&normal).unwrap() - 1.0).abs() < 1e-12);
+            // Seen from 30° the same value stands 30° further.
+            for azimuth in [0.0, 2.0] {
+                let turn = |d: Direction| {
+                    let (s, c) = f64::sin_cos(azimuth);
+                    let v = d.vector();
+                    Direction::from_unit(DVec3::new(v.x * c - v.y * s, v.x * s + v.y * c, v.z))
+                };
+                let moved = DirectionPair::new(
+                    turn(view_centered(theta - 0.5, phi)),
+                    turn(view_centered(0.5, 0.0)),
+                );
+                assert!((copy.luminance(&moved).unwrap() / got - 1.0).abs() < 1e-12);
+            }
+        }
+    }
+
+    #[test]
+    fn a_copy_is_explained_by_the_horizon_alone() {
+        let ggx = microfacet("ggx", 0.3);
+        let copy = HorizonCopy::new(&*ggx);
+        let estimator = PeakResolving::default();
+        let clamping = Clamping::of(&copy, &profile(&copy), &estimator, 1.4).unwrap();
+        for c in [(1, 0), (2, 0), (3, 0), (1, 2)] {
+            let index = Component { n: c.0, m: c.1 }.index();
+            let explained = clamping.explained[index].unwrap();
+            assert!(explained > 1.0 - 1e-4, "{c:?}: {explained}");
+        }
+    }
+
+    #[test]
+    fn what_the_horizon_does_not_touch_it_does_not_explain() {
+        // A lobe without tails, 1° wide and 30° from the horizon at most: it narrows across the
+        // plane of incidence because half vectors do, like cos² θ_o.
+        let lobe = microfacet("beckmann", 0.01);
+        let estimator = PeakResolving::default();
+        let clamping = Clamping::of(&*lobe, &profile(&*lobe), &estimator, 1.0).unwrap();
+        let explained = clamping.explained[Component { n: 0, m: 2 }.index()].unwrap();
+        assert!(explained.abs() < 1e-3, "{explained}");
+    }
+}
