@@ -4,9 +4,12 @@ use super::run::{Run, stop_on_ctrl_c, tell_missing};
 use super::{print, say};
 use crate::brdf::Brdf;
 use crate::error::Error;
-use crate::experiment::moments::{self, MaterialProfiles, MomentsPlan};
+use crate::experiment::moments::{self, Group, MaterialProfiles, MomentsPlan, ProfileFits};
 use crate::experiment::{Failure, Input, Kind, Material, Source};
-use crate::report::{MadeBy, Manifest, Outcome, RunFolder};
+use crate::moments::{Clamping, ViewRange};
+use crate::report::{CORRELATIONS, FITS, MadeBy, Manifest, Outcome, RunFolder, SUMMARY};
+use crate::report::{correlations_csv, fits_csv, study_table, summary_json};
+use std::io::Write;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Instant, SystemTime};
@@ -21,21 +24,35 @@ impl Run {
         if let Some(question) = &plan.question {
             print(&format!("{}\n\n", question.trim()))?;
         }
+        print(HEAD)?;
         let mut desk = Desk {
             plan: &plan,
             stop,
             folder,
+            range: plan
+                .analysis
+                .range()
+                .map_err(|e| Error::Internal(e.to_string()))?,
             materials: Vec::new(),
+            fits: Vec::new(),
             inputs: Vec::new(),
             failures: Vec::new(),
         };
         let begun = Instant::now();
         let complete = moments::measure(&plan, &mut desk)?;
-        let measured = begun.elapsed().as_secs_f64();
+        let profiles_seconds = begun.elapsed().as_secs_f64();
+        let begun = Instant::now();
+        let groups = desk.groups();
+        desk.write(&groups)?;
+        print(&study_table(&groups))?;
+        let analysis_seconds = begun.elapsed().as_secs_f64();
         let outcome = Outcome {
             rows: desk.folder.rows(),
             failures: desk.failures,
-            seconds: serde_json::json!({ "profiles": measured }),
+            seconds: serde_json::json!({
+                "profiles": profiles_seconds,
+                "analysis": analysis_seconds,
+            }),
             interrupted: !complete,
         };
         let made_by = MadeBy {
@@ -68,10 +85,77 @@ struct Desk<'a> {
     plan: &'a MomentsPlan,
     stop: Arc<AtomicBool>,
     folder: RunFolder,
+    range: ViewRange,
     materials: Vec<MaterialProfiles>,
+    /// Of each material those of its channels.
+    fits: Vec<Vec<ProfileFits>>,
     inputs: Vec<Input>,
     failures: Vec<Failure>,
 }
+
+impl Desk<'_> {
+    /// The materials of a group.
+    fn members(&self, group: &str) -> Vec<&MaterialProfiles> {
+        self.materials.iter().filter(|m| m.group == group).collect()
+    }
+
+    /// What there is, put together by kind.
+    fn groups(&self) -> Vec<Group> {
+        let names = self.plan.groups().into_iter();
+        names
+            .map(|name| {
+                let members = self.members(&name);
+                let all = self.materials.iter().zip(&self.fits);
+                let fits = all.filter(|(m, _)| m.group == name);
+                let fits = fits.flat_map(|(_, fits)| fits.clone()).collect();
+                Group::new(name, &members, fits, self.range)
+            })
+            .filter(|group| !group.fits.is_empty())
+            .collect()
+    }
+
+    fn write(&mut self, groups: &[Group]) -> Result<(), Error> {
+        self.folder.write_file(FITS, |out| fits_csv(groups, out))?;
+        self.folder
+            .write_file(CORRELATIONS, |out| correlations_csv(groups, out))?;
+        self.folder
+            .write_file(SUMMARY, |out| summary_json(groups, out))?;
+        #[cfg(feature = "plots")]
+        for group in groups {
+            for sheet in crate::report::group_sheets(group, &self.members(&group.name)) {
+                let svg = crate::report::svg(&sheet.title, &sheet.panels, sheet.columns)?;
+                let name = format!("{}.svg", sheet.name);
+                self.folder
+                    .write_figure(name, |out| out.write_all(svg.as_bytes()))?;
+            }
+        }
+        Ok(())
+    }
+}
+
+/// A material of the table that is printed while materials are analysed.
+fn line(fits: &[ProfileFits], seconds: f64) -> String {
+    let Some(first) = fits.first() else {
+        return String::new();
+    };
+    let number = |v: Option<f64>| v.map_or("undefined".into(), |v| format!("{v:.4}"));
+    let knots = first.energy.as_ref().ok().and_then(|e| e.knots());
+    let knots = match knots {
+        Some([a, b]) => format!("{:.1}° {:.1}°", a.to_degrees(), b.to_degrees()),
+        None => "undetermined".into(),
+    };
+    format!(
+        "  {:<28} {:>10} {:>10} {:>14} {:>8.1} %{:>6} {seconds:>8.2} s\n",
+        first.material,
+        number(first.slope()),
+        number(first.average_variance()),
+        knots,
+        100.0 * first.clamped_share,
+        fits.iter().map(|f| f.unresolved).sum::<usize>(),
+    )
+}
+
+const HEAD: &str = "  material                     mean slope   variance          knots   clamped  unresolved\n";
 
 impl moments::Desk for Desk<'_> {
     fn cancelled(&self) -> bool {
@@ -82,13 +166,26 @@ impl moments::Desk for Desk<'_> {
 
     fn profiles(
         &mut self,
-        _brdf: &dyn Brdf,
+        brdf: &dyn Brdf,
         profiles: MaterialProfiles,
         inputs: Vec<Input>,
     ) -> Result<(), Error> {
         let rows: Vec<_> = profiles.rows().collect();
         self.folder.write_profiles(&rows)?;
         self.inputs.extend(inputs);
+        let mut fits = Vec::with_capacity(profiles.profiles.len());
+        for (i, profile) in profiles.profiles.iter().enumerate() {
+            // Colours of a material share their shape: the first channel stands for all.
+            let horizon = (i == 0 && self.plan.analysis.horizon).then(|| {
+                let estimator = &*self.plan.moments.estimator;
+                Clamping::of(brdf, profile, estimator, self.range.ends()[1])
+            });
+            let horizon = horizon.transpose();
+            let horizon = horizon.map_err(|e| Error::Internal(e.to_string()))?;
+            fits.push(ProfileFits::new(&profiles, i, horizon, self.range));
+        }
+        print(&line(&fits, profiles.seconds.iter().sum()))?;
+        self.fits.push(fits);
         self.materials.push(profiles);
         Ok(())
     }

@@ -9,6 +9,8 @@ mod ranking;
 mod results;
 #[cfg(feature = "exr")]
 mod slice;
+mod study;
+mod study_figures;
 mod table;
 
 pub use folder::file_stem;
@@ -20,4 +22,6 @@ pub use ranking::ranking;
 pub use results::ResultFiles;
 #[cfg(feature = "exr")]
 pub use slice::{RESOLUTION, THETA_O_DEG, write_slice};
+pub use study::{correlations_csv, fits_csv, study_table, summary_json};
+pub use study_figures::{Sheet, group_sheets, material_sheets};
 pub use table::Table;

@@ -4,10 +4,12 @@
 //! Materials of one kind form a *group*: MERL tables are fitted together, a sweep of GGX
 //! roughnesses is another group.
 
+mod analysis;
 mod plan;
 mod profiles;
 mod spec;
 
-pub use plan::MomentsPlan;
-pub use profiles::{Desk, MaterialProfiles, ProfileRow, measure};
+pub use analysis::{CorrelationRow, Group, ProfileFits, QUANTITIES, Spread};
+pub use plan::{AnalysisSpec, MomentsPlan};
+pub use profiles::{Desk, MaterialProfiles, ProfileRow, degrees, measure, shown};
 pub use spec::MomentsTable;

@@ -2,7 +2,7 @@
 
 use super::spec::MomentsTable;
 use crate::brdf::Channels;
-use crate::error::Error;
+use crate::error::{Error, ParameterError};
 use crate::experiment::checks::distinct;
 use crate::experiment::config::{Config, MaterialTable, material, refuse_unknown, take_list};
 use crate::experiment::kind::Kind;
@@ -10,11 +10,12 @@ use crate::experiment::materials::{self, Origins};
 use crate::experiment::plan::{Material, Plan};
 use crate::experiment::resolved::{insert_list, named, section};
 use crate::experiment::source::{KeyPath, Source};
+use crate::moments::ViewRange;
 use crate::registry::{self, ReadError, Table};
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
 
-const KEYS: [&str; 8] = [
+const KEYS: [&str; 9] = [
     "question",
     "experiment",
     "seeds",
@@ -23,6 +24,7 @@ const KEYS: [&str; 8] = [
     "merl",
     "material",
     "moments",
+    "analysis",
 ];
 
 /// The keys of the top level that are no tables.
@@ -51,6 +53,41 @@ impl Default for Scalars {
     }
 }
 
+/// `[analysis]`: what is made of the profiles.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct AnalysisSpec {
+    /// The first view that fits use, degrees.
+    pub min_view_deg: f64,
+    /// The last one. Measured tables are unreliable beyond 80°.
+    pub max_view_deg: f64,
+    /// Whether to ask how much of each profile the horizon explains; costs a second profile.
+    pub horizon: bool,
+    /// Materials to be drawn as a sphere with the covariance ellipses of three views.
+    pub spheres: Vec<String>,
+}
+
+impl Default for AnalysisSpec {
+    fn default() -> Self {
+        Self {
+            min_view_deg: 0.0,
+            max_view_deg: 80.0,
+            horizon: false,
+            spheres: Vec::new(),
+        }
+    }
+}
+
+impl AnalysisSpec {
+    /// The views that fits use.
+    ///
+    /// # Errors
+    /// Names the key that is out of range.
+    pub fn range(&self) -> Result<ViewRange, ParameterError> {
+        ViewRange::from_degrees(self.min_view_deg, self.max_view_deg)
+    }
+}
+
 /// A moment experiment that can be run.
 #[derive(Debug)]
 pub struct MomentsPlan {
@@ -64,6 +101,8 @@ pub struct MomentsPlan {
     pub missing: Vec<String>,
     /// What is analysed, and how.
     pub moments: MomentsTable,
+    /// What is made of it.
+    pub analysis: AnalysisSpec,
     /// The config with every default filled in.
     pub resolved: toml::Table,
 }
@@ -75,10 +114,14 @@ impl MomentsPlan {
     /// [`Error::Config`] and [`Error::Data`], as those of [`Plan::new`].
     pub fn read(source: &Source) -> Result<Self, Error> {
         Kind::Moments.require(source)?;
-        let (scalars, merl, tables, moments) =
+        let (scalars, merl, tables, moments, analysis) =
             parts(source.table()?).map_err(|e| source.error(e))?;
         let moments = moments.unwrap_or_default();
         moments.check(source)?;
+        let base = KeyPath::of("analysis");
+        analysis
+            .range()
+            .map_err(|e| source.error_at(&base.key(&e.key), format!("{base}.{e}")))?;
         let &[seed] = scalars.seeds.as_slice() else {
             let message = format!("seeds = {:?}: allowed is one seed", scalars.seeds);
             return Err(source.error_at(&KeyPath::of("seeds"), message));
@@ -94,6 +137,14 @@ impl MomentsPlan {
             merl,
         };
         let (materials, missing) = materials::gather(source, origins)?;
+        for (i, name) in analysis.spheres.iter().enumerate() {
+            let known = materials.iter().any(|m| m.name == *name) || missing.contains(name);
+            if !known {
+                let path = base.key("spheres").index(i);
+                let message = format!("{path} = {name:?}: allowed is the name of a material");
+                return Err(source.error_at(&path, message));
+            }
+        }
         let mut resolved = section(&scalars);
         let (by_hand, files) = materials.split_at(written);
         if let Some(first) = files.first() {
@@ -105,12 +156,14 @@ impl MomentsPlan {
         let tables = by_hand.iter().map(|m| named(m.spec.resolved(), &m.name));
         insert_list(&mut resolved, "material", tables);
         resolved.insert("moments".into(), moments.resolved().into());
+        resolved.insert("analysis".into(), section(&analysis).into());
         Ok(Self {
             question: scalars.question,
             seed,
             materials,
             missing,
             moments,
+            analysis,
             resolved,
         })
     }
@@ -130,6 +183,7 @@ impl MomentsPlan {
                     materials: plan.materials,
                     missing: plan.missing,
                     moments: plan.moments.unwrap_or_default(),
+                    analysis: AnalysisSpec::default(),
                     resolved: plan.resolved,
                 })
             }
@@ -159,6 +213,7 @@ type Parts<'s> = (
     Option<Table<'s>>,
     Vec<MaterialTable>,
     Option<MomentsTable>,
+    AnalysisSpec,
 );
 
 fn parts(mut table: Table<'_>) -> Result<Parts<'_>, ReadError> {
@@ -166,5 +221,9 @@ fn parts(mut table: Table<'_>) -> Result<Parts<'_>, ReadError> {
     let materials = take_list(&mut table, "material", material)?.unwrap_or_default();
     let merl = registry::take_table(&mut table, "merl")?;
     let moments = MomentsTable::take(&mut table)?;
-    Ok((registry::parse(table)?, merl, materials, moments))
+    let analysis = registry::take_table(&mut table, "analysis")?;
+    let analysis = analysis.map(registry::parse).transpose()?;
+    let scalars = registry::parse(table)?;
+    let analysis = analysis.unwrap_or_default();
+    Ok((scalars, merl, materials, moments, analysis))
 }

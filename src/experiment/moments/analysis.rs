@@ -1,0 +1,296 @@
+//! What the profiles of a group of materials have in common: fits, correlations, and what the
+//! horizon explains.
+
+use super::profiles::MaterialProfiles;
+use crate::moments::{
+    Channel, Clamping, Component, CorrelationMatrix, EnergyFit, EnergySeries, FitError, MeanFit,
+    MeanVarianceFit, Profile, SharedEnergyFit, VarianceFit, ViewRange, correlate,
+    fit_average_variance, fit_energy, fit_energy_shared, fit_mean, fit_mean_variance,
+};
+use serde::Serialize;
+
+/// The fits of one profile, and averages over the fitted views.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ProfileFits {
+    /// Name of the material.
+    pub material: String,
+    /// Which number of it.
+    pub channel: Channel,
+    /// What was subtracted before, sr⁻¹.
+    pub diffuse: f64,
+    /// Base and ramp of the energy.
+    pub energy: Result<EnergyFit, FitError>,
+    /// Slope of the mean.
+    pub mean: Result<MeanFit, FitError>,
+    /// Constant average variance.
+    pub variance: Result<VarianceFit, FitError>,
+    /// Average over the fitted views of each component, at its index.
+    pub averages: [Option<f64>; 15],
+    /// The largest of each component over the fitted views, without its sign; means and
+    /// covariances in units of σ and σ².
+    pub largest: [Option<f64>; 15],
+    /// What the horizon explains, if that was asked.
+    pub clamping: Option<Clamping>,
+    /// Average share of the slices that was below the diffuse part.
+    pub clamped_share: f64,
+    /// Views that missed the estimator's tolerance.
+    pub unresolved: usize,
+    /// Wall time of the profile.
+    pub seconds: f64,
+}
+
+impl ProfileFits {
+    /// Fits one profile of a material.
+    pub fn new(
+        of: &MaterialProfiles,
+        index: usize,
+        clamping: Option<Clamping>,
+        range: ViewRange,
+    ) -> Self {
+        let profile = &of.profiles[index];
+        let views = &profile.views;
+        let variances: Vec<_> = profile
+            .slices
+            .iter()
+            .map(|s| s.moments.average_variance())
+            .collect();
+        let inside = || {
+            let slices = profile.slices.iter().zip(views);
+            slices.filter(|(_, theta)| range.contains(**theta))
+        };
+        let average = |c: Component| {
+            let values = inside().filter_map(|(s, _)| Some(s.moments.get(c)?.value));
+            let (sum, n) = values.fold((0.0, 0), |(sum, n), v| (sum + v, n + 1));
+            (n > 0).then(|| sum / f64::from(n))
+        };
+        let largest = |c: Component| {
+            let values = inside().filter_map(|(s, _)| {
+                let value = s.moments.get(c)?.value.abs();
+                match c.order() {
+                    1 | 2 => {
+                        let [theta, phi] = s.moments.sigma()?;
+                        Some(value / (theta.powi(c.n as i32) * phi.powi(c.m as i32)))
+                    }
+                    _ => Some(value),
+                }
+            });
+            values.reduce(f64::max)
+        };
+        let slices = &profile.slices;
+        let shares: f64 = slices.iter().map(|s| s.clamped_share).sum();
+        Self {
+            material: of.material.clone(),
+            channel: profile.channel,
+            diffuse: profile.diffuse,
+            energy: fit_energy(views, &profile.values(Component::ENERGY), range),
+            mean: fit_mean(views, &profile.values(MEAN), range),
+            variance: fit_average_variance(views, &variances, range),
+            averages: Component::ALL.map(average),
+            largest: Component::ALL.map(largest),
+            clamping,
+            clamped_share: shares / slices.len().max(1) as f64,
+            unresolved: profile.unresolved(),
+            seconds: of.seconds[index],
+        }
+    }
+
+    /// µ̃.
+    pub fn slope(&self) -> Option<f64> {
+        Some(self.mean.as_ref().ok()?.slope())
+    }
+
+    /// σ̃², rad².
+    pub fn average_variance(&self) -> Option<f64> {
+        Some(self.variance.as_ref().ok()?.variance())
+    }
+}
+
+const MEAN: Component = Component { n: 1, m: 0 };
+
+/// A number over the materials of a group.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Spread {
+    /// Arithmetic mean.
+    pub mean: f64,
+    /// Standard deviation of the sample (n − 1); 0 for one material.
+    pub deviation: f64,
+    /// Smallest and largest.
+    pub range: [f64; 2],
+    /// Number of materials.
+    pub materials: usize,
+}
+
+impl Spread {
+    /// In another unit.
+    #[must_use]
+    pub fn scaled(self, factor: f64) -> Self {
+        Self {
+            mean: self.mean * factor,
+            deviation: self.deviation * factor,
+            range: self.range.map(|v| v * factor),
+            ..self
+        }
+    }
+
+    /// `None` of nothing.
+    pub fn of(values: impl Iterator<Item = f64>) -> Option<Self> {
+        let values: Vec<f64> = values.collect();
+        let n = values.len();
+        if n == 0 {
+            return None;
+        }
+        let mean = values.iter().sum::<f64>() / n as f64;
+        let squares: f64 = values.iter().map(|v| (v - mean).powi(2)).sum();
+        Some(Self {
+            mean,
+            deviation: (squares / (n.max(2) - 1) as f64).sqrt(),
+            range: [
+                values.iter().copied().fold(f64::INFINITY, f64::min),
+                values.iter().copied().fold(f64::NEG_INFINITY, f64::max),
+            ],
+            materials: n,
+        })
+    }
+}
+
+/// A correlation of two quantities over the materials of a group.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct CorrelationRow {
+    /// `orders` or `channels`.
+    pub between: &'static str,
+    /// First quantity, or `quantity channel`.
+    pub a: String,
+    /// Second one.
+    pub b: String,
+    /// Pearson's coefficient.
+    pub pearson: Option<f64>,
+    /// Spearman's coefficient.
+    pub spearman: Option<f64>,
+    /// Materials that have both.
+    pub materials: usize,
+}
+
+/// What the materials of a group have in common; of the first channel where nothing is said.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Group {
+    /// The kind of its materials.
+    pub name: String,
+    /// The fits, material after material, each with all its channels.
+    pub fits: Vec<ProfileFits>,
+    /// θ_0 and θ_1 of each material's own fit (rad), over the materials whose knots are determined.
+    pub knots: [Option<Spread>; 2],
+    /// Materials whose fitted energy is larger at θ_1 than at θ_0.
+    pub boosted: usize,
+    /// The fit with the same knots for all.
+    pub shared: Result<SharedEnergyFit, FitError>,
+    /// Average variance as a function of the mean slope.
+    pub relation: Result<MeanVarianceFit, FitError>,
+    /// Between orders, and between colour channels.
+    pub correlations: Vec<CorrelationRow>,
+}
+
+impl Group {
+    /// Analyses materials of a group; `fits` are those of its profiles, in order.
+    pub fn new(name: String, members: &[&MaterialProfiles], fits: Vec<ProfileFits>, range: ViewRange) -> Self {
+        let channels = members.first().map_or(1, |m| m.profiles.len().max(1));
+        let first: Vec<&ProfileFits> = fits.iter().step_by(channels).collect();
+        let knot = |i: usize| {
+            let knots = first.iter().filter_map(|f| f.energy.as_ref().ok()?.knots());
+            Spread::of(knots.map(|k| k[i]))
+        };
+        let rises = |f: &&&ProfileFits| {
+            let fit = f.energy.as_ref().ok();
+            let ends = fit.and_then(|fit| Some(fit.knots()?.map(|k| fit.value(k))));
+            ends.is_some_and(|[lower, upper]| upper > lower)
+        };
+        let profiles: Vec<&Profile> = members.iter().filter_map(|m| m.profiles.first()).collect();
+        let energies: Vec<_> = profiles.iter().map(|p| p.values(Component::ENERGY)).collect();
+        let series: Vec<_> = profiles
+            .iter()
+            .zip(&energies)
+            .filter(|(_, values)| values.iter().flatten().any(|v| *v > 0.0))
+            .map(|(p, values)| EnergySeries {
+                views: &p.views,
+                values,
+            })
+            .collect();
+        let slopes: Vec<_> = first.iter().map(|f| f.slope()).collect();
+        let variances: Vec<_> = first.iter().map(|f| f.average_variance()).collect();
+        Self {
+            knots: [knot(0), knot(1)],
+            boosted: first.iter().filter(rises).count(),
+            shared: fit_energy_shared(&series, range),
+            relation: fit_mean_variance(&slopes, &variances),
+            correlations: correlations(&fits, channels),
+            name,
+            fits,
+        }
+    }
+
+    /// The fits of the first channel, one a material.
+    pub fn first_channel(&self) -> impl Iterator<Item = &ProfileFits> {
+        let channel = self.fits.first().map(|f| f.channel);
+        self.fits.iter().filter(move |f| Some(f.channel) == channel)
+    }
+
+    /// A number of the first channel over the materials.
+    pub fn spread(&self, of: impl Fn(&ProfileFits) -> Option<f64>) -> Option<Spread> {
+        Spread::of(self.first_channel().filter_map(of))
+    }
+}
+
+/// The quantities that are correlated over materials.
+pub const QUANTITIES: [(&str, fn(&ProfileFits) -> Option<f64>); 8] = [
+    ("energy", |f| f.averages[0]),
+    ("mean_slope", ProfileFits::slope),
+    ("average_variance", ProfileFits::average_variance),
+    ("skewness_30", |f| f.averages[Component { n: 3, m: 0 }.index()]),
+    ("skewness_12", |f| f.averages[Component { n: 1, m: 2 }.index()]),
+    ("kurtosis_40", |f| f.averages[Component { n: 4, m: 0 }.index()]),
+    ("kurtosis_22", |f| f.averages[Component { n: 2, m: 2 }.index()]),
+    ("kurtosis_04", |f| f.averages[Component { n: 0, m: 4 }.index()]),
+];
+
+fn correlations(fits: &[ProfileFits], channels: usize) -> Vec<CorrelationRow> {
+    let column = |channel: usize, of: fn(&ProfileFits) -> Option<f64>| -> Vec<Option<f64>> {
+        fits.iter().skip(channel).step_by(channels).map(of).collect()
+    };
+    let mut rows = Vec::new();
+    let matrix = CorrelationMatrix::new(QUANTITIES.map(|(name, of)| (name, column(0, of))));
+    for (i, a) in matrix.names().iter().enumerate() {
+        for (j, b) in matrix.names().iter().enumerate().skip(i + 1) {
+            let c = matrix.rows()[i][j];
+            rows.push(CorrelationRow {
+                between: "orders",
+                a: a.clone(),
+                b: b.clone(),
+                pearson: c.pearson,
+                spearman: c.spearman,
+                materials: c.pairs,
+            });
+        }
+    }
+    let colours: Vec<(usize, Channel)> = fits
+        .iter()
+        .take(channels)
+        .map(|f| f.channel)
+        .enumerate()
+        .filter(|(_, c)| matches!(c, Channel::Red | Channel::Green | Channel::Blue))
+        .collect();
+    for (name, of) in QUANTITIES {
+        for (k, &(i, a)) in colours.iter().enumerate() {
+            for &(j, b) in &colours[k + 1..] {
+                let c = correlate(&column(i, of), &column(j, of));
+                rows.push(CorrelationRow {
+                    between: "channels",
+                    a: format!("{name} {}", a.name()),
+                    b: format!("{name} {}", b.name()),
+                    pearson: c.pearson,
+                    spearman: c.spearman,
+                    materials: c.pairs,
+                });
+            }
+        }
+    }
+    rows
+}

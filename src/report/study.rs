@@ -1,0 +1,305 @@
+//! What a moment experiment leaves behind: tables for people and for programs.
+
+use crate::experiment::moments::{Group, ProfileFits, Spread, degrees, shown};
+use crate::moments::Component;
+use serde_json::{Value, json};
+use std::io::{self, Write};
+
+/// The components whose course the horizon may explain, with their column.
+const HORIZON: [(Component, &str); 6] = [
+    (Component { n: 1, m: 0 }, "horizon_mean_10"),
+    (Component { n: 2, m: 0 }, "horizon_covariance_20"),
+    (Component { n: 0, m: 2 }, "horizon_covariance_02"),
+    (Component { n: 3, m: 0 }, "horizon_skewness_30"),
+    (Component { n: 4, m: 0 }, "horizon_kurtosis_40"),
+    (Component { n: 0, m: 4 }, "horizon_kurtosis_04"),
+];
+
+const FIT_COLUMNS: [&str; 25] = [
+    "group",
+    "material",
+    "channel",
+    "diffuse",
+    "clamped_share",
+    "unresolved_views",
+    "energy_base",
+    "ramp_height",
+    "ramp_slope",
+    "knot_0_deg",
+    "knot_1_deg",
+    "knots_undetermined",
+    "energy_mae",
+    "energy_rmse",
+    "energy_relative_mae",
+    "energy_relative_rmse",
+    "mean_slope",
+    "mean_mae",
+    "mean_rmse",
+    "average_variance",
+    "variance_mae",
+    "variance_rmse",
+    "skewness_30",
+    "kurtosis_40",
+    "profile_seconds",
+];
+
+/// Writes `fits.csv`: a row a material and channel; empty where there is no value.
+///
+/// # Errors
+/// Whatever `out` reports.
+pub fn fits_csv(groups: &[Group], out: &mut impl Write) -> io::Result<()> {
+    let mut csv = csv::Writer::from_writer(out);
+    let horizon = HORIZON.map(|(_, name)| name);
+    csv.write_record(FIT_COLUMNS.iter().chain(&horizon))?;
+    for group in groups {
+        for fits in &group.fits {
+            csv.write_record(fit_fields(group, fits))?;
+        }
+    }
+    csv.flush()
+}
+
+fn fit_fields(group: &Group, fits: &ProfileFits) -> Vec<String> {
+    let number = |v: Option<f64>| v.map_or(String::new(), shown);
+    let energy = fits.energy.as_ref().ok();
+    let ramp = energy.and_then(|e| e.ramp());
+    let knots = energy.and_then(|e| e.knots()).map(|k| k.map(degrees));
+    let undetermined = match &fits.energy {
+        Err(e) => e.to_string(),
+        Ok(fit) => fit.undetermined().map_or(String::new(), |u| u.to_string()),
+    };
+    let mean = fits.mean.as_ref().ok();
+    let variance = fits.variance.as_ref().ok();
+    let average = |n, m| number(fits.averages[Component { n, m }.index()]);
+    let mut fields = vec![
+        group.name.clone(),
+        fits.material.clone(),
+        fits.channel.name().into(),
+        shown(fits.diffuse),
+        shown(fits.clamped_share),
+        fits.unresolved.to_string(),
+        number(energy.map(|e| e.base())),
+        number(ramp.map(|r| r.height)),
+        number(ramp.map(|r| r.slope)),
+        number(knots.map(|k| k[0])),
+        number(knots.map(|k| k[1])),
+        undetermined,
+        number(energy.map(|e| e.errors().mae)),
+        number(energy.map(|e| e.errors().rmse)),
+        number(energy.map(|e| e.relative_errors().mae)),
+        number(energy.map(|e| e.relative_errors().rmse)),
+        number(mean.map(|m| m.slope())),
+        number(mean.map(|m| m.errors().mae)),
+        number(mean.map(|m| m.errors().rmse)),
+        number(variance.map(|v| v.variance())),
+        number(variance.map(|v| v.errors().mae)),
+        number(variance.map(|v| v.errors().rmse)),
+        average(3, 0),
+        average(4, 0),
+        shown(fits.seconds),
+    ];
+    for (component, _) in HORIZON {
+        let explained = fits.clamping.as_ref();
+        fields.push(number(
+            explained.and_then(|c| c.explained[component.index()]),
+        ));
+    }
+    fields
+}
+
+/// Writes `correlations.csv`.
+///
+/// # Errors
+/// Whatever `out` reports.
+pub fn correlations_csv(groups: &[Group], out: &mut impl Write) -> io::Result<()> {
+    let mut csv = csv::Writer::from_writer(out);
+    csv.write_record([
+        "group",
+        "between",
+        "a",
+        "b",
+        "pearson",
+        "spearman",
+        "materials",
+    ])?;
+    let number = |v: Option<f64>| v.map_or(String::new(), shown);
+    for group in groups {
+        for row in &group.correlations {
+            csv.write_record([
+                group.name.clone(),
+                row.between.into(),
+                row.a.clone(),
+                row.b.clone(),
+                number(row.pearson),
+                number(row.spearman),
+                row.materials.to_string(),
+            ])?;
+        }
+    }
+    csv.flush()
+}
+
+/// Writes `summary.json`: an object per group.
+///
+/// # Errors
+/// Whatever `out` reports.
+pub fn summary_json(groups: &[Group], out: &mut impl Write) -> io::Result<()> {
+    let summaries: serde_json::Map<String, Value> = groups
+        .iter()
+        .map(|group| (group.name.clone(), summary(group)))
+        .collect();
+    serde_json::to_writer_pretty(&mut *out, &summaries)?;
+    out.write_all(b"\n")
+}
+
+fn summary(group: &Group) -> Value {
+    let in_degrees = |spread: Option<Spread>| spread.map(|s| s.scaled(1f64.to_degrees()));
+    let shared = group.shared.as_ref().ok().and_then(|s| s.knots());
+    let horizon: serde_json::Map<String, Value> = HORIZON
+        .iter()
+        .map(|(c, name)| {
+            let median = median(group.first_channel().filter_map(|f| {
+                f.clamping.as_ref()?.explained[c.index()]
+            }));
+            ((*name).to_owned(), json!(median))
+        })
+        .collect();
+    json!({
+        "materials": group.first_channel().count(),
+        "channel": group.fits.first().map(|f| f.channel.name()),
+        "knot_0_deg": in_degrees(group.knots[0]),
+        "knot_1_deg": in_degrees(group.knots[1]),
+        "energy_rises": group.boosted,
+        "shared_knots_deg": shared.map(|k| k.map(degrees)),
+        "mean_slope": group.spread(ProfileFits::slope),
+        "average_variance": group.spread(ProfileFits::average_variance),
+        "variance_of_slope": group.relation.as_ref().ok(),
+        "largest_odd": largest_odd(group),
+        "explained_by_horizon_median": horizon,
+    })
+}
+
+/// The largest component that is odd in φ, in units of σ: what symmetric slices do not have.
+fn largest_odd(group: &Group) -> Option<f64> {
+    let odd = Component::ALL.into_iter().filter(|c| c.is_odd());
+    odd.filter_map(|c| Some(group.spread(|f| f.largest[c.index()])?.range[1]))
+        .reduce(f64::max)
+}
+
+/// The middle one, or the mean of the two in the middle.
+fn median(values: impl Iterator<Item = f64>) -> Option<f64> {
+    let mut values: Vec<f64> = values.collect();
+    values.sort_by(f64::total_cmp);
+    let n = values.len();
+    (n > 0).then(|| 0.5 * (values[(n - 1) / 2] + values[n / 2]))
+}
+
+/// The table that a run ends with: what each group has in common, measured tables beside the
+/// numbers Zubiaga et al. 2015 published for theirs.
+pub fn study_table(groups: &[Group]) -> String {
+    let mut out = String::new();
+    for group in groups {
+        let n = group.first_channel().count();
+        let channel = group.fits.first().map_or("", |f| f.channel.name());
+        let s = if n == 1 { "" } else { "s" };
+        let published = group.name == "merl";
+        out += &format!("\n{}: {n} material{s}, {channel}\n", group.name);
+        let mut line = |what: &str, here: String, there: &str| {
+            let text = if published {
+                format!("  {what:<40} {here:<26} {there}")
+            } else {
+                format!("  {what:<40} {here}")
+            };
+            out += text.trim_end();
+            out += "\n";
+        };
+        line("", "here".into(), "Zubiaga et al. 2015");
+        let spread = |spread: Option<Spread>| match spread {
+            Some(s) => format!(
+                "{:.1}° ± {:.1}° ({})",
+                s.mean.to_degrees(),
+                s.deviation.to_degrees(),
+                s.materials
+            ),
+            None => "undetermined".into(),
+        };
+        line("theta_0 of each material", spread(group.knots[0]), "35.3° ± 14.8° (40)");
+        line("theta_1 of each material", spread(group.knots[1]), "71.5° ± 5.2° (40)");
+        let shared = match &group.shared {
+            Ok(fit) => match (fit.knots(), fit.undetermined()) {
+                (Some([a, b]), _) => format!("{:.1}°, {:.1}°", a.to_degrees(), b.to_degrees()),
+                (None, Some(why)) => why.to_string(),
+                (None, None) => "undetermined".into(),
+            },
+            Err(e) => e.to_string(),
+        };
+        line("theta_0, theta_1 shared by all", shared, "38.7°, 69.9°");
+        line(
+            "energy rises from theta_0 to theta_1",
+            format!("{} of {n}", group.boosted),
+            "all",
+        );
+        let range = |of: fn(&ProfileFits) -> Option<f64>| match group.spread(of) {
+            Some(s) => format!("{:.3} … {:.3}", s.range[0], s.range[1]),
+            None => "undefined".into(),
+        };
+        line("slope of the mean", range(ProfileFits::slope), "nearly all of −1 … 0");
+        line(
+            "average variance (rad²)",
+            range(ProfileFits::average_variance),
+            "within 0 … 0.822",
+        );
+        let errors = |of: fn(&ProfileFits) -> Option<[f64; 2]>| {
+            let mae = median(group.first_channel().filter_map(|f| Some(of(f)?[0])));
+            let rmse = median(group.first_channel().filter_map(|f| Some(of(f)?[1])));
+            match (mae, rmse) {
+                (Some(mae), Some(rmse)) => format!("{mae:.4}, {rmse:.4}"),
+                _ => "undefined".into(),
+            }
+        };
+        line(
+            "energy fit, median MAE and RMSE, relative",
+            errors(|f| {
+                let e = f.energy.as_ref().ok()?.relative_errors();
+                Some([e.mae, e.rmse])
+            }),
+            "a figure",
+        );
+        line(
+            "mean fit, median MAE and RMSE (rad)",
+            errors(|f| {
+                let e = f.mean.as_ref().ok()?.errors();
+                Some([e.mae, e.rmse])
+            }),
+            "a figure",
+        );
+        line(
+            "variance fit, median MAE and RMSE (rad²)",
+            errors(|f| {
+                let e = f.variance.as_ref().ok()?.errors();
+                Some([e.mae, e.rmse])
+            }),
+            "a figure",
+        );
+        let relation = match &group.relation {
+            Ok(fit) => {
+                let r2 = fit.r_squared().map_or("undefined".into(), |r| format!("{r:.3}"));
+                format!("c {:.3}, R² {r2}", fit.coefficient())
+            }
+            Err(e) => e.to_string(),
+        };
+        line("variance ≈ (π²/12)(1+µ) + c µ(1+µ)", relation, "a figure");
+        let odd = largest_odd(group).map_or("undefined".into(), |v| format!("{v:.1e}"));
+        line("largest moment odd in phi, standardised", odd, "near 0");
+        for (component, name) in HORIZON {
+            let values = group
+                .first_channel()
+                .filter_map(|f| f.clamping.as_ref()?.explained[component.index()]);
+            if let Some(share) = median(values) {
+                let what = name.replace("horizon_", "horizon explains of ");
+                line(&what, format!("{:.0} % (median)", 100.0 * share), "conjectured");
+            }
+        }
+    }
+    out
+}
