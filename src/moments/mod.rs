@@ -21,6 +21,7 @@
 
 mod clamping;
 mod component;
+mod correlation;
 mod cubature;
 mod errors;
 mod estimator;
@@ -34,6 +35,7 @@ mod tally;
 pub use clamping::{Clamping, HorizonCopy};
 pub use component::{Component, Estimate, Moments, Order};
 pub use errors::MomentErrors;
+pub use correlation::{Correlation, CorrelationMatrix, correlate};
 pub use estimator::{Estimator, SliceMoments, Unresolved, all, read};
 pub use peak::PeakResolving;
 pub use profile::{MomentsSpec, Profile, Split};
