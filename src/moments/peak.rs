@@ -78,8 +78,8 @@ impl Estimator for PeakResolving {
         let theta_o = slice.theta_o();
         peaks.extend(Peak::find(slice, -theta_o));
         if theta_o > 1e-9 {
-            // Only a peak of its own: the flank of the mirror peak falls on one side alone.
-            peaks.extend(Peak::find(slice, theta_o).filter(|p| p.on_all_sides));
+            // Only a peak or a ridge of its own: the flank of the mirror peak falls on one side.
+            peaks.extend(Peak::find(slice, theta_o).filter(|p| p.on_both_sides));
         }
         let cells = mesh(&peaks)
             .into_iter()
@@ -119,8 +119,8 @@ struct Peak {
     theta: f64,
     /// The smallest distance (rad) along θ and along φ at which the slice has half the value.
     half_width: [f64; 2],
-    /// The slice falls to half the value in both senses of both angles.
-    on_all_sides: bool,
+    /// The slice falls to half the value in both senses of θ.
+    on_both_sides: bool,
 }
 
 impl Peak {
@@ -160,7 +160,7 @@ impl Peak {
         narrow.then_some(Self {
             theta,
             half_width,
-            on_all_sides: falls == [true; 4],
+            on_both_sides: falls[0] && falls[1],
         })
     }
 }
