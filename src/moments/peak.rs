@@ -252,6 +252,8 @@ struct Balance {
     /// Of the cells there were when it was made.
     propagation: Propagation,
     refreshed: usize,
+    /// Smallest side (rad) of a rectangle.
+    smallest: f64,
 }
 
 impl Balance {
@@ -264,6 +266,7 @@ impl Balance {
     fn new(cells: Vec<Cell>, order: Order, tolerance: f64) -> Self {
         let mut balance = Self {
             propagation: Propagation::new(&cells, order),
+            smallest: cells.iter().map(smallest_side).fold(FRAC_PI_2, f64::min),
             cells,
             errors: Vec::new(),
             shares: Vec::new(),
@@ -299,11 +302,13 @@ impl Balance {
     }
 
     fn replace(&mut self, i: usize, cell: Cell) {
+        self.smallest = self.smallest.min(smallest_side(&cell));
         (self.errors[i], self.shares[i]) = self.errors_of(&cell);
         self.cells[i] = cell;
     }
 
     fn add(&mut self, cell: Cell) {
+        self.smallest = self.smallest.min(smallest_side(&cell));
         let (errors, shares) = self.errors_of(&cell);
         self.errors.push(errors);
         self.shares.push(shares);
@@ -322,10 +327,17 @@ impl Balance {
         std::array::from_fn(|i| sums[i].min(Self::SIGMAS * squares[i].sqrt()))
     }
 
-    /// The largest error in units of the tolerance.
+    /// Rounding of the sums, and of the angles against the smallest rectangle.
+    fn rounding(&self) -> f64 {
+        1e-14 + f64::EPSILON / self.smallest
+    }
+
+    /// The largest error in units of what rounding leaves of the tolerance; of half of it where
+    /// rounding takes more, which no refinement mends.
     fn excess(&self) -> f64 {
-        let totals = self.totals();
-        totals.iter().fold(0.0, |a: f64, e| a.max(*e)) / self.tolerance
+        // The 1e-9 keeps the sum of both below the tolerance whichever way it is rounded.
+        let left = (1.0 - 1e-9) * self.tolerance - self.rounding();
+        largest(&self.totals()) / left.max(0.5 * self.tolerance)
     }
 
     /// The cells to be halved, worst first, each with the angle to halve: so many that the others
@@ -372,12 +384,7 @@ impl Balance {
         if !nothing {
             let values = self.propagation.tally.values();
             let (scales, totals) = (self.propagation.scales, self.totals());
-            // Rounding of the sums, and of the angles against the smallest rectangle.
-            let smallest = cells
-                .iter()
-                .flat_map(|c| [0, 1].map(|a| c.rectangle.width(a)));
-            let smallest = smallest.fold(FRAC_PI_2, f64::min);
-            let rounding = 1e-14 + f64::EPSILON / smallest;
+            let rounding = self.rounding();
             for c in self.order.components() {
                 let i = c.index();
                 moments.0[i] = values[i].map(|value| Estimate {
@@ -386,7 +393,7 @@ impl Balance {
                 });
             }
         }
-        let excess = self.excess();
+        let excess = (largest(&self.totals()) + self.rounding()) / self.tolerance;
         SliceMoments {
             moments,
             unresolved: (excess > 1.0 && !nothing).then_some(Unresolved::Tolerance { excess }),
@@ -395,6 +402,14 @@ impl Balance {
             evaluations,
         }
     }
+}
+
+fn smallest_side(cell: &Cell) -> f64 {
+    cell.rectangle.width(0).min(cell.rectangle.width(1))
+}
+
+fn largest(errors: &[f64; 15]) -> f64 {
+    errors.iter().copied().fold(0.0, f64::max)
 }
 
 /// How an error of the sums becomes one of the moments, to first order.
