@@ -11,6 +11,8 @@ mod results;
 mod slice;
 mod study;
 mod study_figures;
+#[cfg(feature = "plots")]
+mod svg;
 mod table;
 
 pub use folder::file_stem;
@@ -24,4 +26,6 @@ pub use results::ResultFiles;
 pub use slice::{RESOLUTION, THETA_O_DEG, write_slice};
 pub use study::{correlations_csv, fits_csv, study_table, summary_json};
 pub use study_figures::{Sheet, group_sheets, material_sheets};
+#[cfg(feature = "plots")]
+pub use svg::svg;
 pub use table::Table;

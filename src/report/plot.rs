@@ -58,3 +58,45 @@ pub struct Panel {
     /// Later ones are drawn over earlier ones.
     pub series: Vec<Series>,
 }
+
+/// Colours that the colour-blind can tell apart, in sRGB (Okabe and Ito, without yellow, which is
+/// hard to see on white).
+#[cfg(feature = "plots")]
+pub(super) const CYCLE: [[u8; 3]; 7] = [
+    [0x00, 0x72, 0xb2],
+    [0xd5, 0x5e, 0x00],
+    [0x00, 0x9e, 0x73],
+    [0xcc, 0x79, 0xa7],
+    [0xe6, 0x9f, 0x00],
+    [0x56, 0xb4, 0xe9],
+    [0x00, 0x00, 0x00],
+];
+
+/// The colour at a place of a cycle of `count`: one of a few, or a step of a scale from dark to
+/// bright where there are more than that.
+#[cfg(feature = "plots")]
+pub(super) fn palette(place: usize, count: usize) -> [u8; 3] {
+    if count <= CYCLE.len() {
+        return CYCLE[place % CYCLE.len()];
+    }
+    // Brighter ones cannot be seen on white.
+    ramp(0.1 + 0.65 * (place as f64 / (count - 1) as f64).min(1.0))
+}
+
+/// A colour scale from black (0) over blue, green and orange to white (1) in sRGB. Its brightness
+/// rises evenly, so that it reads the same in grey and to the colour-blind: Green's cubehelix
+/// (2011).
+#[cfg(any(feature = "plots", feature = "exr"))]
+pub(super) fn ramp(t: f64) -> [u8; 3] {
+    let t = if t.is_nan() { 0.0 } else { t.clamp(0.0, 1.0) };
+    // Start in blue, and turn backwards through the colours.
+    let angle = std::f64::consts::TAU * (0.5 / 3.0 + 1.0 - 1.3 * t);
+    let away = 0.5 * 1.2 * t * (1.0 - t);
+    let (sin, cos) = angle.sin_cos();
+    let rgb = [
+        -0.14861 * cos + 1.78277 * sin,
+        -0.29227 * cos - 0.90649 * sin,
+        1.97294 * cos,
+    ];
+    rgb.map(|c| (255.0 * (t + away * c)).round().clamp(0.0, 255.0) as u8)
+}

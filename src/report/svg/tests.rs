@@ -1,0 +1,196 @@
+use super::svg;
+use crate::report::{Axis, Mark, Panel, Scale, Series};
+
+fn panel(scale: Scale, series: Vec<Series>) -> Panel {
+    Panel {
+        title: "a < b & \"c\"".into(),
+        x: Axis {
+            label: "theta_o (deg)".into(),
+            ..Axis::default()
+        },
+        y: Axis {
+            label: "value".into(),
+            scale,
+            range: None,
+        },
+        series,
+    }
+}
+
+fn series(color: usize, mark: Mark, points: &[(f64, Option<f64>)]) -> Series {
+    Series {
+        name: format!("series {color}"),
+        color,
+        mark,
+        points: points.to_vec(),
+    }
+}
+
+/// Draws and checks what every sheet must be.
+fn drawn(panels: &[Panel]) -> String {
+    let text = svg("title", panels, 2).unwrap();
+    assert_eq!(text, svg("title", panels, 2).unwrap());
+    let mut open = Vec::new();
+    for tag in text.split('<').skip(1) {
+        let (tag, between) = tag.split_once('>').unwrap();
+        assert!(!between.contains('&') || between.contains(';'));
+        assert_eq!(tag.matches('"').count() % 2, 0, "{tag}");
+        assert!(!tag.contains("NaN") && !tag.contains("inf"), "{tag}");
+        assert!(
+            !between.contains("NaN") && !between.contains("inf"),
+            "{between}"
+        );
+        let name = tag.split_whitespace().next().unwrap();
+        if let Some(name) = tag.strip_prefix('/') {
+            assert_eq!(open.pop(), Some(name));
+        } else if !tag.ends_with('/') {
+            open.push(name);
+        }
+    }
+    assert!(open.is_empty(), "{open:?}");
+    text
+}
+
+/// Marks of a color: lines, dots, and the legend's own.
+fn marks(text: &str, color: &str) -> usize {
+    let tags = text.split('<').filter(|t| !t.starts_with("text"));
+    tags.filter(|t| t.contains(color)).count()
+}
+
+const BLUE: &str = "#0072B2";
+const ORANGE: &str = "#D55E00";
+
+#[test]
+fn every_series_with_data_is_seen() {
+    let wave = |f: f64| (0..90).map(move |i| (f64::from(i), Some((f * f64::from(i)).sin().abs())));
+    for scale in [Scale::Linear, Scale::Log] {
+        for mark in [Mark::Line, Mark::Dashed, Mark::Points] {
+            let [a, b] = [0.1, 0.2].map(|f| wave(f).collect::<Vec<_>>());
+            let text = drawn(&[panel(scale, vec![series(0, mark, &a), series(1, mark, &b)])]);
+            assert!(marks(&text, BLUE) >= 2 && marks(&text, ORANGE) >= 2);
+        }
+    }
+    let many: Vec<_> = (0..40)
+        .map(|c| {
+            series(
+                c,
+                Mark::Line,
+                &wave(0.01 * c as f64 + 0.01).collect::<Vec<_>>(),
+            )
+        })
+        .collect();
+    let text = drawn(&[panel(Scale::Linear, many)]);
+    for c in 0..40 {
+        assert!(text.contains(&format!("\nseries {c}\n")));
+        let [r, g, b] = crate::report::plot::palette(c, 40);
+        assert_eq!(marks(&text, &format!("#{r:02X}{g:02X}{b:02X}")), 2, "{c}");
+    }
+}
+
+#[test]
+fn gaps_are_left_open() {
+    let points = [
+        (0.0, Some(1.0)),
+        (1.0, Some(2.0)),
+        (2.0, None),
+        (3.0, Some(1.0)),
+        (4.0, Some(f64::NAN)),
+        (5.0, Some(2.0)),
+        (6.0, Some(3.0)),
+    ];
+    let text = drawn(&[panel(Scale::Linear, vec![series(0, Mark::Line, &points)])]);
+    // Two lines, a dot for the point on its own, the legend.
+    assert_eq!(marks(&text, BLUE), 4);
+}
+
+#[test]
+fn odd_data_is_drawn_without_complaint() {
+    let constants = [0.0, 1.0, -1e-16, 1e-320, f64::MAX, -f64::MAX, 5e-324];
+    let mut odd: Vec<Vec<(f64, Option<f64>)>> = vec![
+        vec![],
+        vec![(1.0, None), (2.0, None)],
+        vec![(45.0, Some(0.3))],
+        vec![(f64::NAN, Some(1.0)), (f64::INFINITY, Some(1.0))],
+        (0..9)
+            .map(|i| (f64::from(i), Some(1e-16 * f64::from(i * i % 5 - 2))))
+            .collect(),
+        (0..9)
+            .map(|i| (f64::from(i), Some(1.0 + 1e-16 * f64::from(i))))
+            .collect(),
+        vec![(0.0, Some(-f64::MAX)), (1.0, Some(f64::MAX))],
+        vec![(0.0, Some(5e-324)), (1.0, Some(f64::MAX))],
+        vec![(0.0, Some(0.11)), (1.0, Some(0.12))],
+        vec![(0.0, Some(f64::INFINITY)), (1.0, Some(f64::NEG_INFINITY))],
+    ];
+    odd.extend(constants.map(|c| vec![(0.0, Some(c)), (1.0, Some(c))]));
+    let ranges = [
+        None,
+        Some([0.0, 1.0]),
+        Some([1.0, 1.0]),
+        Some([2.0, -1.0]),
+        Some([f64::NAN, 1.0]),
+        Some([0.21, 0.22]),
+        Some([0.5, 0.5 + 1e-15]),
+        Some([-f64::MAX, f64::INFINITY]),
+    ];
+    for points in &odd {
+        for mark in [Mark::Line, Mark::Dashed, Mark::Points] {
+            for scale in [Scale::Linear, Scale::Log] {
+                for range in ranges {
+                    let mut panel = panel(scale, vec![series(0, mark, points)]);
+                    panel.y.range = range;
+                    panel.x.range = range;
+                    drawn(&[panel.clone()]);
+                    panel.x.range = None;
+                    panel.x.scale = scale;
+                    drawn(&[panel]);
+                }
+            }
+        }
+    }
+    assert!(drawn(&[panel(Scale::Log, vec![])]).contains("no data"));
+    drawn(&[]);
+    svg("", &[], 0).unwrap();
+}
+
+#[test]
+fn what_leaves_the_range_is_cut_off() {
+    let points = [
+        (0.0, Some(0.5)),
+        (1.0, Some(1e9)),
+        (2.0, Some(0.5)),
+        (3.0, Some(-4.0)),
+    ];
+    let mut panel = panel(Scale::Linear, vec![series(0, Mark::Line, &points)]);
+    panel.y.range = Some([0.0, 1.0]);
+    let text = drawn(&[panel]);
+    let line = |t: &&str| t.starts_with("polyline") && t.contains(BLUE);
+    let mut count = 0;
+    for tag in text.split('<').filter(line) {
+        let points = tag
+            .split("points=\"")
+            .nth(1)
+            .unwrap()
+            .split('"')
+            .next()
+            .unwrap();
+        for p in points.split_whitespace() {
+            let (x, y) = p.split_once(',').unwrap();
+            let [x, y] = [x, y].map(|v| v.parse::<i32>().unwrap());
+            assert!((0..8000).contains(&x) && (0..5000).contains(&y), "{p}");
+        }
+        count += 1;
+    }
+    // Up, down, and the legend.
+    assert_eq!(count, 3);
+}
+
+#[test]
+fn one_legend_serves_panels_that_share_it() {
+    let points = [(0.0, Some(1.0)), (1.0, Some(2.0))];
+    let one = panel(Scale::Linear, vec![series(0, Mark::Line, &points)]);
+    let other = panel(Scale::Linear, vec![series(1, Mark::Line, &points)]);
+    let names = |text: &str| text.matches("\nseries").count();
+    assert_eq!(names(&drawn(&[one.clone(), one.clone(), one.clone()])), 1);
+    assert_eq!(names(&drawn(&[one.clone(), other])), 2);
+}
