@@ -1,6 +1,21 @@
 //! Distant light: radiance as a function of the direction it comes from.
 
+mod blob;
+mod checker;
+mod constant;
+mod map;
+mod sky;
+
+pub use blob::BlobSpec;
+pub use checker::CheckerSpec;
+pub use constant::ConstantSpec;
+pub use map::{Map, MapSpec};
+pub use sky::SkySpec;
+
+use crate::brdf::BuildError;
 use crate::geometry::Direction;
+use crate::registry::{self, Entry, ReadError, Table};
+use std::path::PathBuf;
 
 /// Radiance that arrives from far away, the same at every point of a scene.
 pub trait Lighting: Send + Sync {
@@ -8,3 +23,48 @@ pub trait Lighting: Send + Sync {
     /// direction on the whole sphere; z is up.
     fn radiance(&self, omega: Direction) -> [f64; 3];
 }
+
+/// What a config says about a lighting.
+pub trait LightingSpec: std::fmt::Debug + Send + Sync {
+    /// The kind and every key with its value, defaults filled in; reading it back gives the same spec.
+    fn resolved(&self) -> toml::Table;
+
+    /// A short name for tables and files.
+    fn label(&self) -> String;
+
+    /// Checks every parameter, and the size of every picture, without loading its pixels.
+    ///
+    /// # Errors
+    /// Names the key, or the file and what is wrong with it.
+    fn check(&self) -> Result<(), BuildError>;
+
+    /// Files this lighting reads, for the hashes in the manifest.
+    fn inputs(&self) -> Vec<PathBuf> {
+        Vec::new()
+    }
+
+    /// The lighting.
+    ///
+    /// # Errors
+    /// As [`check`](Self::check); also for pixels that are no radiance.
+    fn build(&self) -> Result<Box<dyn Lighting>, BuildError>;
+}
+
+/// Every lighting a config can name.
+pub fn all() -> Vec<Entry<dyn LightingSpec>> {
+    vec![
+        constant::ENTRY,
+        sky::ENTRY,
+        blob::ENTRY,
+        checker::ENTRY,
+        map::ENTRY,
+    ]
+}
+
+/// Reads a lighting from its config table.
+pub fn read(table: Table<'_>) -> Result<Box<dyn LightingSpec>, ReadError> {
+    registry::read("lighting", &all(), table)
+}
+
+/// Largest radiance a key may have: sums of such values stay far below overflow.
+const BRIGHTEST: f64 = 1e30;

@@ -1,0 +1,294 @@
+//! A panorama from a file.
+//!
+//! Equirectangular, twice as wide as high, as seen from the middle of the sphere: the top row is
+//! next to the zenith (+z), the centre column (u = 1/2) looks towards azimuth 0 (+x), and azimuth
+//! grows to the left: u = 1/2 − φ/2π, v = θ/π. Pixels are points at their centres, joined
+//! bilinearly, around the seam as well; at a pole is the mean of the row next to it.
+
+use super::{Lighting, LightingSpec};
+use crate::brdf::BuildError;
+use crate::error::in_closed;
+use crate::geometry::Direction;
+use crate::registry::{self, Entry};
+use serde::{Deserialize, Serialize};
+use std::f64::consts::{PI, TAU};
+use std::path::{Path, PathBuf};
+
+const KIND: &str = "map";
+
+/// The registry entry.
+pub const ENTRY: Entry<dyn LightingSpec> = Entry {
+    kind: KIND,
+    summary: "an equirectangular panorama, OpenEXR or Radiance HDR",
+    examples: &[],
+    read: |table| Ok(Box::new(registry::parse::<MapSpec>(table)?)),
+};
+
+/// What a config says.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct MapSpec {
+    /// The picture: OpenEXR with R, G, B or Y, or Radiance HDR; values are linear.
+    pub path: PathBuf,
+    /// Turns the light about +z, counter-clockwise seen from above, degrees, in [-360, 360].
+    #[serde(default)]
+    pub rotation_deg: f64,
+}
+
+impl LightingSpec for MapSpec {
+    fn resolved(&self) -> toml::Table {
+        registry::resolved(KIND, self)
+    }
+
+    fn label(&self) -> String {
+        let stem = self.path.file_stem().map(|s| s.to_string_lossy());
+        stem.map_or(KIND.into(), |s| format!("{KIND}-{s}"))
+    }
+
+    fn check(&self) -> Result<(), BuildError> {
+        in_closed("rotation_deg", self.rotation_deg, -360.0, 360.0)?;
+        files::size(&self.path)
+            .and_then(aspect)
+            .map_err(|message| self.unusable(message))
+    }
+
+    fn inputs(&self) -> Vec<PathBuf> {
+        vec![self.path.clone()]
+    }
+
+    fn build(&self) -> Result<Box<dyn Lighting>, BuildError> {
+        self.check()?;
+        let map = files::pixels(&self.path)
+            .and_then(|([width, _], pixels)| Map::new(width, pixels))
+            .map_err(|message| self.unusable(message))?;
+        Ok(Box::new(map.rotated(self.rotation_deg.to_radians())))
+    }
+}
+
+impl MapSpec {
+    fn unusable(&self, message: String) -> BuildError {
+        BuildError::Data {
+            path: self.path.clone(),
+            message,
+        }
+    }
+}
+
+fn aspect([width, height]: [usize; 2]) -> Result<(), String> {
+    if height > 0 && width >= 2 && width.abs_diff(2 * height) <= 1 {
+        return Ok(());
+    }
+    Err(format!(
+        "this picture is {width} × {height} pixels; allowed: twice as wide as high"
+    ))
+}
+
+/// A panorama.
+#[derive(Clone, Debug)]
+pub struct Map {
+    width: usize,
+    height: usize,
+    /// R, G, B, row after row from the zenith.
+    pixels: Vec<[f32; 3]>,
+    /// Means of the first and the last row.
+    poles: [[f64; 3]; 2],
+    rotation: f64,
+}
+
+impl Map {
+    /// From linear R, G, B, row after row from the zenith, `width` to a row.
+    ///
+    /// # Errors
+    /// One sentence if it is not twice as wide as high (to a pixel), or if a value is negative or
+    /// not finite.
+    pub fn new(width: usize, pixels: Vec<[f32; 3]>) -> Result<Self, String> {
+        let height = pixels.len() / width.max(1);
+        aspect([width, height])?;
+        if pixels.len() != width * height {
+            return Err(format!("the last row has less than {width} pixels"));
+        }
+        let wrong = |v: &f32| !(v.is_finite() && *v >= 0.0);
+        if let Some(i) = pixels.iter().position(|p| p.iter().any(wrong)) {
+            let found = pixels[i];
+            return Err(format!(
+                "the pixel in column {}, row {} (counted from 0) is {found:?}; allowed: finite \
+                 numbers not below 0",
+                i % width,
+                i / width
+            ));
+        }
+        let mean = |row: &[[f32; 3]]| {
+            let sum = |c: usize| row.iter().map(|p| f64::from(p[c])).sum::<f64>();
+            std::array::from_fn(|c| sum(c) / width as f64)
+        };
+        Ok(Self {
+            width,
+            height,
+            poles: [
+                mean(&pixels[..width]),
+                mean(&pixels[pixels.len() - width..]),
+            ],
+            pixels,
+            rotation: 0.0,
+        })
+    }
+
+    /// The same light turned about +z (rad), counter-clockwise seen from above.
+    #[must_use]
+    pub fn rotated(mut self, angle: f64) -> Self {
+        self.rotation += angle;
+        self
+    }
+
+    /// A row at a column (0 is the centre of the first pixel), around the seam.
+    fn row(&self, row: usize, column: f64) -> [f64; 3] {
+        let first = column.floor();
+        let t = column - first;
+        let at = |column: f64| {
+            // After rounding the remainder may be the width itself.
+            let column = column.rem_euclid(self.width as f64) as usize % self.width;
+            self.pixels[row * self.width + column]
+        };
+        mixed(at(first).map(f64::from), at(first + 1.0).map(f64::from), t)
+    }
+}
+
+fn mixed(a: [f64; 3], b: [f64; 3], t: f64) -> [f64; 3] {
+    std::array::from_fn(|c| (1.0 - t) * a[c] + t * b[c])
+}
+
+impl Lighting for Map {
+    fn radiance(&self, omega: Direction) -> [f64; 3] {
+        let u = 0.5 - (omega.phi() - self.rotation) / TAU;
+        let column = u * self.width as f64 - 0.5;
+        let row = omega.theta() / PI * self.height as f64 - 0.5;
+        let last = self.height - 1;
+        if row < 0.0 {
+            return mixed(self.row(0, column), self.poles[0], -2.0 * row);
+        }
+        let above = row.floor() as usize;
+        if above >= last {
+            let past = (2.0 * (row - last as f64)).min(1.0);
+            return mixed(self.row(last, column), self.poles[1], past);
+        }
+        let [a, b] = [above, above + 1].map(|r| self.row(r, column));
+        mixed(a, b, row - above as f64)
+    }
+}
+
+/// Reading pictures; errors are one sentence.
+#[cfg(feature = "exr")]
+mod files {
+    use super::Path;
+    use exr::prelude::{MetaData, ReadChannels, ReadLayers};
+    use image::{ImageDecoder, ImageFormat, ImageReader};
+    use std::fs::File;
+    use std::io::{BufReader, Read};
+
+    enum Format {
+        Exr,
+        Hdr,
+    }
+
+    /// By the first bytes: names may lie.
+    fn format(path: &Path) -> Result<Format, String> {
+        let mut start = Vec::new();
+        let file = File::open(path).map_err(unreadable)?;
+        file.take(4).read_to_end(&mut start).map_err(unreadable)?;
+        match start[..] {
+            [0x76, 0x2f, 0x31, 0x01] => Ok(Format::Exr),
+            [b'#', b'?', ..] => Ok(Format::Hdr),
+            _ => Err("this is no picture that can be read; allowed: OpenEXR, Radiance HDR".into()),
+        }
+    }
+
+    fn unreadable(e: impl std::fmt::Display) -> String {
+        format!("cannot read this file: {e}")
+    }
+
+    fn reader(path: &Path) -> Result<ImageReader<BufReader<File>>, String> {
+        let mut reader = ImageReader::open(path).map_err(unreadable)?;
+        reader.set_format(ImageFormat::Hdr);
+        Ok(reader)
+    }
+
+    /// Width and height, from the header.
+    pub fn size(path: &Path) -> Result<[usize; 2], String> {
+        match format(path)? {
+            Format::Exr => {
+                let meta = MetaData::read_from_file(path, false).map_err(unreadable)?;
+                let header = meta.headers.first();
+                let header = header.ok_or_else(|| unreadable("it has no layer"))?;
+                Ok([header.layer_size.width(), header.layer_size.height()])
+            }
+            Format::Hdr => {
+                let decoder = reader(path)?.into_decoder().map_err(unreadable)?;
+                let (width, height) = decoder.dimensions();
+                Ok([width as usize, height as usize])
+            }
+        }
+    }
+
+    /// Width, height, and R, G, B row after row from the top.
+    #[allow(clippy::type_complexity)]
+    pub fn pixels(path: &Path) -> Result<([usize; 2], Vec<[f32; 3]>), String> {
+        match format(path)? {
+            Format::Exr => exr_pixels(path),
+            Format::Hdr => {
+                let image = reader(path)?.decode().map_err(unreadable)?.into_rgb32f();
+                let size = [image.width() as usize, image.height() as usize];
+                Ok((size, image.pixels().map(|p| p.0).collect()))
+            }
+        }
+    }
+
+    #[allow(clippy::type_complexity)]
+    fn exr_pixels(path: &Path) -> Result<([usize; 2], Vec<[f32; 3]>), String> {
+        let image = exr::prelude::read()
+            .no_deep_data()
+            .largest_resolution_level()
+            .all_channels()
+            .first_valid_layer()
+            .all_attributes()
+            .from_file(path)
+            .map_err(unreadable)?;
+        let layer = image.layer_data;
+        let size = [layer.size.width(), layer.size.height()];
+        let list = layer.channel_data.list;
+        let find = |name: &str| {
+            list.iter()
+                .find(|c| c.name.to_string().eq_ignore_ascii_case(name))
+        };
+        let channels = match (find("R"), find("G"), find("B"), find("Y")) {
+            (Some(r), Some(g), Some(b), _) => [r, g, b],
+            (_, _, _, Some(y)) => [y, y, y],
+            _ => {
+                let names: Vec<_> = list.iter().map(|c| c.name.to_string()).collect();
+                let names = names.join(", ");
+                return Err(format!("its channels are {names}; allowed: R, G, B or Y"));
+            }
+        };
+        let count = size[0] * size[1];
+        if channels.iter().any(|c| c.sample_data.len() != count) {
+            return Err("some of its channels are coarser than others".into());
+        }
+        let pixel = |i: usize| channels.map(|c| c.sample_data.value_by_flat_index(i).to_f32());
+        Ok((size, (0..count).map(pixel).collect()))
+    }
+}
+
+#[cfg(not(feature = "exr"))]
+mod files {
+    use super::Path;
+
+    const ABSENT: &str = "this build of gonio cannot read pictures: it lacks the feature exr";
+
+    pub fn size(_path: &Path) -> Result<[usize; 2], String> {
+        Err(ABSENT.into())
+    }
+
+    #[allow(clippy::type_complexity)]
+    pub fn pixels(_path: &Path) -> Result<([usize; 2], Vec<[f32; 3]>), String> {
+        Err(ABSENT.into())
+    }
+}
