@@ -25,6 +25,7 @@ mod correlation;
 mod cubature;
 mod errors;
 mod estimator;
+mod fit;
 mod peak;
 mod profile;
 mod sampled;
@@ -37,6 +38,10 @@ pub use component::{Component, Estimate, Moments, Order};
 pub use errors::MomentErrors;
 pub use correlation::{Correlation, CorrelationMatrix, correlate};
 pub use estimator::{Estimator, SliceMoments, Unresolved, all, read};
+pub use fit::{
+    FitError, FitErrors, MeanFit, MeanVarianceFit, VarianceFit, ViewRange, fit_average_variance,
+    fit_mean, fit_mean_variance,
+};
 pub use peak::PeakResolving;
 pub use profile::{MomentsSpec, Profile, Split};
 pub use sampled::{MonteCarlo, ScrambledSobol};

@@ -1,0 +1,153 @@
+//! The mean profile as a line through the origin, the average variance as a constant.
+
+use super::{FitError, FitErrors, ViewRange};
+use serde::Serialize;
+
+/// µ_θ(θ_o) ≈ µ̃ θ_o (Zubiaga et al. 2015, §3.4).
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct MeanFit {
+    slope: f64,
+    errors: FitErrors,
+}
+
+impl MeanFit {
+    /// µ̃, without a unit: −1 for a mirror, 0 for a Lambertian material.
+    pub fn slope(&self) -> f64 {
+        self.slope
+    }
+
+    /// In rad.
+    pub fn errors(&self) -> FitErrors {
+        self.errors
+    }
+
+    /// The fitted mean (rad) at a view elevation (rad).
+    pub fn value(&self, theta: f64) -> f64 {
+        self.slope * theta
+    }
+}
+
+/// Fits the mean µ_θ (rad, [`Component`](crate::moments::Component) (1, 0)) over the view
+/// elevations (rad): µ̃ = Σ θ µ / Σ θ².
+///
+/// # Errors
+/// If no view but 0 is used, or there is not one value a view.
+pub fn fit_mean(
+    views: &[f64],
+    values: &[Option<f64>],
+    range: ViewRange,
+) -> Result<MeanFit, FitError> {
+    let (views, values) = range.used(views, values, 1)?;
+    let square: f64 = views.iter().map(|t| t * t).sum();
+    if square == 0.0 {
+        return Err(FitError::Undetermined);
+    }
+    let pairs = || views.iter().zip(&values);
+    let slope = pairs().map(|(t, v)| t * v).sum::<f64>() / square;
+    Ok(MeanFit {
+        slope,
+        errors: FitErrors::of(pairs().map(|(t, v)| v - slope * t)),
+    })
+}
+
+/// (σ_θ² + σ_φ²)/2 ≈ σ̃² (Zubiaga et al. 2015, §3.4).
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct VarianceFit {
+    variance: f64,
+    errors: FitErrors,
+}
+
+impl VarianceFit {
+    /// σ̃², rad²: 0 for a mirror, π²/12 for a Lambertian material.
+    pub fn variance(&self) -> f64 {
+        self.variance
+    }
+
+    /// In rad².
+    pub fn errors(&self) -> FitErrors {
+        self.errors
+    }
+
+    /// The fitted average variance (rad²): the same at every view.
+    pub fn value(&self, _theta: f64) -> f64 {
+        self.variance
+    }
+}
+
+/// Fits the average of the variances σ_θ² and σ_φ² (rad²,
+/// [`Component`](crate::moments::Component) (2, 0) and (0, 2)) over the view elevations (rad). A
+/// view is used if it has both.
+///
+/// # Errors
+/// If no view is used, or there are not two values a view.
+pub fn fit_average_variance(
+    views: &[f64],
+    along_theta: &[Option<f64>],
+    along_phi: &[Option<f64>],
+    range: ViewRange,
+) -> Result<VarianceFit, FitError> {
+    if along_theta.len() != along_phi.len() {
+        return Err(FitError::Lengths {
+            first: along_theta.len(),
+            second: along_phi.len(),
+        });
+    }
+    let pairs = along_theta.iter().zip(along_phi);
+    let average: Vec<Option<f64>> = pairs.map(|(&t, &p)| Some(0.5 * (t? + p?))).collect();
+    let (_, values) = range.used(views, &average, 1)?;
+    let variance = values.iter().sum::<f64>() / values.len() as f64;
+    Ok(VarianceFit {
+        variance,
+        errors: FitErrors::of(values.iter().map(|v| v - variance)),
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn slope_by_hand() {
+        // Σ θ µ / Σ θ² = (0.5 · −0.2 + 1 · −0.9)/(0.25 + 1) = −0.8; residuals 0.2, −0.1 and 0 at 0.
+        let views = [0.0, 0.5, 1.0, 1.2, 1.5];
+        let values = [Some(0.0), Some(-0.2), Some(-0.9), None, Some(7.0)];
+        let fit = fit_mean(&views, &values, ViewRange::default()).unwrap();
+        assert!((fit.slope() + 0.8).abs() < 1e-15);
+        assert!((fit.errors().mae - 0.1).abs() < 1e-15);
+        assert!((fit.errors().rmse - (0.05f64 / 3.0).sqrt()).abs() < 1e-15);
+        assert_eq!(fit.errors().views, 3);
+        assert_eq!(fit.value(0.5), 0.5 * fit.slope());
+        assert_eq!(
+            fit_mean(&[0.0], &[Some(0.0)], ViewRange::default()),
+            Err(FitError::Undetermined)
+        );
+    }
+
+    #[test]
+    fn the_optimum_is_a_minimum() {
+        let views: Vec<f64> = (0..40).map(|i| 0.03 * f64::from(i)).collect();
+        let mean: Vec<Option<f64>> = views.iter().map(|t| Some(-t.sin() - 0.1)).collect();
+        let fit = fit_mean(&views, &mean, ViewRange::default()).unwrap();
+        for change in [-1e-4, 1e-4] {
+            let slope = fit.slope() + change;
+            let residuals = views.iter().zip(&mean).map(|(t, v)| v.unwrap() - slope * t);
+            assert!(FitErrors::of(residuals).rmse > fit.errors().rmse);
+        }
+    }
+
+    #[test]
+    fn variance_by_hand() {
+        // Averages 0.2 and 0.4; the other views lack one of the two.
+        let views = [0.0, 0.2, 0.4, 0.6];
+        let (theta, phi) = (
+            [Some(0.1), Some(0.5), None, Some(1.0)],
+            [Some(0.3), Some(0.3), Some(9.0), None],
+        );
+        let fit = fit_average_variance(&views, &theta, &phi, ViewRange::default()).unwrap();
+        assert!((fit.variance() - 0.3).abs() < 1e-15 && fit.value(1.0) == fit.variance());
+        assert!((fit.errors().mae - 0.1).abs() < 1e-15);
+        assert!((fit.errors().rmse - 0.1).abs() < 1e-15 && fit.errors().views == 2);
+        let short = fit_average_variance(&views, &theta, &phi[1..], ViewRange::default());
+        assert!(short.is_err());
+    }
+}

@@ -1,0 +1,176 @@
+//! Analytic functions fitted to moment profiles (Zubiaga et al. 2015, §3.4): a line through
+//! the origin for the mean, a constant for the average variance, and a quadratic relation of the
+//! two over materials.
+//!
+//! All are least-squares fits with equal weights of all used views. Used are the views inside a
+//! [`ViewRange`] that have a finite value.
+//!
+//! ```
+//! use gonio::moments::{ViewRange, fit_mean};
+//! let views: Vec<f64> = (0..90).map(|i| f64::from(i).to_radians()).collect();
+//! let mean: Vec<Option<f64>> = views.iter().map(|t| Some(-0.7 * t)).collect();
+//! let fit = fit_mean(&views, &mean, ViewRange::default()).unwrap();
+//! assert!((fit.slope() + 0.7).abs() < 1e-12 && fit.errors().views == 81);
+//! ```
+
+mod line;
+mod relation;
+
+pub use line::{MeanFit, VarianceFit, fit_average_variance, fit_mean};
+pub use relation::{MeanVarianceFit, fit_mean_variance};
+
+use crate::error::{ParameterError, in_closed, in_left_open};
+use serde::Serialize;
+
+/// View elevations that are fitted, rad. The default is 0 to 80°: measured data are unreliable
+/// beyond.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct ViewRange {
+    ends: [f64; 2],
+}
+
+impl ViewRange {
+    /// A view this far (rad) beyond an end is still inside: degrees and radians round.
+    const SLACK: f64 = 1e-9;
+
+    /// From `min_deg` to `max_deg`, both included; 0 ≤ `min_deg` < `max_deg` ≤ 90.
+    ///
+    /// # Errors
+    /// Names the end that is out of range.
+    pub fn from_degrees(min_deg: f64, max_deg: f64) -> Result<Self, ParameterError> {
+        in_closed("min_view_deg", min_deg, 0.0, 90.0)?;
+        in_left_open("max_view_deg", max_deg, min_deg, 90.0)?;
+        Ok(Self {
+            ends: [min_deg.to_radians(), max_deg.to_radians()],
+        })
+    }
+
+    /// First and last elevation, rad.
+    pub fn ends(self) -> [f64; 2] {
+        self.ends
+    }
+
+    /// True for the elevations (rad) that are fitted.
+    pub fn contains(self, theta: f64) -> bool {
+        let [lo, hi] = self.ends;
+        (lo - Self::SLACK..=hi + Self::SLACK).contains(&theta)
+    }
+
+    /// The used views and their values.
+    fn used(
+        self,
+        views: &[f64],
+        values: &[Option<f64>],
+        needed: usize,
+    ) -> Result<(Vec<f64>, Vec<f64>), FitError> {
+        if views.len() != values.len() {
+            return Err(FitError::Lengths {
+                first: views.len(),
+                second: values.len(),
+            });
+        }
+        let pairs = views.iter().zip(values);
+        let used = pairs.filter_map(|(&theta, &value)| {
+            let value = value.filter(|v| v.is_finite())?;
+            self.contains(theta).then_some((theta, value))
+        });
+        let used: (Vec<f64>, Vec<f64>) = used.unzip();
+        match used.0.len() {
+            found if found < needed => Err(FitError::TooFewViews { found, needed }),
+            _ => Ok(used),
+        }
+    }
+}
+
+impl Default for ViewRange {
+    fn default() -> Self {
+        Self {
+            ends: [0.0, 80f64.to_radians()],
+        }
+    }
+}
+
+/// Why a function could not be fitted.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum FitError {
+    /// Fewer used views (or materials) than the function has parameters.
+    #[error("{found} values to fit, at least {needed} are needed")]
+    TooFewViews {
+        /// How many there are.
+        found: usize,
+        /// How many it takes.
+        needed: usize,
+    },
+    /// Series that belong together, as views and values, differ in length.
+    #[error("series of lengths {first} and {second} do not belong together")]
+    Lengths {
+        /// Length of the first.
+        first: usize,
+        /// Length of the second.
+        second: usize,
+    },
+    /// The function is the same for every parameter at the places there are.
+    #[error("the values do not determine the parameter")]
+    Undetermined,
+}
+
+/// How far a fitted function is from the values.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct FitErrors {
+    /// Mean absolute error, in the unit of the profile.
+    pub mae: f64,
+    /// Root mean square error, in the unit of the profile.
+    pub rmse: f64,
+    /// Number of values that were fitted.
+    pub views: usize,
+}
+
+impl FitErrors {
+    /// Of residuals; there is at least one.
+    fn of(residuals: impl Iterator<Item = f64>) -> Self {
+        let residuals: Vec<f64> = residuals.collect();
+        let n = residuals.len() as f64;
+        // In units of the largest, so that no square leaves the range of f64.
+        let largest = residuals.iter().fold(0.0, |a: f64, r| a.max(r.abs()));
+        let unit = if largest > 0.0 { largest } else { 1.0 };
+        let square: f64 = residuals.iter().map(|r| (r / unit).powi(2)).sum();
+        Self {
+            mae: residuals.iter().map(|r| r.abs()).sum::<f64>() / n,
+            rmse: unit * (square / n).sqrt(),
+            views: residuals.len(),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn errors_by_hand() {
+        // (1 + 2 + 2)/3 and √((1 + 4 + 4)/3).
+        let errors = FitErrors::of([1.0, -2.0, 2.0].into_iter());
+        assert!((errors.mae - 5.0 / 3.0).abs() < 1e-15);
+        assert!((errors.rmse - 3f64.sqrt()).abs() < 1e-15);
+        assert_eq!(errors.views, 3);
+        assert_eq!(FitErrors::of([0.0].into_iter()).rmse, 0.0);
+    }
+
+    #[test]
+    fn a_range_keeps_what_is_inside_and_has_a_value() {
+        let range = ViewRange::from_degrees(10.0, 40.0).unwrap();
+        let views: Vec<f64> = (0..6).map(|i| (10.0 * f64::from(i)).to_radians()).collect();
+        let values = [0.0, 1.0, f64::NAN, 3.0, 4.0, 5.0].map(Some);
+        assert_eq!(range.used(&views, &values, 3).unwrap().1, [1.0, 3.0, 4.0]);
+        let few = FitError::TooFewViews {
+            found: 3,
+            needed: 4,
+        };
+        assert_eq!(range.used(&views, &values, 4), Err(few));
+        assert!(range.used(&views, &values[1..], 1).is_err());
+        assert!(ViewRange::from_degrees(40.0, 40.0).is_err());
+        assert!(ViewRange::from_degrees(-1.0, 40.0).is_err());
+        assert!(ViewRange::from_degrees(0.0, 91.0).is_err());
+    }
+}

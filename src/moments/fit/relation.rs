@@ -1,0 +1,172 @@
+//! Slope of the mean profile and average variance, related over materials.
+
+use super::{FitError, FitErrors};
+use crate::moments::correlation::{Correlation, correlate};
+use serde::Serialize;
+use std::f64::consts::PI;
+
+/// π²/12 rad², the variance of a Lambertian slice.
+const LAMBERTIAN: f64 = PI * PI / 12.0;
+
+/// σ̃² ≈ (π²/12)(1 + µ̃) + c µ̃ (1 + µ̃): every quadratic function through the mirror (−1, 0) and the
+/// Lambertian material (0, π²/12), as in Zubiaga et al. 2015, §3.4 and Fig. 7b.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct MeanVarianceFit {
+    coefficient: f64,
+    errors: FitErrors,
+    r_squared: Option<f64>,
+    correlation: Correlation,
+}
+
+impl MeanVarianceFit {
+    /// c, rad². 0 is the straight line; π²/12 · µ̃ (1 + µ̃) added to it is π²/12 (1 + µ̃)².
+    pub fn coefficient(&self) -> f64 {
+        self.coefficient
+    }
+
+    /// In rad²; `views` counts materials.
+    pub fn errors(&self) -> FitErrors {
+        self.errors
+    }
+
+    /// 1 − Σ residual² / Σ (σ̃² − its average)²: at most 1, below 0 if the function is worse than the
+    /// average. `None` if all materials have the same variance.
+    pub fn r_squared(&self) -> Option<f64> {
+        self.r_squared
+    }
+
+    /// Of slopes and variances.
+    pub fn correlation(&self) -> Correlation {
+        self.correlation
+    }
+
+    /// The average variance (rad²) at the slope `slope` of the mean profile.
+    pub fn value(&self, slope: f64) -> f64 {
+        (1.0 + slope) * (LAMBERTIAN + self.coefficient * slope)
+    }
+}
+
+/// Fits the relation to one slope µ̃ and one average variance σ̃² (rad²) a material. A material
+/// is used if it has both.
+///
+/// # Errors
+/// If no material is used, none is away from the two end points, or the lengths differ.
+pub fn fit_mean_variance(
+    slopes: &[Option<f64>],
+    variances: &[Option<f64>],
+) -> Result<MeanVarianceFit, FitError> {
+    if slopes.len() != variances.len() {
+        return Err(FitError::Lengths {
+            first: slopes.len(),
+            second: variances.len(),
+        });
+    }
+    let pairs = slopes.iter().zip(variances);
+    let used: Vec<(f64, f64)> = pairs
+        .filter_map(|(&slope, &variance)| Some((slope?, variance?)))
+        .filter(|(slope, variance)| slope.is_finite() && variance.is_finite())
+        .collect();
+    if used.is_empty() {
+        return Err(FitError::TooFewViews {
+            found: 0,
+            needed: 1,
+        });
+    }
+    let (mut product, mut square) = (0.0, 0.0);
+    for &(slope, variance) in &used {
+        let bend = slope * (1.0 + slope);
+        product += bend * (variance - LAMBERTIAN * (1.0 + slope));
+        square += bend * bend;
+    }
+    if square == 0.0 {
+        return Err(FitError::Undetermined);
+    }
+    let correlation = correlate(slopes, variances);
+    let mut fit = MeanVarianceFit {
+        coefficient: product / square,
+        errors: FitErrors {
+            mae: 0.0,
+            rmse: 0.0,
+            views: 0,
+        },
+        r_squared: None,
+        correlation,
+    };
+    fit.errors = FitErrors::of(used.iter().map(|&(slope, v)| v - fit.value(slope)));
+    let average = used.iter().map(|p| p.1).sum::<f64>() / used.len() as f64;
+    let spread = FitErrors::of(used.iter().map(|p| p.1 - average)).rmse;
+    // Equal numbers may have an average that is rounded away from them.
+    let rounding = 4.0 * f64::EPSILON * average.abs();
+    fit.r_squared = (spread > rounding).then(|| 1.0 - (fit.errors.rmse / spread).powi(2));
+    Ok(fit)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn fit(points: &[(f64, f64)]) -> Result<MeanVarianceFit, FitError> {
+        let (slopes, variances): (Vec<_>, Vec<_>) =
+            points.iter().map(|p| (Some(p.0), Some(p.1))).unzip();
+        fit_mean_variance(&slopes, &variances)
+    }
+
+    #[test]
+    fn every_fit_passes_through_mirror_and_lambert() {
+        for points in [[(-0.5, 0.1), (-0.3, 0.9)], [(-0.9, 0.0), (-0.1, 0.2)]] {
+            let fit = fit(&points).unwrap();
+            assert_eq!(fit.value(-1.0), 0.0);
+            assert_eq!(fit.value(0.0), LAMBERTIAN);
+        }
+    }
+
+    #[test]
+    fn an_exact_relation_is_recovered() {
+        let c = 0.3;
+        let on_curve = |m: f64| (m, LAMBERTIAN * (1.0 + m) + c * m * (1.0 + m));
+        let points: Vec<_> = (0..20).map(|i| on_curve(-0.05 * f64::from(i))).collect();
+        let fit = fit(&points).unwrap();
+        assert!((fit.coefficient() - c).abs() < 1e-14);
+        assert!(fit.errors().rmse < 1e-15 && fit.errors().views == 20);
+        assert!((fit.r_squared().unwrap() - 1.0).abs() < 1e-14);
+        // c < π²/12, so the curve rises everywhere in [−1, 0].
+        assert!((fit.correlation().spearman.unwrap() - 1.0).abs() < 1e-15);
+    }
+
+    #[test]
+    fn one_material_by_hand() {
+        // At µ̃ = −1/2 the curve is π²/24 − c/4.
+        let fit = fit(&[(-0.5, 0.2)]).unwrap();
+        assert!((fit.coefficient() - 4.0 * (PI * PI / 24.0 - 0.2)).abs() < 1e-15);
+        assert!(fit.r_squared().is_none() && fit.correlation().pearson.is_none());
+    }
+
+    #[test]
+    fn r_squared_is_the_explained_share() {
+        let points = [(-0.8, 0.15), (-0.6, 0.2), (-0.3, 0.6), (-0.1, 0.7)];
+        let fit = fit(&points).unwrap();
+        let mean = (0.15 + 0.2 + 0.6 + 0.7) / 4.0;
+        let left: f64 = points.iter().map(|p| (p.1 - fit.value(p.0)).powi(2)).sum();
+        let all: f64 = points.iter().map(|p| (p.1 - mean).powi(2)).sum();
+        assert!((fit.r_squared().unwrap() - (1.0 - left / all)).abs() < 1e-14);
+        for change in [-1e-4, 1e-4] {
+            let moved = MeanVarianceFit {
+                coefficient: fit.coefficient + change,
+                ..fit.clone()
+            };
+            let worse: f64 = points
+                .iter()
+                .map(|p| (p.1 - moved.value(p.0)).powi(2))
+                .sum();
+            assert!(worse > left);
+        }
+    }
+
+    #[test]
+    fn end_points_alone_determine_nothing() {
+        let ends = fit(&[(-1.0, 0.0), (0.0, LAMBERTIAN)]);
+        assert_eq!(ends, Err(FitError::Undetermined));
+        assert!(fit_mean_variance(&[None], &[Some(1.0)]).is_err());
+        assert!(fit_mean_variance(&[Some(0.5)], &[]).is_err());
+    }
+}
