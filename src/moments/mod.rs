@@ -39,7 +39,8 @@ pub use errors::MomentErrors;
 pub use correlation::{Correlation, CorrelationMatrix, correlate};
 pub use estimator::{Estimator, SliceMoments, Unresolved, all, read};
 pub use fit::{
-    FitError, FitErrors, MeanFit, MeanVarianceFit, VarianceFit, ViewRange, fit_average_variance,
+    EnergyFit, EnergySeries, FitError, FitErrors, MeanFit, MeanVarianceFit, Ramp, SharedEnergyFit,
+    Undetermined, VarianceFit, ViewRange, fit_average_variance, fit_energy, fit_energy_shared,
     fit_mean, fit_mean_variance,
 };
 pub use peak::PeakResolving;

@@ -1,22 +1,32 @@
-//! Analytic functions fitted to moment profiles (Zubiaga et al. 2015, §3.4): a line through
-//! the origin for the mean, a constant for the average variance, and a quadratic relation of the
-//! two over materials.
+//! Analytic functions fitted to moment profiles (Zubiaga et al. 2015, §3.4): a base and a Hermite
+//! ramp for the energy, a line through the origin for the mean, a constant for the average
+//! variance, and a quadratic relation of the last two over materials.
 //!
 //! All are least-squares fits with equal weights of all used views. Used are the views inside a
 //! [`ViewRange`] that have a finite value.
 //!
 //! ```
-//! use gonio::moments::{ViewRange, fit_mean};
+//! use gonio::moments::{ViewRange, fit_energy, fit_mean};
 //! let views: Vec<f64> = (0..90).map(|i| f64::from(i).to_radians()).collect();
 //! let mean: Vec<Option<f64>> = views.iter().map(|t| Some(-0.7 * t)).collect();
 //! let fit = fit_mean(&views, &mean, ViewRange::default()).unwrap();
 //! assert!((fit.slope() + 0.7).abs() < 1e-12 && fit.errors().views == 81);
+//! // A constant profile has no ramp, so its knots are not determined.
+//! let flat = fit_energy(&views, &[Some(2.0); 90], ViewRange::default()).unwrap();
+//! assert!(flat.knots().is_none() && (flat.value(1.0) - 2.0).abs() < 1e-12);
 //! ```
 
+mod energy;
+mod knots;
 mod line;
+mod projected;
+mod ramp;
 mod relation;
 
+pub use energy::{EnergyFit, EnergySeries, SharedEnergyFit, Undetermined};
+pub use knots::{fit_energy, fit_energy_shared};
 pub use line::{MeanFit, VarianceFit, fit_average_variance, fit_mean};
+pub use ramp::Ramp;
 pub use relation::{MeanVarianceFit, fit_mean_variance};
 
 use crate::error::{ParameterError, in_closed, in_left_open};
@@ -110,9 +120,20 @@ pub enum FitError {
         /// Length of the second.
         second: usize,
     },
+    /// The mean energy is not positive, so the profile has no scale.
+    #[error("the mean energy is not above 0")]
+    NoEnergy,
     /// The function is the same for every parameter at the places there are.
     #[error("the values do not determine the parameter")]
     Undetermined,
+    /// One of several profiles cannot be fitted.
+    #[error("profile {index}: {source}")]
+    Profile {
+        /// Which one, from 0.
+        index: usize,
+        /// Why.
+        source: Box<FitError>,
+    },
 }
 
 /// How far a fitted function is from the values.
