@@ -155,7 +155,8 @@ fn line(fits: &[ProfileFits], seconds: f64) -> String {
     )
 }
 
-const HEAD: &str = "  material                     mean slope   variance          knots   clamped  unresolved\n";
+const HEAD: &str =
+    "  material                     mean slope   variance          knots   clamped  unresolved\n";
 
 impl moments::Desk for Desk<'_> {
     fn cancelled(&self) -> bool {

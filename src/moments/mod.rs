@@ -35,8 +35,8 @@ mod tally;
 
 pub use clamping::{Clamping, HorizonCopy};
 pub use component::{Component, Estimate, Moments, Order};
-pub use errors::MomentErrors;
 pub use correlation::{Correlation, CorrelationMatrix, correlate};
+pub use errors::MomentErrors;
 pub use estimator::{Estimator, SliceMoments, Unresolved, all, read};
 pub use fit::{
     EnergyFit, EnergySeries, FitError, FitErrors, MeanFit, MeanVarianceFit, Ramp, SharedEnergyFit,

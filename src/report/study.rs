@@ -158,9 +158,11 @@ fn summary(group: &Group) -> Value {
     let horizon: serde_json::Map<String, Value> = HORIZON
         .iter()
         .map(|(c, name)| {
-            let median = median(group.first_channel().filter_map(|f| {
-                f.clamping.as_ref()?.explained[c.index()]
-            }));
+            let median = median(
+                group
+                    .first_channel()
+                    .filter_map(|f| f.clamping.as_ref()?.explained[c.index()]),
+            );
             ((*name).to_owned(), json!(median))
         })
         .collect();
@@ -223,8 +225,16 @@ pub fn study_table(groups: &[Group]) -> String {
             ),
             None => "undetermined".into(),
         };
-        line("theta_0 of each material", spread(group.knots[0]), "35.3° ± 14.8° (40)");
-        line("theta_1 of each material", spread(group.knots[1]), "71.5° ± 5.2° (40)");
+        line(
+            "theta_0 of each material",
+            spread(group.knots[0]),
+            "35.3° ± 14.8° (40)",
+        );
+        line(
+            "theta_1 of each material",
+            spread(group.knots[1]),
+            "71.5° ± 5.2° (40)",
+        );
         let shared = match &group.shared {
             Ok(fit) => match (fit.knots(), fit.undetermined()) {
                 (Some([a, b]), _) => format!("{:.1}°, {:.1}°", a.to_degrees(), b.to_degrees()),
@@ -243,7 +253,11 @@ pub fn study_table(groups: &[Group]) -> String {
             Some(s) => format!("{:.3} … {:.3}", s.range[0], s.range[1]),
             None => "undefined".into(),
         };
-        line("slope of the mean", range(ProfileFits::slope), "nearly all of −1 … 0");
+        line(
+            "slope of the mean",
+            range(ProfileFits::slope),
+            "nearly all of −1 … 0",
+        );
         line(
             "average variance (rad²)",
             range(ProfileFits::average_variance),
@@ -283,7 +297,9 @@ pub fn study_table(groups: &[Group]) -> String {
         );
         let relation = match &group.relation {
             Ok(fit) => {
-                let r2 = fit.r_squared().map_or("undefined".into(), |r| format!("{r:.3}"));
+                let r2 = fit
+                    .r_squared()
+                    .map_or("undefined".into(), |r| format!("{r:.3}"));
                 format!("c {:.3}, R² {r2}", fit.coefficient())
             }
             Err(e) => e.to_string(),
@@ -297,7 +313,11 @@ pub fn study_table(groups: &[Group]) -> String {
                 .filter_map(|f| f.clamping.as_ref()?.explained[component.index()]);
             if let Some(share) = median(values) {
                 let what = name.replace("horizon_", "horizon explains of ");
-                line(&what, format!("{:.0} % (median)", 100.0 * share), "conjectured");
+                line(
+                    &what,
+                    format!("{:.0} % (median)", 100.0 * share),
+                    "conjectured",
+                );
             }
         }
     }

@@ -77,9 +77,12 @@ pub fn group_sheets(group: &Group, members: &[&MaterialProfiles]) -> Vec<Sheet> 
             .filter(|(c, _)| c.order() <= order)
             .map(|(c, label)| Panel {
                 y: axis(label),
-                ..over_views(profiles.iter().enumerate().map(|(i, p)| {
-                    curve(p, *c, String::new(), i)
-                }))
+                ..over_views(
+                    profiles
+                        .iter()
+                        .enumerate()
+                        .map(|(i, p)| curve(p, *c, String::new(), i)),
+                )
             })
             .collect(),
         columns: 3,
@@ -104,22 +107,29 @@ fn fits_sheet(group: &Group, profiles: &[&Profile], name: String, of: &str) -> S
     let computed = |label: &str, value: &dyn Fn(&Profile, usize) -> Option<f64>| Panel {
         title: "computed".into(),
         y: axis(label),
-        ..over_views(profiles.iter().enumerate().map(|(i, p)| Series {
-            color: i,
-            points: (0..p.views.len())
-                .map(|v| (degrees(p.views[v]), value(p, v)))
-                .collect(),
-            ..Series::default()
+        ..over_views(profiles.iter().enumerate().map(|(i, p)| {
+            Series {
+                color: i,
+                points: (0..p.views.len())
+                    .map(|v| (degrees(p.views[v]), value(p, v)))
+                    .collect(),
+                ..Series::default()
+            }
         }))
     };
     let fitted = |label: &str, value: &dyn Fn(&ProfileFits, f64) -> Option<f64>| Panel {
         title: "fitted".into(),
         y: axis(label),
-        ..over_views(fits.iter().zip(profiles).enumerate().map(|(i, (f, p))| Series {
-            color: i,
-            points: p.views.iter().map(|&v| (degrees(v), value(f, v))).collect(),
-            ..Series::default()
-        }))
+        ..over_views(
+            fits.iter()
+                .zip(profiles)
+                .enumerate()
+                .map(|(i, (f, p))| Series {
+                    color: i,
+                    points: p.views.iter().map(|&v| (degrees(v), value(f, v))).collect(),
+                    ..Series::default()
+                }),
+        )
     };
     let errors = |label: &str, of: &dyn Fn(&ProfileFits) -> Option<[f64; 2]>| {
         // From the best to the worst, as the figure of the paper.
@@ -150,7 +160,9 @@ fn fits_sheet(group: &Group, profiles: &[&Profile], name: String, of: &str) -> S
         title: format!("Profile fits: {of}"),
         panels: vec![
             computed("energy (rad²/sr)", &energy),
-            fitted("energy (rad²/sr)", &|f, v| Some(f.energy.as_ref().ok()?.value(v))),
+            fitted("energy (rad²/sr)", &|f, v| {
+                Some(f.energy.as_ref().ok()?.value(v))
+            }),
             errors("relative to the mean energy", &|f| {
                 let e = f.energy.as_ref().ok()?.relative_errors();
                 Some([e.mae, e.rmse])

@@ -49,11 +49,7 @@ impl ProfileFits {
     ) -> Self {
         let profile = &of.profiles[index];
         let views = &profile.views;
-        let variances: Vec<_> = profile
-            .slices
-            .iter()
-            .map(|s| s.moments.average_variance())
-            .collect();
+        let variances = [TT, PP].map(|c| profile.values(c));
         let inside = || {
             let slices = profile.slices.iter().zip(views);
             slices.filter(|(_, theta)| range.contains(**theta))
@@ -84,7 +80,7 @@ impl ProfileFits {
             diffuse: profile.diffuse,
             energy: fit_energy(views, &profile.values(Component::ENERGY), range),
             mean: fit_mean(views, &profile.values(MEAN), range),
-            variance: fit_average_variance(views, &variances, range),
+            variance: fit_average_variance(views, &variances[0], &variances[1], range),
             averages: Component::ALL.map(average),
             largest: Component::ALL.map(largest),
             clamping,
@@ -106,6 +102,8 @@ impl ProfileFits {
 }
 
 const MEAN: Component = Component { n: 1, m: 0 };
+const TT: Component = Component { n: 2, m: 0 };
+const PP: Component = Component { n: 0, m: 2 };
 
 /// A number over the materials of a group.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
@@ -191,7 +189,12 @@ pub struct Group {
 
 impl Group {
     /// Analyses materials of a group; `fits` are those of its profiles, in order.
-    pub fn new(name: String, members: &[&MaterialProfiles], fits: Vec<ProfileFits>, range: ViewRange) -> Self {
+    pub fn new(
+        name: String,
+        members: &[&MaterialProfiles],
+        fits: Vec<ProfileFits>,
+        range: ViewRange,
+    ) -> Self {
         let channels = members.first().map_or(1, |m| m.profiles.len().max(1));
         let first: Vec<&ProfileFits> = fits.iter().step_by(channels).collect();
         let knot = |i: usize| {
@@ -204,7 +207,10 @@ impl Group {
             ends.is_some_and(|[lower, upper]| upper > lower)
         };
         let profiles: Vec<&Profile> = members.iter().filter_map(|m| m.profiles.first()).collect();
-        let energies: Vec<_> = profiles.iter().map(|p| p.values(Component::ENERGY)).collect();
+        let energies: Vec<_> = profiles
+            .iter()
+            .map(|p| p.values(Component::ENERGY))
+            .collect();
         let series: Vec<_> = profiles
             .iter()
             .zip(&energies)
@@ -244,16 +250,30 @@ pub const QUANTITIES: [(&str, fn(&ProfileFits) -> Option<f64>); 8] = [
     ("energy", |f| f.averages[0]),
     ("mean_slope", ProfileFits::slope),
     ("average_variance", ProfileFits::average_variance),
-    ("skewness_30", |f| f.averages[Component { n: 3, m: 0 }.index()]),
-    ("skewness_12", |f| f.averages[Component { n: 1, m: 2 }.index()]),
-    ("kurtosis_40", |f| f.averages[Component { n: 4, m: 0 }.index()]),
-    ("kurtosis_22", |f| f.averages[Component { n: 2, m: 2 }.index()]),
-    ("kurtosis_04", |f| f.averages[Component { n: 0, m: 4 }.index()]),
+    ("skewness_30", |f| {
+        f.averages[Component { n: 3, m: 0 }.index()]
+    }),
+    ("skewness_12", |f| {
+        f.averages[Component { n: 1, m: 2 }.index()]
+    }),
+    ("kurtosis_40", |f| {
+        f.averages[Component { n: 4, m: 0 }.index()]
+    }),
+    ("kurtosis_22", |f| {
+        f.averages[Component { n: 2, m: 2 }.index()]
+    }),
+    ("kurtosis_04", |f| {
+        f.averages[Component { n: 0, m: 4 }.index()]
+    }),
 ];
 
 fn correlations(fits: &[ProfileFits], channels: usize) -> Vec<CorrelationRow> {
     let column = |channel: usize, of: fn(&ProfileFits) -> Option<f64>| -> Vec<Option<f64>> {
-        fits.iter().skip(channel).step_by(channels).map(of).collect()
+        fits.iter()
+            .skip(channel)
+            .step_by(channels)
+            .map(of)
+            .collect()
     };
     let mut rows = Vec::new();
     let matrix = CorrelationMatrix::new(QUANTITIES.map(|(name, of)| (name, column(0, of))));
