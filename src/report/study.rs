@@ -171,6 +171,7 @@ fn summary(group: &Group) -> Value {
         "channel": group.fits.first().map(|f| f.channel.name()),
         "knot_0_deg": in_degrees(group.knots[0]),
         "knot_1_deg": in_degrees(group.knots[1]),
+        "knot_1_at_end": group.at_end,
         "energy_rises": group.boosted,
         "shared_knots_deg": shared.map(|k| k.map(degrees)),
         "mean_slope": group.spread(ProfileFits::slope),
@@ -208,9 +209,9 @@ pub fn study_table(groups: &[Group]) -> String {
         out += &format!("\n{}: {n} material{s}, {channel}\n", group.name);
         let mut line = |what: &str, here: String, there: &str| {
             let text = if published {
-                format!("  {what:<40} {here:<26} {there}")
+                format!("  {what:<44} {here:<36} {there}")
             } else {
-                format!("  {what:<40} {here}")
+                format!("  {what:<44} {here}")
             };
             out += text.trim_end();
             out += "\n";
@@ -237,7 +238,14 @@ pub fn study_table(groups: &[Group]) -> String {
         );
         let shared = match &group.shared {
             Ok(fit) => match (fit.knots(), fit.undetermined()) {
-                (Some([a, b]), _) => format!("{:.1}°, {:.1}°", a.to_degrees(), b.to_degrees()),
+                (Some([a, b]), _) => {
+                    let end = if fit.upper_at_end() {
+                        ", the end of the range"
+                    } else {
+                        ""
+                    };
+                    format!("{:.1}°, {:.1}°{end}", a.to_degrees(), b.to_degrees())
+                }
                 (None, Some(why)) => why.to_string(),
                 (None, None) => "undetermined".into(),
             },

@@ -120,16 +120,18 @@ fn fits_sheet(group: &Group, profiles: &[&Profile], name: String, of: &str) -> S
     let fitted = |label: &str, value: &dyn Fn(&ProfileFits, f64) -> Option<f64>| Panel {
         title: "fitted".into(),
         y: axis(label),
-        ..over_views(
-            fits.iter()
-                .zip(profiles)
-                .enumerate()
-                .map(|(i, (f, p))| Series {
-                    color: i,
-                    points: p.views.iter().map(|&v| (degrees(v), value(f, v))).collect(),
-                    ..Series::default()
-                }),
-        )
+        ..over_views(fits.iter().zip(profiles).enumerate().map(|(i, (f, p))| {
+            Series {
+                color: i,
+                points: p
+                    .views
+                    .iter()
+                    .filter(|v| f.range.contains(**v))
+                    .map(|&v| (degrees(v), value(f, v)))
+                    .collect(),
+                ..Series::default()
+            }
+        }))
     };
     let errors = |label: &str, of: &dyn Fn(&ProfileFits) -> Option<[f64; 2]>| {
         // From the best to the worst, as the figure of the paper.

@@ -18,6 +18,8 @@ pub struct ProfileFits {
     pub channel: Channel,
     /// What was subtracted before, sr⁻¹.
     pub diffuse: f64,
+    /// The views that were fitted.
+    pub range: ViewRange,
     /// Base and ramp of the energy.
     pub energy: Result<EnergyFit, FitError>,
     /// Slope of the mean.
@@ -78,6 +80,7 @@ impl ProfileFits {
             material: of.material.clone(),
             channel: profile.channel,
             diffuse: profile.diffuse,
+            range,
             energy: fit_energy(views, &profile.values(Component::ENERGY), range),
             mean: fit_mean(views, &profile.values(MEAN), range),
             variance: fit_average_variance(views, &variances[0], &variances[1], range),
@@ -175,8 +178,12 @@ pub struct Group {
     pub name: String,
     /// The fits, material after material, each with all its channels.
     pub fits: Vec<ProfileFits>,
-    /// θ_0 and θ_1 of each material's own fit (rad), over the materials whose knots are determined.
+    /// θ_0 and θ_1 of each material's own fit (rad), over the materials whose knots are determined;
+    /// of θ_1 those inside the range only.
     pub knots: [Option<Spread>; 2],
+    /// Materials whose θ_1 is the end of the range: their energy is convex up to there, and a
+    /// wider range would put it further out.
+    pub at_end: usize,
     /// Materials whose fitted energy is larger at θ_1 than at θ_0.
     pub boosted: usize,
     /// The fit with the same knots for all.
@@ -198,9 +205,12 @@ impl Group {
         let channels = members.first().map_or(1, |m| m.profiles.len().max(1));
         let first: Vec<&ProfileFits> = fits.iter().step_by(channels).collect();
         let knot = |i: usize| {
-            let knots = first.iter().filter_map(|f| f.energy.as_ref().ok()?.knots());
-            Spread::of(knots.map(|k| k[i]))
+            let fits = first.iter().filter_map(|f| f.energy.as_ref().ok());
+            let fits = fits.filter(|fit| i == 0 || !fit.upper_at_end());
+            Spread::of(fits.filter_map(|fit| Some(fit.knots()?[i])))
         };
+        let at_end = first.iter().filter_map(|f| f.energy.as_ref().ok());
+        let at_end = at_end.filter(|fit| fit.knots().is_some() && fit.upper_at_end());
         let rises = |f: &&&ProfileFits| {
             let fit = f.energy.as_ref().ok();
             let ends = fit.and_then(|fit| Some(fit.knots()?.map(|k| fit.value(k))));
@@ -224,6 +234,7 @@ impl Group {
         let variances: Vec<_> = first.iter().map(|f| f.average_variance()).collect();
         Self {
             knots: [knot(0), knot(1)],
+            at_end: at_end.count(),
             boosted: first.iter().filter(rises).count(),
             shared: fit_energy_shared(&series, range),
             relation: fit_mean_variance(&slopes, &variances),
