@@ -26,6 +26,7 @@ mod cubature;
 mod errors;
 mod estimator;
 mod fit;
+mod model;
 mod peak;
 mod profile;
 mod sampled;
@@ -42,6 +43,8 @@ pub use fit::{
     EnergyFit, EnergySeries, FitError, FitErrors, MeanFit, MeanVarianceFit, Ramp, SharedEnergyFit,
     Undetermined, VarianceFit, ViewRange, fit_average_variance, fit_energy, fit_energy_shared,
     fit_mean, fit_mean_variance,
+pub use model::{
+    SliceGaussians, SliceModel, SliceNode, SliceShape, TruncatedGaussian, gaussian_scaling,
 };
 pub use peak::PeakResolving;
 pub use profile::{MomentsSpec, Profile, Split};
