@@ -29,6 +29,7 @@ mod fit;
 mod model;
 mod peak;
 mod profile;
+pub mod relations;
 mod sampled;
 mod slice;
 mod split;

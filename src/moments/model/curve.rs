@@ -62,6 +62,16 @@ impl Curve {
             + t * t * (3.0 - 2.0 * t) * rise
             + h * t * rest * (rest * self.slope[i] - t * self.slope[above])
     }
+
+    /// The first node.
+    pub(in crate::moments) fn first(&self) -> f64 {
+        self.x[0]
+    }
+
+    /// The last node.
+    pub(in crate::moments) fn last(&self) -> f64 {
+        self.x[self.x.len() - 1]
+    }
 }
 
 /// The slope at an end, from the two nearest intervals, kept from overshooting.

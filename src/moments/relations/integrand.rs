@@ -1,0 +1,196 @@
+//! Integrals over the square (θ, φ) by the cubature of [`PeakResolving`]: whatever is to be
+//! integrated is handed to it as a BRDF.
+
+use super::super::component::{Component, Moments, Order};
+use super::super::estimator::Estimator;
+use super::super::peak::PeakResolving;
+use super::super::slice::{Batch, Channel, Kind, Slice};
+use crate::brdf::{Brdf, Channels, Presence};
+use crate::error::ParameterError;
+use crate::geometry::{Direction, DirectionPair, Symmetry};
+use crate::lighting::Lighting;
+use crate::numeric;
+use crate::parametrization::view_centered_angles;
+use glam::DVec3;
+
+/// Radiance of a lighting in one channel, the lighting turned about the normal.
+#[derive(Clone, Copy)]
+pub(super) struct Light<'a> {
+    lighting: &'a dyn Lighting,
+    channel: Channel,
+    cos: f64,
+    sin: f64,
+}
+
+impl<'a> Light<'a> {
+    /// The direction at azimuth 0 of the local frame sees the lighting at `azimuth` (rad).
+    pub(super) fn new(lighting: &'a dyn Lighting, channel: Channel, azimuth: f64) -> Self {
+        let (sin, cos) = azimuth.sin_cos();
+        Self {
+            lighting,
+            channel,
+            cos,
+            sin,
+        }
+    }
+
+    /// Radiance × cos θ cos² φ: with dθ dφ, what arrives on the surface.
+    fn arriving(&self, omega: Direction) -> f64 {
+        let v = omega.vector();
+        let turned = DVec3::new(
+            v.x * self.cos - v.y * self.sin,
+            v.x * self.sin + v.y * self.cos,
+            v.z,
+        );
+        let rgb = self.lighting.radiance(Direction::from_unit(turned));
+        let radiance = match self.channel {
+            Channel::Luminance => numeric::luminance(rgb),
+            Channel::Average => (rgb[0] + rgb[1] + rgb[2]) / 3.0,
+            Channel::Red => rgb[0],
+            Channel::Green => rgb[1],
+            Channel::Blue => rgb[2],
+        };
+        radiance * v.z.max(0.0) * v.x.hypot(v.z)
+    }
+}
+
+/// One number per direction of the light, whatever the view.
+trait Integrand: Send + Sync {
+    fn eval(&self, pairs: &[DirectionPair], out: &mut [f64], presence: &mut [Presence]);
+}
+
+struct AsBrdf<T>(T);
+
+impl<T: Integrand> Brdf for AsBrdf<T> {
+    fn channels(&self) -> Channels {
+        Channels::Luminance
+    }
+
+    fn symmetry(&self) -> Symmetry {
+        Symmetry::NONE
+    }
+
+    fn conserves_energy(&self) -> bool {
+        false
+    }
+
+    fn eval(&self, pair: &DirectionPair, out: &mut [f64]) -> Presence {
+        let mut presence = [Presence::Missing];
+        self.0.eval(&[*pair], out, &mut presence);
+        presence[0]
+    }
+
+    fn eval_batch(&self, pairs: &[DirectionPair], out: &mut [f64], presence: &mut [Presence]) {
+        self.0.eval(pairs, out, presence);
+    }
+}
+
+/// A slice times what arrives.
+struct Lit<'a> {
+    slice: Slice<'a>,
+    light: Light<'a>,
+}
+
+impl Integrand for Lit<'_> {
+    fn eval(&self, pairs: &[DirectionPair], out: &mut [f64], presence: &mut [Presence]) {
+        let mut batch = Batch::default();
+        for pair in pairs {
+            batch.push(&self.slice, pair.omega_i);
+        }
+        self.slice.evaluate(&mut batch);
+        for (i, pair) in pairs.iter().enumerate() {
+            let value = batch.values()[i];
+            presence[i] = match batch.kinds()[i] {
+                Kind::Missing => Presence::Missing,
+                _ => Presence::Present,
+            };
+            out[i] = match value > 0.0 {
+                true => value * self.light.arriving(pair.omega_i),
+                false => 0.0,
+            };
+        }
+    }
+}
+
+/// A weight of the two angles times what arrives.
+struct Weighted<'a, W> {
+    weight: W,
+    light: Light<'a>,
+    /// −1 if θ is mirrored.
+    sign: f64,
+}
+
+impl<W: Fn(f64, f64) -> f64 + Send + Sync> Integrand for Weighted<'_, W> {
+    fn eval(&self, pairs: &[DirectionPair], out: &mut [f64], presence: &mut [Presence]) {
+        for (i, pair) in pairs.iter().enumerate() {
+            let v = pair.omega_i.vector();
+            let omega = Direction::from_unit(DVec3::new(self.sign * v.x, v.y, v.z));
+            let [theta, phi] = view_centered_angles(omega);
+            let weight = (self.weight)(theta, phi);
+            out[i] = match weight > 0.0 {
+                true => weight * self.light.arriving(omega),
+                false => 0.0,
+            };
+            presence[i] = Presence::Present;
+        }
+    }
+}
+
+/// Reflected radiance and its uncertainty, share of the slice without data, and whether the
+/// tolerance was reached.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Reflected {
+    pub(super) radiance: f64,
+    pub(super) uncertainty: f64,
+    pub(super) missing_share: f64,
+    pub(super) resolved: bool,
+}
+
+/// Zubiaga et al. 2015, Eq. 9, of the slice itself.
+pub(super) fn reflected(slice: Slice<'_>, light: Light<'_>, rule: &PeakResolving) -> Reflected {
+    let theta_o = slice.theta_o();
+    let lit = AsBrdf(Lit { slice, light });
+    let nothing = Reflected {
+        radiance: 0.0,
+        uncertainty: 0.0,
+        missing_share: 1.0,
+        resolved: true,
+    };
+    let Ok(slice) = Slice::new(&lit, Channel::Luminance, theta_o) else {
+        return nothing;
+    };
+    let result = rule.estimate(&slice, order(0), 0);
+    match result.moments.get(Component::ENERGY) {
+        Some(energy) => Reflected {
+            radiance: energy.value,
+            uncertainty: energy.uncertainty,
+            missing_share: result.missing_share,
+            resolved: result.unresolved.is_none(),
+        },
+        None => nothing,
+    }
+}
+
+/// Of a number from 0 to 4.
+fn order(n: u8) -> Order {
+    Order::new(n).unwrap_or_default()
+}
+
+/// Moments up to order 2 of weight(θ, φ) × what arrives; `centre` is the θ the weight is
+/// concentrated at, with φ = 0.
+pub(super) fn weighted_light(
+    weight: impl Fn(f64, f64) -> f64 + Send + Sync,
+    centre: f64,
+    light: Light<'_>,
+    rule: &PeakResolving,
+) -> Result<(Moments, f64), ParameterError> {
+    // The cubature looks for narrow peaks at minus the view's elevation.
+    let sign = if centre > 0.0 { -1.0 } else { 1.0 };
+    let brdf = AsBrdf(Weighted {
+        weight,
+        light,
+        sign,
+    });
+    let slice = Slice::new(&brdf, Channel::Luminance, centre.abs())?;
+    Ok((rule.estimate(&slice, order(2), 0).moments, sign))
+}

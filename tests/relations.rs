@@ -1,0 +1,608 @@
+//! The slice model and the relations of Zubiaga, Belcour, Bosch, Muñoz and Barla 2015 (**Z15**
+//! in `docs::errata`): closed forms against quadrature, claims against rendering, errata by a
+//! test that shows the printed form failing and the corrected one holding.
+
+use gonio::brdf::{self, Brdf, Channels, laws};
+use gonio::geometry::Direction;
+use gonio::lighting::Lighting;
+use gonio::moments::relations::{Along, AngleMoments, Prediction, Relation, RelationSpec, compare};
+use gonio::moments::{
+    Channel, Component, Estimator, MomentsSpec, Order, PeakResolving, Profile, Slice,
+    SliceGaussians, SliceModel, SliceNode, TruncatedGaussian, gaussian_scaling,
+};
+use gonio::parametrization::view_centered_angles;
+use gonio::registry::read_text;
+use gonio::sampling::gauss_legendre;
+use std::f64::consts::{FRAC_PI_2, PI};
+
+/// ∫ over [lo, hi] by 60 panels of 40 nodes.
+fn integral(lo: f64, hi: f64, f: impl Fn(f64) -> f64) -> f64 {
+    let rule = gauss_legendre(40);
+    let width = (hi - lo) / 60.0;
+    let panel = |i: i32| {
+        let middle = lo + (f64::from(i) + 0.5) * width;
+        let nodes = rule.iter();
+        nodes
+            .map(|(x, w)| 0.5 * width * w * f(middle + 0.5 * width * x))
+            .sum::<f64>()
+    };
+    (0..60).map(panel).sum()
+}
+
+/// Mass, mean and variance of a density on the part of [−π/2, π/2] around `centre`.
+fn moments_by_quadrature(centre: f64, reach: f64, f: impl Fn(f64) -> f64) -> [f64; 3] {
+    let (lo, hi) = (
+        (centre - reach).max(-FRAC_PI_2),
+        (centre + reach).min(FRAC_PI_2),
+    );
+    let mass = integral(lo, hi, &f);
+    // Of differences, so that narrow lobes far from 0 keep their digits.
+    let mean = centre + integral(lo, hi, |t| (t - centre) * f(t)) / mass;
+    let variance = integral(lo, hi, |t| (t - mean) * (t - mean) * f(t)) / mass;
+    [mass, mean, variance]
+}
+
+#[test]
+fn closed_forms_are_those_of_a_quadrature() {
+    for sigma in [1e-6, 1e-4, 1e-2, 0.1, 0.4, 0.785, 1.0, 1.6, 4.0, 10.0] {
+        for centre in [0.0, 0.3, -0.9, 1.5, -1.57, FRAC_PI_2, 1.9, -4.0] {
+            let inside = f64::abs(centre) <= FRAC_PI_2;
+            if !inside && sigma < 0.1 {
+                continue;
+            }
+            let lobe = TruncatedGaussian::new(centre, sigma).unwrap();
+            let near = centre.clamp(-FRAC_PI_2, FRAC_PI_2);
+            let bell = |t: f64| (-0.5 * ((t - centre) / sigma).powi(2)).exp();
+            let [scaling, mean, variance] = moments_by_quadrature(near, 12.0 * sigma, bell);
+            let [mass, ..] = moments_by_quadrature(near, 12.0 * sigma, |t| lobe.density(t));
+            let [m, v] = lobe.mean_and_variance();
+            let what = format!("sigma {sigma} centre {centre}");
+            // The angles themselves are rounded: 2e-16 of 1.57 against σ.
+            let rounding = 1e-12 + 1e-15 / sigma;
+            assert!((mass - 1.0).abs() < rounding, "{what}: mass {mass}");
+            let a = gaussian_scaling(centre, sigma).unwrap();
+            assert!(
+                (a / scaling - 1.0).abs() < rounding,
+                "{what}: {a} {scaling}"
+            );
+            let width = variance.sqrt();
+            assert!((m - mean).abs() < rounding * width, "{what}: {m} {mean}");
+            assert!(
+                (v / variance - 1.0).abs() < rounding,
+                "{what}: {v} {variance}"
+            );
+        }
+    }
+}
+
+#[test]
+fn centres_far_outside_give_the_exponential() {
+    // The tail beyond many σ is an exponential of scale σ²/distance, with corrections of
+    // (σ/distance)².
+    for sigma in [1e-1, 1e-2, 1e-4, 1e-6] {
+        let distance = 1.0;
+        let lobe = TruncatedGaussian::new(FRAC_PI_2 + distance, sigma).unwrap();
+        let scale = sigma * sigma / distance;
+        let [mean, variance] = lobe.mean_and_variance();
+        let off = 8.0 * (sigma / distance).powi(2);
+        assert!(((FRAC_PI_2 - mean) / scale - 1.0).abs() < off + 4e-16 / scale);
+        assert!((variance / (scale * scale) - 1.0).abs() < off + 1e-12);
+        assert!((lobe.density(FRAC_PI_2) * scale - 1.0).abs() < off);
+    }
+    for (centre, sigma) in [(0.0, 0.0), (0.0, f64::NAN), (f64::INFINITY, 1.0)] {
+        assert!(TruncatedGaussian::new(centre, sigma).is_err());
+    }
+}
+
+#[test]
+fn every_possible_mean_and_variance_is_met() {
+    let (mut inverted, mut worst) = (0, 0.0_f64);
+    for mean in [0.0, 0.2, -0.7, 1.2, -1.5, 1.569] {
+        let limit = FRAC_PI_2 * FRAC_PI_2 - mean * mean;
+        for share in [1e-12, 1e-6, 1e-3, 0.01, 0.1, 0.3, 0.333, 0.5, 0.8, 0.95] {
+            let variance = limit * share;
+            let lobe = TruncatedGaussian::matched(mean, variance);
+            let lobe = lobe.unwrap_or_else(|e| panic!("{mean} {share}: {e}"));
+            let [m, v] = lobe.mean_and_variance();
+            worst = worst.max((m - mean).abs() / variance.sqrt());
+            worst = worst.max((v / variance - 1.0).abs());
+            inverted += i32::from(lobe.precision() < 0.0);
+            // Nearer to the end the test's own quadrature is too coarse.
+            if share >= 0.01 && mean < 1.55 {
+                let density = |t: f64| lobe.density(t);
+                let [mass, m, v] = moments_by_quadrature(0.0, FRAC_PI_2, density);
+                assert!((mass - 1.0).abs() < 1e-8, "{mean} {share}: {mass}");
+                assert!((m - mean).abs() < 1e-8, "{mean} {share}: {m}");
+                assert!((v / variance - 1.0).abs() < 1e-8, "{mean} {share}");
+            }
+        }
+        for variance in [0.0, limit, 1.1 * limit, f64::NAN] {
+            assert!(TruncatedGaussian::matched(mean, variance).is_err());
+        }
+    }
+    assert!(worst < 2e-9, "{worst}");
+    assert!(inverted > 10);
+    // The flat density is where the sign turns.
+    let flat = TruncatedGaussian::matched(0.0, PI * PI / 12.0).unwrap();
+    assert!(flat.precision().abs() < 1e-8 && (flat.density(1.0) * PI - 1.0).abs() < 1e-8);
+}
+
+#[test]
+fn z15_eq_8_has_two_ends() {
+    // Printed: π/2 − t_0 in both error functions.
+    let (sigma, t_0) = (0.4_f64, -0.9);
+    let x = (FRAC_PI_2 - t_0) / (2.0 * sigma * sigma).sqrt();
+    let printed = (0.5 * PI * sigma * sigma).sqrt() * (libm::erf(x) - libm::erf(-x));
+    let bell = |t: f64| (-0.5 * ((t - t_0) / sigma).powi(2)).exp();
+    let truth = integral(-FRAC_PI_2, FRAC_PI_2, bell);
+    let ours = gaussian_scaling(t_0, sigma).unwrap();
+    println!("Z15 Eq. 8, sigma 0.4, t_0 -0.9: printed {printed:.5}, true {truth:.5}");
+    assert!((printed - 1.00265).abs() < 5e-6);
+    assert!((truth - 0.95576).abs() < 5e-6 && (ours - truth).abs() < 1e-14);
+}
+
+#[test]
+fn z15_parameters_are_not_moments() {
+    let asked = PI * PI / 12.0;
+    let lobe = TruncatedGaussian::new(0.0, asked.sqrt()).unwrap();
+    let [_, got] = lobe.mean_and_variance();
+    println!("Z15 Sec. 3.1: variance asked {asked:.3}, of the model {got:.3}");
+    assert!((asked - 0.823).abs() < 1e-3 && (got - 0.546).abs() < 1e-3);
+}
+
+/// A mean that is linear in the view, all else constant.
+fn linear(slope: f64, offset: f64, energy: f64, variance: [f64; 2]) -> SliceModel {
+    let node = |i: i32| {
+        let theta_o = f64::from(i) * 0.05;
+        SliceNode {
+            theta_o,
+            energy,
+            mean: offset + slope * theta_o,
+            variance,
+        }
+    };
+    let nodes: Vec<_> = (0..=31).map(node).collect();
+    SliceModel::new(&nodes, SliceGaussians::Matched).unwrap()
+}
+
+fn material(kind: &str, keys: &str) -> Box<dyn Brdf> {
+    let entry = brdf::all().into_iter().find(|e| e.kind == kind).unwrap();
+    let spec = read_text(&entry, keys).unwrap();
+    spec.build(Channels::Luminance).unwrap()
+}
+
+fn profile(brdf: &dyn Brdf, views: usize, tolerance: f64) -> Profile {
+    let spec = MomentsSpec {
+        views,
+        max_view_deg: 88.0,
+        order: Order::new(2).unwrap(),
+        ..MomentsSpec::default()
+    };
+    let estimator = PeakResolving {
+        tolerance,
+        ..PeakResolving::default()
+    };
+    Profile::new(brdf, Channel::Luminance, &spec, &estimator, 1).unwrap()
+}
+
+#[test]
+fn slices_of_the_model_have_its_moments() {
+    let node = |theta_o: f64, mean: f64, a: f64, b: f64| SliceNode {
+        theta_o,
+        energy: 0.3 + 0.2 * theta_o,
+        mean,
+        variance: [a, b],
+    };
+    let nodes = [
+        node(0.0, 0.0, 0.09, 0.09),
+        node(0.6, -0.5, 0.08, 0.07),
+        node(1.2, -0.8, 0.5, 0.3),
+        node(1.5, -0.9, 0.7, 0.84),
+    ];
+    for gaussians in [SliceGaussians::Parameters, SliceGaussians::Matched] {
+        let model = SliceModel::new(&nodes, gaussians).unwrap();
+        for theta_o in [0.0, 0.1, 0.6, 0.85, 1.2, 1.4, 1.55] {
+            let slice = Slice::new(&model, Channel::Luminance, theta_o).unwrap();
+            let got = PeakResolving::default()
+                .estimate(&slice, Order::MAX, 1)
+                .moments;
+            let shape = model.at(theta_o);
+            let [mean, tt] = shape.theta.mean_and_variance();
+            let [zero, pp] = shape.phi.mean_and_variance();
+            assert!(zero.abs() < 1e-12);
+            let close = |a: f64, b: f64| assert!((a - b).abs() < 2e-5 * b.abs(), "{a} {b}");
+            close(got.energy().unwrap(), shape.energy);
+            let [m_t, m_p] = got.mean().unwrap();
+            assert!((m_t - mean).abs() < 2e-5 * tt.sqrt() && m_p.abs() < 2e-5 * pp.sqrt());
+            let [c_tt, c_tp, c_pp] = got.covariance().unwrap();
+            close(c_tt, tt);
+            close(c_pp, pp);
+            assert!(c_tp.abs() < 2e-5 * (tt * pp).sqrt());
+        }
+        let pairs = laws::pairs(2000, 3);
+        assert!(laws::positivity(&model, &pairs).holds());
+        assert!(laws::positivity(&model, &laws::edge_pairs()).holds());
+        assert!(laws::isotropy(&model, &pairs, 5).max_relative < 1e-9);
+        assert!(laws::bilateral_symmetry(&model, &pairs).max_relative < 1e-9);
+    }
+    let mut wrong = nodes;
+    wrong[2].theta_o = 0.5;
+    assert!(SliceModel::new(&wrong, SliceGaussians::Matched).is_err());
+    assert!(SliceModel::new(&[], SliceGaussians::Matched).is_err());
+}
+
+#[test]
+fn lobes_of_a_micro_radian_keep_their_digits() {
+    let (theta_o, sigma) = (0.8, 1e-6_f64);
+    for gaussians in [SliceGaussians::Parameters, SliceGaussians::Matched] {
+        let node = SliceNode {
+            theta_o,
+            energy: 0.7,
+            mean: -theta_o,
+            variance: [sigma * sigma; 2],
+        };
+        let model = SliceModel::new(&[node], gaussians).unwrap();
+        let slice = Slice::new(&model, Channel::Luminance, theta_o).unwrap();
+        let got = PeakResolving::default()
+            .estimate(&slice, Order::MAX, 1)
+            .moments;
+        assert!((got.energy().unwrap() / 0.7 - 1.0).abs() < 1e-5);
+        let [s_t, s_p] = got.sigma().unwrap();
+        assert!((s_t / sigma - 1.0).abs() < 1e-4 && (s_p / sigma - 1.0).abs() < 1e-4);
+        assert!((got.mean().unwrap()[0] + theta_o).abs() < 1e-4 * sigma);
+    }
+}
+
+#[test]
+fn the_matched_model_has_the_profile_it_was_made_of() {
+    let ggx = material("ggx", "alpha = 0.3");
+    let truth = profile(&*ggx, 12, 1e-6);
+    let distance = |gaussians: SliceGaussians| {
+        let model = SliceModel::of(&truth, gaussians).unwrap();
+        let got = profile(&model, 12, 1e-6);
+        let mut worst = 0.0_f64;
+        for (a, b) in truth.slices.iter().zip(&got.slices) {
+            let [s_t, s_p] = a.moments.sigma().unwrap();
+            for c in Order::new(2).unwrap().components() {
+                let scale = match c {
+                    Component::ENERGY => a.moments.energy().unwrap(),
+                    _ => s_t.powi(c.n as i32) * s_p.powi(c.m as i32),
+                };
+                let (a, b) = (a.moments.get(c).unwrap(), b.moments.get(c).unwrap());
+                worst = worst.max((a.value - b.value).abs() / scale);
+            }
+        }
+        worst
+    };
+    let [matched, parameters] = [SliceGaussians::Matched, SliceGaussians::Parameters].map(distance);
+    println!("ggx 0.3, largest error of the model's moments at its nodes, in sigma: ");
+    println!("matched {matched:.1e}, the paper's parameters {parameters:.3}");
+    assert!(matched < 1e-5 && parameters > 0.1);
+}
+
+/// A round blob of light in the chart.
+struct Blob {
+    centre: [f64; 2],
+    sigma: f64,
+}
+
+impl Lighting for Blob {
+    fn radiance(&self, omega: Direction) -> [f64; 3] {
+        let [t, p] = view_centered_angles(omega);
+        let square = (t - self.centre[0]).powi(2) + (p - self.centre[1]).powi(2);
+        [(-0.5 * square / (self.sigma * self.sigma)).exp(); 3]
+    }
+}
+
+/// A sky that is brighter towards one side, and a ground that is not seen.
+struct Sky;
+
+impl Lighting for Sky {
+    fn radiance(&self, omega: Direction) -> [f64; 3] {
+        let v = omega.vector();
+        [1.0 + 0.5 * (3.0 * v.x + 1.0).sin() + 0.3 * (4.0 * v.y + 0.5).cos(); 3]
+    }
+}
+
+fn spec(window_deg: f64, tolerance: f64) -> RelationSpec {
+    RelationSpec {
+        window_deg,
+        tolerance,
+        max_evaluations: 1_000_000,
+        ..RelationSpec::default()
+    }
+}
+
+fn largest(errors: &AngleMoments) -> f64 {
+    errors
+        .energy
+        .abs()
+        .max(errors.mean.abs())
+        .max(errors.variance.abs())
+}
+
+fn show(name: &str, r: &Relation) {
+    let rendered = r.rendered.unwrap();
+    println!(
+        "{name:<22} {:<5} {:4.1}° w {:4.1}° slope {:6.3} sigma {:5.1}°: E {:7.4} Var {:8.6} views {}",
+        format!("{:?}", r.along),
+        r.theta_o.to_degrees(),
+        r.window.to_degrees(),
+        r.slope,
+        r.variance.sqrt().to_degrees(),
+        rendered.mean,
+        rendered.variance,
+        r.views,
+    );
+    let forms = [
+        ("printed", r.printed),
+        ("corrected", r.corrected),
+        ("windowed", r.windowed),
+    ];
+    for (name, p) in forms {
+        if let Some(e) = p.and_then(|p| p.errors) {
+            println!(
+                "{name:>24}: energy {:8.3} % mean {:9.4} sd variance {:9.3} %",
+                100.0 * e.energy,
+                e.mean,
+                100.0 * e.variance
+            );
+        }
+    }
+}
+
+/// R(t) = α ∫ g(θ − µ − µ' t) L_φ(θ) dθ by plain sums, its moments over all t.
+#[test]
+fn z15_eqs_22_to_24_lack_the_dilation() {
+    let (slope, alpha, mu) = (-0.6_f64, 0.7, 0.15);
+    let (variance, e_l, var_l) = (0.01_f64, 0.45_f64, 0.01_f64);
+    let g = |x: f64| (-0.5 * x * x / variance).exp() / (2.0 * PI * variance).sqrt();
+    let l = |x: f64| 2.5 * (-0.5 * (x - e_l).powi(2) / var_l).exp();
+    let step = 0.01;
+    let grid = |half: i32| (-half..=half).map(|i| f64::from(i) * step);
+    let mu_0_l = grid(300).map(l).sum::<f64>() * step;
+    let r = |t: f64| alpha * grid(300).map(|x| g(x - mu - slope * t) * l(x)).sum::<f64>() * step;
+    let values: Vec<(f64, f64)> = grid(300).map(|t| (t, r(t))).collect();
+    let energy: f64 = values.iter().map(|(_, r)| r * step).sum();
+    let mean = values.iter().map(|(t, r)| t * r * step).sum::<f64>() / energy;
+    let var = values
+        .iter()
+        .map(|(t, r)| (t - mean).powi(2) * r * step)
+        .sum::<f64>()
+        / energy;
+    println!(
+        "Z15 Eqs. 23, 24, slope -0.6: rendered E {mean:.3} Var {var:.4}, printed E {:.3} Var {:.3}",
+        mu + e_l,
+        variance + var_l
+    );
+    assert!((mean + 0.500).abs() < 1e-3 && (var - 0.0555).abs() < 1e-4);
+    assert!((mu + e_l - 0.600).abs() < 1e-9 && (variance + var_l - 0.020).abs() < 1e-9);
+    // Corrected.
+    assert!((mean - (e_l - mu) / slope).abs() < 1e-9);
+    assert!((var - (variance + var_l) / (slope * slope)).abs() < 1e-9);
+    assert!((energy - alpha * mu_0_l / 0.6).abs() < 1e-9);
+    // Eq. 22 as printed lacks the dilation even without its bars.
+    assert!((energy / (alpha * mu_0_l) - 1.0 / 0.6).abs() < 1e-9);
+}
+
+/// Moments of α g ⊗ L, the convolution the paper has in mind, before and after normalising.
+#[test]
+fn z15_eqs_20_and_21_hold_once_normalised() {
+    let alpha = 0.3;
+    let bell = |x: f64, centre: f64, s: f64| (-0.5 * ((x - centre) / s).powi(2)).exp();
+    let g = |x: f64| bell(x, -0.2, 0.1) / (0.1 * (2.0 * PI).sqrt());
+    let l = |x: f64| 2.5 * bell(x, 0.45, 0.12);
+    let step = 0.01;
+    let grid = || (-300..=300).map(|i| f64::from(i) * step);
+    let moments = |f: &dyn Fn(f64) -> f64| {
+        [0, 1, 2].map(|k| grid().map(|x| x.powi(k) * f(x)).sum::<f64>() * step)
+    };
+    let r = moments(&|t| alpha * grid().map(|x| g(t - x) * l(x)).sum::<f64>() * step);
+    let (g, l) = (moments(&g), moments(&l));
+    let first = |g: [f64; 3], l: [f64; 3]| g[1] + l[1];
+    let second = |g: [f64; 3], l: [f64; 3]| g[2] + l[2] + 2.0 * g[1] * l[1];
+    assert!((first(g, l) - r[1]).abs() > 0.05 && (second(g, l) - r[2]).abs() > 0.05);
+    assert!((alpha * (g[1] * l[0] + l[1]) - r[1]).abs() < 1e-9);
+    assert!((alpha * (g[2] * l[0] + l[2] + 2.0 * g[1] * l[1]) - r[2]).abs() < 1e-9);
+    let bar = |m: [f64; 3]| m.map(|x| x / m[0]);
+    assert!((first(bar(g), bar(l)) - bar(r)[1]).abs() < 1e-9);
+    assert!((second(bar(g), bar(l)) - bar(r)[2]).abs() < 1e-9);
+}
+
+/// The same on the hemisphere: all widths a third, so that views stay above the horizon, and a
+/// window of 57° so that it hardly matters.
+#[test]
+fn z15_the_dilation_is_seen_in_rendering() {
+    let (theta_o, slope) = (0.9, -0.6);
+    let variance = 0.01 / 9.0;
+    let model = linear(slope, 0.15 - slope * theta_o, 0.5, [variance; 2]);
+    let profile = profile(&model, 45, 1e-5);
+    let light = Blob {
+        centre: [0.45, 0.0],
+        sigma: 0.1 / 3.0,
+    };
+    let r = compare(
+        &model,
+        &profile,
+        &light,
+        theta_o,
+        Along::Theta,
+        &spec(57.0, 1e-3),
+    )
+    .unwrap();
+    show("Z15 on the hemisphere", &r);
+    let (rendered, printed) = (r.rendered.unwrap(), r.printed.unwrap().moments);
+    assert!(r.resolved && (r.slope - slope).abs() < 1e-3);
+    assert!((rendered.mean + 0.500).abs() < 5e-3, "{rendered:?}");
+    assert!(
+        (9.0 * rendered.variance - 0.0555).abs() < 1e-3,
+        "{rendered:?}"
+    );
+    assert!((printed.mean - 0.600).abs() < 3e-3);
+    assert!((9.0 * printed.variance - 0.020).abs() < 1e-3);
+    assert!(largest(&r.windowed.unwrap().errors.unwrap()) < 3e-3);
+}
+
+#[test]
+fn the_ideal_case_is_exact_with_the_window_and_in_the_limit_without() {
+    let (theta_o, slope, window) = (0.6, -0.7, 35.0);
+    let mut last: Option<f64> = None;
+    for sigma in [0.06_f64, 0.03] {
+        let model = linear(slope, 0.0, 0.4, [sigma * sigma; 2]);
+        let profile = profile(&model, 45, 1e-5);
+        let light = Blob {
+            centre: [slope * theta_o + 0.05, 0.01],
+            sigma,
+        };
+        let spec = spec(window, 1e-4);
+        let r = compare(&model, &profile, &light, theta_o, Along::Theta, &spec).unwrap();
+        show("slice model", &r);
+        assert!(r.resolved, "{r:?}");
+        let errors = |p: Option<Prediction>| p.unwrap().errors.unwrap();
+        assert!(largest(&errors(r.windowed)) < 2e-3, "{r:?}");
+        let corrected = largest(&errors(r.corrected));
+        if let Some(last) = last {
+            assert!(corrected < 0.35 * last, "{corrected} {last}");
+        }
+        assert!(sigma > 0.03 || corrected < 0.01, "{corrected}");
+        last = Some(corrected);
+        // Energy lacks 1/|slope| and variance its square.
+        let printed = errors(r.printed);
+        assert!((printed.energy + 0.3).abs() < 0.06 && (printed.variance + 0.51).abs() < 0.08);
+        assert!(printed.mean.abs() > 3.0);
+    }
+}
+
+/// Across the plane of incidence the rotation shears the lobe, so that the relations hold in the
+/// limit of narrow lobes only; the dilation is sin µ_θ/sin θ_o.
+#[test]
+fn across_the_plane_the_dilation_is_that_of_the_sines() {
+    let (theta_o, slope) = (0.6_f64, -0.7);
+    let dilation = (slope * theta_o).sin() / theta_o.sin();
+    let mut last: Option<f64> = None;
+    for sigma in [0.12, 0.06, 0.03] {
+        let model = linear(slope, 0.0, 0.4, [sigma * sigma; 2]);
+        let profile = profile(&model, 45, 1e-5);
+        let light = Blob {
+            centre: [slope * theta_o, sigma],
+            sigma,
+        };
+        let spec = spec(20.0, 1e-4);
+        let r = compare(&model, &profile, &light, theta_o, Along::Phi, &spec).unwrap();
+        show("slice model", &r);
+        assert!(r.resolved && (r.slope - dilation).abs() < 1e-4, "{r:?}");
+        let windowed = largest(&r.windowed.unwrap().errors.unwrap());
+        assert!(last.is_none_or(|last| windowed < 0.4 * last), "{windowed}");
+        last = Some(windowed);
+        let printed = r.printed.unwrap().errors.unwrap();
+        // Printed: the other side of the plane.
+        assert!(printed.mean.abs() > 0.5, "{printed:?}");
+    }
+    assert!(last.unwrap() < 0.01);
+}
+
+/// The same flat answer to every view: no slope, no relation but through the window.
+#[test]
+fn without_a_slope_only_the_window_is_left() {
+    let lambert = material("lambert", "albedo = 0.5");
+    let profile = profile(&*lambert, 20, 1e-6);
+    let r = compare(
+        &*lambert,
+        &profile,
+        &Sky,
+        0.5,
+        Along::Theta,
+        &spec(5.0, 1e-4),
+    )
+    .unwrap();
+    assert!(r.slope.abs() < 1e-6 && r.printed.is_none() && r.corrected.is_none());
+    let (rendered, windowed) = (r.rendered.unwrap(), r.windowed.unwrap().moments);
+    // The radiance is the same for all views: mean 0 and the variance of the window.
+    assert!(rendered.mean.abs() < 1e-4 * r.window);
+    assert!((rendered.variance / r.window.powi(2) - 1.0).abs() < 1e-3);
+    assert!((windowed.variance / r.window.powi(2) - 1.0).abs() < 1e-2);
+}
+
+#[test]
+fn what_is_out_of_range_is_refused() {
+    let ggx = material("ggx", "alpha = 0.3");
+    let profile = profile(&*ggx, 5, 1e-3);
+    let run = |theta_o: f64, spec: &RelationSpec| {
+        compare(&*ggx, &profile, &Sky, theta_o, Along::Theta, spec)
+    };
+    for wrong in [
+        "window_deg = 0.0",
+        "window_deg = 61.0",
+        "tolerance = 0.0",
+        "max_views = 10",
+        "max_evaluations = 10",
+        "azimuth_deg = nan",
+    ] {
+        let spec: RelationSpec = toml::from_str(wrong).unwrap();
+        assert!(run(0.3, &spec).is_err(), "{wrong}");
+    }
+    assert!(toml::from_str::<RelationSpec>("window = 5.0").is_err());
+    assert!(run(FRAC_PI_2, &RelationSpec::default()).is_err());
+    let brushed = material("ward", "alpha = [0.1, 0.3]");
+    let spec = RelationSpec::default();
+    assert!(compare(&*brushed, &profile, &Sky, 0.3, Along::Theta, &spec).is_err());
+}
+
+/// The table of `docs::relations`.
+#[test]
+fn real_lobes_are_not_gaussian() {
+    let cells = |p: Option<Prediction>| match p.and_then(|p| p.errors) {
+        Some(e) => {
+            let (energy, variance) = (100.0 * e.energy, 100.0 * e.variance);
+            format!("{energy:.0} %, {:.2}, {variance:.0} %", e.mean)
+        }
+        None => "-".into(),
+    };
+    println!("| GGX | light | window | along | slope | sigma | printed | corrected | windowed |");
+    println!("|---|---|---|---|---|---|---|---|---|");
+    let theta_o = 40_f64.to_radians();
+    let blob = Blob {
+        centre: [-theta_o + 0.05, 0.05],
+        sigma: 0.08,
+    };
+    let lights: [(&str, &dyn Lighting); 2] = [("blob", &blob), ("sky", &Sky)];
+    // In how many rows the last form has the least error of energy, mean, variance.
+    let (mut best, mut rows) = ([0; 3], 0);
+    for alpha in [0.05, 0.1, 0.3] {
+        let ggx = material("ggx", &format!("alpha = {alpha}"));
+        let profile = profile(&*ggx, 45, 1e-4);
+        for (name, light) in lights {
+            for window_deg in [5.0, 20.0] {
+                for along in [Along::Theta, Along::Phi] {
+                    let spec = RelationSpec {
+                        window_deg,
+                        ..RelationSpec::default()
+                    };
+                    let r = compare(&*ggx, &profile, light, theta_o, along, &spec).unwrap();
+                    println!(
+                        "| {alpha} | {name} | {window_deg}° | {} | {:.2} | {:.0}° | {} | {} | {} |",
+                        format!("{along:?}").to_lowercase(),
+                        r.slope,
+                        r.variance.sqrt().to_degrees(),
+                        cells(r.printed),
+                        cells(r.corrected),
+                        cells(r.windowed),
+                    );
+                    let [a, b, c] = [r.printed, r.corrected, r.windowed]
+                        .map(|p| p.unwrap().errors.unwrap())
+                        .map(|e| [e.energy, e.mean, e.variance].map(f64::abs));
+                    rows += 1;
+                    for i in 0..3 {
+                        best[i] += i32::from(c[i] < a[i].min(b[i]));
+                    }
+                    if name == "sky" {
+                        // Light that changes slowly asks little of the shape of a lobe.
+                        assert!(c[2] < 0.25 && c[1] < 0.3, "{r:?}");
+                    }
+                }
+            }
+        }
+    }
+    println!("windowed is best in energy, mean, variance: {best:?} of {rows} rows");
+    assert_eq!(best[2], rows);
+}
