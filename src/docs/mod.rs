@@ -6,5 +6,8 @@ pub mod design {}
 #[doc = include_str!("errata.md")]
 pub mod errata {}
 
+#[doc = include_str!("relations.md")]
+pub mod relations {}
+
 #[doc = include_str!("changelog.md")]
 pub mod changelog {}
