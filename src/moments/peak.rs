@@ -41,7 +41,7 @@ pub struct PeakResolving {
 impl PeakResolving {
     const KIND: &'static str = "peak-resolving";
     /// Values that the first look at a slice can cost.
-    const LEAST_EVALUATIONS: usize = 200_000;
+    const LEAST_EVALUATIONS: usize = 300_000;
 }
 
 impl Default for PeakResolving {
