@@ -8,6 +8,7 @@ mod check;
 mod list;
 mod moments;
 mod progress;
+mod relations;
 mod run;
 mod schedule;
 mod study;

@@ -42,8 +42,10 @@ impl Run {
         self.threads.apply()?;
         let mut source = self.config.source()?;
         self.seed.apply(&mut source)?;
-        if Kind::of(&source)? == Kind::Moments {
-            return self.study(&source, started);
+        match Kind::of(&source)? {
+            Kind::Acquisition => {}
+            Kind::Moments => return self.study(&source, started),
+            Kind::Relations => return self.relations(&source, started),
         }
         let plan = super::plan(&source)?;
         tell_missing(&plan.missing);

@@ -44,7 +44,8 @@ const KEYS: [&str; 17] = [
 
 /// Keys of the elements of a list that are read before their family sees the table, and so are
 /// missing from what it lists as allowed.
-pub(super) const COMMON_KEYS: [(&str, &[&str]); 4] = [
+pub(super) const COMMON_KEYS: [(&str, &[&str]); 5] = [
+    ("lighting", &["kind", "name"]),
     ("material", &["kind", "name", "symmetry"]),
     ("parametrization", &["kind"]),
     ("sample_set", &["kind", "name"]),
@@ -316,7 +317,7 @@ pub(super) fn take_list<'s, T>(
 }
 
 /// Takes `name` and lets the family read the rest.
-fn named<'s, T: ?Sized>(
+pub(super) fn named<'s, T: ?Sized>(
     mut table: Table<'s>,
     read: impl Fn(Table<'s>) -> Result<Box<T>, ReadError>,
 ) -> Result<Named<T>, ReadError> {

@@ -13,17 +13,20 @@ pub enum Kind {
     Acquisition,
     /// Moment profiles of materials, their fits and correlations; [`moments`](super::moments).
     Moments,
+    /// Moments of reflected radiance, rendered and predicted; [`relations`](super::relations).
+    Relations,
 }
 
 impl Kind {
     /// Every kind.
-    pub const ALL: [Kind; 2] = [Kind::Acquisition, Kind::Moments];
+    pub const ALL: [Kind; 3] = [Kind::Acquisition, Kind::Moments, Kind::Relations];
 
     /// As configs write it.
     pub fn name(self) -> &'static str {
         match self {
             Kind::Acquisition => "acquisition",
             Kind::Moments => "moments",
+            Kind::Relations => "relations",
         }
     }
 
@@ -32,6 +35,7 @@ impl Kind {
         match self {
             Kind::Acquisition => "measure at sample sets, reconstruct, compare (the default)",
             Kind::Moments => "moment profiles of BRDF slices, their fits and correlations",
+            Kind::Relations => "moments of reflected radiance, rendered and predicted from moments",
         }
     }
 

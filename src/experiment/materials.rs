@@ -149,8 +149,8 @@ fn checked(
     })
 }
 
-/// An error of a material at `path`, by who must act.
-fn build_error(source: &Source, path: &KeyPath, e: BuildError) -> Error {
+/// An error of a material or lighting at `path`, by who must act.
+pub(super) fn build_error(source: &Source, path: &KeyPath, e: BuildError) -> Error {
     match e {
         BuildError::Parameter(e) => source.error_at(&below(path, &e.key), format!("{path}.{e}")),
         BuildError::Data { path, message } => Error::data(path, message),

@@ -31,6 +31,7 @@ mod materials;
 pub mod moments;
 mod observer;
 mod plan;
+pub mod relations;
 mod resolved;
 mod row;
 mod run;

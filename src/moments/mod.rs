@@ -44,6 +44,7 @@ pub use fit::{
     EnergyFit, EnergySeries, FitError, FitErrors, MeanFit, MeanVarianceFit, Ramp, SharedEnergyFit,
     Undetermined, VarianceFit, ViewRange, fit_average_variance, fit_energy, fit_energy_shared,
     fit_mean, fit_mean_variance,
+};
 pub use model::{
     SliceGaussians, SliceModel, SliceNode, SliceShape, TruncatedGaussian, gaussian_scaling,
 };

@@ -24,13 +24,18 @@
 //! figures/          diagrams
 //! ```
 //!
+//! and one of relations `relations.csv`, one row per material, lighting, view and way to move it, and
+//! `figures/`.
+//!
 //! Until the run is over every name ends in `.part`. After a crash only those are left, with the
 //! rows that were finished.
 
 use super::manifest::Manifest;
-use super::results::{ProfileFile, ResultFiles, going_on, part};
+use super::relations;
+use super::results::{ResultFiles, TableFile, going_on, part};
 use crate::error::Error;
 use crate::experiment::moments::ProfileRow;
+use crate::experiment::relations::RelationRow;
 use crate::experiment::{Kind, Row, ScheduleKey};
 use crate::files::write_atomically;
 use crate::schedule::{Schedule, ScheduleFormat, write_schedule};
@@ -59,12 +64,13 @@ pub const CORRELATIONS: &str = "correlations.csv";
 pub const SUMMARY: &str = "summary.json";
 
 /// Everything a run writes at the top of its folder.
-const NAMES: [&str; 11] = [
+const NAMES: [&str; 12] = [
     CONFIG,
     MANIFEST,
     ResultFiles::NAMES[0],
     ResultFiles::NAMES[1],
-    ProfileFile::NAME,
+    TableFile::NAMES[0],
+    TableFile::NAMES[1],
     FITS,
     CORRELATIONS,
     SUMMARY,
@@ -76,24 +82,34 @@ const NAMES: [&str; 11] = [
 /// Those that are folders.
 const FOLDERS: [&str; 3] = [SCHEDULES, SLICES, FIGURES];
 
+/// What cannot happen: a run writes the rows of its own kind.
+const OTHER_KIND: &str = "rows of another kind of experiment";
+
 /// The files that grow while a run goes on.
 enum Growing {
     Results(ResultFiles),
-    Profiles(ProfileFile),
+    Table(TableFile),
 }
 
 impl Growing {
     fn create(dir: &Path, kind: Kind) -> io::Result<Self> {
         Ok(match kind {
             Kind::Acquisition => Self::Results(ResultFiles::create(dir)?),
-            Kind::Moments => Self::Profiles(ProfileFile::create(dir)?),
+            Kind::Moments => {
+                let name = TableFile::NAMES[0];
+                Self::Table(TableFile::create(dir, name, ProfileRow::columns())?)
+            }
+            Kind::Relations => {
+                let name = TableFile::NAMES[1];
+                Self::Table(TableFile::create(dir, name, relations::columns())?)
+            }
         })
     }
 
     fn rows(&self) -> usize {
         match self {
             Self::Results(files) => files.rows(),
-            Self::Profiles(file) => file.rows(),
+            Self::Table(file) => file.rows(),
         }
     }
 }
@@ -203,7 +219,7 @@ impl RunFolder {
     pub fn write_rows(&mut self, rows: &[Row]) -> Result<(), Error> {
         let written = match &mut self.growing {
             Growing::Results(files) => files.write(rows),
-            Growing::Profiles(_) => Err(io::Error::other("rows of another kind of experiment")),
+            Growing::Table(_) => Err(io::Error::other(OTHER_KIND)),
         };
         self.report(written)
     }
@@ -214,8 +230,20 @@ impl RunFolder {
     /// [`Error::Output`].
     pub fn write_profiles(&mut self, rows: &[ProfileRow<'_>]) -> Result<(), Error> {
         let written = match &mut self.growing {
-            Growing::Profiles(file) => file.write(rows),
-            Growing::Results(_) => Err(io::Error::other("rows of another kind of experiment")),
+            Growing::Table(file) => file.write(rows.iter().map(|r| r.fields())),
+            Growing::Results(_) => Err(io::Error::other(OTHER_KIND)),
+        };
+        self.report(written)
+    }
+
+    /// Appends rows to the relations of an experiment of that kind.
+    ///
+    /// # Errors
+    /// [`Error::Output`].
+    pub fn write_relations(&mut self, rows: &[RelationRow]) -> Result<(), Error> {
+        let written = match &mut self.growing {
+            Growing::Table(file) => file.write(rows.iter().map(relations::fields)),
+            Growing::Results(_) => Err(io::Error::other(OTHER_KIND)),
         };
         self.report(written)
     }
@@ -313,15 +341,15 @@ impl RunFolder {
         self.files.extend([CONFIG, MANIFEST].map(String::from));
         match &self.growing {
             Growing::Results(_) => self.files.extend(ResultFiles::NAMES.map(String::from)),
-            Growing::Profiles(_) => {
-                self.files.insert(ProfileFile::NAME.into());
+            Growing::Table(file) => {
+                self.files.insert(file.name().into());
             }
         }
         manifest.files = self.files.into_iter().collect();
         let finish = || {
             match self.growing {
                 Growing::Results(files) => files.finish()?,
-                Growing::Profiles(file) => file.finish()?,
+                Growing::Table(file) => file.finish()?,
             }
             for name in [CONFIG, FITS, CORRELATIONS, SUMMARY]
                 .into_iter()

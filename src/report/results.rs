@@ -1,8 +1,7 @@
 //! `results.csv` and `results.jsonl`: the same rows, the same columns, written as they come; and
-//! `profiles.csv` of a moment experiment.
+//! the tables of other experiments.
 
 use crate::experiment::Row;
-use crate::experiment::moments::ProfileRow;
 use std::fs::{File, TryLockError};
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
@@ -75,35 +74,41 @@ impl ResultFiles {
     }
 }
 
-/// Writes the rows of `profiles.csv`, under a name that ends in `.part` until the run is over.
-pub(super) struct ProfileFile {
+/// A table of texts that grows row by row, under a name that ends in `.part` until the run is over.
+pub(super) struct TableFile {
+    name: &'static str,
     csv: csv::Writer<File>,
     dir: PathBuf,
     rows: usize,
 }
 
-impl ProfileFile {
-    /// The name of the finished file.
-    pub(super) const NAME: &'static str = "profiles.csv";
+impl TableFile {
+    /// The names of the finished files.
+    pub(super) const NAMES: [&'static str; 2] = ["profiles.csv", "relations.csv"];
 
-    pub(super) fn create(dir: &Path) -> io::Result<Self> {
-        let file = File::create_new(part(dir, Self::NAME))?;
+    pub(super) fn create(dir: &Path, name: &'static str, columns: Vec<String>) -> io::Result<Self> {
+        let file = File::create_new(part(dir, name))?;
         // Tells [`going_on`]. Where the file system has no locks the run goes on without.
         let _ = file.try_lock();
         let mut csv = csv::Writer::from_writer(file);
-        csv.write_record(ProfileRow::columns())?;
+        csv.write_record(columns)?;
         Ok(Self {
+            name,
             csv,
             dir: dir.to_owned(),
             rows: 0,
         })
     }
 
-    pub(super) fn write(&mut self, rows: &[ProfileRow<'_>]) -> io::Result<()> {
-        for row in rows {
-            self.csv.write_record(row.fields())?;
+    pub(super) fn name(&self) -> &'static str {
+        self.name
+    }
+
+    pub(super) fn write(&mut self, rows: impl Iterator<Item = Vec<String>>) -> io::Result<()> {
+        for fields in rows {
+            self.csv.write_record(fields)?;
+            self.rows += 1;
         }
-        self.rows += rows.len();
         self.csv.flush()
     }
 
@@ -113,19 +118,18 @@ impl ProfileFile {
 
     pub(super) fn finish(mut self) -> io::Result<()> {
         self.csv.flush()?;
-        std::fs::rename(part(&self.dir, Self::NAME), self.dir.join(Self::NAME))
+        std::fs::rename(part(&self.dir, self.name), self.dir.join(self.name))
     }
 }
 
 /// True if a run is writing into this folder at this moment.
 pub(super) fn going_on(dir: &Path) -> bool {
-    [ResultFiles::NAMES[0], ProfileFile::NAME]
-        .iter()
-        .any(|name| {
-            let file = File::open(part(dir, name));
-            let lock = file.as_ref().map(File::try_lock);
-            matches!(lock, Ok(Err(TryLockError::WouldBlock)))
-        })
+    let mut names = TableFile::NAMES.iter().chain(&ResultFiles::NAMES[..1]);
+    names.any(|name| {
+        let file = File::open(part(dir, name));
+        let lock = file.as_ref().map(File::try_lock);
+        matches!(lock, Ok(Err(TryLockError::WouldBlock)))
+    })
 }
 
 /// The name of something that is not finished.

@@ -8,6 +8,7 @@ use crate::experiment::config::{Config, MaterialTable, material, refuse_unknown,
 use crate::experiment::kind::Kind;
 use crate::experiment::materials::{self, Origins};
 use crate::experiment::plan::{Material, Plan};
+use crate::experiment::relations::RelationsPlan;
 use crate::experiment::resolved::{insert_list, named, section};
 use crate::experiment::source::{KeyPath, Source};
 use crate::moments::ViewRange;
@@ -114,8 +115,18 @@ impl MomentsPlan {
     /// [`Error::Config`] and [`Error::Data`], as those of [`Plan::new`].
     pub fn read(source: &Source) -> Result<Self, Error> {
         Kind::Moments.require(source)?;
+        let table = source.table()?;
+        refuse_unknown(&table, &KEYS).map_err(|e| source.error(e))?;
+        Self::from_table(source, table)
+    }
+
+    /// Puts the keys of a table together that has no others.
+    pub(in crate::experiment) fn from_table<'s>(
+        source: &'s Source,
+        table: Table<'s>,
+    ) -> Result<Self, Error> {
         let (scalars, merl, tables, moments, analysis) =
-            parts(source.table()?).map_err(|e| source.error(e))?;
+            parts(table).map_err(|e| source.error(e))?;
         let moments = moments.unwrap_or_default();
         moments.check(source)?;
         let base = KeyPath::of("analysis");
@@ -175,6 +186,7 @@ impl MomentsPlan {
     pub fn of_any(source: &Source) -> Result<Self, Error> {
         match Kind::of(source)? {
             Kind::Moments => Self::read(source),
+            Kind::Relations => Ok(RelationsPlan::read(source)?.base),
             Kind::Acquisition => {
                 let plan = Plan::new(Config::read(source)?)?;
                 Ok(Self {
@@ -217,7 +229,6 @@ type Parts<'s> = (
 );
 
 fn parts(mut table: Table<'_>) -> Result<Parts<'_>, ReadError> {
-    refuse_unknown(&table, &KEYS)?;
     let materials = take_list(&mut table, "material", material)?.unwrap_or_default();
     let merl = registry::take_table(&mut table, "merl")?;
     let moments = MomentsTable::take(&mut table)?;

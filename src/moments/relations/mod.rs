@@ -28,6 +28,16 @@ pub enum Along {
     Phi,
 }
 
+impl Along {
+    /// As configs and files write it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Along::Theta => "theta",
+            Along::Phi => "phi",
+        }
+    }
+}
+
 /// How a relation is measured.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]

@@ -1,0 +1,203 @@
+//! What an experiment of kind `relations` leaves behind: a table for people, one for programs, and
+//! diagrams.
+
+use super::plot::{Axis, Mark, Panel, Series};
+use super::study_figures::Sheet;
+use crate::experiment::moments::{degrees, shown};
+use crate::experiment::relations::RelationRow;
+use crate::moments::relations::{AngleMoments, Prediction, Relation};
+
+/// The forms, in the order of the columns.
+const FORMS: [(&str, fn(&Relation) -> Option<Prediction>); 3] = [
+    ("printed", |r| r.printed),
+    ("corrected", |r| r.corrected),
+    ("windowed", |r| r.windowed),
+];
+
+/// The moments of a form, in the order of the columns.
+const MOMENTS: [(&str, fn(&AngleMoments) -> f64); 3] = [
+    ("energy", |m| m.energy),
+    ("mean_rad", |m| m.mean),
+    ("variance_rad2", |m| m.variance),
+];
+
+/// The columns of `relations.csv`.
+pub(super) fn columns() -> Vec<String> {
+    let mut columns: Vec<String> = [
+        "material",
+        "lighting",
+        "along",
+        "theta_o_deg",
+        "window_deg",
+        "slope",
+        "slice_energy",
+        "slice_mean_rad",
+        "slice_variance_rad2",
+    ]
+    .map(String::from)
+    .into();
+    for (name, _) in MOMENTS {
+        columns.push(format!("rendered_{name}"));
+        columns.push(format!("rendered_{name}_uncertainty"));
+    }
+    for (form, _) in FORMS {
+        columns.extend(MOMENTS.iter().map(|(name, _)| format!("{form}_{name}")));
+        columns.extend(["energy", "mean", "variance"].map(|m| format!("{form}_{m}_error")));
+    }
+    columns.extend(["cut_share", "missing_share", "views", "resolved"].map(String::from));
+    columns
+}
+
+/// The fields of a row; empty where there is no value. Errors are relative to the rendered value,
+/// those of means in rendered standard deviations.
+pub(super) fn fields(row: &RelationRow) -> Vec<String> {
+    let r = &row.relation;
+    let number = |v: Option<f64>| v.map_or(String::new(), shown);
+    let mut fields = vec![
+        row.material.clone(),
+        row.lighting.clone(),
+        r.along.name().into(),
+        shown(degrees(r.theta_o)),
+        shown(degrees(r.window)),
+        shown(r.slope),
+        shown(r.energy),
+        shown(r.mean),
+        shown(r.variance),
+    ];
+    for (_, of) in MOMENTS {
+        fields.push(number(r.rendered.as_ref().map(of)));
+        fields.push(number(r.uncertainty.as_ref().map(of)));
+    }
+    for (_, form) in FORMS {
+        let prediction = form(r);
+        let errors = prediction.and_then(|p| p.errors);
+        let moments = prediction.map(|p| p.moments);
+        fields.extend(
+            MOMENTS
+                .iter()
+                .map(|(_, of)| number(moments.as_ref().map(of))),
+        );
+        fields.extend(
+            MOMENTS
+                .iter()
+                .map(|(_, of)| number(errors.as_ref().map(of))),
+        );
+    }
+    fields.push(shown(r.cut_share));
+    fields.push(shown(r.missing_share));
+    fields.push(r.views.to_string());
+    fields.push(r.resolved.to_string());
+    fields
+}
+
+/// The head of the table for people.
+pub fn relations_head() -> String {
+    format!(
+        "Errors against rendering: energy and variance relative to it, mean in its standard deviations.\n\n\
+         {:32} {:>6}  {:^28}  {:^28}  {:^28}\n",
+        "", "", "printed", "corrected", "windowed"
+    ) + &format!(
+        "{:32} {:>6}  {h}  {h}  {h}\n",
+        "  material, lighting, along",
+        "view",
+        h = format_args!("{:>8} {:>9} {:>9}", "energy", "mean", "variance")
+    )
+}
+
+/// A line a row.
+pub fn relations_lines(rows: &[RelationRow]) -> String {
+    let mut out = String::new();
+    for row in rows {
+        let r = &row.relation;
+        let name = format!("  {}, {}, {}", row.material, row.lighting, r.along.name());
+        out += &format!("{name:<32} {:>5.0}°", r.theta_o.to_degrees());
+        for (_, form) in FORMS {
+            out += "  ";
+            out += &match form(r).and_then(|p| p.errors) {
+                Some(e) => format!(
+                    "{:>7.1}% {:>9.3} {:>8.1}%",
+                    100.0 * e.energy,
+                    e.mean,
+                    100.0 * e.variance
+                ),
+                None => format!("{:>28}", "undefined"),
+            };
+        }
+        out += if r.resolved { "\n" } else { "  unresolved\n" };
+    }
+    out
+}
+
+/// One sheet per material and lighting: rendered and predicted moments over the view.
+pub fn relation_sheets(rows: &[RelationRow]) -> Vec<Sheet> {
+    let mut sheets: Vec<Sheet> = Vec::new();
+    let same =
+        |a: &RelationRow, b: &RelationRow| a.material == b.material && a.lighting == b.lighting;
+    for rows in rows.chunk_by(same) {
+        let mut panels = Vec::new();
+        for rows in rows.chunk_by(|a, b| a.relation.along == b.relation.along) {
+            panels.extend(over_views(rows));
+        }
+        sheets.push(Sheet {
+            name: format!("{}-{}", rows[0].material, rows[0].lighting),
+            title: format!(
+                "Moments of radiance: {} under {}, window {:.0}°",
+                rows[0].material,
+                rows[0].lighting,
+                rows[0].relation.window.to_degrees()
+            ),
+            panels,
+            columns: 3,
+        });
+    }
+    sheets
+}
+
+fn over_views(rows: &[RelationRow]) -> Vec<Panel> {
+    let labels = ["energy", "mean (deg)", "standard deviation (deg)"];
+    let value = |i: usize, m: &AngleMoments| match i {
+        0 => m.energy,
+        1 => m.mean.to_degrees(),
+        // Of a form that can be negative it has none.
+        _ => m.variance.max(0.0).sqrt().to_degrees(),
+    };
+    let points = |i: usize, of: &dyn Fn(&Relation) -> Option<AngleMoments>| {
+        let point = |row: &RelationRow| {
+            let r = &row.relation;
+            (degrees(r.theta_o), of(r).map(|m| value(i, &m)))
+        };
+        rows.iter().map(point).collect()
+    };
+    labels
+        .iter()
+        .enumerate()
+        .map(|(i, label)| {
+            let mut series = vec![Series {
+                name: "rendered".into(),
+                color: 0,
+                mark: Mark::Line,
+                points: points(i, &|r| r.rendered),
+            }];
+            for (k, (name, form)) in FORMS.iter().enumerate() {
+                series.push(Series {
+                    name: (*name).into(),
+                    color: k + 1,
+                    mark: Mark::Dashed,
+                    points: points(i, &|r| Some(form(r)?.moments)),
+                });
+            }
+            Panel {
+                title: format!("along {}", rows[0].relation.along.name()),
+                x: Axis {
+                    label: "theta_o (deg)".into(),
+                    ..Axis::default()
+                },
+                y: Axis {
+                    label: (*label).into(),
+                    ..Axis::default()
+                },
+                series,
+            }
+        })
+        .collect()
+}
