@@ -156,11 +156,6 @@ impl Peak {
                 }
             }
         }
-        // The half vector turns within the distance of a grazing mirror direction from the horizon:
-        // out of the plane of incidence even a wide lobe changes along θ as fast as along φ, in a
-        // wedge whose tip is here.
-        let horizon = FRAC_PI_2 - theta.abs();
-        half_width[0] = half_width[0].min(half_width[1].max(horizon));
         let narrow = half_width.iter().any(|w| *w < COARSE);
         narrow.then_some(Self {
             theta,
