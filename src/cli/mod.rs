@@ -4,6 +4,7 @@
 //! see [`Error::exit_code`].
 
 mod brdf_args;
+mod bench;
 mod check;
 mod list;
 mod moments;
@@ -46,6 +47,8 @@ enum Command {
     Moments(moments::Moments),
     /// Write a material of a config as a MERL .binary file
     Tabulate(tabulate::Tabulate),
+    /// Measure the program against the clock
+    Bench(bench::Bench),
 }
 
 impl Cli {
@@ -61,6 +64,7 @@ impl Cli {
             Command::Schedule(command) => command.run(),
             Command::Moments(command) => command.run(),
             Command::Tabulate(command) => command.run(),
+            Command::Bench(command) => command.run(),
         }
     }
 }
