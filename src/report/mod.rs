@@ -2,6 +2,7 @@
 //! pictures of slices.
 
 mod folder;
+mod lobe;
 mod manifest;
 mod plot;
 mod profiles;
@@ -12,12 +13,17 @@ mod results;
 mod slice;
 mod study;
 mod study_figures;
+#[cfg(feature = "exr")]
+mod sphere;
 #[cfg(feature = "plots")]
 mod svg;
 mod table;
 
 pub use folder::file_stem;
 pub use folder::{CORRELATIONS, FIGURES, FITS, RunFolder, SUMMARY, schedule_stem};
+#[cfg(feature = "plots")]
+pub use lobe::lobe_svg;
+pub use lobe::{FlatSlice, Radius};
 pub use manifest::{MadeBy, Manifest, Outcome, Status};
 pub use plot::{Axis, Mark, Panel, Scale, Series};
 pub use profiles::{profiles_csv, profiles_json};
@@ -28,6 +34,8 @@ pub use results::ResultFiles;
 pub use slice::{RESOLUTION, THETA_O_DEG, write_slice};
 pub use study::{correlations_csv, fits_csv, study_table, summary_json};
 pub use study_figures::{Sheet, group_sheets, material_sheets};
+#[cfg(feature = "exr")]
+pub use sphere::{FilterEllipse, SphereImage, sphere, sphere_svg};
 #[cfg(feature = "plots")]
 pub use svg::svg;
 pub use table::Table;
