@@ -1,0 +1,298 @@
+//! Lightings: what each kind shines, and panoramas from files.
+
+use gonio::geometry::Direction;
+use gonio::lighting::{self, Lighting, LightingSpec, Map};
+use gonio::registry;
+use std::f64::consts::{FRAC_PI_2, PI, TAU};
+
+fn spec(kind: &str, keys: &str) -> Box<dyn LightingSpec> {
+    let all = lighting::all();
+    let entry = all.iter().find(|e| e.kind == kind).unwrap();
+    registry::read_text(entry, keys).unwrap()
+}
+
+fn light(kind: &str, keys: &str) -> Box<dyn Lighting> {
+    spec(kind, keys).build().unwrap()
+}
+
+/// Directions all over the sphere, poles, seam and horizon among them.
+fn directions() -> Vec<Direction> {
+    let thetas = (0..=36).map(|i| PI * f64::from(i) / 36.0);
+    let grid = thetas.flat_map(|t| (-18..=18).map(move |j| (t, PI * f64::from(j) / 18.0)));
+    grid.map(|(t, p)| Direction::from_spherical(t, p)).collect()
+}
+
+#[test]
+fn every_example_shines_and_reads_back() {
+    for entry in lighting::all() {
+        for text in entry.examples {
+            let spec = registry::read_text(&entry, text).unwrap();
+            let table = toml::to_string(&spec.resolved()).unwrap();
+            let table = toml::de::DeTable::parse(&table).unwrap();
+            let again = lighting::read(table).unwrap();
+            assert_eq!(again.resolved(), spec.resolved());
+            let light = spec.build().unwrap();
+            let mut total = 0.0;
+            for omega in directions() {
+                let value = light.radiance(omega);
+                assert!(value.iter().all(|v| v.is_finite() && *v >= 0.0), "{text}");
+                total += value[1];
+            }
+            assert!(total > 0.0);
+        }
+    }
+}
+
+#[test]
+fn keys_out_of_range_are_refused() {
+    let wrong = [
+        ("constant", "radiance = -1.0"),
+        ("blob", "width_deg = 0"),
+        ("blob", "theta_deg = 181"),
+        ("checker", "step_deg = 50"),
+        ("sky", "sun_theta_deg = 91"),
+        ("sky", "sun_edge_deg = 90"),
+        ("sky", "zenith = [0.1, -0.1, 0.2]"),
+    ];
+    for (kind, keys) in wrong {
+        let message = spec(kind, keys).check().unwrap_err().to_string();
+        let key = keys.split(' ').next().unwrap();
+        assert!(message.contains(key), "{message}");
+    }
+}
+
+#[test]
+fn a_blob_is_where_it_says() {
+    let blob = light(
+        "blob",
+        "theta_deg = 60\nphi_deg = 90\nwidth_deg = 5\nbackground = 0",
+    );
+    let at = |t: f64, p: f64| {
+        blob.radiance(Direction::from_spherical(t.to_radians(), p.to_radians()))[0]
+    };
+    assert!((at(60.0, 90.0) - 1.0).abs() < 1e-12);
+    assert!((at(65.0, 90.0) - (-0.5f64).exp()).abs() < 1e-9);
+    assert!(at(60.0, -90.0) < 1e-12);
+}
+
+#[test]
+fn the_sky_is_above_the_ground_and_has_a_sun() {
+    let sky = light("sky", "sun_theta_deg = 40\nsun_phi_deg = -30");
+    let at =
+        |t: f64, p: f64| sky.radiance(Direction::from_spherical(t.to_radians(), p.to_radians()));
+    assert!(at(40.0, -30.0)[0] > 100.0 * at(40.0, 30.0)[0]);
+    // Half of it at its edge.
+    let edge = at(43.0, -30.0)[0] / at(40.0, -30.0)[0];
+    assert!((edge - 0.5).abs() < 0.01, "{edge}");
+    assert!(at(89.0 - 1.0, 100.0)[2] > 3.0 * at(92.0, 100.0)[2]);
+    // Nothing jumps at the horizon.
+    for step in -20..20 {
+        let [a, b] = [step, step + 1].map(|s| at(90.0 + 0.1 * f64::from(s), 10.0)[2]);
+        assert!((a - b).abs() < 0.12, "{a} {b}");
+    }
+}
+
+/// Radiance without a jump anywhere.
+fn smooth(omega: Direction) -> [f64; 3] {
+    let v = omega.vector();
+    [
+        1.5 + v.x + 0.3 * v.z,
+        1.2 + 0.5 * v.y * v.z + 0.2 * v.x,
+        2.0 + v.z + 0.5 * v.x * v.y,
+    ]
+}
+
+/// The panorama of a function, by the documented convention.
+fn panorama(height: usize, of: impl Fn(Direction) -> [f64; 3]) -> (usize, Vec<[f32; 3]>) {
+    let width = 2 * height;
+    let mut pixels = Vec::new();
+    for row in 0..height {
+        for column in 0..width {
+            let [u, v] = [(column, width), (row, height)].map(|(i, n)| (i as f64 + 0.5) / n as f64);
+            let omega = Direction::from_spherical(PI * v, TAU * (0.5 - u));
+            pixels.push(of(omega).map(|v| v as f32));
+        }
+    }
+    (width, pixels)
+}
+
+fn map(height: usize, of: impl Fn(Direction) -> [f64; 3]) -> Map {
+    let (width, pixels) = panorama(height, of);
+    Map::new(width, pixels).unwrap()
+}
+
+fn largest_error(map: &dyn Lighting, of: impl Fn(Direction) -> [f64; 3]) -> f64 {
+    let error = |omega: Direction| {
+        let (got, want) = (map.radiance(omega), of(omega));
+        (0..3).map(|c| (got[c] - want[c]).abs()).fold(0.0, f64::max)
+    };
+    directions().into_iter().map(error).fold(0.0, f64::max)
+}
+
+#[test]
+fn a_map_interpolates_what_it_was_made_of() {
+    assert!(largest_error(&map(8, |_| [0.5, 1.0, 2.0]), |_| [0.5, 1.0, 2.0]) < 1e-12);
+    // Bilinear: a quarter of the error at half the step.
+    let [coarse, fine] = [32, 64].map(|n| largest_error(&map(n, smooth), smooth));
+    assert!(coarse < 0.01 && fine < 0.35 * coarse, "{coarse} {fine}");
+}
+
+#[test]
+fn rows_run_from_the_zenith_and_columns_against_the_azimuth() {
+    let mut pixels = vec![[0.0f32; 3]; 8 * 4];
+    pixels[8 + 2] = [1.0; 3];
+    let map = Map::new(8, pixels).unwrap();
+    let brightest = directions().into_iter().max_by(|a, b| {
+        let value = |d: &Direction| map.radiance(*d)[0];
+        value(a).total_cmp(&value(b))
+    });
+    let omega = brightest.unwrap();
+    // Row 1 of 4 is above the horizon; column 2 of 8 is left of the middle, towards +y.
+    assert!((omega.theta() - 1.5 / 4.0 * PI).abs() < 0.06);
+    assert!((omega.phi() - (0.5 - 2.5 / 8.0) * TAU).abs() < 0.1);
+    // Turned by a quarter, counter-clockwise seen from above.
+    let turned = map.clone().rotated(FRAC_PI_2);
+    for omega in directions() {
+        let before = Direction::from_spherical(omega.theta(), omega.phi() - FRAC_PI_2);
+        let (a, b) = (turned.radiance(omega)[0], map.radiance(before)[0]);
+        assert!((a - b).abs() < 1e-12);
+    }
+}
+
+#[test]
+fn poles_and_seam_have_no_jump() {
+    let map = map(16, |omega| {
+        let x = omega.phi().sin() + omega.theta().cos();
+        [2.0 + x; 3]
+    });
+    for pole in [0.0, PI] {
+        let values = (0..12)
+            .map(|k| map.radiance(Direction::from_spherical(pole, TAU * f64::from(k) / 12.0))[0]);
+        let values: Vec<_> = values.collect();
+        let near = Direction::from_spherical((pole - 1e-6).abs(), 1.0);
+        for v in &values {
+            assert!((v - values[0]).abs() < 1e-6);
+            assert!((v - map.radiance(near)[0]).abs() < 1e-4);
+        }
+    }
+    for theta in [0.01, 0.3, 1.5, 3.1] {
+        let [a, b] = [PI - 1e-9, -PI + 1e-9]
+            .map(|phi| map.radiance(Direction::from_spherical(theta, phi))[0]);
+        assert!((a - b).abs() < 1e-6);
+    }
+}
+
+#[test]
+fn maps_that_are_none_are_refused() {
+    let message = Map::new(10, vec![[1.0; 3]; 40]).unwrap_err();
+    assert!(message.contains("10 × 4"), "{message}");
+    assert!(Map::new(9, vec![[1.0; 3]; 36]).is_ok());
+    assert!(Map::new(7, vec![[1.0; 3]; 28]).is_ok());
+    assert!(Map::new(0, vec![]).is_err());
+    for bad in [f32::NAN, -1.0, f32::INFINITY] {
+        let mut pixels = vec![[1.0; 3]; 32];
+        pixels[8 + 3][1] = bad;
+        let message = Map::new(8, pixels).unwrap_err();
+        assert!(message.contains("column 3, row 1"), "{message}");
+    }
+}
+
+#[cfg(feature = "exr")]
+mod files {
+    use super::*;
+    use std::fs::{self, File};
+    use std::path::Path;
+
+    fn write_exr(path: &Path, width: usize, pixels: &[[f32; 3]]) {
+        let at = |x: usize, y: usize| {
+            let [r, g, b] = pixels[y * width + x];
+            (r, g, b)
+        };
+        exr::prelude::write_rgb_file(path, width, pixels.len() / width, at).unwrap();
+    }
+
+    fn write_hdr(path: &Path, width: usize, pixels: &[[f32; 3]]) {
+        let pixels: Vec<_> = pixels.iter().map(|p| image::Rgb(*p)).collect();
+        let encoder = image::codecs::hdr::HdrEncoder::new(File::create(path).unwrap());
+        encoder
+            .encode(&pixels, width, pixels.len() / width)
+            .unwrap();
+    }
+
+    fn from(path: &Path) -> Result<Box<dyn Lighting>, String> {
+        let path = path.to_str().unwrap();
+        let spec = spec("map", &format!("path = '{path}'"));
+        let checked = spec.check().map_err(|e| e.to_string());
+        checked.and_then(|()| spec.build().map_err(|e| e.to_string()))
+    }
+
+    #[test]
+    fn both_formats_hold_the_same_picture() {
+        let dir = tempfile::tempdir().unwrap();
+        let (width, pixels) = panorama(24, smooth);
+        let [exr, hdr] = ["a.exr", "a.hdr"].map(|name| dir.path().join(name));
+        write_exr(&exr, width, &pixels);
+        write_hdr(&hdr, width, &pixels);
+        let [exr, hdr] = [from(&exr).unwrap(), from(&hdr).unwrap()];
+        let memory = Map::new(width, pixels).unwrap();
+        for omega in directions() {
+            let [a, b, c] = [
+                exr.radiance(omega),
+                hdr.radiance(omega),
+                memory.radiance(omega),
+            ];
+            let largest = c.into_iter().fold(0.0, f64::max);
+            for i in 0..3 {
+                assert!((a[i] - c[i]).abs() < 1e-6, "{a:?} {c:?}");
+                // One exponent for three colours, eight bits each.
+                assert!((b[i] - c[i]).abs() < 0.01 * largest, "{b:?} {c:?}");
+            }
+        }
+        let spec = spec("map", "path = 'a.exr'\nrotation_deg = 30");
+        assert_eq!(spec.inputs(), [Path::new("a.exr")]);
+        assert_eq!(spec.label(), "map-a");
+    }
+
+    #[test]
+    fn files_that_cannot_be_used_are_named_with_the_reason() {
+        let dir = tempfile::tempdir().unwrap();
+        let at = |name: &str| dir.path().join(name);
+        write_exr(&at("square.exr"), 8, &[[1.0; 3]; 64]);
+        write_hdr(&at("square.hdr"), 8, &[[1.0; 3]; 64]);
+        let mut pixels = vec![[1.0; 3]; 32];
+        pixels[13] = [0.5, f32::NAN, 0.5];
+        write_exr(&at("nan.exr"), 8, &pixels);
+        fs::write(at("text.exr"), "hello").unwrap();
+        let whole = fs::read(at("nan.exr")).unwrap();
+        fs::write(at("cut.exr"), &whole[..whole.len() / 2]).unwrap();
+        fs::write(at("cut.hdr"), "#?RADIANCE\n").unwrap();
+        let cases = [
+            ("square.exr", "8 × 8"),
+            ("square.hdr", "8 × 8"),
+            ("nan.exr", "column 5, row 1"),
+            ("text.exr", "OpenEXR, Radiance HDR"),
+            ("cut.exr", "cannot read"),
+            ("cut.hdr", "cannot read"),
+            ("absent.exr", "cannot read"),
+        ];
+        for (name, part) in cases {
+            let Err(message) = from(&at(name)) else {
+                panic!("{name} was read");
+            };
+            assert!(
+                message.contains(name) && message.contains(part),
+                "{message}"
+            );
+        }
+    }
+}
+
+#[cfg(not(feature = "exr"))]
+#[test]
+fn a_build_without_pictures_says_so() {
+    let message = spec("map", "path = 'a.exr'")
+        .check()
+        .unwrap_err()
+        .to_string();
+    assert!(message.contains("feature exr"), "{message}");
+}
