@@ -62,7 +62,7 @@ impl Default for RelationSpec {
             window_deg: 5.0,
             azimuth_deg: 0.0,
             tolerance: 1e-3,
-            max_evaluations: 200_000,
+            max_evaluations: 400_000,
             max_views: 257,
         }
     }
