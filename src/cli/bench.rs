@@ -152,7 +152,7 @@ impl BenchMoments {
     }
 
     /// The measured table, or the one that stands for it.
-    fn table(&self) -> Result<(String, Box<dyn Brdf>), Error> {
+    fn table(&self) -> Result<Named, Error> {
         let Some(path) = &self.merl else {
             let text = "of = { kind = \"ggx\", alpha = 0.1 }";
             return Ok(("table-ggx-0.1".into(), build("tabulated", text)?));
@@ -166,7 +166,10 @@ impl BenchMoments {
     }
 }
 
-fn lobes() -> Result<Vec<(String, Box<dyn Brdf>)>, Error> {
+/// A material and its name in the table.
+type Named = (String, Box<dyn Brdf>);
+
+fn lobes() -> Result<Vec<Named>, Error> {
     ["0.1", "0.01", "0.001"]
         .into_iter()
         .map(|alpha| {
@@ -358,7 +361,8 @@ fn comparison(rows: &[Row]) -> String {
         "\nseconds to reach an error in every view, and how many times those of peak-resolving\n\
          (< the cheapest rung is better; * extrapolated: error falls with the root of the time)\n",
     );
-    let quantities: [(&str, fn(&Row) -> f64); 2] = [
+    type Quantity = (&'static str, fn(&Row) -> f64);
+    let quantities: [Quantity; 2] = [
         ("energy", |r| r.energy_error),
         ("covariance", |r| r.covariance_error),
     ];
