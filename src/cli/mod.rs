@@ -12,6 +12,8 @@ mod progress;
 mod relations;
 mod run;
 mod schedule;
+#[cfg(all(feature = "exr", feature = "plots"))]
+mod slice;
 mod study;
 mod tabulate;
 
@@ -45,6 +47,9 @@ enum Command {
     Schedule(schedule::Schedule),
     /// Moment profiles of a material, or of every material of a config
     Moments(moments::Moments),
+    /// Pictures of a material seen from chosen elevations
+    #[cfg(all(feature = "exr", feature = "plots"))]
+    Slice(slice::Slice),
     /// Write a material of a config as a MERL .binary file
     Tabulate(tabulate::Tabulate),
     /// Measure the program against the clock
@@ -63,6 +68,8 @@ impl Cli {
             Command::List(command) => command.run(),
             Command::Schedule(command) => command.run(),
             Command::Moments(command) => command.run(),
+            #[cfg(all(feature = "exr", feature = "plots"))]
+            Command::Slice(command) => command.run(),
             Command::Tabulate(command) => command.run(),
             Command::Bench(command) => command.run(),
         }

@@ -60,8 +60,12 @@ impl FlatSlice {
             return [0.1, 1.0];
         }
         let lo = shown().filter(|v| *v >= 1e-6 * hi).fold(hi, f64::min);
-        // A constant has no range of its own.
-        [if lo > 0.999 * hi { 0.1 * hi } else { lo }, hi]
+        // A constant has no range of its own: a colour from the middle.
+        if lo > 0.999 * hi {
+            [0.1 * hi, 10.0 * hi]
+        } else {
+            [lo, hi]
+        }
     }
 
     /// `theta_deg`, `phi_deg` (middles of cells) and `value` (sr⁻¹, empty without data).
@@ -315,8 +319,8 @@ mod space {
         let points = corners.map(|p| {
             let p = eye.place(p);
             let [x, y] = [p[0] - centre[0], p[1] - centre[1]];
-            // Half a pixel over its neighbours: faces that only touch let the paper shine through.
-            let wider = 1.0 + 0.5 / x.hypot(y).max(0.5);
+            // Almost a pixel over its neighbours: faces that only touch let the paper shine through.
+            let wider = 1.0 + 0.8 / x.hypot(y).max(0.8);
             [centre[0] + x * wider, centre[1] + y * wider]
         });
         Some(Piece {
@@ -354,6 +358,83 @@ mod space {
                 ink: GREY,
                 width: Some(1.2),
             });
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::brdf::{Brdf, Channels, Presence};
+    use crate::geometry::{DirectionPair, Symmetry};
+    use crate::moments::Channel;
+
+    /// No data for φ < 0, a lobe elsewhere.
+    struct Half;
+
+    impl Brdf for Half {
+        fn channels(&self) -> Channels {
+            Channels::Luminance
+        }
+        fn symmetry(&self) -> Symmetry {
+            Symmetry::NONE
+        }
+        fn conserves_energy(&self) -> bool {
+            false
+        }
+        fn eval(&self, pair: &DirectionPair, out: &mut [f64]) -> Presence {
+            if pair.omega_i.vector().y < 0.0 {
+                return Presence::Missing;
+            }
+            out[0] = 1.0 + pair.omega_i.vector().x;
+            Presence::Present
+        }
+    }
+
+    #[test]
+    fn flat_slices_have_theta_to_the_right_and_phi_up() {
+        let slice = Slice::new(&Half, Channel::Luminance, 0.4).unwrap();
+        let flat = FlatSlice::new(&slice, 10);
+        for (i, value) in flat.values().iter().enumerate() {
+            let [theta, phi] = angles(10, i / 10, i % 10);
+            assert_eq!(*value, slice.value(theta, phi));
+            assert_eq!(value.is_none(), i >= 50);
+        }
+        assert!(flat.values()[9] > flat.values()[0]);
+        let mut csv = Vec::new();
+        flat.write_csv(&mut csv).unwrap();
+        let csv = String::from_utf8(csv).unwrap();
+        assert!(csv.contains("\n-81.000000000,81.000000000,") && csv.ends_with("-81.000000000,\n"));
+        let [lo, hi] = FlatSlice::range(std::slice::from_ref(&flat));
+        assert!(0.0 < lo && lo < hi && hi < 2.0);
+    }
+
+    #[cfg(feature = "exr")]
+    #[test]
+    fn missing_data_is_hatched() {
+        let slice = Slice::new(&Half, Channel::Luminance, 0.4).unwrap();
+        let flat = FlatSlice::new(&slice, 10);
+        let mut png = Vec::new();
+        flat.write_png(FlatSlice::range(&[flat.clone()]), &mut png)
+            .unwrap();
+        let picture = image::load_from_memory(&png).unwrap().into_rgb8();
+        assert_eq!(picture.dimensions(), (540, 540));
+        assert_eq!(picture.get_pixel(0, 539).0, [150; 3]);
+        assert_eq!(picture.get_pixel(2, 539).0, [190; 3]);
+        assert_ne!(picture.get_pixel(200, 10).0, [150; 3]);
+    }
+
+    #[cfg(feature = "plots")]
+    #[test]
+    fn lobes_are_whole_pictures() {
+        for theta_o in [0.0, 0.7, 1.5] {
+            let slice = Slice::new(&Half, Channel::Luminance, theta_o).unwrap();
+            for radius in [Radius::Linear, Radius::CubeRoot] {
+                let svg = lobe_svg("a & b", &slice, radius).unwrap();
+                assert!(svg.starts_with("<svg") && svg.ends_with("</svg>\n"));
+                assert!(svg.contains("50.0 % of the faces have no data"));
+                assert!(!svg.contains("NaN"));
+            }
         }
     }
 }

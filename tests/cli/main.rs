@@ -6,6 +6,8 @@ mod configs;
 mod readme;
 mod runs;
 mod schedules;
+#[cfg(all(feature = "exr", feature = "plots"))]
+mod slice;
 
 use gonio::experiment::Row;
 use std::fs;
