@@ -415,7 +415,7 @@ mod tests {
         let slice = Slice::new(&Half, Channel::Luminance, 0.4).unwrap();
         let flat = FlatSlice::new(&slice, 10);
         let mut png = Vec::new();
-        flat.write_png(FlatSlice::range(&[flat.clone()]), &mut png)
+        flat.write_png(FlatSlice::range(std::slice::from_ref(&flat)), &mut png)
             .unwrap();
         let picture = image::load_from_memory(&png).unwrap().into_rgb8();
         assert_eq!(picture.dimensions(), (540, 540));
