@@ -315,17 +315,21 @@ mod space {
         };
         let bright = 0.35 + 0.65 * normal.dot(light).max(0.0);
         let ink = [236.0, 190.0, 110.0].map(|c: f64| (c * bright) as u8);
-        let centre = eye.place(middle);
-        let points = corners.map(|p| {
-            let p = eye.place(p);
-            let [x, y] = [p[0] - centre[0], p[1] - centre[1]];
-            // Almost a pixel over its neighbours: faces that only touch let the paper shine through.
-            let wider = 1.0 + 0.8 / x.hypot(y).max(0.8);
-            [centre[0] + x * wider, centre[1] + y * wider]
+        let flat = corners.map(|p| eye.place(p));
+        let points = (0..4).map(|i| {
+            let mut p = flat[i];
+            for other in [flat[(i + 1) % 4], flat[(i + 3) % 4]] {
+                let [x, y] = [0, 1].map(|k| flat[i][k] - other[k]);
+                // Every side reaches over its neighbours: faces that only touch let the paper
+                // shine through.
+                let far = x.hypot(y).max(1e-3);
+                p = [p[0] + 0.6 * x / far, p[1] + 0.6 * y / far];
+            }
+            p
         });
         Some(Piece {
             depth: middle.dot(eye.towards),
-            points: points.to_vec(),
+            points: points.collect(),
             ink,
             width: None,
         })
