@@ -3,8 +3,8 @@
 //! Results go to stdout or into files, everything else to stderr. Exit codes:
 //! see [`Error::exit_code`].
 
-mod brdf_args;
 mod bench;
+mod brdf_args;
 mod check;
 mod list;
 mod moments;

@@ -5,13 +5,13 @@ use super::run::tell_missing;
 use super::{ThreadArgs, print, refuse_existing, say};
 use crate::brdf::Brdf;
 use crate::error::Error;
-use crate::experiment::moments::{self, MaterialProfiles, ProfileRow};
+use crate::experiment::moments::{self, MaterialProfiles, MomentsPlan, ProfileRow};
 use crate::experiment::{Failure, Input, Material};
 use crate::files::write_atomically;
 use crate::report::{profiles_csv, profiles_json};
 use clap::{Args, ValueEnum};
 use std::fs;
-use std::io::{self, BufWriter};
+use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
@@ -44,7 +44,7 @@ impl Moments {
         let plan = self.brdf.plan(&source)?;
         let files = match &self.output {
             Some(dir) => {
-                let files = names(dir);
+                let files = names(&plan, dir);
                 for path in &files {
                     refuse_existing(path, self.force)?;
                 }
@@ -95,6 +95,12 @@ impl Moments {
             .map_err(|e| Error::output(dir, format!("cannot make this folder: {e}")))?;
         write(&files[0], |out| profiles_csv(&rows, out))?;
         write(&files[1], |out| profiles_json(&rows, out))?;
+        #[cfg(feature = "plots")]
+        for (profiles, path) in desk.profiles.iter().zip(&files[2..]) {
+            let sheet = crate::report::material_sheet(profiles);
+            let svg = crate::report::svg(&sheet.title, &sheet.panels, sheet.columns)?;
+            write(path, |out| out.write_all(svg.as_bytes()))?;
+        }
         for path in &files {
             say(&path.display().to_string());
         }
@@ -103,8 +109,14 @@ impl Moments {
 }
 
 /// The files of an output folder: table, JSON, then one diagram a material.
-fn names(dir: &Path) -> Vec<PathBuf> {
-    vec![dir.join("profiles.csv"), dir.join("profiles.json")]
+fn names(plan: &MomentsPlan, dir: &Path) -> Vec<PathBuf> {
+    let mut names = vec![dir.join("profiles.csv"), dir.join("profiles.json")];
+    if cfg!(feature = "plots") {
+        let materials = plan.materials.iter();
+        let stems = materials.map(|m| crate::report::file_stem(&m.name));
+        names.extend(stems.map(|stem| dir.join(stem + ".svg")));
+    }
+    names
 }
 
 fn write(

@@ -257,11 +257,15 @@ struct Balance {
 }
 
 impl Balance {
+    /// An estimate is the difference of two rules, which now and then are wrong together, at a step
+    /// in particular: it counts this many times.
+    const SAFETY: f64 = 3.0;
+
     /// Errors of different cells have nothing to do with each other: their sum is taken as this
     /// many times the root of the sum of squares, or as the plain sum if that is less. Refinement
     /// stops where estimates are small by luck; on measured tables, where kinks make every cell
-    /// err, the true error stays below six such roots.
-    const SIGMAS: f64 = 8.0;
+    /// err, the true error stays below two such roots.
+    const SIGMAS: f64 = 3.0;
 
     fn new(cells: Vec<Cell>, order: Order, tolerance: f64) -> Self {
         let mut balance = Self {
@@ -293,6 +297,7 @@ impl Balance {
                 .errors(cell.centre, &cell.differences[axis]);
             let mut largest = 0.0_f64;
             for (sum, e) in both.iter_mut().zip(errors) {
+                let e = Self::SAFETY * e;
                 *sum += e;
                 largest = largest.max(e);
             }

@@ -11,10 +11,10 @@ mod relations;
 mod results;
 #[cfg(feature = "exr")]
 mod slice;
-mod study;
-mod study_figures;
 #[cfg(feature = "exr")]
 mod sphere;
+mod study;
+mod study_figures;
 #[cfg(feature = "plots")]
 mod svg;
 mod table;
@@ -32,10 +32,10 @@ pub use relations::{relation_sheets, relations_head, relations_lines};
 pub use results::ResultFiles;
 #[cfg(feature = "exr")]
 pub use slice::{RESOLUTION, THETA_O_DEG, write_slice};
-pub use study::{correlations_csv, fits_csv, study_table, summary_json};
-pub use study_figures::{Sheet, group_sheets, material_sheets};
 #[cfg(feature = "exr")]
 pub use sphere::{FilterEllipse, SphereImage, sphere, sphere_svg};
+pub use study::{correlations_csv, fits_csv, study_table, summary_json};
+pub use study_figures::{Sheet, group_sheets, material_sheet};
 #[cfg(feature = "plots")]
 pub use svg::svg;
 pub use table::Table;

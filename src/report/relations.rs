@@ -7,15 +7,21 @@ use crate::experiment::moments::{degrees, shown};
 use crate::experiment::relations::RelationRow;
 use crate::moments::relations::{AngleMoments, Prediction, Relation};
 
+/// A form of the relations, with its name.
+type Form = (&'static str, fn(&Relation) -> Option<Prediction>);
+
+/// A moment, with its name.
+type Moment = (&'static str, fn(&AngleMoments) -> f64);
+
 /// The forms, in the order of the columns.
-const FORMS: [(&str, fn(&Relation) -> Option<Prediction>); 3] = [
+const FORMS: [Form; 3] = [
     ("printed", |r| r.printed),
     ("corrected", |r| r.corrected),
     ("windowed", |r| r.windowed),
 ];
 
 /// The moments of a form, in the order of the columns.
-const MOMENTS: [(&str, fn(&AngleMoments) -> f64); 3] = [
+const MOMENTS: [Moment; 3] = [
     ("energy", |m| m.energy),
     ("mean_rad", |m| m.mean),
     ("variance_rad2", |m| m.variance),

@@ -41,8 +41,8 @@ const ODD: [(Component, &str); 6] = [
     (Component { n: 1, m: 3 }, "excess kurtosis 13"),
 ];
 
-/// The sheets of one material: every profile, each channel a colour.
-pub fn material_sheets(of: &MaterialProfiles) -> Vec<Sheet> {
+/// The sheet of one material: every profile, each channel a colour.
+pub fn material_sheet(of: &MaterialProfiles) -> Sheet {
     let panel = |(component, label): (Component, &str)| Panel {
         y: axis(label),
         ..over_views(of.profiles.iter().enumerate().map(|(color, profile)| {
@@ -55,12 +55,12 @@ pub fn material_sheets(of: &MaterialProfiles) -> Vec<Sheet> {
     };
     let all = EVEN.into_iter().chain(ODD);
     let asked = all.filter(|(c, _)| of.profiles.iter().any(|p| c.order() <= p.order.get()));
-    vec![Sheet {
+    Sheet {
         name: of.material.clone(),
         title: format!("Moments of {} over the view elevation", of.material),
         panels: asked.map(panel).collect(),
         columns: 3,
-    }]
+    }
 }
 
 /// The sheets of a group.

@@ -1,7 +1,7 @@
 //! Runs: what they leave, what they depend on, what they replace, how they end.
 
 use super::{Bench, SMALL, timeless};
-use gonio::experiment::{Config, Plan, Row, Source};
+use gonio::experiment::{Config, Kind, Plan, Row, Source};
 use gonio::report::RunFolder;
 use std::fs;
 use std::process::{Command, Stdio};
@@ -198,7 +198,8 @@ fn a_run_that_goes_on_is_not_replaced() {
     let mut source = Source::read(&bench.path("small.toml")).unwrap();
     source.set("budgets=[60]", "--set".into()).unwrap();
     let plan = Plan::new(Config::read(&source).unwrap()).unwrap();
-    let going_on = RunFolder::create(&bench.path("a"), false, &plan).unwrap();
+    let going_on =
+        RunFolder::create(&bench.path("a"), false, Kind::Acquisition, &plan.resolved).unwrap();
     let files = bench.files("a");
     for force in [&[][..], &["--force"]] {
         let args = [&["run", "small.toml", "-o", "a"], force].concat();

@@ -256,8 +256,11 @@ impl Group {
     }
 }
 
+/// A number of a profile, with its name.
+type Quantity = (&'static str, fn(&ProfileFits) -> Option<f64>);
+
 /// The quantities that are correlated over materials.
-pub const QUANTITIES: [(&str, fn(&ProfileFits) -> Option<f64>); 8] = [
+const QUANTITIES: [Quantity; 8] = [
     ("energy", |f| f.averages[0]),
     ("mean_slope", ProfileFits::slope),
     ("average_variance", ProfileFits::average_variance),
