@@ -3,11 +3,17 @@
 use super::run::{Run, stop_on_ctrl_c, tell_missing};
 use super::{print, say};
 use crate::brdf::Brdf;
+#[cfg(feature = "exr")]
+use crate::brdf::BuildError;
 use crate::error::Error;
 use crate::experiment::moments::{self, Group, MaterialProfiles, MomentsPlan, ProfileFits};
 use crate::experiment::{Failure, Input, Kind, Material, Source};
+#[cfg(feature = "exr")]
+use crate::lighting::Lighting;
 use crate::moments::{Clamping, ViewRange};
 use crate::report::{CORRELATIONS, FITS, MadeBy, Manifest, Outcome, RunFolder, SUMMARY};
+#[cfg(feature = "exr")]
+use crate::report::{FilterEllipse, file_stem, sphere, sphere_svg};
 use crate::report::{correlations_csv, fits_csv, study_table, summary_json};
 use std::io::Write;
 use std::sync::Arc;
@@ -37,6 +43,8 @@ impl Run {
             fits: Vec::new(),
             inputs: Vec::new(),
             failures: Vec::new(),
+            #[cfg(feature = "exr")]
+            light: None,
         };
         let begun = Instant::now();
         let complete = moments::measure(&plan, &mut desk)?;
@@ -80,6 +88,14 @@ impl Run {
     }
 }
 
+/// Pixels along each side of a sphere.
+#[cfg(feature = "exr")]
+const SPHERE: usize = 200;
+
+/// View elevation and azimuth (deg) of the filters that are drawn on it.
+#[cfg(feature = "exr")]
+const FILTERS: [(f64, f64); 3] = [(25.0, 150.0), (50.0, 30.0), (75.0, 270.0)];
+
 /// Where the news of a run arrive.
 struct Desk<'a> {
     plan: &'a MomentsPlan,
@@ -91,6 +107,9 @@ struct Desk<'a> {
     fits: Vec<Vec<ProfileFits>>,
     inputs: Vec<Input>,
     failures: Vec<Failure>,
+    /// Built when the first sphere needs it.
+    #[cfg(feature = "exr")]
+    light: Option<Box<dyn Lighting>>,
 }
 
 impl Desk<'_> {
@@ -112,6 +131,45 @@ impl Desk<'_> {
             })
             .filter(|group| !group.fits.is_empty())
             .collect()
+    }
+
+    /// Draws a material on a sphere, with the filters of three views (Fig. 8 of Zubiaga et al.).
+    #[cfg(feature = "exr")]
+    fn sphere(&mut self, brdf: &dyn Brdf, of: &MaterialProfiles) -> Result<(), Error> {
+        let (name, profile) = (&of.material, &of.profiles[0]);
+        if self.light.is_none() {
+            let built = self.plan.lighting.build();
+            self.light = Some(built.map_err(|e| match e {
+                BuildError::Data { path, message } => Error::Data { path, message },
+                e => Error::config("lighting", e),
+            })?);
+        }
+        let Some(light) = &self.light else {
+            return Ok(());
+        };
+        let image = sphere(brdf, &**light, SPHERE);
+        let white = image.white();
+        let ellipse = |&(view, azimuth): &(f64, f64)| {
+            let near = |theta: &f64| (theta.to_degrees() - view).abs();
+            let views = profile.views.iter().enumerate();
+            let (i, theta_o) = views.min_by(|a, b| near(a.1).total_cmp(&near(b.1)))?;
+            FilterEllipse::new(*theta_o, f64::to_radians(azimuth), &profile.slices[i].moments)
+        };
+        let ellipses: Vec<_> = FILTERS.iter().filter_map(ellipse).collect();
+        let title = format!("{name}: means and covariances of its slices");
+        let svg = sphere_svg(&title, &image, white, &ellipses)
+            .map_err(|e| Error::Internal(e.to_string()))?;
+        let stem = format!("sphere-{}", file_stem(name));
+        self.folder
+            .write_figure(format!("{stem}.svg"), |out| out.write_all(svg.as_bytes()))?;
+        self.folder
+            .write_figure(format!("{stem}.png"), |out| image.write_png(white, out))
+    }
+
+    #[cfg(not(feature = "exr"))]
+    fn sphere(&mut self, _brdf: &dyn Brdf, of: &MaterialProfiles) -> Result<(), Error> {
+        say(&format!("gonio: {}: this build draws no spheres", of.material));
+        Ok(())
     }
 
     fn write(&mut self, groups: &[Group]) -> Result<(), Error> {
@@ -186,6 +244,9 @@ impl moments::Desk for Desk<'_> {
             fits.push(ProfileFits::new(&profiles, i, horizon, self.range));
         }
         print(&line(&fits, profiles.seconds.iter().sum()))?;
+        if self.plan.analysis.spheres.contains(&profiles.material) {
+            self.sphere(brdf, &profiles)?;
+        }
         self.fits.push(fits);
         self.materials.push(profiles);
         Ok(())

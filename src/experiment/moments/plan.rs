@@ -6,17 +6,18 @@ use crate::error::{Error, ParameterError};
 use crate::experiment::checks::distinct;
 use crate::experiment::config::{Config, MaterialTable, material, refuse_unknown, take_list};
 use crate::experiment::kind::Kind;
-use crate::experiment::materials::{self, Origins};
+use crate::experiment::materials::{self, Origins, build_error};
 use crate::experiment::plan::{Material, Plan};
 use crate::experiment::relations::RelationsPlan;
 use crate::experiment::resolved::{insert_list, named, section};
 use crate::experiment::source::{KeyPath, Source};
+use crate::lighting::{self, LightingSpec, SkySpec};
 use crate::moments::ViewRange;
 use crate::registry::{self, ReadError, Table};
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
 
-const KEYS: [&str; 9] = [
+const KEYS: [&str; 10] = [
     "question",
     "experiment",
     "seeds",
@@ -26,6 +27,7 @@ const KEYS: [&str; 9] = [
     "material",
     "moments",
     "analysis",
+    "lighting",
 ];
 
 /// The keys of the top level that are no tables.
@@ -104,6 +106,8 @@ pub struct MomentsPlan {
     pub moments: MomentsTable,
     /// What is made of it.
     pub analysis: AnalysisSpec,
+    /// What its spheres are lit by.
+    pub lighting: Box<dyn LightingSpec>,
     /// The config with every default filled in.
     pub resolved: toml::Table,
 }
@@ -125,8 +129,14 @@ impl MomentsPlan {
         source: &'s Source,
         table: Table<'s>,
     ) -> Result<Self, Error> {
-        let (scalars, merl, tables, moments, analysis) =
-            parts(table).map_err(|e| source.error(e))?;
+        let Parts {
+            scalars,
+            merl,
+            tables,
+            moments,
+            analysis,
+            lighting,
+        } = parts(table).map_err(|e| source.error(e))?;
         let moments = moments.unwrap_or_default();
         moments.check(source)?;
         let base = KeyPath::of("analysis");
@@ -156,6 +166,10 @@ impl MomentsPlan {
                 return Err(source.error_at(&path, message));
             }
         }
+        let path = KeyPath::of("lighting");
+        lighting
+            .check()
+            .map_err(|e| build_error(source, &path, e))?;
         let mut resolved = section(&scalars);
         let (by_hand, files) = materials.split_at(written);
         if let Some(first) = files.first() {
@@ -168,6 +182,9 @@ impl MomentsPlan {
         insert_list(&mut resolved, "material", tables);
         resolved.insert("moments".into(), moments.resolved().into());
         resolved.insert("analysis".into(), section(&analysis).into());
+        if !analysis.spheres.is_empty() {
+            resolved.insert("lighting".into(), lighting.resolved().into());
+        }
         Ok(Self {
             question: scalars.question,
             seed,
@@ -175,6 +192,7 @@ impl MomentsPlan {
             missing,
             moments,
             analysis,
+            lighting,
             resolved,
         })
     }
@@ -196,6 +214,7 @@ impl MomentsPlan {
                     missing: plan.missing,
                     moments: plan.moments.unwrap_or_default(),
                     analysis: AnalysisSpec::default(),
+                    lighting: Box::new(SkySpec::default()),
                     resolved: plan.resolved,
                 })
             }
@@ -220,21 +239,32 @@ impl MomentsPlan {
     }
 }
 
-type Parts<'s> = (
-    Scalars,
-    Option<Table<'s>>,
-    Vec<MaterialTable>,
-    Option<MomentsTable>,
-    AnalysisSpec,
-);
+/// What the tables of a config say.
+struct Parts<'s> {
+    scalars: Scalars,
+    merl: Option<Table<'s>>,
+    tables: Vec<MaterialTable>,
+    moments: Option<MomentsTable>,
+    analysis: AnalysisSpec,
+    lighting: Box<dyn LightingSpec>,
+}
 
 fn parts(mut table: Table<'_>) -> Result<Parts<'_>, ReadError> {
-    let materials = take_list(&mut table, "material", material)?.unwrap_or_default();
+    let tables = take_list(&mut table, "material", material)?.unwrap_or_default();
     let merl = registry::take_table(&mut table, "merl")?;
     let moments = MomentsTable::take(&mut table)?;
     let analysis = registry::take_table(&mut table, "analysis")?;
     let analysis = analysis.map(registry::parse).transpose()?;
-    let scalars = registry::parse(table)?;
-    let analysis = analysis.unwrap_or_default();
-    Ok((scalars, merl, materials, moments, analysis))
+    let lighting = match registry::take_table(&mut table, "lighting")? {
+        Some(lighting) => lighting::read(lighting)?,
+        None => Box::new(SkySpec::default()),
+    };
+    Ok(Parts {
+        scalars: registry::parse(table)?,
+        merl,
+        tables,
+        moments,
+        analysis: analysis.unwrap_or_default(),
+        lighting,
+    })
 }
