@@ -2,7 +2,9 @@
 
 use super::{ConfigArgs, SeedArgs, print};
 use crate::error::Error;
-use crate::experiment::Plan;
+use crate::experiment::moments::MomentsPlan;
+use crate::experiment::relations::RelationsPlan;
+use crate::experiment::{Kind, Material, Plan};
 use crate::geometry::Symmetry;
 use clap::Args;
 
@@ -18,11 +20,16 @@ impl Check {
     pub(super) fn run(self) -> Result<(), Error> {
         let mut source = self.config.source()?;
         self.seed.apply(&mut source)?;
+        match Kind::of(&source)? {
+            Kind::Acquisition => {}
+            Kind::Moments => return profiles(&MomentsPlan::read(&source)?),
+            Kind::Relations => return relations(&RelationsPlan::read(&source)?),
+        }
         let plan = super::plan(&source)?;
         if let Some(question) = &plan.question {
             print(&format!("{}\n\n", question.trim()))?;
         }
-        print(&materials(&plan))?;
+        print(&materials(&plan.materials, &plan.missing))?;
         for symmetry in plan.symmetries() {
             print(&format!("\nschedules for {}\n", words(symmetry)))?;
             schedules(&plan, symmetry)?;
@@ -45,12 +52,53 @@ impl Check {
     }
 }
 
-fn materials(plan: &Plan) -> String {
-    let mut out = format!("materials: {}\n", plan.materials.len());
-    let width = plan.materials.iter().map(|m| m.name.chars().count());
-    let width = width.max().unwrap_or(0);
-    for m in &plan.materials {
+/// What an experiment of kind `moments` would do.
+fn profiles(plan: &MomentsPlan) -> Result<(), Error> {
+    if let Some(question) = &plan.question {
+        print(&format!("{}\n\n", question.trim()))?;
+    }
+    print(&materials(&plan.materials, &plan.missing))?;
+    let spec = &plan.moments.spec;
+    let channels: Vec<_> = spec.channels.iter().map(|c| c.name()).collect();
+    let profiles = plan.materials.len() * channels.len();
+    print(&format!(
+        "\ngroups: {}\nchannels: {}\nviews: {} up to {}°, moments to order {}\nestimator: {}\n\
+         {profiles} profiles, {} rows\n",
+        plan.groups().join(", "),
+        channels.join(", "),
+        spec.views,
+        spec.max_view_deg,
+        spec.order.get(),
+        plan.moments.estimator.label(),
+        profiles * spec.views,
+    ))
+}
+
+/// What an experiment of kind `relations` would do.
+fn relations(plan: &RelationsPlan) -> Result<(), Error> {
+    profiles(&plan.base)?;
+    let lights: Vec<_> = plan.lightings.iter().map(|l| l.name.as_str()).collect();
+    let along: Vec<_> = plan.along.iter().map(|a| a.name()).collect();
+    let each = plan.views.len() * along.len();
+    print(&format!(
+        "\nlightings: {}\nviews: {}, along {}, window {}°\n{} relations\n",
+        lights.join(", "),
+        plan.views.len(),
+        along.join(" and "),
+        plan.spec.window_deg,
+        plan.base.materials.len() * lights.len() * each,
+    ))
+}
+
+fn materials(materials: &[Material], missing: &[String]) -> String {
+    let mut out = format!("materials: {}\n", materials.len());
+    let names = materials.iter().map(|m| m.name.chars().count());
+    let width = names.max().unwrap_or(0);
+    for m in materials {
         out += &format!("  {:<width$}  {}\n", m.name, words(m.symmetry));
+    }
+    if !missing.is_empty() {
+        out += &format!("not in materials_dir: {}\n", missing.join(", "));
     }
     out
 }

@@ -3,9 +3,11 @@
 use super::print;
 use crate::brdf;
 use crate::error::Error;
-use crate::experiment::Row;
+use crate::experiment::{Kind, Row};
 use crate::geometry::Symmetry;
+use crate::lighting;
 use crate::metrics::Measure;
+use crate::moments;
 use crate::parametrization::{self, WarpName};
 use crate::reconstruct;
 use crate::registry::{self, Entry};
@@ -20,12 +22,15 @@ pub(super) struct List {
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 enum Family {
+    Experiments,
     Materials,
     Parametrizations,
     Warps,
     SampleSets,
     Reconstructions,
     Measures,
+    Estimators,
+    Lightings,
     Columns,
 }
 
@@ -45,6 +50,18 @@ impl List {
 
 fn section(family: Family) -> String {
     match family {
+        Family::Experiments => {
+            let lines = Kind::ALL.iter().map(|k| line(k.name(), k.summary()));
+            titled("experiments: experiment = …", lines)
+        }
+        Family::Estimators => {
+            let title = "estimators of moments: estimator = { kind = … } in [moments]";
+            entries(title, &moments::all(), |estimator| estimator.resolved())
+        }
+        Family::Lightings => {
+            let title = "lightings: [[lighting]] with kind = … of relations, [lighting] of moments";
+            entries(title, &lighting::all(), |light| light.resolved())
+        }
         Family::Materials => {
             let title = "materials: [[material]] with kind = …";
             entries(title, &brdf::all(), |spec| spec.resolved())

@@ -153,7 +153,11 @@ impl Desk<'_> {
             let near = |theta: &f64| (theta.to_degrees() - view).abs();
             let views = profile.views.iter().enumerate();
             let (i, theta_o) = views.min_by(|a, b| near(a.1).total_cmp(&near(b.1)))?;
-            FilterEllipse::new(*theta_o, f64::to_radians(azimuth), &profile.slices[i].moments)
+            FilterEllipse::new(
+                *theta_o,
+                f64::to_radians(azimuth),
+                &profile.slices[i].moments,
+            )
         };
         let ellipses: Vec<_> = FILTERS.iter().filter_map(ellipse).collect();
         let title = format!("{name}: means and covariances of its slices");
@@ -168,7 +172,10 @@ impl Desk<'_> {
 
     #[cfg(not(feature = "exr"))]
     fn sphere(&mut self, _brdf: &dyn Brdf, of: &MaterialProfiles) -> Result<(), Error> {
-        say(&format!("gonio: {}: this build draws no spheres", of.material));
+        say(&format!(
+            "gonio: {}: this build draws no spheres",
+            of.material
+        ));
         Ok(())
     }
 
