@@ -209,7 +209,7 @@ pub fn study_table(groups: &[Group]) -> String {
         out += &format!("\n{}: {n} material{s}, {channel}\n", group.name);
         let mut line = |what: &str, here: String, there: &str| {
             let text = if published {
-                format!("  {what:<44} {here:<36} {there}")
+                format!("  {what:<44} {here:<43} {there}")
             } else {
                 format!("  {what:<44} {here}")
             };
@@ -231,9 +231,13 @@ pub fn study_table(groups: &[Group]) -> String {
             spread(group.knots[0]),
             "35.3° ± 14.8° (40)",
         );
+        let end = match group.at_end {
+            0 => String::new(),
+            n => format!("; of {n} the end of the range"),
+        };
         line(
             "theta_1 of each material",
-            spread(group.knots[1]),
+            spread(group.knots[1]) + &end,
             "71.5° ± 5.2° (40)",
         );
         let shared = match &group.shared {
@@ -319,13 +323,12 @@ pub fn study_table(groups: &[Group]) -> String {
             let values = group
                 .first_channel()
                 .filter_map(|f| f.clamping.as_ref()?.explained[component.index()]);
-            if let Some(share) = median(values) {
+            let values: Vec<f64> = values.collect();
+            let (most, all) = (values.iter().filter(|v| **v > 0.5).count(), values.len());
+            if let Some(share) = median(values.into_iter()) {
                 let what = name.replace("horizon_", "horizon explains of ");
-                line(
-                    &what,
-                    format!("{:.0} % (median)", 100.0 * share),
-                    "conjectured",
-                );
+                let share = format!("median {:.0} %; most for {most} of {all}", 100.0 * share);
+                line(&what, share, "conjectured");
             }
         }
     }
