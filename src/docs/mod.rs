@@ -7,6 +7,8 @@ pub mod design {}
 pub mod errata {}
 
 #[doc = include_str!("relations.md")]
+#[doc = ""]
+#[doc = include_str!("relations.svg")]
 pub mod relations {}
 
 #[doc = include_str!("changelog.md")]
