@@ -142,7 +142,7 @@ impl Estimator for ScrambledSobol {
 /// What one set of points saw.
 struct Set {
     tally: Tally,
-    /// Σ w² over its points.
+    /// Σ (w / largest)² over its points: w² itself leaves the range of f64 at 1e154 and 1e-162.
     squares: f64,
     largest: f64,
     missing: usize,
@@ -168,16 +168,16 @@ where
         )
         .collect();
     let area = VIEW_CENTERED_AREA / (per_set * REPLICATES) as f64;
-    let total = |of: fn(&Set) -> f64| sets.iter().map(of).sum::<f64>();
-    let (weight, squares) = (total(|s| s.tally.weight()), total(|s| s.squares));
+    let weight: f64 = sets.iter().map(|s| s.tally.weight()).sum();
     let share = |of: fn(&Set) -> usize| {
         sets.iter().map(of).sum::<usize>() as f64 / (per_set * REPLICATES) as f64
     };
     let missing_share = share(|s| s.missing);
     let largest = sets.iter().map(|s| s.largest).fold(0.0, f64::max);
     let peak = slice.value(-slice.theta_o(), 0.0).unwrap_or(0.0);
-    let effective = if squares > 0.0 {
-        weight * weight / squares
+    let effective = if largest > 0.0 {
+        let relative = |s: &Set| s.squares * (s.largest / largest).powi(2);
+        (weight / largest).powi(2) / sets.iter().map(relative).sum::<f64>()
     } else {
         0.0
     };
@@ -232,9 +232,15 @@ impl Set {
             }
             slice.evaluate(batch);
             set.tally.merge(&Tally::of(order, angles, batch.values()));
+            let largest = batch.values().iter().copied().fold(set.largest, f64::max);
+            if largest > set.largest {
+                set.squares *= (set.largest / largest).powi(2);
+                set.largest = largest;
+            }
             for (&value, kind) in batch.values().iter().zip(batch.kinds()) {
-                set.squares += value * value;
-                set.largest = set.largest.max(value);
+                if value > 0.0 {
+                    set.squares += (value / largest).powi(2);
+                }
                 set.missing += usize::from(*kind == Kind::Missing);
                 set.clamped += usize::from(*kind == Kind::Clamped);
             }
@@ -281,8 +287,14 @@ fn jackknife(sets: &[Set], order: Order, area: f64) -> Moments {
         let uncertainty = if without.iter().all(|w| w[i].is_some()) {
             let values = || without.iter().filter_map(|w| w[i]);
             let mean = values().sum::<f64>() / n as f64;
-            let spread: f64 = values().map(|v| (v - mean) * (v - mean)).sum();
-            (spread * (n - 1) as f64 / n as f64).sqrt()
+            // In units of the largest, whose square may be out of the range of f64.
+            let largest = values().map(|v| (v - mean).abs()).fold(0.0, f64::max);
+            if largest > 0.0 {
+                let spread: f64 = values().map(|v| ((v - mean) / largest).powi(2)).sum();
+                largest * (spread * (n - 1) as f64 / n as f64).sqrt()
+            } else {
+                0.0
+            }
         } else {
             f64::INFINITY
         };
