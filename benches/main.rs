@@ -45,3 +45,45 @@ fn evaluate(brdf: &dyn Brdf, pairs: &[DirectionPair], out: &mut [f64]) {
             brdf.eval_batch(pairs, out, &mut presence[..pairs.len()]);
         });
 }
+
+/// The moments of one slice at 45° up to order 2, its sets of points on all cores.
+mod moments {
+    use super::model;
+    use divan::{Bencher, black_box};
+    use gonio::moments::{
+        Channel, Estimator, MonteCarlo, Order, PeakResolving, ScrambledSobol, Slice,
+    };
+    use std::f64::consts::FRAC_PI_4;
+
+    /// Every angle alike, and nearly all of it within a degree.
+    const MATERIALS: [&str; 2] = ["lambert", "ggx 0.01"];
+
+    fn slice(bencher: Bencher, material: &str, estimator: &dyn Estimator) {
+        let brdf = match material {
+            "lambert" => model("lambert", "albedo = 0.5"),
+            _ => model("ggx", "alpha = 0.01"),
+        };
+        let order = Order::new(2).expect("an order");
+        let slice = Slice::new(&*brdf, Channel::Luminance, FRAC_PI_4).expect("a slice");
+        bencher.bench_local(|| estimator.estimate(black_box(&slice), order, 1));
+    }
+
+    #[divan::bench(args = MATERIALS)]
+    fn monte_carlo(bencher: Bencher, material: &str) {
+        slice(bencher, material, &MonteCarlo { samples: 100_000 });
+    }
+
+    #[divan::bench(args = MATERIALS)]
+    fn sobol(bencher: Bencher, material: &str) {
+        slice(bencher, material, &ScrambledSobol { samples: 1 << 17 });
+    }
+
+    #[divan::bench(args = MATERIALS)]
+    fn peak_resolving(bencher: Bencher, material: &str) {
+        let estimator = PeakResolving {
+            tolerance: 1e-4,
+            ..PeakResolving::default()
+        };
+        slice(bencher, material, &estimator);
+    }
+}
