@@ -2,7 +2,7 @@
 //! predicted from moments of its slices and of the light (Zubiaga et al. 2015, §3.2 and §3.3; see
 //! [`docs::relations`](crate::docs::relations)).
 
-use super::checks::{below, distinct, name_all, refuse_empty};
+use super::checks::{below, distinct, name_all};
 use super::config::{named, refuse_unknown, take_list};
 use super::kind::Kind;
 use super::materials::build_error;
@@ -106,7 +106,12 @@ impl RelationsPlan {
         };
         spec.check()
             .map_err(|e| source.error_at(&below(&here, &e.key), format!("{here}.{e}")))?;
-        refuse_empty(source, "relations.views_deg", &keys.views_deg)?;
+        distinct(
+            source,
+            "relations.views_deg",
+            &keys.views_deg,
+            f64::to_string,
+        )?;
         for (i, &view) in keys.views_deg.iter().enumerate() {
             let last = base.moments.spec.max_view_deg;
             if !(view >= 0.0 && view <= last) {
@@ -117,15 +122,20 @@ impl RelationsPlan {
             }
         }
         distinct(source, "relations.along", &keys.along, |a| a.name())?;
-        if base.moments.spec.order.get() < 2 {
+        let order = base.moments.spec.order.get();
+        if order < 2 {
             let path = KeyPath::of("moments").key("order");
-            let message = format!("{path} = 0 or 1: allowed here is 2 to 4");
-            return Err(source.error_at(&path, message));
+            let allowed = "a whole number in [2, 4] in this experiment";
+            let e = ParameterError::new(path.to_string(), order, allowed);
+            return Err(source.error_at(&path, e));
         }
-        if base.moments.spec.channels.len() > 1 {
+        let channels = &base.moments.spec.channels;
+        if channels.len() > 1 {
             let path = KeyPath::of("moments").key("channels");
-            let message = format!("{path} has several: allowed here is one");
-            return Err(source.error_at(&path, message));
+            let names: Vec<_> = channels.iter().map(|c| c.name()).collect();
+            let found = format!("[{}]", names.join(", "));
+            let e = ParameterError::new(path.to_string(), found, "one in this experiment");
+            return Err(source.error_at(&path, e));
         }
         if let Some(m) = base.materials.iter().find(|m| !m.symmetry.isotropic) {
             let message = format!(
