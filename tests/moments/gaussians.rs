@@ -11,7 +11,7 @@ fn bell(x: f64) -> f64 {
 }
 
 /// ∫ x^k exp(−x²/2) over [a, b], k = 0 to 4.
-fn truncated(a: f64, b: f64) -> [f64; 5] {
+pub fn truncated(a: f64, b: f64) -> [f64; 5] {
     // The tail that both ends share must not be subtracted from 1.
     let root = (PI / 2.0).sqrt();
     let zero = if a > 0.0 {
@@ -32,7 +32,7 @@ fn truncated(a: f64, b: f64) -> [f64; 5] {
 }
 
 /// The ends of the square in units of the width from the centre.
-fn ends(centre: f64, width: f64) -> [f64; 2] {
+pub fn ends(centre: f64, width: f64) -> [f64; 2] {
     [(-FRAC_PI_2 - centre) / width, (FRAC_PI_2 - centre) / width]
 }
 

@@ -5,6 +5,7 @@
 mod common;
 
 mod exact;
+mod extremes;
 mod gaussians;
 mod peak;
 mod sampled;
