@@ -6,7 +6,7 @@ use super::{ThreadArgs, print, refuse_existing, say};
 use crate::brdf::Brdf;
 use crate::error::Error;
 use crate::experiment::moments::{self, MaterialProfiles, MomentsPlan, ProfileRow};
-use crate::experiment::{Failure, Input, Material};
+use crate::experiment::{Failure, Input, Material, Source};
 use crate::files::write_atomically;
 use crate::report::{profiles_csv, profiles_json};
 use clap::{Args, ValueEnum};
@@ -44,6 +44,10 @@ impl Moments {
         let plan = self.brdf.plan(&source)?;
         let files = match &self.output {
             Some(dir) => {
+                if dir.exists() && !dir.is_dir() {
+                    let message = "this is no folder; choose another with -o";
+                    return Err(Error::output(dir, message));
+                }
                 let files = names(&plan, dir);
                 for path in &files {
                     refuse_existing(path, self.force)?;
@@ -56,10 +60,7 @@ impl Moments {
         let mut desk = Collect::default();
         moments::measure(&plan, &mut desk)?;
         if let Some(failure) = desk.failures.first() {
-            return Err(Error::config(
-                source.name(),
-                format!("{}: {}", failure.job, failure.reason),
-            ));
+            return Err(unusable(&plan, failure, &source));
         }
         let rows: Vec<ProfileRow<'_>> = desk
             .profiles
@@ -106,6 +107,22 @@ impl Moments {
         }
         Ok(())
     }
+}
+
+/// Why a material could not be built: as its keys have been checked, most likely a file of it.
+fn unusable(plan: &MomentsPlan, failure: &Failure, source: &Source) -> Error {
+    let material = plan.materials.iter().find(|m| m.name == failure.job);
+    let files = material.map(|m| m.spec.inputs()).unwrap_or_default();
+    for file in files {
+        if let Some(why) = failure
+            .reason
+            .strip_prefix(&format!("{}: ", file.display()))
+        {
+            return Error::data(&file, why);
+        }
+    }
+    let message = format!("{}: {}", failure.job, failure.reason);
+    Error::config(source.name(), message)
 }
 
 /// The files of an output folder: table, JSON, then one diagram a material.
