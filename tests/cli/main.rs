@@ -3,11 +3,13 @@
 
 mod bench;
 mod configs;
+mod moments;
 mod readme;
 mod runs;
 mod schedules;
 #[cfg(all(feature = "exr", feature = "plots"))]
 mod slice;
+mod study;
 
 use gonio::experiment::Row;
 use std::fs;

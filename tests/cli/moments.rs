@@ -1,0 +1,425 @@
+//! Moments of materials without a run, and as quantities of an acquisition.
+
+use super::{Bench, timeless};
+use gonio::experiment::Row;
+use gonio::experiment::moments::ProfileRow;
+use gonio::moments::Component;
+use serde_json::Value;
+use std::fs;
+
+/// Few views, low order, an estimator that is content early.
+const QUICK: [&str; 6] = [
+    "--set",
+    "moments.views=3",
+    "--set",
+    "moments.order=2",
+    "--set",
+    "moments.estimator={kind=\"peak-resolving\",tolerance=1e-2}",
+];
+
+const TWO: &str = r#"
+experiment = "moments"
+
+[moments]
+channels = ["red", "blue"]
+views = 3
+order = 3
+estimator = { kind = "peak-resolving", tolerance = 1e-2 }
+
+[[material]]
+kind = "lambert"
+albedo = [0.2, 0.3, 0.4]
+
+[[material]]
+kind = "ggx"
+name = "half/shiny"
+alpha = 0.4
+"#;
+
+/// A table and an array of objects say the same; its rows.
+fn same(csv: &str, json: &str) -> Vec<serde_json::Map<String, Value>> {
+    let objects: Vec<serde_json::Map<String, Value>> = serde_json::from_str(json).unwrap();
+    let mut reader = csv::Reader::from_reader(csv.as_bytes());
+    let header: Vec<_> = reader.headers().unwrap().iter().map(String::from).collect();
+    assert_eq!(header, ProfileRow::columns());
+    let rows: Vec<csv::StringRecord> = reader.records().map(Result::unwrap).collect();
+    assert_eq!(rows.len(), objects.len());
+    for (row, object) in rows.iter().zip(&objects) {
+        assert_eq!(object.keys().cloned().collect::<Vec<_>>(), header);
+        for (cell, value) in row.iter().zip(object.values()) {
+            match value {
+                Value::String(text) => assert_eq!(cell, text),
+                Value::Number(number) => assert_eq!(cell.parse().ok(), number.as_f64()),
+                Value::Null => assert!(cell.is_empty() || cell == "inf", "{cell}"),
+                other => panic!("{other}"),
+            }
+        }
+    }
+    objects
+}
+
+fn number(row: &serde_json::Map<String, Value>, key: &str) -> f64 {
+    row[key]
+        .as_f64()
+        .unwrap_or_else(|| panic!("{key}: {row:?}"))
+}
+
+#[test]
+fn a_kind_of_material_has_moments() {
+    let bench = Bench::new();
+    let ggx = [&["moments", "ggx", "--set", "alpha=0.4"], &QUICK[..]].concat();
+    let csv = bench.good(&ggx);
+    let json = bench.good(&[&ggx[..], &["--format", "json"]].concat());
+    let rows = same(&csv, &json);
+    let views: Vec<_> = rows.iter().map(|r| number(r, "theta_o_deg")).collect();
+    assert_eq!(views, [0.0, 44.5, 89.0]);
+    for row in &rows {
+        assert_eq!(row["material"], "ggx-0.4");
+        assert_eq!(row["channel"], "luminance");
+        for component in Component::ALL {
+            // No number where none was asked for.
+            let there = !row[&component.to_string()].is_null();
+            assert_eq!(there, component.order() <= 2, "{component}");
+        }
+        assert!(row["unresolved"].is_null());
+        assert!(number(row, "evaluations") > 0.0);
+    }
+    // The lobe leans towards the mirror direction.
+    assert!(number(&rows[0], "mean_10").abs() < 1e-9);
+    assert!(number(&rows[1], "mean_10") < -0.3);
+
+    // Uniform in (θ, φ), whose square has the variance π²/12.
+    let lambert = [&["moments", "lambert", "--format", "json"], &QUICK[..]].concat();
+    let rows: Vec<serde_json::Map<String, Value>> =
+        serde_json::from_str(&bench.good(&lambert)).unwrap();
+    for row in &rows {
+        let variance = std::f64::consts::PI.powi(2) / 12.0;
+        assert!((number(row, "covariance_20") - variance).abs() < 1e-9);
+        assert!((number(row, "energy") - 0.5 * std::f64::consts::PI).abs() < 1e-9);
+    }
+}
+
+#[test]
+fn a_table_and_materials_of_configs_have_moments() {
+    let bench = Bench::new();
+    fs::write(bench.path("two.toml"), TWO).unwrap();
+    let material = ["--material", "ggx-0.4", "-o", "table.binary"];
+    bench.good(&[&["tabulate", "small.toml"], &material[..]].concat());
+    let rows = |args: &[&str]| {
+        let csv = bench.good(&[&["moments"], args].concat());
+        let json = bench.good(&[&["moments"], args, &["--format", "json"]].concat());
+        same(&csv, &json)
+    };
+    let table = rows(&[&["table.binary"], &QUICK[..]].concat());
+    // A config of an acquisition has the same material.
+    let model = rows(&[&["small.toml"], &material[..2], &QUICK[..]].concat());
+    assert!(table.iter().all(|r| r["material"] == "table"));
+    assert!(model.iter().all(|r| r["material"] == "ggx-0.4"));
+    for (table, model) in table.iter().zip(&model).take(2) {
+        for component in ["energy", "mean_10", "covariance_20", "covariance_02"] {
+            let error = number(table, component) - number(model, component);
+            assert!(error.abs() < 1e-2, "{component}: {error}");
+        }
+    }
+    let all = rows(&["two.toml"]);
+    let order: Vec<_> = all
+        .iter()
+        .map(|r| format!("{} {}", r["material"], r["channel"]))
+        .step_by(3)
+        .collect();
+    let names = [
+        "\"lambert\" \"red\"",
+        "\"lambert\" \"blue\"",
+        "\"half/shiny\" \"red\"",
+        "\"half/shiny\" \"blue\"",
+    ];
+    assert_eq!(order, names);
+    let one = rows(&["two.toml", "--material", "half/shiny"]);
+    assert!(one[..] == all[6..]);
+}
+
+#[test]
+fn moments_go_to_a_folder() {
+    let bench = Bench::new();
+    fs::write(bench.path("two.toml"), TWO).unwrap();
+    let args = ["moments", "two.toml", "-o", "deep/out"];
+    // Who writes files prints nothing.
+    assert_eq!(bench.good(&args), "");
+    let mut names = vec!["profiles.csv", "profiles.json"];
+    if cfg!(feature = "plots") {
+        names = [&["half%2Fshiny.svg", "lambert.svg"], &names[..]].concat();
+    }
+    assert_eq!(bench.files("deep/out"), names);
+    let csv = bench.read("deep/out/profiles.csv");
+    same(&csv, &bench.read("deep/out/profiles.json"));
+    assert_eq!(csv, bench.good(&["moments", "two.toml"]));
+    if cfg!(feature = "plots") {
+        for name in ["lambert", "half%2Fshiny"] {
+            let svg = bench.read(&format!("deep/out/{name}.svg"));
+            assert!(svg.starts_with("<svg") && svg.trim_end().ends_with("</svg>"));
+            assert!(svg.contains("red") && svg.contains("blue") && !svg.contains("NaN"));
+        }
+    }
+
+    fs::write(bench.path("deep/out/profiles.csv"), "mine").unwrap();
+    let refusal = bench.refused(&args, 2);
+    assert!(
+        refusal.contains("profiles.csv") && refusal.contains("--force"),
+        "{refusal}"
+    );
+    assert_eq!(bench.read("deep/out/profiles.csv"), "mine");
+    bench.good(&[&args[..], &["--force"]].concat());
+    assert_eq!(bench.read("deep/out/profiles.csv"), csv);
+    assert_eq!(bench.files("deep/out"), names);
+
+    fs::write(bench.path("file"), "mine").unwrap();
+    for folder in ["file", "file/below"] {
+        let refusal = bench.refused(&["moments", "two.toml", "-o", folder], 2);
+        assert!(
+            refusal.starts_with(&format!("gonio: {folder}: ")),
+            "{refusal}"
+        );
+    }
+    assert_eq!(bench.read("file"), "mine");
+}
+
+#[test]
+fn moments_that_cannot_be_are_refused_in_a_sentence() {
+    let bench = Bench::new();
+    fs::write(bench.path("two.toml"), TWO).unwrap();
+    fs::write(bench.path("tiny.binary"), [1, 2]).unwrap();
+    // Right in size and head, and without a single value.
+    let mut empty: Vec<u8> = [90u32, 90, 180]
+        .iter()
+        .flat_map(|n| n.to_le_bytes())
+        .collect();
+    let holes = std::iter::repeat_n((-1f64).to_le_bytes(), 3 * 90 * 90 * 180);
+    empty.extend(holes.flatten());
+    fs::write(bench.path("empty.binary"), empty).unwrap();
+    let refused = |args: &[&str], code: i32, says: &[&str]| {
+        let args = [&["moments"], args, &["-o", "out"]].concat();
+        let sentence = bench.refused(&args, code);
+        for part in says {
+            assert!(
+                sentence.contains(part),
+                "{args:?}: {part} is not in: {sentence}"
+            );
+        }
+        assert!(!bench.path("out").exists(), "{args:?}");
+    };
+    refused(&["shiny"], 2, &["shiny", "*.toml", "*.binary", "lambert, "]);
+    refused(&["gone.toml"], 2, &["gone.toml"]);
+    refused(&["gone.binary"], 3, &["gone.binary", "No such file"]);
+    refused(&["tiny.binary"], 3, &["tiny.binary", "2 bytes"]);
+    refused(&["empty.binary"], 3, &["gonio: empty.binary: every cell"]);
+    refused(
+        &["two.toml", "--material", "gold"],
+        2,
+        &["--material", "gold", "allowed: lambert, half/shiny"],
+    );
+    let cases: [(&str, &[&str]); 19] = [
+        ("moments.views=0", &["moments.views = 0", "allowed is"]),
+        (
+            "moments.views=1000000",
+            &["moments.views = 1000000", "allowed is"],
+        ),
+        (
+            "moments.max_view_deg=90",
+            &["moments.max_view_deg = 90", "(0, 90)"],
+        ),
+        (
+            "moments.max_view_deg=-1",
+            &["moments.max_view_deg = -1", "allowed is"],
+        ),
+        (
+            "moments.max_view_deg=nan",
+            &["moments.max_view_deg = NaN", "allowed is"],
+        ),
+        ("moments.order=5", &["order = 5", "[0, 4]"]),
+        ("moments.channels=[]", &["moments.channels = []", "average"]),
+        (
+            "moments.channels=[\"red\",\"red\"]",
+            &["moments.channels = [red, red]", "each once"],
+        ),
+        (
+            "moments.channels=[\"pink\"]",
+            &["moments.channels[0] = \"pink\"", "average"],
+        ),
+        (
+            "moments.split=half",
+            &["moments.split = \"half\"", "minimum"],
+        ),
+        (
+            "moments.estimator={kind=\"magic\"}",
+            &["kind = \"magic\"", "peak-resolving"],
+        ),
+        (
+            "moments.estimator={tolerance=0.1}",
+            &["kind", "peak-resolving"],
+        ),
+        (
+            "moments.estimator={kind=\"peak-resolving\",tolerance=0}",
+            &["moments.estimator.tolerance = 0", "(0, 0.1]"],
+        ),
+        (
+            "moments.estimator={kind=\"peak-resolving\",max_evaluations=1}",
+            &["moments.estimator.max_evaluations = 1", "at least"],
+        ),
+        (
+            "moments.estimator={kind=\"monte-carlo\",samples=1000}",
+            &["moments.estimator.samples = 1000", "multiple of 32"],
+        ),
+        (
+            "moments.estimator={kind=\"sobol\",samples=96}",
+            &["moments.estimator.samples = 96", "power of two"],
+        ),
+        ("moments.vistas=3", &["moments.vistas", "views"]),
+        ("alpha=0", &["alpha = 0", "allowed is"]),
+        ("seeds=[1, 2]", &["seeds = [1, 2]", "one seed"]),
+    ];
+    for (set, says) in cases {
+        refused(&["ggx", "--set", set], 2, says);
+    }
+    let both = bench.gonio(&["moments", "ggx", "-o", "out", "--format", "json"]);
+    assert_eq!(both.status.code(), Some(2));
+    assert!(!bench.path("out").exists());
+}
+
+#[test]
+fn slices_that_are_not_resolved_are_told() {
+    let bench = Bench::new();
+    let args = [
+        "moments",
+        "ggx",
+        "--set",
+        "alpha=0.001",
+        "--set",
+        "moments.views=5",
+        "--set",
+        "moments.estimator={kind=\"monte-carlo\",samples=1024}",
+    ];
+    let output = bench.gonio(&args);
+    let stderr = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(0), "{stderr}");
+    // Some of them, then their number.
+    assert_eq!(stderr.lines().count(), 3 + 1, "{stderr}");
+    assert!(
+        stderr.contains("ggx-0.001 luminance at 0.000°: no sample near the mirror direction"),
+        "{stderr}"
+    );
+    assert!(stderr.contains("5 of 5 slices are unresolved"), "{stderr}");
+    let stdout = String::from_utf8(output.stdout).unwrap();
+    let column = stdout.matches(",no sample near the mirror direction\n");
+    assert_eq!(column.count(), 5);
+}
+
+#[test]
+fn black_has_no_direction() {
+    let bench = Bench::new();
+    let args = ["moments", "lambert", "--set", "albedo=0"];
+    let args = [
+        &args[..],
+        &QUICK,
+        &["--set", "moments.order=4", "-o", "out"],
+    ]
+    .concat();
+    bench.good(&args);
+    let rows = same(
+        &bench.read("out/profiles.csv"),
+        &bench.read("out/profiles.json"),
+    );
+    assert_eq!(rows.len(), 3);
+    for row in &rows {
+        assert_eq!(number(row, "energy"), 0.0);
+        for component in Component::ALL.iter().filter(|c| c.order() > 0) {
+            assert!(row[&component.to_string()].is_null(), "{component}");
+            assert!(row[&format!("{component}_uncertainty")].is_null());
+        }
+    }
+    for file in bench.files("out") {
+        let text = bench.read(&format!("out/{file}"));
+        assert!(!text.contains("NaN") && !text.contains("inf"), "{file}");
+    }
+}
+
+/// The columns of moments of a row.
+fn moments(row: &Row) -> [Option<f64>; 6] {
+    [
+        row.moment_energy,
+        row.moment_mean_rad,
+        row.moment_mean,
+        row.moment_covariance,
+        row.moment_skewness,
+        row.moment_kurtosis,
+    ]
+}
+
+#[test]
+fn acquisitions_compare_moments_if_asked() {
+    let bench = Bench::new();
+    let small = ["run", "small.toml", "-q", "--set", "budgets=[60]"];
+    let asked = [
+        &small[..],
+        &["--set", "quantities=[\"moments\"]"],
+        &QUICK,
+        &["--set", "moments.order=4"],
+    ]
+    .concat();
+    bench.good(&[&small[..], &["-o", "without"]].concat());
+    let rows = bench.rows("without");
+    assert!(rows.iter().all(|r| moments(r) == [None; 6]));
+    assert!(
+        rows.iter()
+            .all(|r| r.moment_unresolved.is_none() && r.moment_seconds.is_none())
+    );
+
+    bench.good(&[&asked[..], &["-o", "one", "--threads", "1"]].concat());
+    bench.good(&[&asked[..], &["-o", "two", "--threads", "2"]].concat());
+    let csv = timeless(&bench.read("one/results.csv"));
+    assert_eq!(csv, timeless(&bench.read("two/results.csv")));
+    assert!(!csv.contains("NaN"));
+    for row in bench.rows("one") {
+        assert!(row.moment_unresolved.is_some() && row.moment_seconds.is_some());
+        for error in moments(&row) {
+            let error = error.unwrap_or_else(|| panic!("{row:?}"));
+            // Constant is what every method reproduces.
+            match row.material.as_str() {
+                "lambert" => assert!(error.abs() < 1e-6, "{row:?}"),
+                _ => assert!(error > 1e-4, "{row:?}"),
+            }
+        }
+    }
+    // It is the same for every measure, and changes nothing else.
+    for pair in bench.rows("one").chunks(2) {
+        assert_eq!(moments(&pair[0]), moments(&pair[1]));
+    }
+    for (with, without) in bench.rows("one").iter().zip(&rows) {
+        assert_eq!((with.nrmse, with.albedo), (without.nrmse, without.albedo));
+    }
+}
+
+#[test]
+fn moments_of_acquisitions_are_checked() {
+    let bench = Bench::new();
+    let refused = |sets: &[&str], says: &[&str]| {
+        let sets: Vec<_> = sets.iter().flat_map(|set| ["--set", set]).collect();
+        let args = [&["run", "small.toml", "-o", "out"], &sets[..]].concat();
+        let sentence = bench.refused(&args, 2);
+        for part in says {
+            assert!(sentence.contains(part), "{part} is not in: {sentence}");
+        }
+        assert!(!bench.path("out").exists());
+    };
+    let asked = "quantities=[\"moments\"]";
+    refused(&["moments.views=3"], &["quantities = [\"moments\"]"]);
+    refused(&["quantities=[\"colour\"]"], &["quantities[0]", "moments"]);
+    refused(&[asked, "moments.views=0"], &["moments.views = 0"]);
+    refused(
+        &[asked, "moments.channels=[\"red\"]"],
+        &["moments.channels", "channels = \"rgb\""],
+    );
+    refused(
+        &[asked, "channels=rgb", "moments.channels=[\"red\",\"blue\"]"],
+        &["moments.channels", "2 channels"],
+    );
+}
