@@ -79,7 +79,12 @@ pub fn take_kind(what: &str, kinds: &[&str], table: &mut Table<'_>) -> Result<us
     let span = kind.span();
     match kind.into_inner() {
         DeValue::String(name) => kinds.iter().position(|&k| k == name).ok_or_else(|| {
-            let message = format!("kind = \"{name}\" is not a {what}; allowed: {allowed}");
+            let a = if what.starts_with(['a', 'e', 'i', 'o', 'u']) {
+                "an"
+            } else {
+                "a"
+            };
+            let message = format!("kind = \"{name}\" is not {a} {what}; allowed: {allowed}");
             ReadError::at(span, message)
         }),
         other => {

@@ -56,7 +56,7 @@ impl Moments {
             }
             None => Vec::new(),
         };
-        tell_missing(&plan.missing);
+        tell_missing(&plan.missing, false);
         let mut desk = Collect::default();
         moments::measure(&plan, &mut desk)?;
         if let Some(failure) = desk.failures.first() {

@@ -17,7 +17,7 @@ impl Run {
         let plan = RelationsPlan::read(source)?;
         let stop = stop_on_ctrl_c()?;
         let folder = self.folder(Kind::Relations, &plan.resolved)?;
-        tell_missing(&plan.base.missing);
+        tell_missing(&plan.base.missing, self.is_quiet());
         if let Some(question) = &plan.base.question {
             print(&format!("{}\n\n", question.trim()))?;
         }

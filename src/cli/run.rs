@@ -48,7 +48,7 @@ impl Run {
             Kind::Relations => return self.relations(&source, started),
         }
         let plan = super::plan(&source)?;
-        tell_missing(&plan.missing);
+        tell_missing(&plan.missing, self.quiet);
         let stop = stop_on_ctrl_c()?;
         let folder = self.folder(Kind::Acquisition, &plan.resolved)?;
         let table = Table::new(&plan);
@@ -124,8 +124,8 @@ impl Run {
 }
 
 /// Tells which materials a config names in vain.
-pub(super) fn tell_missing(names: &[String]) {
-    if !names.is_empty() {
+pub(super) fn tell_missing(names: &[String], quiet: bool) {
+    if !names.is_empty() && !quiet {
         let list = names.join(", ");
         say(&format!("gonio: not in materials_dir, skipped: {list}"));
     }

@@ -26,7 +26,7 @@ impl Run {
         let plan = MomentsPlan::read(source)?;
         let stop = stop_on_ctrl_c()?;
         let folder = self.folder(Kind::Moments, &plan.resolved)?;
-        tell_missing(&plan.missing);
+        tell_missing(&plan.missing, self.is_quiet());
         if let Some(question) = &plan.question {
             print(&format!("{}\n\n", question.trim()))?;
         }

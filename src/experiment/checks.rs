@@ -51,7 +51,7 @@ pub(super) fn distinct<T, S: Display + Eq + std::hash::Hash>(
     let mut seen = HashSet::new();
     for (i, item) in list.iter().enumerate() {
         if !seen.insert(show(item)) {
-            let path = KeyPath::of(key).index(i);
+            let path = below(&KeyPath::default(), key).index(i);
             let message = format!("{path} = {} is there twice; allowed: once", show(item));
             return Err(source.error_at(&path, message));
         }
@@ -63,7 +63,7 @@ pub(super) fn distinct<T, S: Display + Eq + std::hash::Hash>(
 pub(super) fn refuse_empty<T>(source: &Source, key: &str, list: &[T]) -> Result<(), Error> {
     if list.is_empty() {
         let message = format!("{key} = []: allowed is at least one");
-        return Err(source.error_at(&KeyPath::of(key), message));
+        return Err(source.error_at(&below(&KeyPath::default(), key), message));
     }
     Ok(())
 }

@@ -6,7 +6,7 @@ use super::peak::PeakResolving;
 use super::slice::{Channel, Slice};
 use super::split::lambertian_part;
 use crate::brdf::{Brdf, Channels};
-use crate::error::{ParameterError, in_left_open};
+use crate::error::ParameterError;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
@@ -71,10 +71,13 @@ impl MomentsSpec {
             let allowed = format!("a whole number in [1, {}]", Self::MAX_VIEWS);
             return Err(ParameterError::new("views", self.views, allowed));
         }
-        in_left_open("max_view_deg", self.max_view_deg, 0.0, 90.0)?;
-        if self.max_view_deg == 90.0 {
+        if !(self.max_view_deg > 0.0 && self.max_view_deg < 90.0) {
             let allowed = "a number in (0, 90)";
-            return Err(ParameterError::new("max_view_deg", 90.0, allowed));
+            return Err(ParameterError::new(
+                "max_view_deg",
+                self.max_view_deg,
+                allowed,
+            ));
         }
         Ok(())
     }

@@ -93,7 +93,7 @@ impl Estimator for MonteCarlo {
         if fits && (REPLICATES..=MAX_SAMPLES).contains(&self.samples) {
             return Ok(());
         }
-        let allowed = format!("a multiple of {REPLICATES}, at least {REPLICATES}");
+        let allowed = format!("a multiple of {REPLICATES} up to {MAX_SAMPLES}");
         Err(ParameterError::new("samples", self.samples, allowed))
     }
 
@@ -123,7 +123,8 @@ impl Estimator for ScrambledSobol {
         {
             return Ok(());
         }
-        let allowed = format!("{REPLICATES} times a power of two, e.g. 131072");
+        let allowed =
+            format!("{REPLICATES} times a power of two, e.g. 131072, up to {MAX_SAMPLES}");
         Err(ParameterError::new("samples", self.samples, allowed))
     }
 

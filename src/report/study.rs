@@ -308,6 +308,8 @@ pub fn study_table(groups: &[Group]) -> String {
             "a figure",
         );
         let relation = match &group.relation {
+            // Of one material or two the quadratic says nothing.
+            _ if n < 3 => "too few materials".into(),
             Ok(fit) => {
                 let r2 = fit
                     .r_squared()

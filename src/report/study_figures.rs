@@ -67,7 +67,8 @@ pub fn material_sheet(of: &MaterialProfiles) -> Sheet {
 pub fn group_sheets(group: &Group, members: &[&MaterialProfiles]) -> Vec<Sheet> {
     let profiles: Vec<&Profile> = members.iter().filter_map(|m| m.profiles.first()).collect();
     let name = |stem: &str| format!("{}-{stem}", group.name);
-    let of = format!("{}, {} materials", group.name, members.len());
+    let s = if members.len() == 1 { "" } else { "s" };
+    let of = format!("{}, {} material{s}", group.name, members.len());
     let order = profiles.iter().map(|p| p.order.get()).max().unwrap_or(0);
     let sheet = |stem: &str, title: &str, list: &[(Component, &str)]| Sheet {
         name: name(stem),

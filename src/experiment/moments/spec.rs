@@ -34,6 +34,10 @@ impl MomentsTable {
             return Ok(None);
         };
         let estimator = match registry::take_table(&mut table, "estimator")? {
+            // Keys of the default one need not name it.
+            Some(estimator) if !estimator.get_ref().contains_key("kind") => {
+                Box::new(registry::parse::<PeakResolving>(estimator)?)
+            }
             Some(estimator) => moments::read(estimator)?,
             None => Box::new(PeakResolving::default()),
         };
