@@ -565,7 +565,7 @@ fn real_lobes_are_not_gaussian() {
         centre: [-theta_o + 0.05, 0.05],
         sigma: 0.08,
     };
-    let lights: [(&str, &dyn Lighting); 2] = [("blob", &blob), ("sky", &Sky)];
+    let lights: [(&str, &dyn Lighting); 2] = [("blob", &blob), ("waves", &Sky)];
     // In how many rows the last form has the least error of energy, mean, variance.
     let (mut best, mut rows) = ([0; 3], 0);
     for alpha in [0.05, 0.1, 0.3] {
@@ -595,7 +595,7 @@ fn real_lobes_are_not_gaussian() {
                     for i in 0..3 {
                         best[i] += i32::from(c[i] < a[i].min(b[i]));
                     }
-                    if name == "sky" {
+                    if name == "waves" {
                         // Light that changes slowly asks little of the shape of a lobe.
                         assert!(c[2] < 0.25 && c[1] < 0.3, "{r:?}");
                     }

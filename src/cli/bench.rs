@@ -61,7 +61,7 @@ const SEED: u64 = 1;
 const ENOUGH: f64 = 0.05;
 const REPEATS: usize = 5;
 /// Errors at which times are compared.
-const TARGETS: [f64; 4] = [1e-2, 1e-3, 1e-4, 1e-6];
+const TARGETS: [f64; 5] = [1e-2, 1e-3, 1e-4, 1e-5, 1e-6];
 const KINDS: [&str; 3] = ["monte-carlo", "sobol", "peak-resolving"];
 
 /// One estimator with one parameter on one material.
@@ -79,6 +79,10 @@ struct Row {
     /// Of the views' largest component.
     covariance_median: f64,
     unresolved: usize,
+    /// What the reference is good to in energy and covariance: no error is known below that.
+    known: [f64; 2],
+    /// Most views are resolved, so that the error follows a law.
+    lawful: bool,
 }
 
 impl Row {
@@ -267,10 +271,12 @@ fn climb(
             parameter,
             evaluations: total / got.slices.len().max(1),
             seconds: median(&mut seconds),
-            energy_error: errors.energy,
-            covariance_error: errors.covariance,
-            covariance_median: errors.covariance_median,
+            energy_error: errors.energy.max(known.energy),
+            covariance_error: errors.covariance.max(known.covariance),
+            covariance_median: errors.covariance_median.max(known.covariance_median),
             unresolved: got.unresolved(),
+            known: [known.energy, known.covariance],
+            lawful: 2 * got.unresolved() < got.slices.len(),
         };
         exhausted = estimator == KINDS[2] && row.unresolved == got.slices.len();
         print(&line(&row.cells()))?;
@@ -324,16 +330,19 @@ enum Time {
     AtMost(f64),
     /// Beyond the dearest rung, along N^(−1/2).
     Beyond(f64),
+    /// More than the dearest rung, nobody knows how much: it is unresolved, or more than two decades off.
+    MoreThan(f64),
 }
 
 impl Time {
     fn seconds(self) -> f64 {
-        let (Time::Between(s) | Time::AtMost(s) | Time::Beyond(s)) = self;
+        let (Time::Between(s) | Time::AtMost(s) | Time::Beyond(s) | Time::MoreThan(s)) = self;
         s
     }
 
-    /// The seconds for an error, from points (seconds, error), cheapest first.
-    fn to_reach(target: f64, points: &[(f64, f64)]) -> Option<Self> {
+    /// The seconds for an error, from points (seconds, error), cheapest first; `lawful` says that
+    /// the last of them may be extrapolated.
+    fn to_reach(target: f64, points: &[(f64, f64)], lawful: bool) -> Option<Self> {
         let (&first, rest) = points.split_first()?;
         if first.1 <= target {
             return Some(Time::AtMost(first.0));
@@ -350,7 +359,12 @@ impl Time {
             }
             last = next;
         }
-        Some(Time::Beyond(last.0 * (last.1 / target).powi(2)))
+        let ratio = last.1 / target;
+        Some(if lawful && ratio <= 100.0 {
+            Time::Beyond(last.0 * ratio * ratio)
+        } else {
+            Time::MoreThan(last.0)
+        })
     }
 }
 
@@ -359,7 +373,8 @@ impl Time {
 fn comparison(rows: &[Row]) -> String {
     let mut out = String::from(
         "\nseconds to reach an error in every view, and how many times those of peak-resolving\n\
-         (< the cheapest rung is better; * extrapolated: error falls with the root of the time)\n",
+         (< the cheapest rung is better; * extrapolated: error falls with the root of the time;\n\
+         > not reached, and unresolved or too far off to extrapolate)\n",
     );
     type Quantity = (&'static str, fn(&Row) -> f64);
     let quantities: [Quantity; 2] = [
@@ -371,12 +386,22 @@ fn comparison(rows: &[Row]) -> String {
     for material in materials {
         for (quantity, of) in quantities {
             for target in TARGETS {
+                let which = usize::from(quantity == "covariance");
+                let known = rows.iter().find(|r| r.material == material);
+                if known.is_some_and(|r| r.known[which] > target) {
+                    out += &format!(
+                        "{material:<14} {quantity:<11} {target:>5.0e}  not known: below what the \
+                         reference is good to\n"
+                    );
+                    continue;
+                }
                 let times = KINDS.map(|kind| {
                     let rungs = rows
                         .iter()
                         .filter(|r| r.material == material && r.estimator == kind);
-                    let points: Vec<_> = rungs.map(|r| (r.seconds, of(r))).collect();
-                    Time::to_reach(target, &points)
+                    let rungs: Vec<&Row> = rungs.collect();
+                    let points: Vec<_> = rungs.iter().map(|r| (r.seconds, of(r))).collect();
+                    Time::to_reach(target, &points, rungs.last().is_some_and(|r| r.lawful))
                 });
                 out += &format!("{material:<14} {quantity:<11} {target:>5.0e}");
                 let least = times[2].map(Time::seconds);
@@ -386,6 +411,7 @@ fn comparison(rows: &[Row]) -> String {
                         Time::Between(_) => ' ',
                         Time::AtMost(_) => '<',
                         Time::Beyond(_) => '*',
+                        Time::MoreThan(_) => '>',
                     };
                     let ratio = least.map_or(f64::NAN, |least| time.seconds() / least);
                     out += &format!("  {kind} {mark}{:.1e} s", time.seconds());
@@ -474,7 +500,7 @@ mod tests {
     #[test]
     fn times_lie_on_lines_in_logarithms() {
         let points = [(1.0, 1e-1), (100.0, 1e-2), (1e4, 1e-4)];
-        let at = |target| Time::to_reach(target, &points).unwrap();
+        let at = |target| Time::to_reach(target, &points, true).unwrap();
         assert_eq!(at(0.5), Time::AtMost(1.0));
         for (target, want) in [(1e-1_f64.powf(1.5), 10.0), (1e-3, 1e3), (1e-4, 1e4)] {
             let Time::Between(got) = at(target) else {
@@ -487,8 +513,12 @@ mod tests {
         };
         assert!((got / 1e6 - 1.0).abs() < 1e-12);
         // A ladder that ends in an exact result.
-        let exact = Time::to_reach(1e-3, &[(1.0, 0.1), (2.0, 0.0)]);
+        let exact = Time::to_reach(1e-3, &[(1.0, 0.1), (2.0, 0.0)], true);
         assert_eq!(exact, Some(Time::Between(2.0)));
-        assert_eq!(Time::to_reach(1.0, &[]), None);
+        assert_eq!(Time::to_reach(1.0, &[], true), None);
+        let far = Time::to_reach(1e-7, &points, true);
+        assert_eq!(far, Some(Time::MoreThan(1e4)));
+        let lawless = Time::to_reach(1e-5, &points, false);
+        assert_eq!(lawless, Some(Time::MoreThan(1e4)));
     }
 }

@@ -16,7 +16,8 @@ pub(super) struct BrdfArgs {
     /// A config (*.toml), a MERL table (*.binary), or a kind of material (see `gonio list materials`)
     #[arg(value_name = "CONFIG|BRDF")]
     target: String,
-    /// Override a key of the config, or set one of the material: alpha=0.1
+    /// Override a key of the config, or set one of the material (alpha=0.1) or of its moments
+    /// (moments.views=30)
     #[arg(long = "set", value_name = "KEY=VALUE")]
     set: Vec<String>,
     /// Only this material of the config, by its name

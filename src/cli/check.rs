@@ -34,6 +34,15 @@ impl Check {
             print(&format!("\nschedules for {}\n", words(symmetry)))?;
             schedules(&plan, symmetry)?;
         }
+        if let Some(table) = &plan.moments {
+            print(&format!(
+                "\nmoments: {} views up to {}°, to order {}, by {}; one profile a material and a reconstruction\n",
+                table.spec.views,
+                table.spec.max_view_deg,
+                table.spec.order.get(),
+                table.estimator.label(),
+            ))?;
+        }
         let names: Vec<_> = plan
             .reconstructions
             .iter()

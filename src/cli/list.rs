@@ -34,6 +34,111 @@ enum Family {
     Columns,
 }
 
+/// A file and its columns with their meaning; groups of like columns share a line.
+type Columns = (&'static str, &'static [(&'static str, &'static str)]);
+
+/// The tables of the other kinds of experiments.
+const MORE_COLUMNS: [Columns; 4] = [
+    (
+        "profiles.csv (also of gonio moments)",
+        &[
+            ("material, channel, theta_o_deg", "which slice"),
+            (
+                "energy",
+                "rad²/sr: the integral of f_r over theta and phi, no cosine",
+            ),
+            (
+                "mean_10, mean_01",
+                "mean direction along theta and phi, rad",
+            ),
+            ("covariance_20, _11, _02", "central, rad²"),
+            ("skewness_30, _21, _12, _03", "standardised by sigma"),
+            (
+                "kurtosis_40, …, _04",
+                "excess: less that of a normal distribution of the same correlation",
+            ),
+            (
+                "*_uncertainty",
+                "standard deviation (random estimators) or error bound, in the same unit",
+            ),
+            (
+                "missing_share",
+                "share of the square (theta, phi) without data",
+            ),
+            (
+                "clamped_share",
+                "share of it that was below the diffuse part",
+            ),
+            ("evaluations", "values of the BRDF that were looked at"),
+            (
+                "unresolved",
+                "why the uncertainties are not to be trusted; empty if they are",
+            ),
+        ],
+    ),
+    (
+        "fits.csv: averages and counts are over the fitted views",
+        &[
+            ("diffuse", "what was subtracted before, 1/sr"),
+            (
+                "energy_base, ramp_height",
+                "rad²/sr; ramp_slope: per rad of theta_o",
+            ),
+            (
+                "knot_0_deg, knot_1_deg",
+                "where the ramp starts and ends; *_at_bound: at an end of the fitted views",
+            ),
+            (
+                "energy_*, mean_*, variance_*",
+                "mean absolute and root mean square errors: rad²/sr, rad, rad²",
+            ),
+            (
+                "mean_slope",
+                "of the mean over theta_o: −1 mirror, 0 Lambertian",
+            ),
+            ("average_variance", "(sigma_theta² + sigma_phi²)/2, rad²"),
+            ("skewness_30, kurtosis_40", "averages"),
+            (
+                "horizon_*",
+                "share of a profile's course that a cut by the horizon explains; empty without course",
+            ),
+        ],
+    ),
+    (
+        "correlations.csv: over the materials of a group",
+        &[
+            (
+                "between",
+                "orders: of the first channel; channels: of one quantity",
+            ),
+            ("pearson, spearman", "of the averages of both quantities"),
+            ("materials", "that have both"),
+        ],
+    ),
+    (
+        "relations.csv",
+        &[
+            (
+                "slice_*, slope",
+                "moments of the slice at theta_o, and how its mean moves with the view",
+            ),
+            (
+                "rendered_*",
+                "windowed moments of reflected radiance: radiance × rad, rad, rad²",
+            ),
+            (
+                "printed_*, corrected_*, windowed_*",
+                "the same as each form predicts it",
+            ),
+            (
+                "*_error",
+                "relative to the rendered value; of means in rendered standard deviations",
+            ),
+            ("cut_share", "share of the window beyond the horizon"),
+        ],
+    ),
+];
+
 impl List {
     pub(super) fn run(self) -> Result<(), Error> {
         let families = Family::value_variants().iter();
@@ -105,7 +210,13 @@ fn section(family: Family) -> String {
             let lines = Row::COLUMNS
                 .iter()
                 .map(|(name, meaning)| format!("  {name:<22} {meaning}"));
-            titled("columns: of results.csv and results.jsonl", lines)
+            let others = MORE_COLUMNS.iter().map(|(file, columns)| {
+                let lines = columns
+                    .iter()
+                    .map(|(name, meaning)| format!("  {name:<32} {meaning}"));
+                format!("\n{}", titled(&format!("columns: of {file}"), lines))
+            });
+            titled("columns: of results.csv and results.jsonl", lines) + &others.collect::<String>()
         }
     }
 }

@@ -29,7 +29,7 @@ pub(super) struct Moments {
     /// Format of what is printed
     #[arg(long, value_enum, default_value = "csv", conflicts_with = "output")]
     format: Format,
-    /// Write profiles.csv, profiles.json and, one a material, NAME.svg here instead of printing
+    /// Write profiles.csv, profiles.json, config.toml and, one a material, NAME.svg here instead of printing
     #[arg(short, long, value_name = "DIR")]
     output: Option<PathBuf>,
     /// Replace files that exist
@@ -59,8 +59,17 @@ impl Moments {
         tell_missing(&plan.missing, false);
         let mut desk = Collect::default();
         moments::measure(&plan, &mut desk)?;
-        if let Some(failure) = desk.failures.first() {
+        if let (Some(failure), true) = (desk.failures.first(), desk.profiles.is_empty()) {
             return Err(unusable(&plan, failure, &source));
+        }
+        for Failure { job, reason, .. } in &desk.failures {
+            say(&format!("gonio: {job}: {reason}"));
+        }
+        for material in plan.materials.iter().filter(|m| !m.symmetry.isotropic) {
+            say(&format!(
+                "gonio: {} is anisotropic; its slices are those of views at azimuth 0",
+                material.name
+            ));
         }
         let rows: Vec<ProfileRow<'_>> = desk
             .profiles
@@ -86,27 +95,44 @@ impl Moments {
                 rows.len()
             ));
         }
+        let failed = |path: &Path| match desk.failures.len() {
+            0 => Ok(()),
+            failed => Err(Error::JobsFailed {
+                failed,
+                jobs: plan.materials.len(),
+                path: path.to_owned(),
+            }),
+        };
         let Some(dir) = &self.output else {
-            return match self.format {
-                Format::Csv => print(&text(|out| profiles_csv(&rows, out))?),
-                Format::Json => print(&text(|out| profiles_json(&rows, out))?),
-            };
+            match self.format {
+                Format::Csv => print(&text(|out| profiles_csv(&rows, out))?)?,
+                Format::Json => print(&text(|out| profiles_json(&rows, out))?)?,
+            }
+            return failed(Path::new("stdout"));
         };
         fs::create_dir_all(dir)
             .map_err(|e| Error::output(dir, format!("cannot make this folder: {e}")))?;
         write(&files[0], |out| profiles_csv(&rows, out))?;
         write(&files[1], |out| profiles_json(&rows, out))?;
+        let config = toml::to_string(&plan.resolved).map_err(|e| Error::Internal(e.to_string()))?;
+        write(&files[2], |out| out.write_all(config.as_bytes()))?;
         #[cfg(feature = "plots")]
-        for (profiles, path) in desk.profiles.iter().zip(&files[2..]) {
+        for profiles in &desk.profiles {
             let sheet = crate::report::material_sheet(profiles);
             let svg = crate::report::svg(&sheet.title, &sheet.panels, sheet.columns)?;
-            write(path, |out| out.write_all(svg.as_bytes()))?;
+            let path = diagram(dir, &profiles.material);
+            write(&path, |out| out.write_all(svg.as_bytes()))?;
         }
-        for path in &files {
+        for path in files.iter().filter(|path| path.exists()) {
             say(&path.display().to_string());
         }
-        Ok(())
+        failed(dir)
     }
+}
+
+/// The diagram of a material.
+fn diagram(dir: &Path, material: &str) -> PathBuf {
+    dir.join(crate::report::file_stem(material) + ".svg")
 }
 
 /// Why a material could not be built: as its keys have been checked, most likely a file of it.
@@ -127,11 +153,11 @@ fn unusable(plan: &MomentsPlan, failure: &Failure, source: &Source) -> Error {
 
 /// The files of an output folder: table, JSON, then one diagram a material.
 fn names(plan: &MomentsPlan, dir: &Path) -> Vec<PathBuf> {
-    let mut names = vec![dir.join("profiles.csv"), dir.join("profiles.json")];
+    let mut names: Vec<_> = ["profiles.csv", "profiles.json", "config.toml"]
+        .map(|name| dir.join(name))
+        .into();
     if cfg!(feature = "plots") {
-        let materials = plan.materials.iter();
-        let stems = materials.map(|m| crate::report::file_stem(&m.name));
-        names.extend(stems.map(|stem| dir.join(stem + ".svg")));
+        names.extend(plan.materials.iter().map(|m| diagram(dir, &m.name)));
     }
     names
 }

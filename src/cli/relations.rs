@@ -5,6 +5,7 @@ use super::{print, say};
 use crate::error::Error;
 use crate::experiment::relations::{self, RelationRow, RelationsPlan};
 use crate::experiment::{Failure, Input, Kind, Source};
+use crate::report::relations_summary;
 use crate::report::{MadeBy, Manifest, Outcome, RunFolder, relations_head, relations_lines};
 use std::io::Write;
 use std::sync::Arc;
@@ -32,6 +33,9 @@ impl Run {
         let begun = Instant::now();
         let complete = relations::measure(&plan, &mut desk)?;
         let seconds = begun.elapsed().as_secs_f64();
+        if !desk.rows.is_empty() {
+            print(&relations_summary(&desk.rows))?;
+        }
         desk.figures()?;
         let outcome = Outcome {
             rows: desk.folder.rows(),

@@ -6,7 +6,9 @@ use crate::brdf::Brdf;
 #[cfg(feature = "exr")]
 use crate::brdf::BuildError;
 use crate::error::Error;
-use crate::experiment::moments::{self, Group, MaterialProfiles, MomentsPlan, ProfileFits};
+use crate::experiment::moments::{
+    self, Group, MaterialProfiles, MomentsPlan, ProfileFits, at_bound,
+};
 use crate::experiment::{Failure, Input, Kind, Material, Source};
 #[cfg(feature = "exr")]
 use crate::lighting::Lighting;
@@ -27,6 +29,13 @@ impl Run {
         let stop = stop_on_ctrl_c()?;
         let folder = self.folder(Kind::Moments, &plan.resolved)?;
         tell_missing(&plan.missing, self.is_quiet());
+        for name in &plan.analysis.spheres {
+            if !self.is_quiet() && plan.materials.iter().all(|m| m.name != *name) {
+                say(&format!(
+                    "gonio: {name} of analysis.spheres is not among the materials; not drawn"
+                ));
+            }
+        }
         if let Some(question) = &plan.question {
             print(&format!("{}\n\n", question.trim()))?;
         }
@@ -50,7 +59,7 @@ impl Run {
         let complete = moments::measure(&plan, &mut desk)?;
         let profiles_seconds = begun.elapsed().as_secs_f64();
         let begun = Instant::now();
-        let groups = desk.groups();
+        let groups = desk.groups(!complete);
         desk.write(&groups)?;
         print(&study_table(&groups))?;
         let analysis_seconds = begun.elapsed().as_secs_f64();
@@ -118,8 +127,14 @@ impl Desk<'_> {
         self.materials.iter().filter(|m| m.group == group).collect()
     }
 
+    /// Every material of a group is there.
+    fn is_whole(&self, group: &str) -> bool {
+        let planned = self.plan.materials.iter().filter(|m| m.group() == group);
+        planned.count() == self.members(group).len()
+    }
+
     /// What there is, put together by kind.
-    fn groups(&self) -> Vec<Group> {
+    fn groups(&self, stopped: bool) -> Vec<Group> {
         let names = self.plan.groups().into_iter();
         names
             .map(|name| {
@@ -130,6 +145,8 @@ impl Desk<'_> {
                 Group::new(name, &members, fits, self.range)
             })
             .filter(|group| !group.fits.is_empty())
+            // A run that was stopped knows nothing of a group that is not whole.
+            .filter(|group| !stopped || self.is_whole(&group.name))
             .collect()
     }
 
@@ -206,7 +223,16 @@ fn line(fits: &[ProfileFits], seconds: f64) -> String {
     let number = |v: Option<f64>| v.map_or("undefined".into(), |v| format!("{v:.4}"));
     let knots = first.energy.as_ref().ok().and_then(|e| e.knots());
     let knots = match knots {
-        Some([a, b]) => format!("{:.1}° {:.1}°", a.to_degrees(), b.to_degrees()),
+        Some(knots) => {
+            let fit = first.energy.as_ref().ok();
+            let bound = fit.map_or([false; 2], |fit| at_bound(fit, first.range));
+            let marks = [
+                if bound[0] { "≤" } else { "" },
+                if bound[1] { "≥" } else { "" },
+            ];
+            let [a, b] = knots.map(f64::to_degrees);
+            format!("{}{a:.1}° {}{b:.1}°", marks[0], marks[1])
+        }
         None => "undetermined".into(),
     };
     format!(

@@ -79,13 +79,18 @@ impl Brdf for HorizonCopy<'_> {
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Clamping {
     /// Share of the deviation of each component that is explained, at the component's index;
-    /// `None` for the energy, for components that vanish by symmetry, and where nothing deviates.
+    /// `None` for the energy, for components that vanish by symmetry, where the deviation is next
+    /// to nothing (an RMS below [`Clamping::NOTHING`] of σ, σ², or the larger of 1 and the moment),
+    /// and if the profile does not start at normal view.
     pub explained: Vec<Option<f64>>,
     /// The last view that counts, rad.
     pub last_view: f64,
 }
 
 impl Clamping {
+    /// Deviations below this share of their scale have no course to be explained.
+    pub const NOTHING: f64 = 0.05;
+
     /// Compares a profile that starts at normal view with that of the moved lobe, over the views
     /// up to `last_view` (rad).
     ///
@@ -108,8 +113,17 @@ impl Clamping {
             if c.order() == 0 || c.is_odd() {
                 return None;
             }
-            let start = profile.slices.first()?.moments.get(c)?.value;
-            let (mut left, mut all) = (0.0, 0.0);
+            if *profile.views.first()? != 0.0 {
+                return None;
+            }
+            let normal = &profile.slices.first()?.moments;
+            let start = normal.get(c)?.value;
+            let [s, t] = normal.sigma()?;
+            let scale = match c.order() {
+                1 | 2 => s.powi(c.n as i32) * t.powi(c.m as i32),
+                _ => start.abs().max(1.0),
+            };
+            let (mut left, mut all, mut views) = (0.0, 0.0, 0);
             let actual = profile.slices.iter().zip(&profile.views);
             for ((slice, theta_o), cut) in actual.zip(&cut) {
                 let (Some(actual), Some(cut)) = (slice.moments.get(c), cut.get(c)) else {
@@ -122,8 +136,10 @@ impl Clamping {
                 };
                 left += (actual.value - cut.value).powi(2);
                 all += (actual.value - uncut).powi(2);
+                views += 1;
             }
-            (all > 0.0).then(|| 1.0 - left / all)
+            let least = f64::from(views) * (Self::NOTHING * scale).powi(2);
+            (all > least).then(|| 1.0 - left / all)
         });
         Ok(Self {
             explained: explained.to_vec(),

@@ -23,7 +23,7 @@ use std::f64::consts::FRAC_PI_2;
 pub const ENTRY: Entry<dyn Estimator> = Entry {
     kind: PeakResolving::KIND,
     summary: "adaptive cubature that finds the peak first and keeps a tolerance",
-    examples: &["tolerance = 1e-6"],
+    examples: &["", "tolerance = 1e-6"],
     read: |table| Ok(Box::new(registry::parse::<PeakResolving>(table)?)),
 };
 
@@ -31,8 +31,9 @@ pub const ENTRY: Entry<dyn Estimator> = Entry {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct PeakResolving {
-    /// Largest uncertainty: of the energy relative to it, of means relative to σ, of covariances
-    /// relative to σ², of standardised moments relative to the larger of 1 and themselves.
+    /// Largest uncertainty: of the energy relative to it, of means relative to σ (to π/2 if no
+    /// covariance is asked for), of covariances relative to σ², of standardised moments relative to
+    /// the larger of 1 and the absolute moment of the same degrees, before anything is subtracted.
     pub tolerance: f64,
     /// Values of the BRDF a slice may cost.
     pub max_evaluations: usize,
@@ -259,7 +260,7 @@ struct Balance {
 impl Balance {
     /// An estimate is the difference of two rules, which now and then are wrong together, at a step
     /// in particular: it counts this many times.
-    const SAFETY: f64 = 3.0;
+    const SAFETY: f64 = 4.0;
 
     /// Errors of different cells have nothing to do with each other: their sum is taken as this
     /// many times the root of the sum of squares, or as the plain sum if that is less. Refinement

@@ -28,7 +28,7 @@ pub use manifest::{MadeBy, Manifest, Outcome, Status};
 pub use plot::{Axis, Mark, Panel, Scale, Series};
 pub use profiles::{profiles_csv, profiles_json};
 pub use ranking::ranking;
-pub use relations::{relation_sheets, relations_head, relations_lines};
+pub use relations::{relation_sheets, relations_head, relations_lines, relations_summary};
 pub use results::ResultFiles;
 #[cfg(feature = "exr")]
 pub use slice::{RESOLUTION, THETA_O_DEG, write_slice};

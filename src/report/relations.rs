@@ -100,10 +100,10 @@ pub(super) fn fields(row: &RelationRow) -> Vec<String> {
 pub fn relations_head() -> String {
     format!(
         "Errors against rendering: energy and variance relative to it, mean in its standard deviations.\n\n\
-         {:32} {:>6}  {:^28}  {:^28}  {:^28}\n",
+         {:33} {:>6}  {:^28}  {:^28}  {:^28}\n",
         "", "", "printed", "corrected", "windowed"
     ) + &format!(
-        "{:32} {:>6}  {h}  {h}  {h}\n",
+        "{:33} {:>6}  {h}  {h}  {h}\n",
         "  material, lighting, along",
         "view",
         h = format_args!("{:>8} {:>9} {:>9}", "energy", "mean", "variance")
@@ -116,7 +116,7 @@ pub fn relations_lines(rows: &[RelationRow]) -> String {
     for row in rows {
         let r = &row.relation;
         let name = format!("  {}, {}, {}", row.material, row.lighting, r.along.name());
-        out += &format!("{name:<32} {:>5.0}°", r.theta_o.to_degrees());
+        out += &format!("{name:<33} {:>5.0}°", r.theta_o.to_degrees());
         for (_, form) in FORMS {
             out += "  ";
             out += &match form(r).and_then(|p| p.errors) {
@@ -130,6 +130,36 @@ pub fn relations_lines(rows: &[RelationRow]) -> String {
             };
         }
         out += if r.resolved { "\n" } else { "  unresolved\n" };
+    }
+    out
+}
+
+/// What a run ends with: how far each form is off, in the median over materials, lights and views.
+pub fn relations_summary(rows: &[RelationRow]) -> String {
+    let mut out = String::from("\nMedian error, without its sign:\n");
+    let mut along: Vec<_> = rows.iter().map(|r| r.relation.along).collect();
+    along.dedup();
+    along.sort_by_key(|a| a.name());
+    along.dedup();
+    for along in along {
+        out += &format!("  along {:<33}", along.name());
+        for (_, form) in FORMS {
+            let errors = rows.iter().map(|r| &r.relation);
+            let errors = errors.filter(|r| r.along == along);
+            let errors: Vec<AngleMoments> = errors.filter_map(|r| form(r)?.errors).collect();
+            let of = |value: fn(&AngleMoments) -> f64| {
+                let mut values: Vec<f64> = errors.iter().map(|e| value(e).abs()).collect();
+                values.sort_by(f64::total_cmp);
+                values.get(values.len() / 2).copied().unwrap_or(f64::NAN)
+            };
+            out += &format!(
+                "  {:>7.1}% {:>9.3} {:>8.1}%",
+                100.0 * of(|e| e.energy),
+                of(|e| e.mean),
+                100.0 * of(|e| e.variance)
+            );
+        }
+        out += "\n";
     }
     out
 }

@@ -1,6 +1,7 @@
 //! What a moment experiment leaves behind: tables for people and for programs.
 
-use crate::experiment::moments::{Group, ProfileFits, Spread, degrees, shown};
+use crate::experiment::moments::CorrelationRow;
+use crate::experiment::moments::{Group, ProfileFits, Spread, at_bound, degrees, shown};
 use crate::moments::Component;
 use serde_json::{Value, json};
 use std::io::{self, Write};
@@ -15,7 +16,7 @@ const HORIZON: [(Component, &str); 6] = [
     (Component { n: 0, m: 4 }, "horizon_kurtosis_04"),
 ];
 
-const FIT_COLUMNS: [&str; 25] = [
+const FIT_COLUMNS: [&str; 27] = [
     "group",
     "material",
     "channel",
@@ -27,6 +28,8 @@ const FIT_COLUMNS: [&str; 25] = [
     "ramp_slope",
     "knot_0_deg",
     "knot_1_deg",
+    "knot_0_at_bound",
+    "knot_1_at_bound",
     "knots_undetermined",
     "energy_mae",
     "energy_rmse",
@@ -68,6 +71,10 @@ fn fit_fields(group: &Group, fits: &ProfileFits) -> Vec<String> {
         Err(e) => e.to_string(),
         Ok(fit) => fit.undetermined().map_or(String::new(), |u| u.to_string()),
     };
+    let bounds = |i: usize| match energy.filter(|e| e.knots().is_some()) {
+        Some(fit) => at_bound(fit, fits.range)[i].to_string(),
+        None => String::new(),
+    };
     let mean = fits.mean.as_ref().ok();
     let variance = fits.variance.as_ref().ok();
     let average = |n, m| number(fits.averages[Component { n, m }.index()]);
@@ -83,6 +90,8 @@ fn fit_fields(group: &Group, fits: &ProfileFits) -> Vec<String> {
         number(ramp.map(|r| r.slope)),
         number(knots.map(|k| k[0])),
         number(knots.map(|k| k[1])),
+        bounds(0),
+        bounds(1),
         undetermined,
         number(energy.map(|e| e.errors().mae)),
         number(energy.map(|e| e.errors().rmse)),
@@ -171,7 +180,7 @@ fn summary(group: &Group) -> Value {
         "channel": group.fits.first().map(|f| f.channel.name()),
         "knot_0_deg": in_degrees(group.knots[0]),
         "knot_1_deg": in_degrees(group.knots[1]),
-        "knot_1_at_end": group.at_end,
+        "knots_at_bounds": group.at_bounds,
         "energy_rises": group.boosted,
         "shared_knots_deg": shared.map(|k| k.map(degrees)),
         "mean_slope": group.spread(ProfileFits::slope),
@@ -187,6 +196,21 @@ fn largest_odd(group: &Group) -> Option<f64> {
     let odd = Component::ALL.into_iter().filter(|c| c.is_odd());
     odd.filter_map(|c| Some(group.spread(|f| f.largest[c.index()])?.range[1]))
         .reduce(f64::max)
+}
+
+/// The three pairs of quantities of different order that vary together most, by rank; none with
+/// fewer than five materials.
+fn strongest(group: &Group) -> Vec<&CorrelationRow> {
+    let rows = group.correlations.iter();
+    let mut rows: Vec<_> = rows
+        .filter(|r| r.between == "orders" && r.materials >= 5 && r.spearman.is_some())
+        // Of one family they say little: kurtosis along both angles.
+        .filter(|r| r.a.split('_').next() != r.b.split('_').next())
+        .collect();
+    let size = |r: &CorrelationRow| r.spearman.map_or(0.0, f64::abs);
+    rows.sort_by(|a, b| size(b).total_cmp(&size(a)));
+    rows.truncate(3);
+    rows
 }
 
 /// The middle one, or the mean of the two in the middle.
@@ -218,26 +242,25 @@ pub fn study_table(groups: &[Group]) -> String {
         };
         line("", "here".into(), "Zubiaga et al. 2015");
         let spread = |spread: Option<Spread>| match spread {
-            Some(s) => format!(
-                "{:.1}° ± {:.1}° ({})",
-                s.mean.to_degrees(),
-                s.deviation.to_degrees(),
-                s.materials
-            ),
+            Some(s) => {
+                let off = s.deviation.map(|d| format!(" ± {:.1}°", d.to_degrees()));
+                let mean = s.mean.to_degrees();
+                format!("{mean:.1}°{} ({})", off.unwrap_or_default(), s.materials)
+            }
             None => "undetermined".into(),
+        };
+        let bound = |i: usize| match group.at_bounds[i] {
+            0 => String::new(),
+            n => format!("; at the range's end: {n}"),
         };
         line(
             "theta_0 of each material",
-            spread(group.knots[0]),
+            spread(group.knots[0]) + &bound(0),
             "35.3° ± 14.8° (40)",
         );
-        let end = match group.at_end {
-            0 => String::new(),
-            n => format!("; of {n} the end of the range"),
-        };
         line(
             "theta_1 of each material",
-            spread(group.knots[1]) + &end,
+            spread(group.knots[1]) + &bound(1),
             "71.5° ± 5.2° (40)",
         );
         let shared = match &group.shared {
@@ -321,6 +344,11 @@ pub fn study_table(groups: &[Group]) -> String {
         line("variance ≈ (π²/12)(1+µ) + c µ(1+µ)", relation, "a figure");
         let odd = largest_odd(group).map_or("undefined".into(), |v| format!("{v:.1e}"));
         line("largest moment odd in phi, standardised", odd, "near 0");
+        for row in strongest(group) {
+            let what = format!("correlation of {}, {}", row.a, row.b);
+            let rank = row.spearman.unwrap_or(0.0);
+            line(&what, format!("{rank:.2} (rank, {})", row.materials), "");
+        }
         for (component, name) in HORIZON {
             let values = group
                 .first_channel()
@@ -328,7 +356,7 @@ pub fn study_table(groups: &[Group]) -> String {
             let values: Vec<f64> = values.collect();
             let (most, all) = (values.iter().filter(|v| **v > 0.5).count(), values.len());
             if let Some(share) = median(values.into_iter()) {
-                let what = name.replace("horizon_", "horizon explains of ");
+                let what = name.replace("horizon_", "share the horizon explains of ");
                 let share = format!("median {:.0} %; most for {most} of {all}", 100.0 * share);
                 line(&what, share, "conjectured");
             }

@@ -138,10 +138,11 @@ fn fits_sheet(group: &Group, profiles: &[&Profile], name: String, of: &str) -> S
         // From the best to the worst, as the figure of the paper.
         let mut pairs: Vec<[f64; 2]> = fits.iter().filter_map(|f| of(f)).collect();
         pairs.sort_by(|a, b| a[1].total_cmp(&b[1]));
-        let series = |name: &str, color: usize, which: usize| Series {
+        // Told apart by their marks: colours belong to the materials of the other panels.
+        let series = |name: &str, mark: Mark, which: usize| Series {
             name: name.into(),
-            color,
-            mark: Mark::Points,
+            color: 0,
+            mark,
             points: pairs
                 .iter()
                 .enumerate()
@@ -152,13 +153,18 @@ fn fits_sheet(group: &Group, profiles: &[&Profile], name: String, of: &str) -> S
             title: "errors of the fit".into(),
             x: axis("material, by RMSE"),
             y: axis(label),
-            series: vec![series("MAE", 0, 0), series("RMSE", 1, 1)],
+            series: vec![
+                series("MAE", Mark::Line, 0),
+                series("RMSE", Mark::Dashed, 1),
+            ],
         }
     };
+    // One scale a row, that of the fitted views: beyond them profiles may leave it.
+    let ranges = [0, 3, 6];
     let energy = |p: &Profile, v: usize| p.slices[v].moments.energy();
     let mean = |p: &Profile, v: usize| Some(p.slices[v].moments.mean()?[0].to_degrees());
     let variance = |p: &Profile, v: usize| p.slices[v].moments.average_variance();
-    Sheet {
+    let mut sheet = Sheet {
         name,
         title: format!("Profile fits: {of}"),
         panels: vec![
@@ -188,7 +194,23 @@ fn fits_sheet(group: &Group, profiles: &[&Profile], name: String, of: &str) -> S
             }),
         ],
         columns: 3,
+    };
+    let inside = |x: f64| fits.iter().any(|f| f.range.contains(x.to_radians()));
+    for row in ranges {
+        let points = sheet.panels[row..row + 2].iter().flat_map(|p| &p.series);
+        let points = points.flat_map(|s| &s.points);
+        let values = points.filter_map(|(x, y)| y.filter(|_| inside(*x)));
+        let (lo, hi) = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(lo, hi), y| {
+            (lo.min(y), hi.max(y))
+        });
+        if hi > lo {
+            let room = 0.04 * (hi - lo);
+            for panel in &mut sheet.panels[row..row + 2] {
+                panel.y.range = Some([lo - room, hi + room]);
+            }
+        }
     }
+    sheet
 }
 
 /// Average variance over mean slope, with the fitted quadratic (Fig. 7b).

@@ -339,8 +339,14 @@ fn what_has_no_data_is_left_out() {
             let want = from_raw(|n, m| dense.raw[n][m], [0.0; 2]);
             let share = dense.missing / (PI * PI);
             assert!(share > 0.02, "{share}");
-            for by in estimators() {
-                let got = estimate(&brdf, theta_o, &*by, 1);
+            // The edge of the hole is a step: 1e-4 would cost more values than are allowed.
+            let mut all = estimators();
+            all[2] = Box::new(gonio::moments::PeakResolving {
+                tolerance: 1e-3,
+                ..gonio::moments::PeakResolving::default()
+            });
+            for by in &all {
+                let got = estimate(&brdf, theta_o, &**by, 1);
                 let what = format!("{interpolation:?} at {theta_o} by {}", by.label());
                 assert_eq!(got.unresolved, None, "{what}");
                 // Independent points count the share as coins do.

@@ -33,9 +33,9 @@ pub struct ProfileFits {
     pub largest: [Option<f64>; 15],
     /// What the horizon explains, if that was asked.
     pub clamping: Option<Clamping>,
-    /// Average share of the slices that was below the diffuse part.
+    /// Average share of the fitted slices that was below the diffuse part.
     pub clamped_share: f64,
-    /// Views that missed the estimator's tolerance.
+    /// Fitted views that missed the estimator's tolerance.
     pub unresolved: usize,
     /// Wall time of the profile.
     pub seconds: f64,
@@ -74,8 +74,7 @@ impl ProfileFits {
             });
             values.reduce(f64::max)
         };
-        let slices = &profile.slices;
-        let shares: f64 = slices.iter().map(|s| s.clamped_share).sum();
+        let shares: f64 = inside().map(|(s, _)| s.clamped_share).sum();
         Self {
             material: of.material.clone(),
             channel: profile.channel,
@@ -87,8 +86,8 @@ impl ProfileFits {
             averages: Component::ALL.map(average),
             largest: Component::ALL.map(largest),
             clamping,
-            clamped_share: shares / slices.len().max(1) as f64,
-            unresolved: profile.unresolved(),
+            clamped_share: shares / inside().count().max(1) as f64,
+            unresolved: inside().filter(|(s, _)| s.unresolved.is_some()).count(),
             seconds: of.seconds[index],
         }
     }
@@ -108,13 +107,24 @@ const MEAN: Component = Component { n: 1, m: 0 };
 const TT: Component = Component { n: 2, m: 0 };
 const PP: Component = Component { n: 0, m: 2 };
 
+/// Whether θ_0 is within half a degree of the first fitted view, and whether θ_1 is the last.
+pub fn at_bound(fit: &EnergyFit, range: ViewRange) -> [bool; 2] {
+    match fit.knots() {
+        Some([lower, _]) => [
+            lower < range.ends()[0] + 0.5_f64.to_radians(),
+            fit.upper_at_end(),
+        ],
+        None => [false; 2],
+    }
+}
+
 /// A number over the materials of a group.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Spread {
     /// Arithmetic mean.
     pub mean: f64,
-    /// Standard deviation of the sample (n − 1); 0 for one material.
-    pub deviation: f64,
+    /// Standard deviation of the sample (n − 1); `None` for one material.
+    pub deviation: Option<f64>,
     /// Smallest and largest.
     pub range: [f64; 2],
     /// Number of materials.
@@ -127,7 +137,7 @@ impl Spread {
     pub fn scaled(self, factor: f64) -> Self {
         Self {
             mean: self.mean * factor,
-            deviation: self.deviation * factor,
+            deviation: self.deviation.map(|d| d * factor),
             range: self.range.map(|v| v * factor),
             ..self
         }
@@ -144,7 +154,7 @@ impl Spread {
         let squares: f64 = values.iter().map(|v| (v - mean).powi(2)).sum();
         Some(Self {
             mean,
-            deviation: (squares / (n.max(2) - 1) as f64).sqrt(),
+            deviation: (n > 1).then(|| (squares / (n - 1) as f64).sqrt()),
             range: [
                 values.iter().copied().fold(f64::INFINITY, f64::min),
                 values.iter().copied().fold(f64::NEG_INFINITY, f64::max),
@@ -178,12 +188,12 @@ pub struct Group {
     pub name: String,
     /// The fits, material after material, each with all its channels.
     pub fits: Vec<ProfileFits>,
-    /// θ_0 and θ_1 of each material's own fit (rad), over the materials whose knots are determined;
-    /// of θ_1 those inside the range only.
+    /// θ_0 and θ_1 of each material's own fit (rad), over the materials whose knots are determined
+    /// and inside the range.
     pub knots: [Option<Spread>; 2],
-    /// Materials whose θ_1 is the end of the range: their energy is convex up to there, and a
-    /// wider range would put it further out.
-    pub at_end: usize,
+    /// Materials whose θ_0 is the first, or whose θ_1 is the last view of the range ([`at_bound`]):
+    /// another range would put it elsewhere.
+    pub at_bounds: [usize; 2],
     /// Materials whose fitted energy is larger at θ_1 than at θ_0.
     pub boosted: usize,
     /// The fit with the same knots for all.
@@ -206,11 +216,13 @@ impl Group {
         let first: Vec<&ProfileFits> = fits.iter().step_by(channels).collect();
         let knot = |i: usize| {
             let fits = first.iter().filter_map(|f| f.energy.as_ref().ok());
-            let fits = fits.filter(|fit| i == 0 || !fit.upper_at_end());
-            Spread::of(fits.filter_map(|fit| Some(fit.knots()?[i])))
+            let knots = fits.filter(|fit| !at_bound(fit, range)[i]);
+            Spread::of(knots.filter_map(|fit| Some(fit.knots()?[i])))
         };
-        let at_end = first.iter().filter_map(|f| f.energy.as_ref().ok());
-        let at_end = at_end.filter(|fit| fit.knots().is_some() && fit.upper_at_end());
+        let at_bounds = [0, 1].map(|i| {
+            let fits = first.iter().filter_map(|f| f.energy.as_ref().ok());
+            fits.filter(|fit| at_bound(fit, range)[i]).count()
+        });
         let rises = |f: &&&ProfileFits| {
             let fit = f.energy.as_ref().ok();
             let ends = fit.and_then(|fit| Some(fit.knots()?.map(|k| fit.value(k))));
@@ -234,7 +246,7 @@ impl Group {
         let variances: Vec<_> = first.iter().map(|f| f.average_variance()).collect();
         Self {
             knots: [knot(0), knot(1)],
-            at_end: at_end.count(),
+            at_bounds,
             boosted: first.iter().filter(rises).count(),
             shared: fit_energy_shared(&series, range),
             relation: fit_mean_variance(&slopes, &variances),

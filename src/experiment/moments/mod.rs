@@ -9,7 +9,7 @@ mod plan;
 mod profiles;
 mod spec;
 
-pub use analysis::{CorrelationRow, Group, ProfileFits, Spread};
+pub use analysis::{CorrelationRow, Group, ProfileFits, Spread, at_bound};
 pub use plan::{AnalysisSpec, MomentsPlan};
 pub use profiles::{Desk, MaterialProfiles, ProfileRow, degrees, measure, shown};
 pub use spec::MomentsTable;

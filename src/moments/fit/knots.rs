@@ -10,7 +10,7 @@ use std::f64::consts::{FRAC_PI_4, PI};
 /// The first start of the optimiser, 45° and 75°, as in Zubiaga et al. 2015, §3.4.
 const FIRST_START: [f64; 2] = [FRAC_PI_4, 75.0 / 180.0 * PI];
 /// A profile whose values differ from their mean by less than this share of it, in the RMS, is
-/// flat: ten times the tolerance to which the default estimator integrates.
+/// flat: the tolerance to which the default estimator integrates.
 const FLAT: f64 = 1e-4;
 /// Ratio of variances below which a ramp is noise. Knots that are searched for raise it above the
 /// quantiles of an F distribution: of 4000 profiles of normal noise at 81 views one in a thousand
