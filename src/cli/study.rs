@@ -59,7 +59,11 @@ impl Run {
         let complete = moments::measure(&plan, &mut desk)?;
         let profiles_seconds = begun.elapsed().as_secs_f64();
         let begun = Instant::now();
-        let groups = desk.groups(!complete);
+        let mut groups = desk.groups();
+        desk.folder.write_file(FITS, |out| fits_csv(&groups, out))?;
+        // A run that was stopped knows what its materials are, not what a group has in common that is
+        // not whole.
+        groups.retain(|group| complete || desk.is_whole(&group.name));
         desk.write(&groups)?;
         print(&study_table(&groups))?;
         let analysis_seconds = begun.elapsed().as_secs_f64();
@@ -134,7 +138,7 @@ impl Desk<'_> {
     }
 
     /// What there is, put together by kind.
-    fn groups(&self, stopped: bool) -> Vec<Group> {
+    fn groups(&self) -> Vec<Group> {
         let names = self.plan.groups().into_iter();
         names
             .map(|name| {
@@ -145,8 +149,6 @@ impl Desk<'_> {
                 Group::new(name, &members, fits, self.range)
             })
             .filter(|group| !group.fits.is_empty())
-            // A run that was stopped knows nothing of a group that is not whole.
-            .filter(|group| !stopped || self.is_whole(&group.name))
             .collect()
     }
 
@@ -197,7 +199,6 @@ impl Desk<'_> {
     }
 
     fn write(&mut self, groups: &[Group]) -> Result<(), Error> {
-        self.folder.write_file(FITS, |out| fits_csv(groups, out))?;
         self.folder
             .write_file(CORRELATIONS, |out| correlations_csv(groups, out))?;
         self.folder

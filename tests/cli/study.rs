@@ -355,6 +355,8 @@ fn the_published_study_runs() {
         "--set",
         "moments.order=2",
         "--set",
+        "analysis.spheres=[]",
+        "--set",
         COARSE,
     ];
     let measured = ["run", &config, "-o", "a", "--set", "material=[]"];
