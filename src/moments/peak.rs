@@ -347,7 +347,7 @@ impl Balance {
     }
 
     /// The cells to be halved, worst first, each with the angle to halve: so many that the others
-    /// together are within half the tolerance.
+    /// together are within a third of the error there is, or half the tolerance.
     fn worst(&mut self) -> Vec<(usize, usize)> {
         // Moments that were far off in the beginning make a poor scale.
         if self.cells.len() > self.refreshed + self.refreshed / 2 {
@@ -361,10 +361,13 @@ impl Balance {
             sum += size(i);
             squares += size(i) * size(i);
         }
+        // A third of the way at a time: what is worth halving shows when the worst is gone, and
+        // where the tolerance is out of reach the values go where they help most.
+        let enough = f64::max(0.5, sum.min(Self::SIGMAS * f64::sqrt(squares)) / 3.0);
         let mut worst = Vec::new();
         for i in order {
             let rest = sum.min(Self::SIGMAS * f64::sqrt(squares.max(0.0)));
-            if rest <= 0.5 && !worst.is_empty() {
+            if rest <= enough && !worst.is_empty() {
                 break;
             }
             sum -= size(i);
