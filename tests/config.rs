@@ -61,7 +61,7 @@ fn a_mistake_in_the_file_is_reported_with_its_line() {
         (
             "question = \"?\"",
             "qestion = \"?\"",
-            "c.toml:1: unknown key qestion; allowed: question, channels",
+            "c.toml:1: unknown key qestion; allowed: question, experiment, channels",
         ),
         (
             "seeds = [1]",
