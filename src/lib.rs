@@ -42,6 +42,8 @@
 //! | `h_bar`, `k_bar` | their projections on the tangent plane |
 //! | `f_r` | BRDF in sr⁻¹, **without** the cosine |
 //! | pose | one configuration of the two arms, a light and a sensor direction |
+//! | slice | a BRDF at fixed view, in the chart of [`parametrization::view_centered`] |
+//! | energy | zeroth moment of a slice, without the cosine: no albedo |
 //! | budget | the largest number of distinct physical configurations a schedule may have |
 //! | measure | how the pairs an error is averaged over are distributed |
 //!
@@ -49,13 +51,14 @@
 //!
 //! # Features
 //!
-//! `cli` (default): the `gonio` command. `exr` (default): OpenEXR pictures. Without both, the
-//! library needs neither an argument parser nor an image format.
+//! `cli` (default): the `gonio` command. `exr` (default): pictures (OpenEXR, PNG) and environment
+//! maps (OpenEXR, Radiance HDR). `plots` (default): SVG diagrams. Without them the library needs
+//! neither an argument parser nor an image format.
 //!
 //! # Pages
 //!
 //! [`docs::design`]: why the house stands as it does. [`docs::errata`]: what the papers misprint.
-//! [`docs::changelog`].
+//! [`docs::relations`]: moments of a slice and of the picture. [`docs::changelog`].
 
 pub mod brdf;
 #[cfg(feature = "cli")]

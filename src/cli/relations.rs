@@ -1,6 +1,6 @@
 //! `gonio run` of an experiment of kind `relations`.
 
-use super::run::{Run, stop_on_ctrl_c, tell_missing};
+use super::run::{End, Run, stop_on_ctrl_c, tell_missing};
 use super::{print, say};
 use crate::error::Error;
 use crate::experiment::relations::{self, RelationRow, RelationsPlan};
@@ -48,20 +48,15 @@ impl Run {
             seeds: &[plan.base.seed],
             missing: &plan.base.missing,
         };
-        let (rows, failed) = (outcome.rows, outcome.failures.iter().map(|f| f.jobs).sum());
+        let end = End {
+            rows: outcome.rows,
+            failed: outcome.failures.iter().map(|f| f.jobs).sum(),
+            jobs: plan.base.materials.len() * plan.lightings.len(),
+            interrupted: !complete,
+        };
         let manifest = Manifest::new(made_by, source, desk.inputs, outcome, started);
         let path = desk.folder.finish(manifest)?;
-        if !complete {
-            return Err(Error::Interrupted { rows, path });
-        }
-        if failed > 0 {
-            let jobs = plan.base.materials.len() * plan.lightings.len();
-            return Err(Error::JobsFailed { failed, jobs, path });
-        }
-        if !self.is_quiet() {
-            say(&format!("\n{rows} rows are in {}", path.display()));
-        }
-        Ok(())
+        self.tell(&end, path)
     }
 }
 

@@ -83,26 +83,25 @@ impl Run {
         if !desk.rows.is_empty() {
             print(&ranking(&desk.rows))?;
         }
-        if summary.interrupted {
-            let rows = summary.rows;
-            return Err(Error::Interrupted { rows, path });
-        }
-        if !summary.failures.is_empty() {
-            return Err(Error::JobsFailed {
-                failed: summary.failures.iter().map(|f| f.jobs).sum(),
-                jobs: plan.jobs(),
-                path,
-            });
-        }
-        if !self.quiet {
-            say(&format!(
-                "\n{} rows are in {}",
-                summary.rows,
-                path.display()
-            ));
-        }
-        Ok(())
+        let end = End {
+            rows: summary.rows,
+            failed: summary.failures.iter().map(|f| f.jobs).sum(),
+            jobs: plan.jobs(),
+            interrupted: summary.interrupted,
+        };
+        self.tell(&end, path)
     }
+}
+
+/// How a run of any kind ended.
+pub(super) struct End {
+    /// Rows that were written.
+    pub(super) rows: usize,
+    /// Jobs that could not be done, of all there were.
+    pub(super) failed: usize,
+    pub(super) jobs: usize,
+    /// It was stopped before its end.
+    pub(super) interrupted: bool,
 }
 
 impl Run {
@@ -115,6 +114,23 @@ impl Run {
                 RunFolder::create_next(Path::new(RUNS), &stem.to_string_lossy(), kind, resolved)
             }
         }
+    }
+
+    /// Says where the results are, or what kept them from being whole.
+    pub(super) fn tell(&self, end: &End, path: PathBuf) -> Result<(), Error> {
+        let &End {
+            rows, failed, jobs, ..
+        } = end;
+        if end.interrupted {
+            return Err(Error::Interrupted { rows, path });
+        }
+        if failed > 0 {
+            return Err(Error::JobsFailed { failed, jobs, path });
+        }
+        if !self.quiet {
+            say(&format!("\n{rows} rows are in {}", path.display()));
+        }
+        Ok(())
     }
 
     /// True if nothing but errors shall be told.

@@ -1,6 +1,6 @@
 //! `gonio run` of a moment experiment.
 
-use super::run::{Run, stop_on_ctrl_c, tell_missing};
+use super::run::{End, Run, stop_on_ctrl_c, tell_missing};
 use super::{print, say};
 use crate::brdf::Brdf;
 #[cfg(feature = "exr")]
@@ -81,23 +81,15 @@ impl Run {
             seeds: &[plan.seed],
             missing: &plan.missing,
         };
-        let (rows, failed) = (outcome.rows, outcome.failures.len());
+        let end = End {
+            rows: outcome.rows,
+            failed: outcome.failures.len(),
+            jobs: plan.materials.len(),
+            interrupted: !complete,
+        };
         let manifest = Manifest::new(made_by, source, desk.inputs, outcome, started);
         let path = desk.folder.finish(manifest)?;
-        if !complete {
-            return Err(Error::Interrupted { rows, path });
-        }
-        if failed > 0 {
-            return Err(Error::JobsFailed {
-                failed,
-                jobs: plan.materials.len(),
-                path,
-            });
-        }
-        if !self.is_quiet() {
-            say(&format!("\n{rows} rows are in {}", path.display()));
-        }
-        Ok(())
+        self.tell(&end, path)
     }
 }
 

@@ -264,8 +264,8 @@ impl Balance {
 
     /// Errors of different cells have nothing to do with each other: their sum is taken as this
     /// many times the root of the sum of squares, or as the plain sum if that is less. Refinement
-    /// stops where estimates are small by luck; on measured tables, where kinks make every cell
-    /// err, the true error stays below two such roots.
+    /// stops where estimates are small by luck, and tables have kinks in every cell: one root would
+    /// promise too much.
     const SIGMAS: f64 = 3.0;
 
     fn new(cells: Vec<Cell>, order: Order, tolerance: f64) -> Self {

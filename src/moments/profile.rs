@@ -2,7 +2,6 @@
 
 use super::component::{Component, Order};
 use super::estimator::{Estimator, SliceMoments};
-use super::peak::PeakResolving;
 use super::slice::{Channel, Slice};
 use super::split::lambertian_part;
 use crate::brdf::{Brdf, Channels};
@@ -152,21 +151,6 @@ impl Profile {
             views,
             diffuse,
         })
-    }
-
-    /// [`new`](Self::new) with every default: luminance, 90 views, order 4.
-    ///
-    /// # Errors
-    /// None for a BRDF that is one.
-    pub fn of(brdf: &dyn Brdf) -> Result<Self, ParameterError> {
-        let estimator = PeakResolving::default();
-        Self::new(
-            brdf,
-            Channel::Luminance,
-            &MomentsSpec::default(),
-            &estimator,
-            1,
-        )
     }
 
     /// One component over the views; `None` where it is undefined or was not asked for.

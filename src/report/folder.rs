@@ -55,7 +55,7 @@ const MANIFEST: &str = "manifest.json";
 const SCHEDULES: &str = "schedules";
 const SLICES: &str = "slices";
 /// The folder of diagrams.
-pub const FIGURES: &str = "figures";
+const FIGURES: &str = "figures";
 /// The tables of a moment experiment beside its profiles.
 pub const FITS: &str = "fits.csv";
 /// See [`FITS`].

@@ -20,7 +20,7 @@ mod svg;
 mod table;
 
 pub use folder::file_stem;
-pub use folder::{CORRELATIONS, FIGURES, FITS, RunFolder, SUMMARY, schedule_stem};
+pub use folder::{CORRELATIONS, FITS, RunFolder, SUMMARY, schedule_stem};
 #[cfg(feature = "plots")]
 pub use lobe::lobe_svg;
 pub use lobe::{FlatSlice, Radius};
