@@ -1,7 +1,7 @@
 //! What an instrument reported: plain data.
 
 use crate::brdf::Channels;
-use crate::schedule::Schedule;
+use crate::schedule::{Schedule, Unreachable};
 use std::sync::Arc;
 
 /// What became of one pose.
@@ -12,31 +12,92 @@ pub enum Outcome {
     Reading,
     /// The material has no data there (an invalid cell of a table).
     NoData,
+    /// The instrument cannot take this pose.
+    Unreachable(Unreachable),
+    /// The pose was not visited, e.g. its row is missing from a file.
+    NotVisited,
+}
+
+/// What is odd about a reading: a set.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Flags(u8);
+
+impl Flags {
+    /// Nothing.
+    pub const NONE: Flags = Flags(0);
+    /// Every exposure ran into full scale: the value is a lower bound.
+    pub const SATURATED: Flags = Flags(1);
+    /// The value is below its own noise (k = 2).
+    pub const BELOW_NOISE: Flags = Flags(2);
+    /// Part of an aperture was below the horizon.
+    pub const CLIPPED: Flags = Flags(4);
+
+    /// Every flag with its name in files.
+    pub const ALL: [(Flags, &'static str); 3] = [
+        (Flags::SATURATED, "saturated"),
+        (Flags::BELOW_NOISE, "below-noise"),
+        (Flags::CLIPPED, "clipped"),
+    ];
+
+    /// The flags of both.
+    #[must_use]
+    pub fn with(self, other: Flags) -> Flags {
+        Flags(self.0 | other.0)
+    }
+
+    /// True if every flag of `other` is set.
+    pub fn has(self, other: Flags) -> bool {
+        self.0 & other.0 == other.0
+    }
+}
+
+/// What a real instrument knows about its readings beside their values.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Details {
+    /// Standard uncertainty (k = 1) of the scatter between repeated readings, sr⁻¹, laid out as
+    /// the values.
+    pub type_a: Vec<f64>,
+    /// Standard uncertainty (k = 1) of what repeated readings of one instrument share, sr⁻¹, laid
+    /// out as the values.
+    pub type_b: Vec<f64>,
+    /// One a pose.
+    pub flags: Vec<Flags>,
 }
 
 /// The outcomes of a schedule, in its order.
 #[derive(Clone)]
 pub struct Measurement {
-    /// What was visited.
+    /// What was to be visited.
     pub schedule: Arc<Schedule>,
     /// Values per reading.
     pub channels: Channels,
-    /// f_r in sr⁻¹, pose-major (`poses × channels`); meaningless where there is no reading.
+    /// f_r in sr⁻¹, pose-major (`poses × channels`); meaningless where there is no reading. Noise
+    /// can make it negative.
     pub values: Vec<f64>,
     /// One a pose.
     pub outcomes: Vec<Outcome>,
+    /// Uncertainties and flags; `None` of an instrument that has neither.
+    pub details: Option<Details>,
 }
 
 impl Measurement {
     /// Number of poses with a reading.
     pub fn readings(&self) -> usize {
-        let reading = |o: &&Outcome| **o == Outcome::Reading;
-        self.outcomes.iter().filter(reading).count()
+        self.count(|o| o == Outcome::Reading)
     }
 
     /// Number of poses where the material has no data.
     pub fn no_data(&self) -> usize {
-        self.outcomes.len() - self.readings()
+        self.count(|o| o == Outcome::NoData)
+    }
+
+    /// Number of poses that the instrument cannot take.
+    pub fn unreachable(&self) -> usize {
+        self.count(|o| matches!(o, Outcome::Unreachable(_)))
+    }
+
+    fn count(&self, is: impl Fn(Outcome) -> bool) -> usize {
+        self.outcomes.iter().filter(|o| is(**o)).count()
     }
 
     /// The values of pose `i`, `None` if there is no reading.
@@ -44,7 +105,7 @@ impl Measurement {
         let n = self.channels.count();
         match self.outcomes[i] {
             Outcome::Reading => Some(&self.values[i * n..(i + 1) * n]),
-            Outcome::NoData => None,
+            Outcome::NoData | Outcome::Unreachable(_) | Outcome::NotVisited => None,
         }
     }
 }

@@ -1,5 +1,22 @@
-//! What a bench would report. Today's instrument is ideal: arms at exactly the asked directions,
-//! point source and detector, no noise. Its reading is the BRDF itself, bit for bit.
+//! What a bench would report.
+//!
+//! [`Ideal`] has its arms at exactly the asked directions, a point source, a point detector and no
+//! noise: its reading is the BRDF itself, bit for bit, at the cost of evaluating it.
+//!
+//! A [`Bench`] is a machine of a [preset](presets()): a [`Machine`] of rotation axes with limits,
+//! apertures, a detector, motion that takes time. It plans an [`Itinerary`] of a schedule, and a
+//! [`Session`] measures along it. Each part can be left out, and then costs nothing.
+
+mod class;
+mod machine;
+mod spec;
+
+pub use class::{AxisTemplate, Class, Ends, classes};
+pub use machine::{Axis, Machine};
+pub use spec::{
+    AxisSpec, BodySpec, CalibrationSpec, CollisionSpec, DetectorSpec, InstrumentSpec, LimitsSpec,
+    Provenance, Scan, SourceSpec, Tag, TimingSpec,
+};
 
 use crate::brdf::{Brdf, Presence};
 use crate::geometry::DirectionPair;
@@ -47,6 +64,7 @@ impl Instrument for Ideal {
             channels,
             values,
             outcomes,
+            details: None,
         }
     }
 }

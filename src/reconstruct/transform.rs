@@ -47,12 +47,12 @@ pub enum Transform {
 }
 
 impl Transform {
-    /// f to y.
+    /// f to y. A noisy reading may be negative; the logarithm takes it for 0.
     #[inline]
     pub fn forward(self, f: f64) -> f64 {
         match self {
             Transform::Linear => f,
-            Transform::Log { epsilon } => (f + epsilon).ln(),
+            Transform::Log { epsilon } => (f.max(0.0) + epsilon).ln(),
         }
     }
 

@@ -2,11 +2,13 @@
 
 mod export;
 mod grid;
+mod itinerary;
 mod lattice;
 mod sample_set;
 
 pub use export::{ScheduleFormat, write_schedule};
 pub use grid::{Grid, Stratified};
+pub use itinerary::{Itinerary, MAX_AXES, Positions, Unreachable, Visit};
 pub use lattice::{Centring, Lattice, LatticeAxis, for_each_node};
 pub use sample_set::{PlanError, RandomSet, SampleSet, SobolSet, all, read};
 

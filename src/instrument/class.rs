@@ -1,0 +1,60 @@
+//! Kinematic classes: which axes there are, what hangs from which, and which positions make a pair.
+//!
+//! Lab frame: right-handed, fixed. While every axis stands at 0, the light, the sensor and the
+//! sample normal all point along lab z, and the sample's tangent t along lab x. An axis turns what
+//! hangs from it by its position about its vector; `light`, `sensor` and `sample` name the axis each
+//! end hangs from (`None`: the base).
+
+use crate::geometry::DirectionPair;
+use crate::schedule::Positions;
+use std::fmt::Debug;
+
+/// An axis that a class requires.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct AxisTemplate {
+    /// What it is called in the class's description; a preset may name it otherwise.
+    pub role: &'static str,
+    /// Number of the axis it is mounted on, `None` for the base.
+    pub parent: Option<usize>,
+    /// Its unit vector in the frame of its parent while that stands at 0.
+    pub vector: [f64; 3],
+}
+
+/// A kinematic class: a topology and its inverse kinematics.
+pub trait Class: Debug + Send + Sync {
+    /// The name a preset writes.
+    fn name(&self) -> &'static str;
+
+    /// One line for lists.
+    fn summary(&self) -> &'static str;
+
+    /// The axes, in the order of [`Positions`]; parents come before their children.
+    fn axes(&self) -> &'static [AxisTemplate];
+
+    /// The axes that light, sensor and sample hang from.
+    fn ends(&self) -> Ends;
+
+    /// True if the class cannot turn the sample about its normal: it measures a pair up to that
+    /// turn, and so isotropic materials only.
+    fn isotropic_only(&self) -> bool;
+
+    /// Every solution for a pair, the preferred one first, angles in (−π, π]. If `turn_freely` the pair may be turned about the
+    /// normal (the material is isotropic), and an axis that would do so stays at 0.
+    fn inverse(&self, pair: &DirectionPair, turn_freely: bool, visit: &mut dyn FnMut(Positions));
+}
+
+/// The axes that light, sensor and sample hang from; `None` is the base.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Ends {
+    /// Of the light.
+    pub light: Option<usize>,
+    /// Of the sensor.
+    pub sensor: Option<usize>,
+    /// Of the sample.
+    pub sample: Option<usize>,
+}
+
+/// Every class a preset can name.
+pub fn classes() -> Vec<Box<dyn Class>> {
+    vec![]
+}

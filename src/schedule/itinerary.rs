@@ -1,0 +1,106 @@
+//! When a machine visits the poses of a schedule, how long each visit takes, and which poses it
+//! cannot take: plain data, which an instrument fills in.
+
+/// The most axes an instrument has.
+pub const MAX_AXES: usize = 4;
+
+/// Positions of the axes, rad, in the order of the instrument's preset; those it lacks are 0.
+pub type Positions = [f64; MAX_AXES];
+
+/// Why a pose cannot be measured.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum Unreachable {
+    /// The light is further from the normal than its arm goes.
+    LightElevation,
+    /// The sensor is further from the normal than its arm goes.
+    SensorElevation,
+    /// The arms are so close that one hides the sample from the other.
+    Occluded,
+    /// No solution has this axis (and all others) within its range.
+    AxisRange(u8),
+    /// The two bodies of this pair of the limits would touch.
+    Collision(u8),
+}
+
+impl Unreachable {
+    /// Names of the reasons, as files and reports write them.
+    pub const NAMES: [&str; 5] = [
+        "light-elevation",
+        "sensor-elevation",
+        "occluded",
+        "axis-range",
+        "collision",
+    ];
+
+    /// The reason's name, without the number of its axis or pair.
+    pub fn name(self) -> &'static str {
+        let [light, sensor, occluded, axis, collision] = Self::NAMES;
+        match self {
+            Self::LightElevation => light,
+            Self::SensorElevation => sensor,
+            Self::Occluded => occluded,
+            Self::AxisRange(_) => axis,
+            Self::Collision(_) => collision,
+        }
+    }
+}
+
+/// One stop of a machine.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Visit {
+    /// Number of the pose in its schedule.
+    pub pose: u32,
+    /// Number of the run of visits that share a light direction, from 0.
+    pub block: u32,
+    /// Where the axes stand, rad.
+    pub positions: Positions,
+    /// Travel from the visit before (or from rest at 0) and settling, s.
+    pub move_seconds: f64,
+    /// All exposures of this pose, s.
+    pub exposure_seconds: f64,
+    /// Everything: moving, exposures, overhead, and a calibration if one comes before this pose, s.
+    pub seconds: f64,
+    /// From the start of the schedule to the middle of the exposures, s.
+    pub at_seconds: f64,
+    /// From the end of the last calibration (or the start) to the middle of the exposures, s.
+    pub since_calibration_seconds: f64,
+}
+
+/// The visits of one machine to the poses of one schedule.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Itinerary {
+    /// Name of the instrument.
+    pub instrument: String,
+    /// Names of its axes.
+    pub axes: Vec<String>,
+    /// Name of the order.
+    pub order: &'static str,
+    /// In the order of time; every reachable pose once.
+    pub visits: Vec<Visit>,
+    /// The poses that are left out, by number, and why.
+    pub unreachable: Vec<(u32, Unreachable)>,
+}
+
+impl Itinerary {
+    /// Seconds from start to end.
+    pub fn seconds(&self) -> f64 {
+        self.visits.iter().map(|v| v.seconds).sum()
+    }
+
+    /// Share of the poses that can be measured, in [0, 1]; 1 if there are none.
+    pub fn reachable(&self) -> f64 {
+        let all = self.visits.len() + self.unreachable.len();
+        if all == 0 {
+            return 1.0;
+        }
+        self.visits.len() as f64 / all as f64
+    }
+
+    /// How many poses each reason keeps out, in the order of [`Unreachable::NAMES`].
+    pub fn reasons(&self) -> [usize; Unreachable::NAMES.len()] {
+        Unreachable::NAMES.map(|name| {
+            let same = |(_, reason): &&(u32, Unreachable)| reason.name() == name;
+            self.unreachable.iter().filter(same).count()
+        })
+    }
+}
