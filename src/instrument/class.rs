@@ -5,6 +5,12 @@
 //! hangs from it by its position about its vector; `light`, `sensor` and `sample` name the axis each
 //! end hangs from (`None`: the base).
 
+mod dual_arm;
+mod fixed_detector;
+mod fixed_source;
+mod robot_sample;
+mod solve;
+
 use crate::geometry::DirectionPair;
 use crate::schedule::Positions;
 use std::fmt::Debug;
@@ -38,8 +44,9 @@ pub trait Class: Debug + Send + Sync {
     /// turn, and so isotropic materials only.
     fn isotropic_only(&self) -> bool;
 
-    /// Every solution for a pair, the preferred one first, angles in (−π, π]. If `turn_freely` the pair may be turned about the
-    /// normal (the material is isotropic), and an axis that would do so stays at 0.
+    /// Every solution for a pair, the preferred one first, angles in (−π, π]; where there is a
+    /// whole family (light or sensor on an axis), members of it. If `turn_freely` the pair may be
+    /// turned about the normal (the material is isotropic), and an axis that would do so stays at 0.
     fn inverse(&self, pair: &DirectionPair, turn_freely: bool, visit: &mut dyn FnMut(Positions));
 }
 
@@ -56,5 +63,10 @@ pub struct Ends {
 
 /// Every class a preset can name.
 pub fn classes() -> Vec<Box<dyn Class>> {
-    vec![]
+    vec![
+        Box::new(fixed_detector::FixedDetector),
+        Box::new(fixed_source::FixedSource),
+        Box::new(dual_arm::DualArm),
+        Box::new(robot_sample::RobotSample),
+    ]
 }

@@ -1,10 +1,16 @@
 //! The moving parts: a chain of rotation axes, its class, and what it cannot reach.
 
-use super::class::Class;
-use super::spec::InstrumentSpec;
+use super::class::{Class, Ends, classes};
+use super::spec::{BASE, InstrumentSpec, LIGHT, SENSOR};
 use crate::error::ParameterError;
-use crate::geometry::DirectionPair;
-use crate::schedule::{Positions, Unreachable};
+use crate::geometry::{Direction, DirectionPair, angle_between};
+use crate::schedule::{MAX_AXES, Positions, Unreachable};
+use glam::{DMat3, DVec3};
+use std::f64::consts::TAU;
+
+/// How far beyond a limit rounding may put a position or an angle that lies on it, rad: an inverse
+/// makes a dozen roundings of numbers of size π. Positions are put back onto their limit.
+const SLACK: f64 = 1e-13;
 
 /// One axis, angles in radians.
 #[derive(Clone, Debug, PartialEq)]
@@ -27,9 +33,228 @@ pub struct Axis {
     pub wraps: bool,
 }
 
+impl Axis {
+    /// The position within the range that is the same as `angle`, by the fewest whole turns.
+    /// `None` if there is none.
+    fn within_range(&self, angle: f64) -> Option<f64> {
+        let [min, max] = self.range;
+        // The fewest and the most turns that may be added.
+        let fewest = ((min - SLACK - angle) / TAU).ceil();
+        let most = ((max + SLACK - angle) / TAU).floor();
+        if fewest > most {
+            return None;
+        }
+        let turns = 0.0_f64.clamp(fewest, most);
+        Some((angle + TAU * turns).clamp(min, max))
+    }
+}
+
+/// Something that points away from the sample and turns with an axis (`None`: the base).
+#[derive(Clone, Copy, Debug)]
+struct Mount {
+    axis: Option<usize>,
+    vector: DVec3,
+}
+
+/// Two parts that must keep apart, and how far, rad.
+#[derive(Clone, Debug)]
+struct Collision {
+    between: [Mount; 2],
+    angle_min: f64,
+}
+
+/// What cannot be reached, rad.
+#[derive(Clone, Debug)]
+struct Limits {
+    theta_i_max: f64,
+    theta_o_max: f64,
+    separation_min: f64,
+    collisions: Vec<Collision>,
+}
+
 /// A chain of axes with its limits.
 #[derive(Debug)]
 pub struct Machine {
     axes: Vec<Axis>,
     class: Box<dyn Class>,
+    ends: Ends,
+    chain: Vec<Mount>,
+    /// `None`: everything can be reached.
+    limits: Option<Limits>,
+}
+
+impl Machine {
+    /// The machine of a preset.
+    ///
+    /// # Errors
+    /// As [`InstrumentSpec::check`].
+    pub fn new(spec: &InstrumentSpec) -> Result<Self, ParameterError> {
+        spec.check()?;
+        let named = |class: &Box<dyn Class>| class.name() == spec.class;
+        let Some(class) = classes().into_iter().find(named) else {
+            return Err(spec.unknown_class());
+        };
+        let axes = spec.axis.iter().map(|axis| Axis {
+            name: axis.name.clone(),
+            range: [axis.min_deg.to_radians(), axis.max_deg.to_radians()],
+            speed: axis.speed_deg_per_s.to_radians(),
+            acceleration: axis.acceleration_deg_per_s2.to_radians(),
+            resolution: axis.resolution_deg.to_radians(),
+            repeatability: axis.repeatability_deg.to_radians(),
+            bias: axis.bias_deg.to_radians(),
+            wraps: axis.wraps,
+        });
+        let number = |name: &str| match name {
+            BASE => None,
+            _ => spec.axis.iter().position(|axis| axis.name == name),
+        };
+        let chain = spec.axis.iter().map(|axis| Mount {
+            axis: number(&axis.parent),
+            vector: DVec3::from(axis.vector),
+        });
+        let ends = class.ends();
+        let part = |name: &str| {
+            let (axis, vector) = match name {
+                LIGHT => (ends.light, DVec3::Z),
+                SENSOR => (ends.sensor, DVec3::Z),
+                // The check has found every other name among the bodies.
+                _ => spec
+                    .body
+                    .iter()
+                    .find(|body| body.name == name)
+                    .map_or((None, DVec3::Z), |body| {
+                        (number(&body.axis), DVec3::from(body.direction).normalize())
+                    }),
+            };
+            Mount { axis, vector }
+        };
+        let collisions = spec.limits.collision.iter().map(|pair| Collision {
+            between: [part(&pair.between[0]), part(&pair.between[1])],
+            angle_min: pair.angle_min_deg.to_radians(),
+        });
+        Ok(Self {
+            axes: axes.collect(),
+            ends,
+            chain: chain.collect(),
+            limits: Some(Limits {
+                theta_i_max: spec.limits.theta_i_max_deg.to_radians(),
+                theta_o_max: spec.limits.theta_o_max_deg.to_radians(),
+                separation_min: spec.limits.separation_min_deg.to_radians(),
+                collisions: collisions.collect(),
+            }),
+            class,
+        })
+    }
+
+    /// The same chain, able to reach everything: [`place`](Self::place) gives the preferred
+    /// solution of every pair.
+    #[must_use]
+    pub fn without_limits(self) -> Self {
+        Self {
+            limits: None,
+            ..self
+        }
+    }
+
+    /// The axes, in the order of [`Positions`].
+    pub fn axes(&self) -> &[Axis] {
+        &self.axes
+    }
+
+    /// The kinematic class.
+    pub fn class(&self) -> &dyn Class {
+        &*self.class
+    }
+
+    /// The pair that the axes make, whether they can stand there or not: every axis turns its
+    /// children about its own vector in the frame of its parent.
+    pub fn forward(&self, positions: &Positions) -> DirectionPair {
+        let rotations = self.rotations(positions);
+        let light = mounted(&rotations, self.ends.light).z_axis;
+        let sensor = mounted(&rotations, self.ends.sensor).z_axis;
+        let to_sample = mounted(&rotations, self.ends.sample).transpose();
+        // A product of rotations is good to a few ulp; a direction is unit to one.
+        let local = |v: DVec3| Direction::from_unit((to_sample * v).normalize());
+        DirectionPair::new(local(light), local(sensor))
+    }
+
+    /// The first solution within all limits.
+    ///
+    /// # Errors
+    /// If there is none, the reason of the first: the elevation of the light, of the sensor, the
+    /// angle between them, the first axis out of its range, the first parts that collide.
+    pub fn place(&self, pair: &DirectionPair, turn_freely: bool) -> Result<Positions, Unreachable> {
+        if let Some(limits) = &self.limits {
+            limits.admit(pair)?;
+        }
+        let mut found: Option<Result<Positions, Unreachable>> = None;
+        self.class.inverse(pair, turn_freely, &mut |solution| {
+            if matches!(found, Some(Ok(_))) {
+                return;
+            }
+            let admitted = self.admit(&solution);
+            if found.is_none() || admitted.is_ok() {
+                found = Some(admitted);
+            }
+        });
+        // Every class has a solution for every pair.
+        found.unwrap_or(Err(Unreachable::AxisRange(0)))
+    }
+
+    /// The solution with its positions in their ranges, or what forbids it.
+    fn admit(&self, solution: &Positions) -> Result<Positions, Unreachable> {
+        let Some(limits) = &self.limits else {
+            return Ok(*solution);
+        };
+        let mut positions = [0.0; MAX_AXES];
+        for (i, axis) in self.axes.iter().enumerate() {
+            let position = axis.within_range(solution[i]);
+            positions[i] = position.ok_or(Unreachable::AxisRange(i as u8))?;
+        }
+        if limits.collisions.is_empty() {
+            return Ok(positions);
+        }
+        let rotations = self.rotations(&positions);
+        for (i, collision) in limits.collisions.iter().enumerate() {
+            let [a, b] = collision
+                .between
+                .map(|mount| mounted(&rotations, mount.axis) * mount.vector);
+            if angle_between(a, b) < collision.angle_min - SLACK {
+                return Err(Unreachable::Collision(i as u8));
+            }
+        }
+        Ok(positions)
+    }
+
+    /// The frame of every axis in the lab.
+    fn rotations(&self, positions: &Positions) -> [DMat3; MAX_AXES] {
+        let mut rotations = [DMat3::IDENTITY; MAX_AXES];
+        // Parents come before their children: the check compares them with the class.
+        for (i, link) in self.chain.iter().enumerate() {
+            let own = DMat3::from_axis_angle(link.vector, positions[i]);
+            rotations[i] = mounted(&rotations, link.axis) * own;
+        }
+        rotations
+    }
+}
+
+impl Limits {
+    /// Refuses a pair that no solution can save.
+    fn admit(&self, pair: &DirectionPair) -> Result<(), Unreachable> {
+        if pair.omega_i.theta() > self.theta_i_max + SLACK {
+            return Err(Unreachable::LightElevation);
+        }
+        if pair.omega_o.theta() > self.theta_o_max + SLACK {
+            return Err(Unreachable::SensorElevation);
+        }
+        if pair.separation() < self.separation_min - SLACK {
+            return Err(Unreachable::Occluded);
+        }
+        Ok(())
+    }
+}
+
+/// The frame of what hangs from an axis.
+fn mounted(rotations: &[DMat3; MAX_AXES], axis: Option<usize>) -> DMat3 {
+    axis.map_or(DMat3::IDENTITY, |axis| rotations[axis])
 }

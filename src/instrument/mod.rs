@@ -9,10 +9,12 @@
 
 mod class;
 mod machine;
+mod presets;
 mod spec;
 
 pub use class::{AxisTemplate, Class, Ends, classes};
 pub use machine::{Axis, Machine};
+pub use presets::{Preset, presets, read};
 pub use spec::{
     AxisSpec, BodySpec, CalibrationSpec, CollisionSpec, DetectorSpec, InstrumentSpec, LimitsSpec,
     Provenance, Scan, SourceSpec, Tag, TimingSpec,

@@ -1,13 +1,22 @@
 //! What the TOML file of an instrument says: every key with its value, in the units of the file.
 
+mod checks;
+
 use serde::{Deserialize, Serialize};
+
+/// What an axis or body names to be mounted on nothing that moves.
+pub(super) const BASE: &str = "base";
+/// What a collision calls the light.
+pub(super) const LIGHT: &str = "light";
+/// What a collision calls the sensor.
+pub(super) const SENSOR: &str = "sensor";
 
 /// An instrument as its file describes it. Keys that end in `_deg` are degrees, `_mm` millimetres,
 /// `_s` seconds.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct InstrumentSpec {
-    /// Its name in results and files.
+    /// Its name in results and files: letters, digits, `-`, `_`.
     pub name: String,
     /// One sentence for `gonio list`.
     pub about: String,
@@ -38,7 +47,7 @@ pub struct InstrumentSpec {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct AxisSpec {
-    /// Its name, unique.
+    /// Its name, unique: letters, digits, `-`, `_`.
     pub name: String,
     /// The axis it is mounted on, or `base`.
     pub parent: String,
@@ -61,7 +70,8 @@ pub struct AxisSpec {
     /// Standard deviation of the offset that every position of one instrument shares.
     #[serde(default)]
     pub bias_deg: f64,
-    /// True if the axis turns round without end: it then takes the shorter way.
+    /// True if the axis turns round without end: it then takes the shorter way. Its range is a
+    /// full turn or more.
     #[serde(default)]
     pub wraps: bool,
 }

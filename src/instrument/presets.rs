@@ -1,0 +1,86 @@
+//! The instruments that come with the program, and how any instrument file is read.
+
+use super::spec::InstrumentSpec;
+use crate::registry::{self, ReadError};
+use std::ops::Range;
+use toml::de::{DeTable, DeValue};
+
+/// An instrument that comes with the program.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Preset {
+    /// Its name.
+    pub name: &'static str,
+    /// Its file.
+    pub text: &'static str,
+}
+
+/// Every instrument that comes with the program: one of each kinematic class.
+pub fn presets() -> Vec<Preset> {
+    vec![
+        Preset {
+            name: "cornell",
+            text: include_str!("../../configs/instruments/cornell.toml"),
+        },
+        Preset {
+            name: "pgii",
+            text: include_str!("../../configs/instruments/pgii.toml"),
+        },
+        Preset {
+            name: "utia",
+            text: include_str!("../../configs/instruments/utia.toml"),
+        },
+        Preset {
+            name: "rosi",
+            text: include_str!("../../configs/instruments/rosi.toml"),
+        },
+    ]
+}
+
+/// Reads and checks an instrument file.
+///
+/// # Errors
+/// Names the key, its value and what is allowed; the place is the value's, or that of the
+/// innermost table that is written if a default is wrong or a key is missing.
+pub fn read(text: &str) -> Result<InstrumentSpec, ReadError> {
+    let spec: InstrumentSpec = registry::parse(DeTable::parse(text)?)?;
+    match spec.check() {
+        Ok(()) => Ok(spec),
+        Err(e) => Err(ReadError {
+            span: place(text, &e.key),
+            message: e.to_string(),
+        }),
+    }
+}
+
+/// Where a path like `axis[1].min_deg` stands in a text, as far as it is written.
+fn place(text: &str, path: &str) -> Option<Range<usize>> {
+    let root = DeTable::parse(text).ok()?;
+    let mut table = root.get_ref();
+    let mut span = None;
+    for step in path.split('.') {
+        let (key, index) = match step.split_once('[') {
+            Some((key, index)) => (key, index.trim_end_matches(']').parse().ok()),
+            None => (step, None::<usize>),
+        };
+        let Some((written, mut value)) = table.get_key_value(key) else {
+            return span;
+        };
+        // Of a table its header; its body may begin elsewhere.
+        span = Some(match value.get_ref() {
+            DeValue::Table(_) => written.span(),
+            _ => value.span(),
+        });
+        if let (Some(index), DeValue::Array(items)) = (index, value.get_ref()) {
+            let Some(item) = items.get(index) else {
+                return span;
+            };
+            span = Some(item.span());
+            value = item;
+        }
+        match value.get_ref() {
+            DeValue::Table(inner) => table = inner,
+            _ => return span,
+        }
+    }
+    span
+}
