@@ -1,11 +1,15 @@
 //! `gonio check`.
 
+use super::list::{apertures, limits};
 use super::{ConfigArgs, SeedArgs, print};
 use crate::error::Error;
 use crate::experiment::moments::MomentsPlan;
 use crate::experiment::relations::RelationsPlan;
-use crate::experiment::{Kind, Material, Plan};
-use crate::geometry::Symmetry;
+use crate::experiment::{Kind, Material, Plan, Source};
+use crate::geometry::{DirectionPair, Symmetry};
+use crate::instrument::{self, InstrumentSpec, Machine, Tag};
+use crate::sampling::{Random, cosine_hemisphere};
+use crate::schedule::Unreachable;
 use clap::Args;
 
 #[derive(Debug, Args)]
@@ -18,7 +22,13 @@ pub(super) struct Check {
 
 impl Check {
     pub(super) fn run(self) -> Result<(), Error> {
-        let mut source = self.config.source()?;
+        let mut source = source(&self.config)?;
+        if is_instrument(&source)? {
+            let read = instrument::read_table(source.table()?);
+            let spec = read.map_err(|e| source.error(e))?;
+            let seed = self.seed.seed.map_or(1, i64::unsigned_abs);
+            return print(&described(&spec, seed)?);
+        }
         self.seed.apply(&mut source)?;
         match Kind::of(&source)? {
             Kind::Acquisition => {}
@@ -59,6 +69,126 @@ impl Check {
             plan.rows()
         ))
     }
+}
+
+/// The file, or the preset of that name where there is no such file.
+fn source(args: &ConfigArgs) -> Result<Source, Error> {
+    let named = |preset: &instrument::Preset| args.config.as_os_str() == preset.name;
+    match instrument::presets().into_iter().find(named) {
+        Some(preset) if !args.config.exists() => {
+            let mut source = Source::new(preset.name, preset.text);
+            for assignment in &args.set {
+                source.set(assignment, format!("--set {assignment}"))?;
+            }
+            Ok(source)
+        }
+        _ => args.source(),
+    }
+}
+
+/// True of a file with keys that only instruments have, and none that only experiments have.
+fn is_instrument(source: &Source) -> Result<bool, Error> {
+    let table = source.table()?;
+    let has = |key: &str| table.get_ref().contains_key(key);
+    let experiment = ["experiment", "question", "material", "sample_set"];
+    Ok(["class", "axis"].into_iter().any(has) && !experiment.into_iter().any(has))
+}
+
+/// Pairs that the reachable share is counted on: it is then good to half a percent.
+const PAIRS: u64 = 10_000;
+
+/// What an instrument is, and what it reaches.
+fn described(spec: &InstrumentSpec, seed: u64) -> Result<String, Error> {
+    let machine = Machine::new(spec).map_err(|e| Error::Internal(e.to_string()))?;
+    let class = machine.class();
+    let mut out = format!(
+        "{}: {}\nclass: {}, {}\n\naxes\n  {:<16}  {:<16}  {:>16}  {:>6}  {:>6}  {:>10}  {:>13}  {:>6}\n",
+        spec.name,
+        spec.about,
+        class.name(),
+        class.summary(),
+        "name",
+        "on",
+        "range °",
+        "°/s",
+        "°/s²",
+        "resolution",
+        "repeatability",
+        "bias",
+    );
+    for axis in &spec.axis {
+        let range = format!("{} to {}", axis.min_deg, axis.max_deg);
+        out += &format!(
+            "  {:<16}  {:<16}  {range:>16}  {:>6}  {:>6}  {:>10}  {:>13}  {:>6}{}\n",
+            axis.name,
+            axis.parent,
+            axis.speed_deg_per_s,
+            axis.acceleration_deg_per_s2,
+            axis.resolution_deg,
+            axis.repeatability_deg,
+            axis.bias_deg,
+            if axis.wraps { "  wraps" } else { "" },
+        );
+    }
+    let detector = &spec.detector;
+    out += &format!(
+        "\n{}\n{}\nexposures: {} from {} s to {} s, {} bits\n",
+        apertures(spec),
+        limits(spec),
+        detector.exposures,
+        detector.exposure_min_s,
+        detector.exposure_max_s,
+        detector.bits,
+    );
+    out += &format!("\nof {PAIRS} cosine-distributed pairs\n");
+    out += &reach(&machine, seed, true);
+    if !class.isotropic_only() {
+        out += &reach(&machine, seed, false);
+    }
+    let tags: Vec<Option<Tag>> = spec
+        .origins()
+        .into_iter()
+        .map(|(_, entry)| entry.map(|entry| entry.tag))
+        .collect();
+    let count = |tag: Option<Tag>| tags.iter().filter(|&&t| t == tag).count();
+    out += &format!(
+        "\nnumbers: {} published, {} recalled, {} generic, {} without provenance\n",
+        count(Some(Tag::Published)),
+        count(Some(Tag::Recalled)),
+        count(Some(Tag::Generic)),
+        count(None),
+    );
+    Ok(out)
+}
+
+/// How many pairs a machine takes, and how many each reason keeps out.
+fn reach(machine: &Machine, seed: u64, turn_freely: bool) -> String {
+    let random = Random::new(seed);
+    let mut reached = 0;
+    let mut kept_out = [0; Unreachable::NAMES.len()];
+    for i in 0..PAIRS {
+        let [a, b, c, d] = random.point(i);
+        let pair = DirectionPair::new(cosine_hemisphere([a, b]), cosine_hemisphere([c, d]));
+        match machine.place(&pair, turn_freely) {
+            Ok(_) => reached += 1,
+            Err(reason) => {
+                for (name, count) in Unreachable::NAMES.into_iter().zip(&mut kept_out) {
+                    *count += u64::from(name == reason.name());
+                }
+            }
+        }
+    }
+    let percent = |count: u64| 100.0 * count as f64 / PAIRS as f64;
+    let material = if turn_freely {
+        "isotropic"
+    } else {
+        "anisotropic"
+    };
+    let mut text = format!("  {material:<12} reachable {:.2} %", percent(reached));
+    for (name, count) in Unreachable::NAMES.into_iter().zip(kept_out) {
+        text += &format!(", {name} {:.2} %", percent(count));
+    }
+    text + "\n"
 }
 
 /// What an experiment of kind `moments` would do.

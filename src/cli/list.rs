@@ -5,6 +5,7 @@ use crate::brdf;
 use crate::error::Error;
 use crate::experiment::{Kind, Row};
 use crate::geometry::Symmetry;
+use crate::instrument::{self, InstrumentSpec};
 use crate::lighting;
 use crate::metrics::Measure;
 use crate::moments;
@@ -31,6 +32,7 @@ enum Family {
     Measures,
     Estimators,
     Lightings,
+    Instruments,
     Columns,
 }
 
@@ -167,6 +169,7 @@ fn section(family: Family) -> String {
             let title = "lightings: [[lighting]] with kind = … of relations, [lighting] of moments";
             entries(title, &lighting::all(), |light| light.resolved())
         }
+        Family::Instruments => instruments(),
         Family::Materials => {
             let title = "materials: [[material]] with kind = …";
             entries(title, &brdf::all(), |spec| spec.resolved())
@@ -219,6 +222,66 @@ fn section(family: Family) -> String {
             titled("columns: of results.csv and results.jsonl", lines) + &others.collect::<String>()
         }
     }
+}
+
+/// The presets in their most telling numbers, and the classes a file can name.
+fn instruments() -> String {
+    let presets = instrument::presets().into_iter().filter_map(|preset| {
+        // The tests read every preset, so that each of them reads.
+        let spec = instrument::read(preset.text).ok()?;
+        let mut text = line(preset.name, &spec.about);
+        let facts = [spec.class.clone(), apertures(&spec), limits(&spec)];
+        let axes = spec.axis.iter().map(|axis| {
+            let round = if axis.wraps { ", wraps" } else { "" };
+            format!(
+                "{:<16} {:>4}° to {}°, {} °/s{round}",
+                axis.name, axis.min_deg, axis.max_deg, axis.speed_deg_per_s
+            )
+        });
+        for fact in facts.into_iter().chain(axes) {
+            text += &format!("\n{:20}{fact}", "");
+        }
+        Some(text)
+    });
+    let classes = instrument::classes();
+    let required = classes.iter().map(|class| {
+        let axes = class.axes();
+        let mut text = format!("  {}\n{:20}{}", class.name(), "", class.summary());
+        for axis in axes {
+            let parent = axis.parent.map_or("base", |parent| axes[parent].role);
+            let [x, y, z] = axis.vector;
+            text += &format!(
+                "\n{:20}{:<16} on {parent}, about [{x}, {y}, {z}]",
+                "", axis.role
+            );
+        }
+        text
+    });
+    let title = "instruments: presets; also any file, see gonio check";
+    let classes = "instruments: kinematic classes: class = … with these [[axis]]";
+    titled(title, presets) + "\n" + &titled(classes, required)
+}
+
+/// The apertures of an instrument.
+pub(super) fn apertures(spec: &InstrumentSpec) -> String {
+    format!(
+        "half angles: light {}°, sensor {}°",
+        spec.source.half_angle_deg, spec.detector.half_angle_deg
+    )
+}
+
+/// What an instrument cannot reach, beside the ranges of its axes.
+pub(super) fn limits(spec: &InstrumentSpec) -> String {
+    let limits = &spec.limits;
+    let mut text = format!(
+        "limits: theta_i {}°, theta_o {}°, separation at least {}°",
+        limits.theta_i_max_deg, limits.theta_o_max_deg, limits.separation_min_deg
+    );
+    for pair in &limits.collision {
+        let [a, b] = &pair.between;
+        text += &format!(", {a} and {b} at least {}°", pair.angle_min_deg);
+    }
+    text
 }
 
 /// The members of a registry, each with the keys of its examples.

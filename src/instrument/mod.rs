@@ -14,7 +14,7 @@ mod spec;
 
 pub use class::{AxisTemplate, Class, Ends, classes};
 pub use machine::{Axis, Machine};
-pub use presets::{Preset, presets, read};
+pub use presets::{Preset, presets, read, read_table};
 pub use spec::{
     AxisSpec, BodySpec, CalibrationSpec, CollisionSpec, DetectorSpec, InstrumentSpec, LimitsSpec,
     Provenance, Scan, SourceSpec, Tag, TimingSpec,

@@ -1,7 +1,7 @@
 //! The instruments that come with the program, and how any instrument file is read.
 
 use super::spec::InstrumentSpec;
-use crate::registry::{self, ReadError};
+use crate::registry::{self, ReadError, Table};
 use std::ops::Range;
 use toml::de::{DeTable, DeValue};
 
@@ -36,25 +36,32 @@ pub fn presets() -> Vec<Preset> {
     ]
 }
 
-/// Reads and checks an instrument file.
+/// Reads and checks the text of an instrument file.
 ///
 /// # Errors
-/// Names the key, its value and what is allowed; the place is the value's, or that of the
-/// innermost table that is written if a default is wrong or a key is missing.
+/// As [`read_table`]; also if the text is no TOML.
 pub fn read(text: &str) -> Result<InstrumentSpec, ReadError> {
-    let spec: InstrumentSpec = registry::parse(DeTable::parse(text)?)?;
+    read_table(DeTable::parse(text)?)
+}
+
+/// Reads and checks an instrument.
+///
+/// # Errors
+/// Names the key, its value and what is allowed. The place is the value's; where a default is
+/// wrong or a key missing, that of the innermost table that is written.
+pub fn read_table(table: Table<'_>) -> Result<InstrumentSpec, ReadError> {
+    let spec: InstrumentSpec = registry::parse(table.clone())?;
     match spec.check() {
         Ok(()) => Ok(spec),
         Err(e) => Err(ReadError {
-            span: place(text, &e.key),
+            span: place(&table, &e.key),
             message: e.to_string(),
         }),
     }
 }
 
-/// Where a path like `axis[1].min_deg` stands in a text, as far as it is written.
-fn place(text: &str, path: &str) -> Option<Range<usize>> {
-    let root = DeTable::parse(text).ok()?;
+/// Where a path like `axis[1].min_deg` stands, as far as it is written.
+fn place(root: &Table<'_>, path: &str) -> Option<Range<usize>> {
     let mut table = root.get_ref();
     let mut span = None;
     for step in path.split('.') {

@@ -1,6 +1,7 @@
 //! What the TOML file of an instrument says: every key with its value, in the units of the file.
 
 mod checks;
+mod origins;
 
 use serde::{Deserialize, Serialize};
 
@@ -209,7 +210,8 @@ pub struct CalibrationSpec {
 #[serde(deny_unknown_fields)]
 pub struct Provenance {
     /// The keys it is about, e.g. `detector.bits`, `axis.sensor_arm.max_deg`; `*` stands for any
-    /// name or key: `axis.*.speed_deg_per_s`, `timing.*`.
+    /// one name or key: `axis.*.speed_deg_per_s`, `timing.*`. Of several entries about a key the
+    /// first counts.
     pub fields: Vec<String>,
     /// How sure this is.
     pub tag: Tag,

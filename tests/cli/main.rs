@@ -3,6 +3,7 @@
 
 mod bench;
 mod configs;
+mod instruments;
 mod moments;
 mod readme;
 mod runs;

@@ -1,6 +1,8 @@
 //! The virtual instruments: chains, limits, presets.
 
+mod checks;
 mod kinematics;
+mod limits;
 mod presets;
 
 use glam::DVec3;

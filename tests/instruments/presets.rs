@@ -1,1 +1,138 @@
 //! What the instrument files say.
+
+use super::specs;
+use gonio::instrument::{self, Tag};
+use std::fs;
+use std::path::Path;
+
+#[test]
+fn there_is_one_preset_a_class_and_every_file_is_one() {
+    let presets = instrument::presets();
+    let classes = instrument::classes();
+    let used: Vec<_> = specs().into_iter().map(|spec| spec.class).collect();
+    let names: Vec<_> = classes.iter().map(|class| class.name()).collect();
+    assert_eq!(used, names);
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("configs/instruments");
+    let files = fs::read_dir(folder).unwrap();
+    let mut found = 0;
+    for file in files {
+        let path = file.unwrap().path();
+        let stem = path.file_stem().unwrap().to_str().unwrap();
+        let preset = presets.iter().find(|preset| preset.name == stem).unwrap();
+        assert_eq!(fs::read_to_string(&path).unwrap(), preset.text);
+        assert_eq!(instrument::read(preset.text).unwrap().name, stem);
+        found += 1;
+    }
+    assert_eq!(found, presets.len());
+}
+
+#[test]
+fn a_preset_written_out_reads_back() {
+    for spec in specs() {
+        let text = toml::to_string(&spec).unwrap();
+        assert_eq!(instrument::read(&text).unwrap(), spec, "{text}");
+    }
+}
+
+#[test]
+fn every_number_has_a_provenance_and_every_provenance_a_number() {
+    for spec in specs() {
+        let origins = spec.origins();
+        // Nine a axis at least, of which wraps, parent and name are none; some thirty others.
+        assert!(origins.len() > 8 * spec.axis.len() + 20, "{}", spec.name);
+        for (key, entry) in &origins {
+            assert!(entry.is_some(), "{}: {key} comes from nowhere", spec.name);
+        }
+        for entry in &spec.provenance {
+            let about = |(_, found): &&(String, Option<_>)| *found == Some(entry);
+            let count = origins.iter().filter(about).count();
+            assert!(
+                count > 0,
+                "{}: {:?} is about nothing",
+                spec.name,
+                entry.fields
+            );
+            if entry.tag == Tag::Published {
+                // A publication has a year, or a page or an institute that it is from.
+                let year = |word: &str| word.len() == 4 && word.parse::<u16>().is_ok();
+                let words = entry.source.split(|c: char| !c.is_alphanumeric());
+                let named = ["rgl.epfl.ch", "btf.utia.cas.cz", "NIST", "pab"];
+                assert!(
+                    words.clone().any(year) || named.iter().any(|n| entry.source.contains(n)),
+                    "{}: {}",
+                    spec.name,
+                    entry.source
+                );
+            }
+            // Each field by itself, too: a mistyped one would hide behind its neighbours.
+            for field in &entry.fields {
+                let mut alone = spec.clone();
+                let mut only = entry.clone();
+                only.fields = vec![field.clone()];
+                alone.provenance = vec![only];
+                let covered = alone.origins();
+                assert!(
+                    covered.iter().any(|(_, e)| e.is_some()),
+                    "{}: {field}",
+                    spec.name
+                );
+            }
+        }
+    }
+}
+
+#[test]
+fn a_field_is_about_the_keys_it_names() {
+    let mut spec = specs().remove(3);
+    let entry = |fields: &[&str], tag| instrument::Provenance {
+        fields: fields.iter().map(|f| (*f).to_owned()).collect(),
+        tag,
+        source: "here".into(),
+    };
+    spec.provenance = vec![
+        entry(&["axis.ring.min_deg"], Tag::Published),
+        entry(&["axis.*.min_deg", "timing.*"], Tag::Generic),
+        entry(&["limits.collision.1.*"], Tag::Recalled),
+    ];
+    let origins = spec.origins();
+    let tag = |key: &str| {
+        let (_, entry) = origins.iter().find(|(k, _)| k == key).unwrap();
+        entry.map(|e| e.tag)
+    };
+    assert_eq!(tag("axis.ring.min_deg"), Some(Tag::Published));
+    assert_eq!(tag("axis.robot_yaw.min_deg"), Some(Tag::Generic));
+    assert_eq!(tag("axis.ring.max_deg"), None);
+    assert_eq!(tag("timing.settle_s"), Some(Tag::Generic));
+    assert_eq!(tag("limits.collision.0.angle_min_deg"), None);
+    assert_eq!(tag("limits.collision.1.angle_min_deg"), Some(Tag::Recalled));
+    assert_eq!(tag("body.link.direction"), None);
+    // No number, no key.
+    assert!(origins.iter().all(|(key, _)| key != "timing.scan"));
+}
+
+/// The middle exposure of three is the geometric mean of the ends.
+#[test]
+fn exposures_suit_a_diffuse_sample_and_its_lobes() {
+    for spec in specs() {
+        let d = &spec.detector;
+        assert_eq!(d.exposures, 3);
+        let middle = (d.exposure_min_s * d.exposure_max_s).sqrt();
+        let share =
+            |f_ratio: f64, seconds: f64| f_ratio * d.reference_rate * seconds / d.full_scale;
+        let diffuse = share(1.0, middle);
+        assert!(diffuse > 0.05 && diffuse < 0.8, "{}: {diffuse}", spec.name);
+        // Fifty times as bright: too much for the middle exposure, not for the short one.
+        assert!(share(50.0, middle) > 1.0 && share(50.0, d.exposure_min_s) < 0.8);
+        // Black paper, a twentieth, wants the long one and does not fill it more than it can.
+        assert!(share(0.05, middle) < 0.1, "{}", spec.name);
+        let range = d.full_scale / d.read_noise * d.exposure_max_s / d.exposure_min_s;
+        assert!(
+            range > 0.999e6 && range < 1.001e7,
+            "{}: {range:e}",
+            spec.name
+        );
+        if let Some(rate) = spec.timing.sample_rate_hz {
+            assert!(d.exposure_min_s + middle + d.exposure_max_s < 1.0 / rate);
+        }
+    }
+}

@@ -1,0 +1,274 @@
+//! What machines cannot reach, and why.
+
+use super::{distance, specs, turned_onto};
+use gonio::geometry::DirectionPair;
+use gonio::instrument::{BodySpec, CollisionSpec, InstrumentSpec, Machine};
+use gonio::sampling::{Random, cosine_hemisphere};
+use gonio::schedule::Unreachable;
+
+fn spec(name: &str) -> InstrumentSpec {
+    let named = |spec: &InstrumentSpec| spec.name == name;
+    specs().into_iter().find(named).unwrap()
+}
+
+fn machine(spec: &InstrumentSpec) -> Machine {
+    Machine::new(spec).unwrap()
+}
+
+fn pairs(seed: u64, n: u64) -> impl Iterator<Item = DirectionPair> {
+    let random = Random::new(seed);
+    (0..n).map(move |i| {
+        let [a, b, c, d] = random.point(i);
+        DirectionPair::new(cosine_hemisphere([a, b]), cosine_hemisphere([c, d]))
+    })
+}
+
+/// Elevations and azimuths in degrees.
+fn pair(angles: [f64; 4]) -> DirectionPair {
+    let [ti, pi, to, po] = angles.map(f64::to_radians);
+    DirectionPair::from_spherical(ti, pi, to, po)
+}
+
+#[test]
+fn the_first_reason_is_told() {
+    for mut spec in specs() {
+        // A range that no pair fits into, and a collision that always is one.
+        spec.axis[1].wraps = false;
+        [spec.axis[1].min_deg, spec.axis[1].max_deg] = [170.5, 170.6];
+        let narrow = machine(&spec);
+        let at = |angles| narrow.place(&pair(angles), true);
+        assert_eq!(at([88.0, 0.0, 88.0, 1.0]), Err(Unreachable::LightElevation));
+        assert_eq!(
+            at([40.0, 0.0, 88.0, 1.0]),
+            Err(Unreachable::SensorElevation)
+        );
+        assert_eq!(at([40.0, 0.0, 42.0, 1.0]), Err(Unreachable::Occluded));
+        assert_eq!(at([40.0, 0.0, 50.0, 90.0]), Err(Unreachable::AxisRange(1)));
+        // Nothing of it counts without limits.
+        let free = narrow.without_limits();
+        for angles in [
+            [88.0, 0.0, 88.0, 1.0],
+            [40.0, 0.0, 42.0, 1.0],
+            [40.0, 0.0, 50.0, 90.0],
+        ] {
+            let made = free.forward(&free.place(&pair(angles), true).unwrap());
+            assert!(distance(&turned_onto(&made, &pair(angles)), &pair(angles)) < 1e-12);
+        }
+    }
+}
+
+#[test]
+fn limits_are_sharp() {
+    // A limit is reached and not passed: a pair on it to rounding is taken, one a billionth of a
+    // degree beyond is not.
+    for spec in specs() {
+        let machine = machine(&spec);
+        let limits = &spec.limits;
+        let (i, o) = (limits.theta_i_max_deg, limits.theta_o_max_deg);
+        let s = limits.separation_min_deg;
+        let beyond = 1e-9;
+        for (angles, reason, [di, d_o, ds]) in [
+            (
+                [i, 0.0, 20.0, 180.0],
+                Unreachable::LightElevation,
+                [1.0, 0.0, 0.0],
+            ),
+            (
+                [20.0, 0.0, o, 180.0],
+                Unreachable::SensorElevation,
+                [0.0, 1.0, 0.0],
+            ),
+            (
+                [30.0, 0.0, 30.0 + s, 0.0],
+                Unreachable::Occluded,
+                [0.0, 0.0, -1.0],
+            ),
+        ] {
+            assert!(
+                machine.place(&pair(angles), true).is_ok(),
+                "{}: {angles:?}",
+                spec.name
+            );
+            let [ti, pi, to, po] = angles;
+            let past = [ti + beyond * di, pi, to + beyond * (d_o + ds), po];
+            assert_eq!(
+                machine.place(&pair(past), true),
+                Err(reason),
+                "{}",
+                spec.name
+            );
+        }
+    }
+}
+
+#[test]
+fn an_axis_on_its_limit_stands_on_it() {
+    // The light arm of the turntable machine shows the elevation of the light.
+    let mut spec = spec("utia");
+    spec.axis[1].max_deg = 40.0;
+    spec.axis[1].min_deg = -10.0;
+    let utia = machine(&spec);
+    let on = utia.place(&pair([40.0, 0.0, 10.0, 180.0]), true).unwrap();
+    assert_eq!(on[1], 40_f64.to_radians());
+    let past = utia.place(&pair([40.0 + 1e-9, 0.0, 10.0, 180.0]), true);
+    assert_eq!(past, Err(Unreachable::AxisRange(1)));
+    // The other branch has the light at −θ: what the first cannot, it can, up to its own limit.
+    spec.axis[1].max_deg = 5.0;
+    let other = machine(&spec);
+    let on = other.place(&pair([10.0, 0.0, 30.0, 180.0]), true).unwrap();
+    assert_eq!(on[1], -10_f64.to_radians());
+    assert!(other.place(&pair([11.0, 0.0, 30.0, 180.0]), true).is_err());
+}
+
+#[test]
+fn positions_are_taken_modulo_a_turn() {
+    for base in specs() {
+        // Every range moved by whole turns: the same pairs, every position by so many turns more.
+        for turns in [-2.0, 1.0] {
+            let mut moved = base.clone();
+            for axis in &mut moved.axis {
+                axis.min_deg += 360.0 * turns;
+                axis.max_deg += 360.0 * turns;
+            }
+            let (here, there) = (machine(&base), machine(&moved));
+            for pair in pairs(21, 2000) {
+                for free in [false, true] {
+                    let (a, b) = (here.place(&pair, free), there.place(&pair, free));
+                    match (a, b) {
+                        (Ok(a), Ok(b)) => {
+                            for (j, axis) in here.axes().iter().enumerate() {
+                                let step = b[j] - a[j] - turns * std::f64::consts::TAU;
+                                assert!(step.abs() < 1e-14, "{}: {step}", axis.name);
+                            }
+                        }
+                        (a, b) => assert_eq!(a, b),
+                    }
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn a_range_of_one_turn_loses_nothing() {
+    // Wherever it starts: [0, 360], [-300, 60], [17, 377].
+    for mut spec in specs() {
+        let full = |spec: &mut InstrumentSpec, start: f64| {
+            for axis in &mut spec.axis {
+                [axis.min_deg, axis.max_deg] = [start, start + 360.0];
+            }
+        };
+        spec.limits.separation_min_deg = 0.0;
+        spec.limits.theta_i_max_deg = 90.0;
+        spec.limits.theta_o_max_deg = 90.0;
+        spec.limits.collision.clear();
+        for start in [-180.0, 0.0, -300.0, 17.0] {
+            full(&mut spec, start);
+            let machine = machine(&spec);
+            for pair in pairs(22, 1000) {
+                let positions = machine.place(&pair, false).unwrap();
+                let made = machine.forward(&positions);
+                assert!(distance(&turned_onto(&made, &pair), &pair) < 1e-12);
+            }
+        }
+    }
+}
+
+#[test]
+fn a_collision_of_light_and_sensor_is_their_separation() {
+    // Two ways to say the same, one through the chain and one from the pair.
+    for mut spec in specs() {
+        spec.limits.collision.clear();
+        spec.limits.separation_min_deg = 25.0;
+        let apart = machine(&spec);
+        spec.limits.separation_min_deg = 0.0;
+        spec.limits.collision.push(CollisionSpec {
+            between: ["sensor".into(), "light".into()],
+            angle_min_deg: 25.0,
+        });
+        let colliding = machine(&spec);
+        let mut close = 0;
+        for pair in pairs(23, 5000) {
+            match apart.place(&pair, true) {
+                Err(Unreachable::Occluded) => {
+                    close += 1;
+                    let found = colliding.place(&pair, true);
+                    // A branch may fail by its range before its collision.
+                    assert!(
+                        matches!(
+                            found,
+                            Err(Unreachable::Collision(0) | Unreachable::AxisRange(_))
+                        ),
+                        "{}: {found:?}",
+                        spec.name
+                    );
+                }
+                other => assert_eq!(colliding.place(&pair, true), other),
+            }
+        }
+        assert!(close > 200, "{}: {close}", spec.name);
+    }
+}
+
+#[test]
+fn a_body_in_the_sample_frame_bites_where_it_is() {
+    // On the turntable a body turns with the sample, so that its angle to the light is known from
+    // the pair alone: of a rod along the tangent, cos = ω_i·x.
+    let mut spec = spec("utia");
+    spec.body.push(BodySpec {
+        name: "rod".into(),
+        axis: "turntable".into(),
+        direction: [1.0, 0.0, 0.0],
+    });
+    spec.limits.collision.push(CollisionSpec {
+        between: ["light".into(), "rod".into()],
+        angle_min_deg: 30.0,
+    });
+    let with_rod = machine(&spec);
+    let (mut hit, mut missed) = (0, 0);
+    for pair in pairs(24, 10_000) {
+        if pair.omega_i.theta().to_degrees() > 75.0
+            || pair.omega_o.theta().to_degrees() > 75.0
+            || pair.separation().to_degrees() < 7.5
+        {
+            continue;
+        }
+        let angle = pair.omega_i.vector().x.acos().to_degrees();
+        let placed = with_rod.place(&pair, false);
+        if angle < 30.0 {
+            hit += 1;
+            assert_eq!(placed, Err(Unreachable::Collision(0)));
+        } else {
+            missed += 1;
+            assert!(placed.is_ok(), "{placed:?}");
+        }
+    }
+    assert!(hit > 100 && missed > 5000, "{hit} {missed}");
+}
+
+#[test]
+fn another_branch_leads_round_a_collision() {
+    // The robot's link stands in the beam on one branch at most: turned by π about the beam it is
+    // behind the sample. With half a ring that branch is gone.
+    let mut spec = spec("rosi");
+    for pair in &mut spec.limits.collision {
+        // Wide enough to be met often.
+        pair.angle_min_deg = 40.0;
+    }
+    let whole = machine(&spec);
+    spec.axis[0].min_deg = 0.0;
+    let half = machine(&spec);
+    let (mut blocked, mut mirrored) = (0, 0);
+    for pair in pairs(25, 20_000) {
+        let round = whole.place(&pair, true);
+        match half.place(&pair, true) {
+            Err(Unreachable::Collision(_)) => {
+                blocked += 1;
+                mirrored += usize::from(round.is_ok_and(|p| p[0] < 0.0));
+            }
+            other => assert_eq!(round, other),
+        }
+    }
+    assert!(blocked > 100, "{blocked}");
+    assert_eq!(mirrored, blocked);
+}
