@@ -1,6 +1,6 @@
 //! The moving parts: a chain of rotation axes, its class, and what it cannot reach.
 
-use super::class::{Class, Ends, classes};
+use super::class::{Class, Ends};
 use super::spec::{BASE, InstrumentSpec, LIGHT, SENSOR};
 use crate::error::ParameterError;
 use crate::geometry::{Direction, DirectionPair, angle_between};
@@ -90,10 +90,7 @@ impl Machine {
     /// As [`InstrumentSpec::check`].
     pub fn new(spec: &InstrumentSpec) -> Result<Self, ParameterError> {
         spec.check()?;
-        let named = |class: &Box<dyn Class>| class.name() == spec.class;
-        let Some(class) = classes().into_iter().find(named) else {
-            return Err(spec.unknown_class());
-        };
+        let class = spec.kinematic_class()?;
         let axes = spec.axis.iter().map(|axis| Axis {
             name: axis.name.clone(),
             range: [axis.min_deg.to_radians(), axis.max_deg.to_radians()],

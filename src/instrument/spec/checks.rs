@@ -25,10 +25,7 @@ impl InstrumentSpec {
     pub fn check(&self) -> Result<(), ParameterError> {
         name("name", &self.name)?;
         text("about", &self.about)?;
-        let named = |class: &Box<dyn Class>| class.name() == self.class;
-        let Some(class) = classes().into_iter().find(named) else {
-            return Err(self.unknown_class());
-        };
+        let class = self.kinematic_class()?;
         self.check_chain(&*class)?;
         for (i, axis) in self.axis.iter().enumerate() {
             axis.check(&format!("axis[{i}]"))?;
@@ -50,11 +47,15 @@ impl InstrumentSpec {
         Ok(())
     }
 
-    pub(crate) fn unknown_class(&self) -> ParameterError {
-        let all = classes();
-        let names: Vec<_> = all.iter().map(|class| class.name()).collect();
-        let value = format!("{:?}", self.class);
-        ParameterError::new("class", value, format!("one of {}", names.join(", ")))
+    /// The class that the file names.
+    pub(crate) fn kinematic_class(&self) -> Result<Box<dyn Class>, ParameterError> {
+        let names: Vec<_> = classes().iter().map(|class| class.name()).collect();
+        let number = names.iter().position(|name| *name == self.class);
+        let class = number.map(|number| classes().swap_remove(number));
+        class.ok_or_else(|| {
+            let value = format!("{:?}", self.class);
+            ParameterError::new("class", value, format!("one of {}", names.join(", ")))
+        })
     }
 
     /// Names, parents and vectors of the axes: a chain, and that of the class.
