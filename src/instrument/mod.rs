@@ -10,15 +10,19 @@
 mod class;
 mod machine;
 mod presets;
+mod motion;
 mod spec;
+mod tour;
 
 pub use class::{AxisTemplate, Class, Ends, classes};
 pub use machine::{Axis, Machine};
 pub use presets::{Preset, presets, read, read_table};
+pub use motion::{AxisMotion, Travel};
 pub use spec::{
     AxisSpec, BodySpec, CalibrationSpec, CollisionSpec, DetectorSpec, InstrumentSpec, LimitsSpec,
     Provenance, Scan, SourceSpec, Tag, TimingSpec,
 };
+pub use tour::Order;
 
 use crate::brdf::{Brdf, Presence};
 use crate::geometry::DirectionPair;

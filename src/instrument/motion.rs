@@ -1,0 +1,3 @@
+//! Motion and time.
+mod travel;
+pub use travel::{AxisMotion, Travel};

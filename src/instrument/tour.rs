@@ -1,0 +1,113 @@
+//! In which order to visit poses: the arms need minutes where a careless order takes hours.
+//!
+//! The cost of a step is its [`Travel`] time, the path starts at rest and ends anywhere.
+//! Positions that occur more than once are visited one after the other and count as one.
+
+mod improve;
+mod sorted;
+mod tree;
+
+use super::motion::Travel;
+use crate::schedule::Positions;
+use improve::improve;
+use serde::{Deserialize, Serialize};
+use sorted::sorted;
+use tree::Tree;
+
+/// How the visits are put in order.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Order {
+    /// As the schedule numbers them.
+    AsGenerated,
+    /// Back and forth along the quickest axis, in rows of the others: long sweeps.
+    Sorted,
+    /// Always to the nearest of those that are left.
+    NearestNeighbour,
+    /// The nearest-neighbour path with its detours taken out by exchanges of two and three steps
+    /// (2-opt, Or-opt; Bentley 1992), then shaken up and repaired again piece by piece.
+    #[default]
+    TwoOpt,
+}
+
+impl Order {
+    /// Every order, from the cheapest to compute to the cheapest to travel.
+    pub const ALL: [Order; 4] = [
+        Order::AsGenerated,
+        Order::Sorted,
+        Order::NearestNeighbour,
+        Order::TwoOpt,
+    ];
+
+    /// The name a config writes.
+    pub fn name(self) -> &'static str {
+        match self {
+            Order::AsGenerated => "as-generated",
+            Order::Sorted => "sorted",
+            Order::NearestNeighbour => "nearest-neighbour",
+            Order::TwoOpt => "two-opt",
+        }
+    }
+
+    /// One line for lists.
+    pub fn summary(self) -> &'static str {
+        match self {
+            Order::AsGenerated => "as the schedule numbers them",
+            Order::Sorted => "back and forth along the quickest axis, in rows of the others",
+            Order::NearestNeighbour => "always to the nearest pose that is left",
+            Order::TwoOpt => "nearest neighbour, then 2-opt and Or-opt",
+        }
+    }
+
+    /// The numbers of `positions` in the order of visits, from `rest`. Needs memory for some
+    /// hundred bytes a position.
+    pub fn tour(self, travel: &Travel, rest: &Positions, positions: &[Positions]) -> Vec<u32> {
+        match self {
+            Order::AsGenerated => (0..positions.len() as u32).collect(),
+            Order::Sorted => sorted(travel, rest, positions),
+            Order::NearestNeighbour => distinct(positions, |points| {
+                nearest_neighbour(travel, rest, points)
+            }),
+            Order::TwoOpt => distinct(positions, |points| {
+                let path = nearest_neighbour(travel, rest, points);
+                improve(travel, rest, points, path)
+            }),
+        }
+    }
+}
+
+/// Finds a path over the distinct positions, and visits equal ones in the order of their numbers.
+fn distinct(positions: &[Positions], path: impl Fn(&[Positions]) -> Vec<u32>) -> Vec<u32> {
+    let compare = |a: &Positions, b: &Positions| {
+        let axes = a.iter().zip(b);
+        axes.fold(std::cmp::Ordering::Equal, |o, (a, b)| o.then(a.total_cmp(b)))
+    };
+    let at = |i: &u32| &positions[*i as usize];
+    let mut numbers: Vec<u32> = (0..positions.len() as u32).collect();
+    numbers.sort_unstable_by(|a, b| compare(at(a), at(b)).then(a.cmp(b)));
+    let mut groups: Vec<&[u32]> = numbers
+        .chunk_by(|a, b| compare(at(a), at(b)).is_eq())
+        .collect();
+    // In the order of their first numbers, so that ties are resolved by number.
+    groups.sort_unstable_by_key(|g| g[0]);
+    let points: Vec<Positions> = groups.iter().map(|g| *at(&g[0])).collect();
+    let order = path(&points);
+    order
+        .into_iter()
+        .flat_map(|g| groups[g as usize].iter().copied())
+        .collect()
+}
+
+/// Always to the nearest that is left: by travel time, then by the sum of the squared times of all
+/// axes (move no axis without need), then by number.
+fn nearest_neighbour(travel: &Travel, rest: &Positions, points: &[Positions]) -> Vec<u32> {
+    let mut tree = Tree::new(travel, points);
+    let mut path = Vec::with_capacity(points.len());
+    let mut here = *rest;
+    while let Some(next) = tree.nearest(&here) {
+        tree.remove(next);
+        here = points[next as usize];
+        path.push(next);
+    }
+    path
+}
