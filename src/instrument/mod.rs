@@ -17,7 +17,7 @@ mod tour;
 pub use class::{AxisTemplate, Class, Ends, classes};
 pub use machine::{Axis, Machine};
 pub use presets::{Preset, presets, read, read_table};
-pub use motion::{AxisMotion, Travel};
+pub use motion::{AxisMotion, Motion, Stop, Travel};
 pub use spec::{
     AxisSpec, BodySpec, CalibrationSpec, CollisionSpec, DetectorSpec, InstrumentSpec, LimitsSpec,
     Provenance, Scan, SourceSpec, Tag, TimingSpec,

@@ -111,3 +111,6 @@ fn nearest_neighbour(travel: &Travel, rest: &Positions, points: &[Positions]) ->
     }
     path
 }
+
+#[cfg(test)]
+mod tests;

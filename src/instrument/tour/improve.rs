@@ -27,10 +27,10 @@ const LEAST: f64 = 1e-9;
 const PIECE: usize = 50;
 
 /// Kicks per place.
-const KICKS: usize = 20;
+const KICKS: usize = 3;
 
 /// Kicks at most: what they gain per second falls when they no longer meet again.
-const MOST_KICKS: usize = 400_000;
+const MOST_KICKS: usize = 200_000;
 
 /// Places on the longest piece that is turned round to repair a kick.
 const REPAIR: usize = 1000;

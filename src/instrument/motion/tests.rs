@@ -1,0 +1,462 @@
+use super::*;
+use crate::geometry::Symmetry;
+use crate::parametrization;
+use crate::sampling::Random;
+use crate::schedule::{RandomSet, SampleSet};
+use std::f64::consts::{PI, TAU};
+
+fn axis(speed: f64, acceleration: f64) -> AxisMotion {
+    AxisMotion {
+        speed,
+        acceleration,
+        wraps: false,
+    }
+}
+
+fn one(speed: f64, acceleration: f64) -> Travel {
+    Travel::new(&[axis(speed, acceleration)])
+}
+
+fn at(x: f64) -> Positions {
+    [x, 0.0, 0.0, 0.0]
+}
+
+/// Integrates the motion itself: full acceleration as long as there is room to brake. The error
+/// is a few steps of time, and the last creep.
+fn integrated(distance: f64, speed: f64, acceleration: f64, dt: f64) -> f64 {
+    let (mut x, mut v, mut t) = (0.0, 0.0, 0.0);
+    while x < distance {
+        let braking = v * v / (2.0 * acceleration);
+        if distance - x <= braking {
+            // From here to rest: v = √(2 a s) all the way.
+            return t + (2.0 * (distance - x) / acceleration).sqrt();
+        }
+        let faster = (v + acceleration * dt).min(speed);
+        x += 0.5 * (v + faster) * dt;
+        v = faster;
+        t += dt;
+    }
+    t
+}
+
+#[test]
+fn a_move_takes_as_long_as_its_integrated_profile() {
+    for (v, a) in [(0.5, 1.0), (2.0, 0.3), (0.1, 5.0)] {
+        // From far inside the triangle to far outside, and the knee itself.
+        for share in [0.01, 0.3, 0.99, 1.0, 1.01, 3.0, 50.0] {
+            let d = share * v * v / a;
+            let t = one(v, a).seconds(&at(0.0), &at(d));
+            // First order in the step: its error falls with it.
+            for dt in [1e-4, 1e-5].map(|s| s * t) {
+                let direct = integrated(d, v, a, dt);
+                assert!((t - direct).abs() < 4.0 * dt, "{v} {a} {d}: {t} {direct}");
+            }
+        }
+    }
+}
+
+#[test]
+fn without_a_limit_only_the_other_counts() {
+    for d in [1e-6, 0.1, 3.0] {
+        let t = one(f64::INFINITY, 2.0).seconds(&at(0.0), &at(d));
+        assert!((t / (2.0 * (d / 2.0).sqrt()) - 1.0).abs() < 1e-15);
+        let t = one(0.5, f64::INFINITY).seconds(&at(0.0), &at(d));
+        assert!((t / (d / 0.5) - 1.0).abs() < 1e-15);
+        // Both limits are approached from above.
+        assert!(one(1e6, 2.0).seconds(&at(0.0), &at(d)) >= 2.0 * (d / 2.0).sqrt() * (1.0 - 1e-15));
+    }
+    for travel in [one(f64::INFINITY, 2.0), one(0.5, f64::INFINITY)] {
+        assert_eq!(travel.seconds(&at(0.3), &at(0.3)), 0.0);
+    }
+}
+
+#[test]
+fn travel_is_a_metric_and_grows_with_distance() {
+    let travel = Travel::new(&[
+        axis(0.5, 1.0),
+        AxisMotion {
+            wraps: true,
+            ..axis(0.3, 2.0)
+        },
+        axis(1.0, 0.2),
+    ]);
+    let random = Random::new(4);
+    for i in 0..3000 {
+        let x: [f64; 9] = random.point(i);
+        let [p, q, r] = [0, 3, 6].map(|k| {
+            let x = |j: usize| (x[k + j] - 0.5) * TAU;
+            [x(0), x(1), x(2), 0.0]
+        });
+        let (pq, qr, pr) = (
+            travel.seconds(&p, &q),
+            travel.seconds(&q, &r),
+            travel.seconds(&p, &r),
+        );
+        assert_eq!(pq, travel.seconds(&q, &p));
+        assert_eq!(travel.seconds(&p, &p), 0.0);
+        assert!(pr <= (pq + qr) * (1.0 + 1e-15), "{p:?} {q:?} {r:?}");
+        let (j, slowest) = travel.slowest(&p, &q);
+        assert_eq!(slowest, pq);
+        // Nothing but the slowest axis counts.
+        let mut only = p;
+        only[j] = q[j];
+        assert_eq!(travel.seconds(&p, &only), pq);
+    }
+    let travel = one(0.5, 1.0);
+    let mut last = 0.0;
+    for k in 1..4000 {
+        let t = travel.seconds(&at(0.0), &at(1e-3 * f64::from(k)));
+        assert!(t > last);
+        last = t;
+    }
+}
+
+#[test]
+fn an_axis_that_wraps_takes_the_shorter_way() {
+    let wraps = Travel::new(&[AxisMotion {
+        wraps: true,
+        ..axis(0.5, 1.0)
+    }]);
+    let straight = one(0.5, 1.0);
+    for k in -20..=20 {
+        for l in -20..=20 {
+            let [a, b] = [k, l].map(|k| PI * f64::from(k) / 20.0);
+            let shortest = [-TAU, 0.0, TAU]
+                .map(|turn| straight.seconds(&at(a), &at(b + turn)))
+                .into_iter()
+                .fold(f64::INFINITY, f64::min);
+            // A microradian of rounding near 0 is a nanosecond squared: the root is looser.
+            assert!((wraps.seconds(&at(a), &at(b)) - shortest).abs() < 1e-7);
+            let way = wraps.way(0, &at(a), &at(b));
+            assert!(way.abs() <= PI + 1e-12);
+            let landed = (a + way - b) / TAU;
+            assert!((landed - landed.round()).abs() < 1e-12);
+        }
+    }
+}
+
+#[test]
+fn the_time_to_a_box_is_the_time_to_its_nearest_point() {
+    let travel = Travel::new(&[
+        axis(0.5, 1.0),
+        AxisMotion {
+            wraps: true,
+            ..axis(0.3, 2.0)
+        },
+    ]);
+    let random = Random::new(8);
+    let longest = |squares: Positions| squares.into_iter().fold(0.0, f64::max).sqrt();
+    for i in 0..300 {
+        let x: [f64; 6] = random.point(i);
+        let x = x.map(|x| (x - 0.5) * TAU);
+        let low = [x[0].min(x[2]), x[1].min(x[3]), 0.0, 0.0];
+        let high = [x[0].max(x[2]), x[1].max(x[3]), 0.0, 0.0];
+        let from = [x[4], x[5], 0.0, 0.0];
+        let bound = longest(travel.squares_to_box(&from, &low, &high));
+        let mut nearest = f64::INFINITY;
+        for k in 0..=200 {
+            for l in 0..=200 {
+                let inside = |j: usize, k: i32| low[j] + (high[j] - low[j]) * f64::from(k) / 200.0;
+                let t = travel.seconds(&from, &[inside(0, k), inside(1, l), 0.0, 0.0]);
+                assert!(t >= bound * (1.0 - 1e-12));
+                nearest = nearest.min(t);
+            }
+        }
+        // A box is at most a turn wide: the nearest of the points is half a 200th of that away.
+        let step = longest(travel.squares(&[0.0; 4], &[TAU / 400.0, TAU / 400.0, 0.0, 0.0]));
+        assert!(nearest <= bound + step, "{nearest} {bound}");
+    }
+}
+
+/// A schedule of `n` poses whose lights change with every `lights`-th.
+fn schedule(n: usize, lights: usize) -> Schedule {
+    let form = parametrization::find("half-difference")
+        .unwrap()
+        .form(Symmetry::NONE);
+    let mut schedule = RandomSet {}.plan(&form, n, 1).unwrap();
+    for i in 0..n {
+        schedule.poses[i].pair.omega_i = schedule.poses[i - i % lights].pair.omega_i;
+    }
+    schedule
+}
+
+struct Setting {
+    scan: Scan,
+    rate: Option<f64>,
+    exposure: f64,
+    every_minutes: f64,
+}
+
+const STOP: Setting = Setting {
+    scan: Scan::Stop,
+    rate: None,
+    exposure: 0.25,
+    every_minutes: 0.0,
+};
+
+const SETTLE: f64 = 0.2;
+const OVERHEAD: f64 = 0.1;
+const TILE: f64 = 20.0;
+
+fn motion(setting: &Setting) -> Motion {
+    let timing = TimingSpec {
+        scan: setting.scan,
+        settle_s: SETTLE,
+        overhead_s: OVERHEAD,
+        sample_rate_hz: setting.rate,
+    };
+    let detector = DetectorSpec {
+        half_angle_deg: 0.5,
+        view_mm: 10.0,
+        reference_rate: 1e6,
+        full_scale: 1e5,
+        bits: 16,
+        read_noise: 10.0,
+        dark_rate: 1.0,
+        shot_noise: true,
+        exposures: 1,
+        exposure_min_s: setting.exposure,
+        exposure_max_s: setting.exposure,
+    };
+    let calibration = CalibrationSpec {
+        reflectance: 0.99,
+        uncertainty: 0.005,
+        every_minutes: setting.every_minutes,
+        seconds: TILE,
+    };
+    let travel = Travel::new(&[axis(0.5, 1.0), axis(0.5, 1.0), axis(0.5, 1.0)]);
+    Motion::of_parts(travel, [0.0; 4], &timing, &detector, &calibration)
+}
+
+/// Rows along the first axis with steps of `d`, the second axis changes between them.
+fn rows(rows: usize, columns: usize, d: f64) -> Vec<Stop> {
+    let stop = |i: usize| {
+        let (row, column) = (i / columns, i % columns);
+        let column = if row % 2 == 0 { column } else { columns - 1 - column };
+        (i as u32, [d * column as f64, 0.2 * row as f64, 0.1, 0.0])
+    };
+    (0..rows * columns).map(stop).collect()
+}
+
+fn wandering(n: usize) -> Vec<Stop> {
+    let random = Random::new(3);
+    let stop = |i| {
+        let [a, b, c] = random.point(i);
+        (i as u32, [a, b, c, 0.0])
+    };
+    (0..n as u64).map(stop).collect()
+}
+
+fn total(visits: &[Visit]) -> f64 {
+    visits.iter().map(|v| v.seconds).sum()
+}
+
+#[test]
+fn exposures_are_in_equal_ratios() {
+    let mut detector = DetectorSpec {
+        half_angle_deg: 0.5,
+        view_mm: 10.0,
+        reference_rate: 1e6,
+        full_scale: 1e5,
+        bits: 16,
+        read_noise: 10.0,
+        dark_rate: 1.0,
+        shot_noise: true,
+        exposures: 4,
+        exposure_min_s: 0.001,
+        exposure_max_s: 1.0,
+    };
+    let all: Vec<f64> = exposures(&detector).collect();
+    for (t, expected) in all.iter().zip([0.001, 0.01, 0.1, 1.0]) {
+        assert!((t / expected - 1.0).abs() < 1e-14);
+    }
+    assert_eq!(all.len(), 4);
+    detector.exposures = 1;
+    assert_eq!(exposures(&detector).collect::<Vec<_>>(), [0.001]);
+}
+
+#[test]
+fn stop_and_go_adds_up() {
+    let (n, every) = (400, 5.0);
+    let schedule = schedule(n, 7);
+    let motion = motion(&Setting {
+        every_minutes: every,
+        ..STOP
+    });
+    let mut path = wandering(n);
+    // A pose where the one before was: nothing moves, nothing settles.
+    path[50].1 = path[49].1;
+    let visits = motion.timed(&schedule, &path);
+    let (mut here, mut now, mut calibrated, mut tiles) = ([0.0; 4], 0.0, f64::NEG_INFINITY, 0);
+    for (i, (visit, stop)) in visits.iter().zip(&path).enumerate() {
+        assert_eq!((visit.pose, visit.positions), *stop);
+        let mut begins = now;
+        if now - calibrated > 60.0 * every {
+            begins += TILE;
+            calibrated = begins;
+            tiles += 1;
+        }
+        let moves = motion.travel.seconds(&here, &stop.1) + if i == 50 { 0.0 } else { SETTLE };
+        assert_eq!(visit.move_seconds, moves);
+        assert_eq!(visit.exposure_seconds, 0.25);
+        let middle = begins + moves + 0.125;
+        assert!((visit.at_seconds - middle).abs() < 1e-9);
+        assert!((visit.since_calibration_seconds - (middle - calibrated)).abs() < 1e-9);
+        now = begins + moves + 0.25 + OVERHEAD;
+        here = stop.1;
+    }
+    assert!(tiles > 2, "{tiles}");
+    assert!((total(&visits) - now).abs() < 1e-9);
+    let last = visits[n - 1];
+    assert!((last.at_seconds + 0.125 + OVERHEAD - total(&visits)).abs() < 1e-9);
+}
+
+#[test]
+fn blocks_share_their_light() {
+    let (n, lights) = (60, 7);
+    let schedule = schedule(n, lights);
+    let path = wandering(n);
+    let visits = motion(&STOP).timed(&schedule, &path);
+    for (i, visit) in visits.iter().enumerate() {
+        assert_eq!(visit.block as usize, i / lights);
+    }
+    // Backwards the blocks are the same, numbered from the other end.
+    let back: Vec<Stop> = path.into_iter().rev().collect();
+    let visits = motion(&STOP).timed(&schedule, &back);
+    for (visit, stop) in visits.iter().zip(&back) {
+        assert_eq!(visit.block as usize, (n - 1) / lights - stop.0 as usize / lights);
+    }
+}
+
+#[test]
+fn tiles_are_read_as_often_as_the_time_asks() {
+    let n = 600;
+    let schedule = schedule(n, n);
+    let path = wandering(n);
+    let tiles = |every_minutes: f64| {
+        let visits = motion(&Setting { every_minutes, ..STOP }).timed(&schedule, &path);
+        let extra = visits.iter().filter(|v| {
+            let rest = v.move_seconds + v.exposure_seconds + OVERHEAD;
+            v.seconds - rest > 0.5 * TILE
+        });
+        let longest = visits
+            .iter()
+            .map(|v| v.since_calibration_seconds - 0.5 * v.exposure_seconds - v.move_seconds);
+        let longest = longest.fold(0.0, f64::max);
+        assert!(every_minutes == 0.0 || longest <= 60.0 * every_minutes * (1.0 + 1e-12));
+        (extra.count(), total(&visits))
+    };
+    let (once, bare) = tiles(0.0);
+    assert_eq!(once, 1);
+    let bare = bare - TILE;
+    for every in [1.0, 2.5, 10.0] {
+        // Each interval is as long as asked, and at most the rest of a visit (< 4 s) longer.
+        let (count, seconds) = tiles(every);
+        let most = (bare / (60.0 * every)).floor() as usize + 1;
+        let least = (bare / (60.0 * every + 4.0)).floor() as usize;
+        assert!((least..=most).contains(&count), "{count} of {least}..{most}");
+        assert!((seconds - bare - TILE * count as f64).abs() < 1e-8);
+    }
+    // Shorter than any visit: before every one.
+    assert_eq!(tiles(1e-6).0, n);
+}
+
+#[test]
+fn a_long_sweep_takes_the_time_of_one_move() {
+    // No exposures to wait for: one trapezoid over everything.
+    let path = rows(1, 41, 0.05);
+    let schedule = schedule(path.len(), 1);
+    let fly = Setting {
+        scan: Scan::Fly,
+        exposure: 0.0,
+        ..STOP
+    };
+    let visits = motion(&fly).timed(&schedule, &path);
+    let first = visits[0].seconds;
+    let whole = one(0.5, 1.0).seconds(&at(0.0), &at(2.0));
+    assert!((total(&visits) - first - whole).abs() < 1e-12);
+    // Exposures or the rate of readings set the pace where they are slower than the axis; the
+    // ramps are as long as the pace asks.
+    for (exposure, rate, pace) in [(0.3, None, 0.3), (0.0, Some(4.0), 0.25), (0.3, Some(2.0), 0.5)] {
+        let fly = Setting { exposure, rate, ..fly };
+        let visits = motion(&fly).timed(&schedule, &path);
+        let seconds = total(&visits) - visits[0].seconds;
+        let ramps = 0.05 / pace / 1.0;
+        assert!((seconds - 40.0 * pace - ramps).abs() < 1e-12, "{seconds}");
+        for v in &visits[1..] {
+            assert!((v.seconds - v.move_seconds - exposure).abs() < 1e-12);
+            assert!(v.move_seconds >= 0.0);
+        }
+    }
+}
+
+#[test]
+fn flying_is_never_slower_than_stopping() {
+    for every_minutes in [0.0, 0.5, 3.0] {
+        for exposure in [0.0, 0.01, 0.25, 3.0] {
+            for rate in [None, Some(1000.0), Some(2.0), Some(0.2)] {
+                for d in [1e-4, 0.01, 0.3] {
+                    let path = rows(12, 9, d);
+                    let schedule = schedule(path.len(), 1);
+                    let setting = Setting { scan: Scan::Fly, rate, exposure, every_minutes };
+                    let flown = motion(&setting).timed(&schedule, &path);
+                    let stopped = motion(&Setting { scan: Scan::Stop, ..setting });
+                    let stopped = stopped.timed(&schedule, &path);
+                    let (fly, stop) = (total(&flown), total(&stopped));
+                    assert!(fly <= stop + 1e-9, "{fly} {stop}");
+                    if rate != Some(0.2) && every_minutes != 0.5 {
+                        // Of nine visits at least one in two neither settles nor idles.
+                        assert!(fly < stop - 0.3 * 0.5 * path.len() as f64, "{fly} {stop}");
+                    }
+                    let mut now = 0.0;
+                    for (visit, stop) in flown.iter().zip(&path) {
+                        assert_eq!((visit.pose, visit.positions), *stop);
+                        let idle = visit.at_seconds - now;
+                        assert!(idle >= 0.5 * exposure && idle <= visit.seconds, "{visit:?}");
+                        now += visit.seconds;
+                    }
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn without_sweeps_flying_is_stopping() {
+    let n = 100;
+    let schedule = schedule(n, 1);
+    let setting = Setting {
+        every_minutes: 1.0,
+        ..STOP
+    };
+    let stopped = motion(&setting);
+    let flown = motion(&Setting {
+        scan: Scan::Fly,
+        rate: Some(100.0),
+        ..setting
+    });
+    let mut zigzag = rows(1, n, 0.05);
+    zigzag.chunks_exact_mut(2).for_each(|pair| pair.swap(0, 1));
+    for path in [wandering(n), zigzag] {
+        let path: Vec<Stop> = path;
+        assert_eq!(flown.timed(&schedule, &path), stopped.timed(&schedule, &path));
+    }
+}
+
+#[test]
+fn no_visit_of_a_sweep_begins_when_a_calibration_is_due() {
+    let path = rows(3, 200, 0.01);
+    let schedule = schedule(path.len(), 1);
+    for every_minutes in [0.001, 0.1, 0.5] {
+        let setting = Setting {
+            scan: Scan::Fly,
+            every_minutes,
+            ..STOP
+        };
+        let visits = motion(&setting).timed(&schedule, &path);
+        for v in &visits {
+            let begins = v.since_calibration_seconds - 0.5 * v.exposure_seconds - v.move_seconds;
+            assert!(begins <= 60.0 * every_minutes + 1e-9, "{v:?}");
+        }
+    }
+}
