@@ -22,6 +22,7 @@
 //! changes of speed in between are free. A calibration that becomes due ends a sweep, and one that
 //! would last longer than stopping everywhere is not flown.
 
+mod plan;
 mod travel;
 
 pub use travel::{AxisMotion, Travel};

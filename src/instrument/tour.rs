@@ -65,9 +65,9 @@ impl Order {
         match self {
             Order::AsGenerated => (0..positions.len() as u32).collect(),
             Order::Sorted => sorted(travel, rest, positions),
-            Order::NearestNeighbour => distinct(positions, |points| {
-                nearest_neighbour(travel, rest, points)
-            }),
+            Order::NearestNeighbour => {
+                distinct(positions, |points| nearest_neighbour(travel, rest, points))
+            }
             Order::TwoOpt => distinct(positions, |points| {
                 let path = nearest_neighbour(travel, rest, points);
                 improve(travel, rest, points, path)
@@ -80,7 +80,9 @@ impl Order {
 fn distinct(positions: &[Positions], path: impl Fn(&[Positions]) -> Vec<u32>) -> Vec<u32> {
     let compare = |a: &Positions, b: &Positions| {
         let axes = a.iter().zip(b);
-        axes.fold(std::cmp::Ordering::Equal, |o, (a, b)| o.then(a.total_cmp(b)))
+        axes.fold(std::cmp::Ordering::Equal, |o, (a, b)| {
+            o.then(a.total_cmp(b))
+        })
     };
     let at = |i: &u32| &positions[*i as usize];
     let mut numbers: Vec<u32> = (0..positions.len() as u32).collect();

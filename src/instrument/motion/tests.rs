@@ -232,7 +232,11 @@ fn motion(setting: &Setting) -> Motion {
 fn rows(rows: usize, columns: usize, d: f64) -> Vec<Stop> {
     let stop = |i: usize| {
         let (row, column) = (i / columns, i % columns);
-        let column = if row % 2 == 0 { column } else { columns - 1 - column };
+        let column = if row % 2 == 0 {
+            column
+        } else {
+            columns - 1 - column
+        };
         (i as u32, [d * column as f64, 0.2 * row as f64, 0.1, 0.0])
     };
     (0..rows * columns).map(stop).collect()
@@ -324,7 +328,10 @@ fn blocks_share_their_light() {
     let back: Vec<Stop> = path.into_iter().rev().collect();
     let visits = motion(&STOP).timed(&schedule, &back);
     for (visit, stop) in visits.iter().zip(&back) {
-        assert_eq!(visit.block as usize, (n - 1) / lights - stop.0 as usize / lights);
+        assert_eq!(
+            visit.block as usize,
+            (n - 1) / lights - stop.0 as usize / lights
+        );
     }
 }
 
@@ -334,7 +341,11 @@ fn tiles_are_read_as_often_as_the_time_asks() {
     let schedule = schedule(n, n);
     let path = wandering(n);
     let tiles = |every_minutes: f64| {
-        let visits = motion(&Setting { every_minutes, ..STOP }).timed(&schedule, &path);
+        let visits = motion(&Setting {
+            every_minutes,
+            ..STOP
+        })
+        .timed(&schedule, &path);
         let extra = visits.iter().filter(|v| {
             let rest = v.move_seconds + v.exposure_seconds + OVERHEAD;
             v.seconds - rest > 0.5 * TILE
@@ -354,7 +365,10 @@ fn tiles_are_read_as_often_as_the_time_asks() {
         let (count, seconds) = tiles(every);
         let most = (bare / (60.0 * every)).floor() as usize + 1;
         let least = (bare / (60.0 * every + 4.0)).floor() as usize;
-        assert!((least..=most).contains(&count), "{count} of {least}..{most}");
+        assert!(
+            (least..=most).contains(&count),
+            "{count} of {least}..{most}"
+        );
         assert!((seconds - bare - TILE * count as f64).abs() < 1e-8);
     }
     // Shorter than any visit: before every one.
@@ -377,8 +391,16 @@ fn a_long_sweep_takes_the_time_of_one_move() {
     assert!((total(&visits) - first - whole).abs() < 1e-12);
     // Exposures or the rate of readings set the pace where they are slower than the axis; the
     // ramps are as long as the pace asks.
-    for (exposure, rate, pace) in [(0.3, None, 0.3), (0.0, Some(4.0), 0.25), (0.3, Some(2.0), 0.5)] {
-        let fly = Setting { exposure, rate, ..fly };
+    for (exposure, rate, pace) in [
+        (0.3, None, 0.3),
+        (0.0, Some(4.0), 0.25),
+        (0.3, Some(2.0), 0.5),
+    ] {
+        let fly = Setting {
+            exposure,
+            rate,
+            ..fly
+        };
         let visits = motion(&fly).timed(&schedule, &path);
         let seconds = total(&visits) - visits[0].seconds;
         let ramps = 0.05 / pace / 1.0;
@@ -398,9 +420,17 @@ fn flying_is_never_slower_than_stopping() {
                 for d in [1e-4, 0.01, 0.3] {
                     let path = rows(12, 9, d);
                     let schedule = schedule(path.len(), 1);
-                    let setting = Setting { scan: Scan::Fly, rate, exposure, every_minutes };
+                    let setting = Setting {
+                        scan: Scan::Fly,
+                        rate,
+                        exposure,
+                        every_minutes,
+                    };
                     let flown = motion(&setting).timed(&schedule, &path);
-                    let stopped = motion(&Setting { scan: Scan::Stop, ..setting });
+                    let stopped = motion(&Setting {
+                        scan: Scan::Stop,
+                        ..setting
+                    });
                     let stopped = stopped.timed(&schedule, &path);
                     let (fly, stop) = (total(&flown), total(&stopped));
                     assert!(fly <= stop + 1e-9, "{fly} {stop}");
@@ -412,7 +442,8 @@ fn flying_is_never_slower_than_stopping() {
                     for (visit, stop) in flown.iter().zip(&path) {
                         assert_eq!((visit.pose, visit.positions), *stop);
                         let idle = visit.at_seconds - now;
-                        assert!(idle >= 0.5 * exposure && idle <= visit.seconds, "{visit:?}");
+                        let range = 0.5 * exposure - 1e-9..visit.seconds + 1e-9;
+                        assert!(range.contains(&idle), "{visit:?}");
                         now += visit.seconds;
                     }
                 }
@@ -439,7 +470,10 @@ fn without_sweeps_flying_is_stopping() {
     zigzag.chunks_exact_mut(2).for_each(|pair| pair.swap(0, 1));
     for path in [wandering(n), zigzag] {
         let path: Vec<Stop> = path;
-        assert_eq!(flown.timed(&schedule, &path), stopped.timed(&schedule, &path));
+        assert_eq!(
+            flown.timed(&schedule, &path),
+            stopped.timed(&schedule, &path)
+        );
     }
 }
 

@@ -52,7 +52,10 @@ impl Travel {
     /// a turn apart.
     #[inline]
     pub fn seconds(&self, from: &Positions, to: &Positions) -> f64 {
-        self.squares(from, to).into_iter().fold(0.0, f64::max).sqrt()
+        self.squares(from, to)
+            .into_iter()
+            .fold(0.0, f64::max)
+            .sqrt()
     }
 
     /// The square of the time each axis needs: comparisons do without the root.
@@ -107,7 +110,10 @@ impl Travel {
     /// Number of the axis that travels longest, and its seconds.
     pub fn slowest(&self, from: &Positions, to: &Positions) -> (usize, f64) {
         let squares = self.squares(from, to);
-        let longest = (0..MAX_AXES).fold(0, |best, j| if squares[j] > squares[best] { j } else { best });
+        let longest = (0..MAX_AXES).fold(
+            0,
+            |best, j| if squares[j] > squares[best] { j } else { best },
+        );
         (longest, squares[longest].sqrt())
     }
 
@@ -115,7 +121,9 @@ impl Travel {
     pub(super) fn peak_speed(&self, j: usize, distance: f64) -> f64 {
         // Half of v²/a is spent on either ramp: v² = a d.
         let acceleration = 4.0 / self.triangle[j];
-        (acceleration * distance).sqrt().min(1.0 / self.inverse_speed[j])
+        (acceleration * distance)
+            .sqrt()
+            .min(1.0 / self.inverse_speed[j])
     }
 
     /// Highest speed of axis `j`, rad/s.

@@ -97,7 +97,11 @@ impl<'a> Search<'a> {
     #[inline]
     fn cost(&self, a: u32, b: u32) -> f64 {
         if a.max(b) == self.end() {
-            return if a.min(b) == 0 { f64::NEG_INFINITY } else { 0.0 };
+            return if a.min(b) == 0 {
+                f64::NEG_INFINITY
+            } else {
+                0.0
+            };
         }
         let place = |i: u32| &self.places[i as usize];
         self.travel.seconds(place(a), place(b))
@@ -302,7 +306,11 @@ impl Tour {
     /// The steps a–b and c–d become a–c and b–d. `b` follows `a` in the direction in which `d`
     /// follows `c`.
     fn exchange(&mut self, [a, b, c]: [u32; 3]) {
-        let ends = if self.beside(a, true) == b { [b, c] } else { [c, b] };
+        let ends = if self.beside(a, true) == b {
+            [b, c]
+        } else {
+            [c, b]
+        };
         let [from, to] = ends.map(|i| self.at[i as usize] as usize);
         let n = self.order.len();
         let inside = (to + n - from) % n + 1;
@@ -349,7 +357,9 @@ impl Tour {
 
     /// Takes back everything since the last kick.
     fn undo(&mut self) {
-        let Some(mut turned) = self.log.take() else { return };
+        let Some(mut turned) = self.log.take() else {
+            return;
+        };
         while let Some((start, length)) = turned.pop() {
             self.turn(start as usize, length as usize);
         }

@@ -52,7 +52,10 @@ fn lined_up(mut x: Vec<f64>, innermost: bool, low: f64) -> Vec<f64> {
     let places = ascending.chunk_by(|a, b| b - a <= SAME).count();
     if innermost || SHARED * places <= x.len() {
         // Rounding must not tear a row apart.
-        let starts: Vec<f64> = ascending.chunk_by(|a, b| b - a <= SAME).map(|c| c[0]).collect();
+        let starts: Vec<f64> = ascending
+            .chunk_by(|a, b| b - a <= SAME)
+            .map(|c| c[0])
+            .collect();
         for x in &mut x {
             *x = starts.partition_point(|s| s <= x) as f64;
         }
@@ -74,7 +77,11 @@ fn arrange(rows: &[Vec<f64>], backwards: &mut [bool], numbers: &mut [u32]) {
     let at = |i: &u32| row[*i as usize];
     numbers.sort_unstable_by(|a, b| {
         let ascending = at(a).total_cmp(&at(b));
-        let along = if *back { ascending.reverse() } else { ascending };
+        let along = if *back {
+            ascending.reverse()
+        } else {
+            ascending
+        };
         along.then(a.cmp(b))
     });
     *back = !*back;
