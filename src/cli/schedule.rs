@@ -80,7 +80,12 @@ impl Schedule {
         if stdout {
             let schedule = make(key)?;
             let mut out = BufWriter::new(io::stdout().lock());
-            let result = write_schedule(&schedule, format.unwrap_or(ScheduleFormat::Csv), &mut out);
+            let result = write_schedule(
+                &schedule,
+                None,
+                format.unwrap_or(ScheduleFormat::Csv),
+                &mut out,
+            );
             return written(Path::new("stdout"), result.and_then(|()| out.flush()));
         }
         let Some(format) = format.or_else(|| ScheduleFormat::of(&self.output)) else {
@@ -186,7 +191,7 @@ fn write(key: &ScheduleKey<'_>, format: ScheduleFormat, path: &Path) -> Result<(
     let schedule = make(key)?;
     written(
         path,
-        write_atomically(path, |out| write_schedule(&schedule, format, out)),
+        write_atomically(path, |out| write_schedule(&schedule, None, format, out)),
     )
 }
 

@@ -291,7 +291,9 @@ impl RunFolder {
         format: ScheduleFormat,
     ) -> Result<(), Error> {
         let name = format!("{}.{}", schedule_stem(key), format.extension());
-        self.write_below(SCHEDULES, name, |out| write_schedule(schedule, format, out))
+        self.write_below(SCHEDULES, name, |out| {
+            write_schedule(schedule, None, format, out)
+        })
     }
 
     /// Writes a picture of a slice of truth, reconstruction and difference.

@@ -2,10 +2,19 @@
 //!
 //! One row a pose: `index`, the coordinates the set is uniform in (angles in degrees, column ends
 //! in `_deg`), then `theta_i_deg, phi_i_deg, theta_o_deg, phi_o_deg` of the two arms; no column
-//! comes twice, so spherical coordinates have none of their own beside the arms'. A CSV begins with comment lines (`#`) that say what the columns are; a JSON Lines file begins with one
-//! `{"header": …}` object that does.
+//! comes twice, so spherical coordinates have none of their own beside the arms'. With an itinerary
+//! rows come in the order of time and go on with `block`, one column an axis (`<name>_deg`), and
+//! `move_seconds, exposure_seconds, seconds, at_seconds`; poses that the instrument cannot take are
+//! listed in the header with their reasons.
+//!
+//! The header says what the columns are and what a program needs to know the schedule again:
+//! parametrization, warps, symmetry, sample set, number of poses, the axes of a lattice (from which
+//! its nodes and poses follow, see [`super::Grid`]), instrument and order, and `schedule_hash`, the
+//! BLAKE3 hash of the rows.
 
-use super::{Pose, Schedule};
+use super::table::{Cell, Sheet};
+use super::{Itinerary, Schedule};
+use crate::geometry::Symmetry;
 use crate::parametrization::{Axis, Unit};
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value, json};
@@ -40,87 +49,63 @@ impl ScheduleFormat {
     }
 }
 
-/// Writes a schedule.
+/// The fact that holds the hash of a schedule's rows.
+pub(crate) const SCHEDULE_HASH: &str = "schedule_hash";
+
+/// In which order a file has its rows.
+#[derive(Clone, Copy, Debug)]
+pub enum Sequence<'a> {
+    /// As the poses were generated.
+    Generated,
+    /// These poses, by number.
+    Order(&'a [u32]),
+    /// The visits of a machine.
+    Visits(&'a Itinerary),
+}
+
+/// Writes a schedule; with an itinerary the visits in the order of time.
 ///
 /// # Errors
 /// Whatever `out` reports.
 pub fn write_schedule(
     schedule: &Schedule,
+    itinerary: Option<&Itinerary>,
     format: ScheduleFormat,
     out: &mut dyn Write,
 ) -> io::Result<()> {
-    let columns = columns(schedule);
-    match format {
-        ScheduleFormat::Csv => {
-            for line in description(schedule) {
-                writeln!(out, "# {line}")?;
-            }
-            for (name, meaning) in &columns {
-                writeln!(out, "# {name}: {meaning}")?;
-            }
-            let mut csv = csv::Writer::from_writer(out);
-            csv.write_record(columns.iter().map(|(name, _)| name))
-                .map_err(io_error)?;
-            for (index, pose) in schedule.poses.iter().enumerate() {
-                let values = row(schedule, pose);
-                let index = std::iter::once(index.to_string());
-                csv.write_record(index.chain(values.iter().map(f64::to_string)))
-                    .map_err(io_error)?;
-            }
-            csv.flush()
-        }
-        ScheduleFormat::JsonLines => {
-            let meanings: Map<String, Value> = columns
-                .iter()
-                .map(|(name, meaning)| (name.clone(), json!(meaning)))
-                .collect();
-            let header = json!({ "header": {
-                "about": description(schedule),
-                "parametrization": schedule.parametrization.name(),
-                "warp": schedule.parametrization.warp_name(),
-                "symmetry": schedule.parametrization.symmetry(),
-                "sample_set": schedule.sample_set,
-                "poses": schedule.poses.len(),
-                "columns": meanings,
-            }});
-            writeln!(out, "{header}")?;
-            for (index, pose) in schedule.poses.iter().enumerate() {
-                let mut object = Map::new();
-                object.insert("index".into(), json!(index));
-                let names = columns[1..].iter().map(|(name, _)| name.clone());
-                object.extend(names.zip(row(schedule, pose).into_iter().map(Value::from)));
-                writeln!(out, "{}", Value::Object(object))?;
-            }
-            out.flush()
-        }
-    }
+    let rows = PoseRows::of(schedule, itinerary);
+    let row = |i: usize, cells: &mut Vec<Cell>| rows.fill(i, cells);
+    rows.sheet(&row).write(format, SCHEDULE_HASH, out)
 }
 
-/// The system's error behind one of the CSV writer, whose own conversion hides its kind.
-fn io_error(e: csv::Error) -> io::Error {
-    match e.into_kind() {
-        csv::ErrorKind::Io(e) => e,
-        other => io::Error::other(format!("{other:?}")),
+/// The hash that [`write_schedule`] gives the file: of what its rows say, in either format.
+pub fn schedule_hash(schedule: &Schedule, itinerary: Option<&Itinerary>) -> String {
+    let rows = PoseRows::of(schedule, itinerary);
+    let row = |i: usize, cells: &mut Vec<Cell>| rows.fill(i, cells);
+    rows.sheet(&row).hash()
+}
+
+/// The symmetries that hold, by name.
+fn symmetry_words(s: Symmetry) -> String {
+    let all = [
+        (s.isotropic, "isotropic"),
+        (s.reciprocal, "reciprocal"),
+        (s.bilateral, "bilateral"),
+    ];
+    let names = all.into_iter().filter(|(has, _)| *has);
+    let names: Vec<_> = names.map(|(_, name)| name).collect();
+    if names.is_empty() {
+        "none".to_owned()
+    } else {
+        names.join(", ")
     }
 }
 
 /// What the file is, a sentence a line.
-fn description(schedule: &Schedule) -> Vec<String> {
+pub(crate) fn description(schedule: &Schedule) -> Vec<String> {
     let p = &schedule.parametrization;
     let s = p.symmetry();
-    let symmetries: Vec<_> = [
-        (s.isotropic, "isotropic"),
-        (s.reciprocal, "reciprocal"),
-        (s.bilateral, "bilateral"),
-    ]
-    .into_iter()
-    .filter_map(|(has, name)| has.then_some(name))
-    .collect();
-    let symmetries = if symmetries.is_empty() {
-        "none".to_owned()
-    } else {
-        symmetries.join(", ")
-    };
+    let symmetries = symmetry_words(s);
     vec![
         format!("gonio {} schedule: {} poses, distinct and above the horizon", env!("CARGO_PKG_VERSION"), schedule.poses.len()),
         format!("{} points, uniform in {} coordinates (warp: {})", schedule.sample_set, p.name(), p.warp_name()),
@@ -130,53 +115,209 @@ fn description(schedule: &Schedule) -> Vec<String> {
 }
 
 /// The columns of the two arms.
-const ARMS: [&str; 4] = ["theta_i_deg", "phi_i_deg", "theta_o_deg", "phi_o_deg"];
+pub(crate) const ARMS: [&str; 4] = ["theta_i_deg", "phi_i_deg", "theta_o_deg", "phi_o_deg"];
+
+/// The columns of time.
+pub(crate) const TIMES: [&str; 4] = ["move_seconds", "exposure_seconds", "seconds", "at_seconds"];
+
+/// The column of an instrument's axis. Where its name is that of a coordinate, the column says so.
+fn axis_column(name: &str, taken: &[String]) -> String {
+    let column = format!("{name}_deg");
+    if taken.contains(&column) {
+        format!("axis_{column}")
+    } else {
+        column
+    }
+}
 
 /// The axes with a column of their own: spherical coordinates are the angles of the arms.
-fn coordinate_axes(schedule: &Schedule) -> impl Iterator<Item = (usize, &Axis)> {
-    let axes = schedule.parametrization.axes().iter().enumerate();
+pub(crate) fn coordinate_axes(axes: &[Axis]) -> impl Iterator<Item = (usize, &Axis)> {
+    let axes = axes.iter().enumerate();
     axes.filter(|(_, axis)| !ARMS.contains(&axis.column().as_str()))
 }
 
-/// Column names and what they mean.
-fn columns(schedule: &Schedule) -> Vec<(String, String)> {
-    let mut columns = vec![("index".to_owned(), "order of measuring, from 0".to_owned())];
-    for (_, axis) in coordinate_axes(schedule) {
-        let unit = match axis.unit {
-            Unit::Radian => "degrees",
-            Unit::One => "no unit",
-        };
-        let [lo, hi] = axis.range.map(|v| axis.file_value(v));
-        columns.push((axis.column(), format!("coordinate in [{lo}, {hi}], {unit}")));
-    }
-    for (column, meaning) in ARMS.into_iter().zip([
-        "angle of the light from the normal, degrees",
-        "azimuth of the light, degrees",
-        "angle of the sensor from the normal, degrees",
-        "azimuth of the sensor, degrees",
-    ]) {
-        columns.push((column.to_owned(), meaning.to_owned()));
-    }
-    columns
+/// The rows of a file that has one for each pose.
+pub(crate) struct PoseRows<'a> {
+    schedule: &'a Schedule,
+    sequence: Sequence<'a>,
+    /// Poses without a visit come after those with one.
+    all: bool,
+    axes: Vec<(usize, Axis)>,
 }
 
-/// The values after `index`.
-fn row(schedule: &Schedule, pose: &Pose) -> Vec<f64> {
-    let mut values: Vec<f64> = coordinate_axes(schedule)
-        .map(|(d, axis)| axis.file_value(pose.coords[d]))
-        .collect();
-    for arm in [pose.pair.omega_i, pose.pair.omega_o] {
-        values.push(arm.theta().to_degrees());
-        values.push(arm.phi().to_degrees());
+impl<'a> PoseRows<'a> {
+    /// Rows of the poses that a sequence visits, then, if `all`, of those that it cannot.
+    pub fn new(schedule: &'a Schedule, sequence: Sequence<'a>, all: bool) -> Self {
+        let axes = coordinate_axes(schedule.parametrization.axes());
+        Self {
+            schedule,
+            sequence,
+            all,
+            axes: axes.map(|(d, axis)| (d, *axis)).collect(),
+        }
     }
-    values
+
+    fn of(schedule: &'a Schedule, itinerary: Option<&'a Itinerary>) -> Self {
+        let sequence = itinerary.map_or(Sequence::Generated, Sequence::Visits);
+        Self::new(schedule, sequence, false)
+    }
+
+    /// Number of rows.
+    pub fn len(&self) -> usize {
+        match self.sequence {
+            Sequence::Generated => self.schedule.poses.len(),
+            Sequence::Order(order) => order.len(),
+            Sequence::Visits(i) if self.all => i.visits.len() + i.unreachable.len(),
+            Sequence::Visits(i) => i.visits.len(),
+        }
+    }
+
+    /// Number of the pose of a row.
+    pub fn pose(&self, row: usize) -> usize {
+        match self.sequence {
+            Sequence::Generated => row,
+            Sequence::Order(order) => order[row] as usize,
+            Sequence::Visits(i) => match i.visits.get(row) {
+                Some(visit) => visit.pose as usize,
+                None => i.unreachable[row - i.visits.len()].0 as usize,
+            },
+        }
+    }
+
+    /// Column names and what they mean.
+    pub fn columns(&self) -> Vec<(String, String)> {
+        let mut columns: Vec<(String, String)> = Vec::new();
+        let mut add = |name: &str, meaning: &str| columns.push((name.into(), meaning.into()));
+        add("index", "number of the pose in its schedule, from 0");
+        for (_, axis) in &self.axes {
+            let unit = match axis.unit {
+                Unit::Radian => "degrees",
+                Unit::One => "no unit",
+            };
+            let [lo, hi] = axis.range.map(|v| axis.file_value(v));
+            add(
+                &axis.column(),
+                &format!("coordinate in [{lo}, {hi}], {unit}"),
+            );
+        }
+        for (column, meaning) in ARMS.into_iter().zip([
+            "angle of the light from the normal, degrees",
+            "azimuth of the light, degrees",
+            "angle of the sensor from the normal, degrees",
+            "azimuth of the sensor, degrees",
+        ]) {
+            add(column, meaning);
+        }
+        let Sequence::Visits(itinerary) = self.sequence else {
+            return columns;
+        };
+        let taken: Vec<_> = columns.iter().map(|(name, _)| name.clone()).collect();
+        let mut add = |name: &str, meaning: &str| columns.push((name.into(), meaning.into()));
+        add(
+            "block",
+            "number of the run of rows that share a light direction",
+        );
+        for name in &itinerary.axes {
+            let meaning = format!("position of the axis {name}, degrees");
+            add(&axis_column(name, &taken), &meaning);
+        }
+        for (column, meaning) in TIMES.into_iter().zip([
+            "travel from the row before, and settling",
+            "all exposures of this pose",
+            "everything: moving, exposures, overhead, calibration before it",
+            "from the start to the middle of the exposures",
+        ]) {
+            add(column, meaning);
+        }
+        columns
+    }
+
+    /// Appends the cells of a row.
+    pub fn fill(&self, row: usize, cells: &mut Vec<Cell>) {
+        let number = self.pose(row);
+        let pose = &self.schedule.poses[number];
+        cells.push(Cell::Number(number as f64));
+        for (d, axis) in &self.axes {
+            cells.push(Cell::Number(axis.file_value(pose.coords[*d])));
+        }
+        for arm in [pose.pair.omega_i, pose.pair.omega_o] {
+            cells.push(Cell::Number(arm.theta().to_degrees()));
+            cells.push(Cell::Number(arm.phi().to_degrees()));
+        }
+        let Sequence::Visits(itinerary) = self.sequence else {
+            return;
+        };
+        let axes = itinerary.axes.len();
+        let Some(visit) = itinerary.visits.get(row) else {
+            cells.extend((0..1 + axes + TIMES.len()).map(|_| Cell::Empty));
+            return;
+        };
+        cells.push(Cell::Number(f64::from(visit.block)));
+        let positions = visit.positions[..axes].iter();
+        cells.extend(positions.map(|p| Cell::Number(p.to_degrees())));
+        cells.extend(
+            [
+                visit.move_seconds,
+                visit.exposure_seconds,
+                visit.seconds,
+                visit.at_seconds,
+            ]
+            .map(Cell::Number),
+        );
+    }
+
+    /// What a program needs to know the schedule again.
+    pub fn facts(&self) -> Map<String, Value> {
+        let schedule = self.schedule;
+        let p = &schedule.parametrization;
+        let mut facts = Map::new();
+        let mut add = |key: &str, value: Value| facts.insert(key.into(), value);
+        add("parametrization", json!(p.name()));
+        add("warp", json!(p.warp_name()));
+        add("symmetry", json!(p.symmetry()));
+        add("sample_set", json!(schedule.sample_set));
+        add("poses", json!(schedule.poses.len()));
+        add("unphysical_share", json!(schedule.unphysical_share));
+        if let Some(lattice) = &schedule.lattice {
+            add("lattice", json!(lattice.axes));
+        }
+        if let Sequence::Visits(itinerary) = self.sequence {
+            add("instrument", json!(itinerary.instrument));
+            add("axes", json!(itinerary.axes));
+            add("order", json!(itinerary.order));
+            let unreachable = itinerary.unreachable.iter();
+            let unreachable: Vec<_> = unreachable.map(|(i, why)| (i, why.label())).collect();
+            add("unreachable", json!(unreachable));
+        }
+        facts
+    }
+
+    fn sheet<'b>(&self, row: &'b dyn Fn(usize, &mut Vec<Cell>)) -> Sheet<'b> {
+        let mut about = description(self.schedule);
+        if let Sequence::Visits(i) = self.sequence {
+            about.push(format!(
+                "rows in the order of time ({}) of {}: {:.0} s; {} poses cannot be measured, see unreachable",
+                i.order,
+                i.instrument,
+                i.seconds(),
+                i.unreachable.len(),
+            ));
+        }
+        Sheet {
+            about,
+            facts: self.facts(),
+            columns: self.columns(),
+            rows: self.len(),
+            row,
+        }
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::super::{Grid, SampleSet, SobolSet};
     use super::*;
-    use crate::geometry::{DirectionPair, Symmetry};
+    use crate::geometry::DirectionPair;
     use crate::parametrization::{self, WarpName};
     use std::collections::BTreeMap;
 
@@ -199,7 +340,7 @@ mod tests {
 
     fn text(schedule: &Schedule, format: ScheduleFormat) -> String {
         let mut bytes = Vec::new();
-        write_schedule(schedule, format, &mut bytes).unwrap();
+        write_schedule(schedule, None, format, &mut bytes).unwrap();
         String::from_utf8(bytes).unwrap()
     }
 
@@ -314,7 +455,8 @@ mod tests {
             let entry = parametrization::find(name).unwrap();
             let p = entry.warped(Symmetry::FULL, &warps).unwrap();
             let schedule = SobolSet::default().plan(&p, 1, 0).unwrap();
-            let names: Vec<_> = columns(&schedule)
+            let names: Vec<_> = PoseRows::of(&schedule, None)
+                .columns()
                 .into_iter()
                 .map(|(name, _)| name)
                 .collect();

@@ -4,9 +4,9 @@
 //! a common scale grows, each axis has the nearest whole number of nodes, and the next finer shape
 //! has more configurations than the budget.
 
-use super::Schedule;
-use super::lattice::{Centring, Lattice, LatticeAxis, each_node_while};
+use super::lattice::{Centring, Lattice, LatticeAxis, coords, each_node_while};
 use super::sample_set::{PlanError, SampleSet, from_unit, place};
+use super::{Pose, Schedule};
 use crate::error::ParameterError;
 use crate::geometry::Symmetry;
 use crate::parametrization::{Axis, AxisKind, Coords, Parametrization, WarpName};
@@ -55,37 +55,15 @@ impl Grid {
         shape: &[usize],
         budget: usize,
     ) -> Option<Schedule> {
-        let mut lattice = Lattice {
-            axes: self.axes(parametrization.axes(), shape),
-            pose: Vec::with_capacity(shape.iter().product()),
-        };
-        let mut distinct = Distinct::new(parametrization.axes());
-        let mut poses = Vec::new();
-        let mut pose = Vec::with_capacity(lattice.pose.capacity());
-        each_node_while(shape, |index| {
-            let place = place(&**parametrization, &lattice.coords(index));
-            pose.push(place.map(|new| {
-                let next = poses.len() as u32;
-                let key = distinct.key(&new.coords);
-                let found = *distinct.seen.entry(key).or_insert(next);
-                if found == next {
-                    poses.push(new);
-                }
-                found
-            }));
-            poses.len() <= budget
-        });
-        if poses.len() > budget {
-            return None;
-        }
+        let axes = self.axes(parametrization.axes(), shape);
+        let (poses, pose) = nodes(&**parametrization, &axes, budget)?;
         let unphysical = pose.iter().filter(|p| p.is_none()).count();
         let unphysical_share = unphysical as f64 / pose.len() as f64;
-        lattice.pose = pose;
         Some(Schedule {
             parametrization: Arc::clone(parametrization),
             sample_set: Self::KIND.into(),
             poses,
-            lattice: Some(lattice),
+            lattice: Some(Lattice { axes, pose }),
             unphysical_share,
         })
     }
@@ -223,6 +201,34 @@ impl SampleSet for Stratified {
             |shape| self.jitter(parametrization, shape, &random, budget),
         )
     }
+}
+
+/// The distinct configurations of a lattice in the order of its nodes, and for each node the one that
+/// it names; `None` if there are more than `limit`. Depends on nothing but the axes: a file that
+/// holds them holds the grid.
+pub(super) fn nodes(
+    parametrization: &dyn Parametrization,
+    axes: &[LatticeAxis],
+    limit: usize,
+) -> Option<(Vec<Pose>, Vec<Option<u32>>)> {
+    let shape: Vec<usize> = axes.iter().map(|a| a.n).collect();
+    let mut distinct = Distinct::new(parametrization.axes());
+    let mut poses = Vec::new();
+    let mut pose = Vec::with_capacity(shape.iter().product());
+    each_node_while(&shape, |index| {
+        let place = place(parametrization, &coords(axes, index));
+        pose.push(place.map(|new| {
+            let next = poses.len() as u32;
+            let key = distinct.key(&new.coords);
+            let found = *distinct.seen.entry(key).or_insert(next);
+            if found == next {
+                poses.push(new);
+            }
+            found
+        }));
+        poses.len() <= limit
+    });
+    (poses.len() <= limit).then_some((poses, pose))
 }
 
 /// Recognises coordinates that name the same configuration.

@@ -43,6 +43,29 @@ impl Unreachable {
             Self::Collision(_) => collision,
         }
     }
+
+    /// The reason as rows of files write it: the name, and the number of its axis or pair behind a
+    /// colon.
+    pub fn label(self) -> String {
+        let name = self.name();
+        match self {
+            Self::AxisRange(number) | Self::Collision(number) => format!("{name}:{number}"),
+            Self::LightElevation | Self::SensorElevation | Self::Occluded => name.into(),
+        }
+    }
+
+    /// The reason that [`label`](Self::label) writes so.
+    pub fn of_label(label: &str) -> Option<Self> {
+        let (name, number) = match label.split_once(':') {
+            Some((name, number)) => (name, Some(number.parse().ok()?)),
+            None => (label, None),
+        };
+        let all = match number {
+            Some(number) => vec![Self::AxisRange(number), Self::Collision(number)],
+            None => vec![Self::LightElevation, Self::SensorElevation, Self::Occluded],
+        };
+        all.into_iter().find(|reason| reason.name() == name)
+    }
 }
 
 /// One stop of a machine.

@@ -16,7 +16,8 @@ pub enum Centring {
 }
 
 /// One axis of a lattice: how node numbers, index coordinates and axis values relate.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct LatticeAxis {
     /// Number of nodes, at least 1.
     pub n: usize,
@@ -46,6 +47,19 @@ impl LatticeAxis {
             step,
             periodic,
         }
+    }
+
+    /// True if all nodes lie in the range of `axis`, as those of a grid do.
+    pub(super) fn fits(&self, axis: &Axis) -> bool {
+        let slack = 1e-9 * axis.length();
+        let [lo, hi] = axis.range;
+        let last = self.value(self.n.saturating_sub(1) as f64);
+        // Written so that NaN fails.
+        let inside = self.origin >= lo - slack && last <= hi + slack;
+        self.n > 0
+            && self.step > 0.0
+            && inside
+            && self.periodic == (axis.kind == AxisKind::Periodic)
     }
 
     /// Axis value at an index coordinate (node numbers are integers; may be negative).
@@ -93,12 +107,17 @@ impl Lattice {
 
     /// Coordinates at integer indices, inside or outside the box.
     pub fn coords(&self, index: &[i64]) -> Coords {
-        let mut c = [0.0; 4];
-        for ((c, axis), &i) in c.iter_mut().zip(&self.axes).zip(index) {
-            *c = axis.value(i as f64);
-        }
-        c
+        coords(&self.axes, index)
     }
+}
+
+/// Coordinates at integer indices along lattice axes.
+pub(super) fn coords(axes: &[LatticeAxis], index: &[i64]) -> Coords {
+    let mut c = [0.0; 4];
+    for ((c, axis), &i) in c.iter_mut().zip(axes).zip(index) {
+        *c = axis.value(i as f64);
+    }
+    c
 }
 
 /// Calls `visit` with the indices of every node of a box, last axis fastest.

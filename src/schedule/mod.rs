@@ -1,16 +1,22 @@
 //! Which configurations are visited, in which order.
 
-mod export;
+pub(crate) mod export;
 mod grid;
+pub(crate) mod import;
 mod itinerary;
 mod lattice;
+pub(crate) mod record;
 mod sample_set;
+pub(crate) mod table;
 
-pub use export::{ScheduleFormat, write_schedule};
+pub use export::{ScheduleFormat, Sequence, schedule_hash, write_schedule};
 pub use grid::{Grid, Stratified};
+pub use import::{Assume, ScheduleFile, read_schedule};
 pub use itinerary::{Itinerary, MAX_AXES, Positions, Unreachable, Visit};
 pub use lattice::{Centring, Lattice, LatticeAxis, for_each_node};
+pub use record::{ScheduleRow, schedule_schema};
 pub use sample_set::{PlanError, RandomSet, SampleSet, SobolSet, all, read};
+pub use table::FileError;
 
 use crate::geometry::DirectionPair;
 use crate::parametrization::{Coords, Parametrization};

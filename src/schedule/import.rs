@@ -1,0 +1,482 @@
+//! Schedules back from files: ours in both formats, and tables that others wrote.
+//!
+//! The four angles of the arms are all a file must have; every other column is optional, none is
+//! unknown. What the header says is kept as far as the rows bear it out: with an intact
+//! `schedule_hash` coordinates are those of their columns, else they follow from the angles; a
+//! lattice is laid out again from its axes, and its poses are then exact to the bit.
+//!
+//! The schedule that comes back has the rows as its poses, numbered from 0 in the order of `index`
+//! (of the rows, if there is none); nodes of a lattice without a row have no pose.
+
+use super::export::{ARMS, SCHEDULE_HASH, TIMES, coordinate_axes};
+use super::grid;
+use super::itinerary::{MAX_AXES, Positions};
+use super::lattice::{Lattice, LatticeAxis};
+use super::table::{FileError, Table};
+use super::{Pose, Schedule};
+use crate::geometry::{Direction, DirectionPair, Symmetry};
+use crate::numeric::GRAZING_COS;
+use crate::parametrization::{self, Axis, Coords, Parametrization, Unit, WarpName};
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+/// Two poses closer than this are one, rad: ten million times closer than any arm moves, ten
+/// million times further than two roundings.
+const SAME_POSE: f64 = 1e-9;
+
+/// What a reader takes a file for: a choice goes before the header, the header before the default.
+#[derive(Clone, Debug)]
+pub struct Assume {
+    /// Name of the parametrization; by default half-difference.
+    pub parametrization: Option<String>,
+    /// The symmetries of the material.
+    pub symmetry: Option<Symmetry>,
+    /// The symmetries if neither `symmetry` nor the header says; by default none.
+    pub otherwise: Symmetry,
+}
+
+impl Default for Assume {
+    fn default() -> Self {
+        Self {
+            parametrization: None,
+            symmetry: None,
+            otherwise: Symmetry::NONE,
+        }
+    }
+}
+
+/// A schedule that was read.
+pub struct ScheduleFile {
+    /// The poses.
+    pub schedule: Schedule,
+    /// Their numbers in the order of the rows.
+    pub order: Vec<u32>,
+    /// Name of the instrument it was planned for.
+    pub instrument: Option<String>,
+    /// Names of that instrument's axes; empty if the file has no positions.
+    pub axes: Vec<String>,
+    /// Positions of the axes (rad), one a row; empty if the file has none.
+    pub positions: Vec<Positions>,
+    /// The hash of the rows.
+    pub hash: String,
+}
+
+/// Reads a schedule; `name` stands for the file in messages.
+///
+/// # Errors
+/// One sentence with the line: a column that is not known or not there, an angle that is none or
+/// out of range, a pose twice, a file that was cut.
+pub fn read_schedule(text: &str, name: &str, assume: &Assume) -> Result<ScheduleFile, FileError> {
+    let table = Table::read(text, name, SCHEDULE_HASH, |table| known_columns(table, &[]))?;
+    let rows = Rows::read(&table)?;
+    if let Some(again) = rows.again().find(|again| again.row != again.first) {
+        return Err(again.refuse(&table));
+    }
+    let kept: Vec<usize> = (0..table.lines.len()).collect();
+    let (schedule, order) = rows.schedule(&table, &kept, assume, SCHEDULE_HASH)?;
+    let (axes, positions) = positions(&table)?;
+    Ok(ScheduleFile {
+        schedule,
+        order,
+        instrument: table.fact("instrument")?,
+        axes,
+        positions,
+        hash: table.hash(),
+    })
+}
+
+/// Names of the columns that a file of poses may have, and `further` ones.
+pub(crate) fn known_columns(table: &Table, further: &[&str]) -> Result<Vec<String>, FileError> {
+    let mut columns = vec!["index".to_owned()];
+    columns.extend(ARMS.map(String::from));
+    columns.extend(further.iter().map(|&name| name.into()));
+    columns.push("block".into());
+    columns.extend(TIMES.map(String::from));
+    let axes: Vec<String> = table.fact("axes")?.unwrap_or_default();
+    columns.extend(axes.iter().map(|name| format!("{name}_deg")));
+    columns.extend(axes.iter().map(|name| format!("axis_{name}_deg")));
+    columns.extend(coordinate_columns());
+    Ok(columns)
+}
+
+/// Columns of the coordinates of every parametrization.
+pub(crate) fn coordinate_columns() -> Vec<String> {
+    let mut columns: Vec<String> = Vec::new();
+    for entry in parametrization::all() {
+        for symmetry in [Symmetry::FULL, Symmetry::NONE] {
+            for axis in entry.axes(symmetry) {
+                let warps = WarpName::ALL.into_iter();
+                let warped = warps.filter_map(|warp| {
+                    let warps = BTreeMap::from([(axis.symbol.to_owned(), warp)]);
+                    let form = entry.warped(symmetry, &warps).ok()?;
+                    form.axes()
+                        .iter()
+                        .find(|a| a.symbol == axis.symbol)
+                        .copied()
+                });
+                columns.extend(std::iter::once(axis).chain(warped).map(|a| a.column()));
+            }
+        }
+    }
+    columns.sort();
+    columns.dedup();
+    columns.retain(|column| !ARMS.contains(&column.as_str()));
+    columns
+}
+
+/// The poses of a table, row by row.
+pub(crate) struct Rows {
+    /// The directions.
+    pub pairs: Vec<DirectionPair>,
+    /// `index`, where there is one.
+    index: Option<Vec<u64>>,
+}
+
+/// A row whose pose was in an earlier row.
+pub(crate) struct Again {
+    /// The row.
+    pub row: usize,
+    /// The first row of that pose.
+    pub first: usize,
+    /// The index is what they share.
+    by_index: bool,
+}
+
+impl Again {
+    /// Two poses under one index.
+    pub fn is_another_pose(&self) -> bool {
+        self.by_index
+    }
+
+    /// The pose is there twice, and must not.
+    pub fn refuse(&self, table: &Table) -> FileError {
+        let first = table.lines[self.first];
+        let message = if self.by_index {
+            format!("this index is that of line {first}; allowed: every index once")
+        } else {
+            format!("this pose is that of line {first}; allowed: every pose once")
+        };
+        table.row_error(self.row, message)
+    }
+}
+
+impl Rows {
+    /// The angles and numbers of every row.
+    pub fn read(table: &Table) -> Result<Self, FileError> {
+        let mut arms = [0; 4];
+        for (column, arm) in arms.iter_mut().zip(ARMS) {
+            *column = table.column(arm).ok_or_else(|| {
+                let message = format!("column {arm} is missing; needed are {}", ARMS.join(", "));
+                FileError::at(&table.name, table.head, message)
+            })?;
+        }
+        let mut pairs = Vec::with_capacity(table.lines.len());
+        for row in 0..table.lines.len() {
+            let mut angles = [0.0; 4];
+            for (d, angle) in angles.iter_mut().enumerate() {
+                let name = ARMS[d];
+                let Some(degrees) = table.number(row, arms[d]) else {
+                    return Err(table.row_error(row, format!("{name} is empty")));
+                };
+                let (good, allowed) = if d % 2 == 0 {
+                    ((0.0..90.0).contains(&degrees), "[0, 90): above the horizon")
+                } else {
+                    ((-360.0..=360.0).contains(&degrees), "[-360, 360]")
+                };
+                *angle = degrees.to_radians();
+                // Closer to the horizon than any instrument sees.
+                if !good || (d % 2 == 0 && angle.cos() <= GRAZING_COS) {
+                    let message = format!("{name} = {degrees}: allowed is a number in {allowed}");
+                    return Err(table.row_error(row, message));
+                }
+            }
+            let [ti, pi, to, po] = angles;
+            pairs.push(DirectionPair::from_spherical(ti, pi, to, po));
+        }
+        if pairs.is_empty() {
+            return Err(FileError::whole(&table.name, "there is no row"));
+        }
+        let index = table.column("index").map(|column| {
+            let rows = 0..pairs.len();
+            rows.map(|row| match table.number(row, column) {
+                Some(value)
+                    if value >= 0.0 && value <= f64::from(u32::MAX) && value.fract() == 0.0 =>
+                {
+                    Ok(value as u64)
+                }
+                value => {
+                    let value = value.map_or("empty".into(), |v| v.to_string());
+                    let message = format!("index = {value}: allowed is a whole number from 0");
+                    Err(table.row_error(row, message))
+                }
+            })
+            .collect::<Result<Vec<_>, _>>()
+        });
+        let index = index.transpose()?;
+        Ok(Self { pairs, index })
+    }
+
+    /// For each row the first row of its pose: of its index, or else of its directions.
+    pub fn again(&self) -> impl Iterator<Item = Again> {
+        let mut first = same_poses(&self.pairs);
+        let mut by_index = vec![false; first.len()];
+        if let Some(index) = &self.index {
+            let mut seen = BTreeMap::new();
+            for (row, number) in index.iter().enumerate() {
+                let earliest = *seen.entry(*number).or_insert(row);
+                if earliest != row && first[row] == row {
+                    (first[row], by_index[row]) = (earliest, true);
+                }
+            }
+        }
+        let rows = first.into_iter().zip(by_index).enumerate();
+        rows.map(|(row, (first, by_index))| Again {
+            row,
+            first,
+            by_index,
+        })
+    }
+
+    /// The schedule of the rows in `kept` (each pose once, in the order of the file), and the number
+    /// that each of them has in it.
+    pub fn schedule(
+        &self,
+        table: &Table,
+        kept: &[usize],
+        assume: &Assume,
+        hash_key: &str,
+    ) -> Result<(Schedule, Vec<u32>), FileError> {
+        let header = Assume {
+            otherwise: assume.otherwise,
+            ..Assume::default()
+        };
+        let declared = form(table, &header)?;
+        let parametrization = form(table, assume)?;
+        let as_declared = parametrization.name() == declared.name()
+            && parametrization.symmetry() == declared.symmetry()
+            && parametrization.warp_name() == declared.warp_name();
+        // Numbers in the order of `index`; equal ones cannot be.
+        let mut by_index: Vec<usize> = (0..kept.len()).collect();
+        if let Some(index) = &self.index {
+            by_index.sort_by_key(|&k| index[kept[k]]);
+        }
+        let mut order = vec![0; kept.len()];
+        for (number, &k) in by_index.iter().enumerate() {
+            order[k] = number as u32;
+        }
+        let lattice: Option<Vec<LatticeAxis>> = table.fact("lattice")?;
+        let lattice = lattice.filter(|_| as_declared);
+        let mut schedule = Schedule {
+            sample_set: table.fact("sample_set")?.unwrap_or_else(|| "file".into()),
+            unphysical_share: table.fact("unphysical_share")?.unwrap_or(0.0),
+            poses: Vec::new(),
+            lattice: None,
+            parametrization,
+        };
+        match (lattice, &self.index) {
+            (Some(axes), Some(index)) => {
+                self.lay_out(table, kept, &order, index, axes, &mut schedule)?;
+            }
+            _ => {
+                let intact = table.fact::<String>(hash_key)?.is_some();
+                let columns = Columns::of(table, &*schedule.parametrization);
+                let columns = columns.filter(|_| as_declared && intact);
+                schedule.poses = by_index
+                    .iter()
+                    .map(|&k| {
+                        let pair = self.pairs[kept[k]];
+                        let mut coords = schedule.parametrization.forward(&pair);
+                        if let Some(columns) = &columns {
+                            columns.replace(table, kept[k], &mut coords);
+                        }
+                        Pose { coords, pair }
+                    })
+                    .collect();
+            }
+        }
+        Ok((schedule, order))
+    }
+
+    /// The poses of a lattice, as it was laid out; those without a row are taken out.
+    fn lay_out(
+        &self,
+        table: &Table,
+        kept: &[usize],
+        order: &[u32],
+        index: &[u64],
+        axes: Vec<LatticeAxis>,
+        schedule: &mut Schedule,
+    ) -> Result<(), FileError> {
+        let form = &*schedule.parametrization;
+        let poses: Option<usize> = table.fact("poses")?;
+        let nodes = axes.iter().try_fold(1_usize, |n, a| n.checked_mul(a.n));
+        // A pose has few nodes; far more, and the number is a misprint.
+        let limit = poses.unwrap_or(0).saturating_mul(10_000).max(1_000_000);
+        let fits = axes.len() == form.axes().len()
+            && nodes.is_some_and(|n| n > 0 && n <= limit)
+            && axes.iter().zip(form.axes()).all(|(a, axis)| a.fits(axis));
+        let laid = fits.then(|| grid::nodes(form, &axes, usize::MAX)).flatten();
+        let Some((all, of_node)) = laid.filter(|(all, _)| Some(all.len()) == poses) else {
+            let message = "lattice: this is not the lattice of the poses in this file; allowed: the \
+                           header as it was written, or one without this line";
+            return Err(table.fact_error("lattice", message));
+        };
+        let mut number = vec![None; all.len()];
+        let mut ordered = vec![None; kept.len()];
+        for (&row, &new) in kept.iter().zip(order) {
+            let old = index[row] as usize;
+            match all.get(old) {
+                Some(pose) if distance(&pose.pair, &self.pairs[row]) < SAME_POSE => {
+                    number[old] = Some(new);
+                    ordered[new as usize] = Some(*pose);
+                }
+                _ => {
+                    let message = format!(
+                        "this is not pose {old} of the lattice in the header; allowed: the pose as it \
+                         was written, or a header without lattice"
+                    );
+                    return Err(table.row_error(row, message));
+                }
+            }
+        }
+        schedule.poses = ordered.into_iter().flatten().collect();
+        let of_new = |pose: Option<u32>| pose.and_then(|p| number[p as usize]);
+        schedule.lattice = Some(Lattice {
+            axes,
+            pose: of_node.into_iter().map(of_new).collect(),
+        });
+        Ok(())
+    }
+}
+
+/// The coordinates that have columns of their own.
+struct Columns(Vec<(usize, Axis, usize)>);
+
+impl Columns {
+    /// `None` unless every coordinate with a column is there.
+    fn of(table: &Table, form: &dyn Parametrization) -> Option<Self> {
+        let axes = coordinate_axes(form.axes());
+        let columns = axes.map(|(d, axis)| Some((d, *axis, table.column(&axis.column())?)));
+        columns.collect::<Option<Vec<_>>>().map(Self)
+    }
+
+    fn replace(&self, table: &Table, row: usize, coords: &mut Coords) {
+        for &(d, axis, column) in &self.0 {
+            if let Some(value) = table.number(row, column) {
+                let value = match axis.unit {
+                    Unit::Radian => radians(value),
+                    Unit::One => value,
+                };
+                coords[d] = value.clamp(axis.range[0], axis.range[1]);
+            }
+        }
+    }
+}
+
+/// The angle that is written as `degrees`: where two are, they are neighbours.
+fn radians(degrees: f64) -> f64 {
+    let near = degrees.to_radians();
+    let candidates = [near, near.next_up(), near.next_down()];
+    let written = candidates.into_iter().find(|r| r.to_degrees() == degrees);
+    written.unwrap_or(near)
+}
+
+/// The coordinates that a file is in.
+pub(crate) fn form(table: &Table, assume: &Assume) -> Result<Arc<dyn Parametrization>, FileError> {
+    let declared: Option<String> = table.fact("parametrization")?;
+    let chosen = assume.parametrization.clone();
+    // Warps are of the parametrization in the header.
+    let same = chosen.is_none() || chosen == declared;
+    let name = chosen.or(declared).unwrap_or("half-difference".into());
+    let refuse = |key: &str, problem: String| Err(table.fact_error(key, problem));
+    let Some(entry) = parametrization::find(&name) else {
+        let all = parametrization::all();
+        let all: Vec<_> = all.iter().map(|e| e.name).collect();
+        let message = format!("parametrization = {name:?}: allowed are {}", all.join(", "));
+        return refuse("parametrization", message);
+    };
+    let symmetry = match assume.symmetry {
+        Some(symmetry) => symmetry,
+        None => table.fact("symmetry")?.unwrap_or(assume.otherwise),
+    };
+    let mut warps = BTreeMap::new();
+    let written: Option<String> = table.fact("warp")?;
+    let written = written.filter(|warp| same && warp != "none");
+    for warp in written.iter().flat_map(|warps| warps.split(';')) {
+        let parts = warp.split_once(':').and_then(|(symbol, name)| {
+            let warp = WarpName::ALL.into_iter().find(|w| w.name() == name)?;
+            Some((symbol.to_owned(), warp))
+        });
+        match parts {
+            Some((symbol, warp)) => warps.insert(symbol, warp),
+            None => {
+                let message = format!("warp = {warp:?}: allowed is e.g. \"theta_h:square-root\"");
+                return refuse("warp", message);
+            }
+        };
+    }
+    entry
+        .warped(symmetry, &warps)
+        .or_else(|e| refuse("warp", e.to_string()))
+}
+
+/// Names of the axes, and their positions row by row; empty if the file has none.
+fn positions(table: &Table) -> Result<(Vec<String>, Vec<Positions>), FileError> {
+    let axes: Vec<String> = table.fact("axes")?.unwrap_or_default();
+    if axes.len() > MAX_AXES {
+        let message = format!("{} axes: allowed are at most {MAX_AXES}", axes.len());
+        return Err(table.fact_error("axes", message));
+    }
+    let column = |name: &String| {
+        let own = table.column(&format!("axis_{name}_deg"));
+        own.or_else(|| table.column(&format!("{name}_deg")))
+    };
+    let columns: Option<Vec<usize>> = axes.iter().map(column).collect();
+    let Some(columns) = columns.filter(|columns| !columns.is_empty()) else {
+        return Ok((Vec::new(), Vec::new()));
+    };
+    let mut positions = Vec::with_capacity(table.lines.len());
+    for row in 0..table.lines.len() {
+        let mut at = [0.0; MAX_AXES];
+        for ((at, &column), name) in at.iter_mut().zip(&columns).zip(&axes) {
+            let Some(degrees) = table.number(row, column) else {
+                return Err(table.row_error(row, format!("the position of {name} is empty")));
+            };
+            *at = degrees.to_radians();
+        }
+        positions.push(at);
+    }
+    Ok((axes, positions))
+}
+
+/// The larger angle between the directions of two pairs (for small ones: their chord), rad.
+fn distance(a: &DirectionPair, b: &DirectionPair) -> f64 {
+    let chord = |a: Direction, b: Direction| (a.vector() - b.vector()).length();
+    chord(a.omega_i, b.omega_i).max(chord(a.omega_o, b.omega_o))
+}
+
+/// For each pair the first one that is the same pose.
+pub(crate) fn same_poses(pairs: &[DirectionPair]) -> Vec<usize> {
+    // Equal poses have equal shadows on any line; in this direction no two others of a regular set do.
+    let shadow = |pair: &DirectionPair| {
+        let (i, o) = (pair.omega_i.vector(), pair.omega_o.vector());
+        0.618 * i.x + 0.414 * i.y + 0.302 * i.z + 0.193 * o.x + 0.541 * o.y + 0.162 * o.z
+    };
+    let shadows: Vec<f64> = pairs.iter().map(shadow).collect();
+    let mut sorted: Vec<usize> = (0..pairs.len()).collect();
+    sorted.sort_by(|&a, &b| shadows[a].total_cmp(&shadows[b]));
+    let mut first: Vec<usize> = (0..pairs.len()).collect();
+    for (k, &a) in sorted.iter().enumerate() {
+        for &b in &sorted[k + 1..] {
+            // The weights are a vector shorter than 1 for each direction.
+            if shadows[b] - shadows[a] > 2.0 * SAME_POSE {
+                break;
+            }
+            if distance(&pairs[a], &pairs[b]) < SAME_POSE {
+                let earliest = first[a].min(first[b]);
+                (first[a], first[b]) = (earliest, earliest);
+            }
+        }
+    }
+    first
+}

@@ -1,0 +1,99 @@
+//! Tables of poses as text: CSV and JSON Lines, with facts about the table in front.
+//!
+//! A CSV begins with comment lines: prose, the facts (`# key = value`, the value in JSON) and what
+//! the columns mean (`# column: meaning`). A JSON Lines file begins with one `{"header": …}` object
+//! that holds the same. Both carry a hash of their rows, so that a row that was cut or changed is
+//! noticed; the hash is of the values, so that both formats of one table have the same.
+
+mod read;
+mod write;
+
+pub(crate) use read::Table;
+pub(crate) use write::{Cell, Sheet};
+
+use crate::error::Error;
+
+/// Columns that hold whole numbers.
+pub(crate) const WHOLE: [&str; 3] = ["index", "block", "attempt"];
+
+/// The column that holds words.
+pub(crate) const WORDS: &str = "flags";
+
+/// What is wrong with a file, and where.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("{}: {message}", self.place())]
+pub struct FileError {
+    /// The file, as the reader was told.
+    pub name: String,
+    /// The line, from 1, if it is about one.
+    pub line: Option<usize>,
+    /// One sentence.
+    pub message: String,
+}
+
+impl FileError {
+    /// About one line of a file.
+    pub fn at(name: &str, line: usize, message: impl Into<String>) -> Self {
+        Self {
+            name: name.into(),
+            line: Some(line),
+            message: message.into(),
+        }
+    }
+
+    /// About a whole file.
+    pub fn whole(name: &str, message: impl Into<String>) -> Self {
+        Self {
+            name: name.into(),
+            line: None,
+            message: message.into(),
+        }
+    }
+
+    /// `file:line`, or the file.
+    fn place(&self) -> String {
+        match self.line {
+            Some(line) => format!("{}:{line}", self.name),
+            None => self.name.clone(),
+        }
+    }
+}
+
+impl From<FileError> for Error {
+    fn from(e: FileError) -> Self {
+        Error::data(e.place(), e.message)
+    }
+}
+
+/// Hash of a table's rows: the names of its columns, then cell after cell.
+struct RowHash(blake3::Hasher);
+
+impl RowHash {
+    fn new<'a>(columns: impl Iterator<Item = &'a str>) -> Self {
+        let mut hasher = blake3::Hasher::new();
+        for column in columns {
+            hasher.update(column.as_bytes());
+            hasher.update(b",");
+        }
+        Self(hasher)
+    }
+
+    fn number(&mut self, value: f64) {
+        self.0.update(b"n");
+        self.0.update(&value.to_bits().to_le_bytes());
+    }
+
+    fn words(&mut self, text: &str) {
+        self.0.update(b"w");
+        self.0.update(&(text.len() as u64).to_le_bytes());
+        self.0.update(text.as_bytes());
+    }
+
+    fn empty(&mut self) {
+        self.0.update(b"e");
+    }
+
+    fn finish(&self) -> String {
+        self.0.finalize().to_hex().to_string()
+    }
+}

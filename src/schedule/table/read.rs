@@ -1,0 +1,359 @@
+//! Reading.
+//!
+//! Tables come from here, from a program of somebody else, or out of a spreadsheet: a byte-order
+//! mark, CRLF, blank lines, spaces, quotes, semicolons or tabs between cells, and with semicolons a
+//! comma in place of the decimal point are all taken as they are.
+
+use super::{FileError, RowHash, WORDS};
+use serde::de::DeserializeOwned;
+use serde_json::{Map, Value};
+
+/// A table that was read. Cells are numbers but for one column of words.
+#[derive(Debug, Default)]
+pub(crate) struct Table {
+    /// The file, for messages.
+    pub name: String,
+    /// Names of the columns, and where they stand.
+    pub columns: Vec<String>,
+    /// The line that names them.
+    pub head: usize,
+    /// Line of each row.
+    pub lines: Vec<usize>,
+    facts: Map<String, Value>,
+    fact_lines: Vec<(String, usize)>,
+    /// Row-major; NaN is an empty cell, which no cell can hold otherwise.
+    numbers: Vec<f64>,
+    /// One a row, if there is a column of words.
+    words: Vec<String>,
+}
+
+impl Table {
+    /// A table without facts or rows.
+    pub fn named(name: &str) -> Self {
+        Self {
+            name: name.into(),
+            ..Self::default()
+        }
+    }
+
+    /// Reads a text; `name` stands for it in messages. The columns are checked by `allowed`, which
+    /// gets the facts and gives the names of all columns that may be there.
+    ///
+    /// # Errors
+    /// A line that is no row of this table: cut, with a cell that is no finite number, or against
+    /// what the facts promise (`rows`, and the hash under `hash_key`).
+    pub fn read(
+        text: &str,
+        name: &str,
+        hash_key: &str,
+        allowed: impl Fn(&Table) -> Result<Vec<String>, FileError>,
+    ) -> Result<Self, FileError> {
+        let mut table = Self::named(name);
+        let text = text.strip_prefix('\u{feff}').unwrap_or(text);
+        if text.trim_start().starts_with('{') {
+            table.read_json(text, allowed)?;
+        } else {
+            table.read_csv(text, allowed)?;
+        }
+        table.keeps_promises(hash_key)?;
+        Ok(table)
+    }
+
+    /// A fact of the header.
+    ///
+    /// # Errors
+    /// If it is of another type than it must be.
+    pub fn fact<T: DeserializeOwned>(&self, key: &str) -> Result<Option<T>, FileError> {
+        match self.facts.get(key) {
+            None | Some(Value::Null) => Ok(None),
+            Some(value) => T::deserialize(value)
+                .map(Some)
+                .map_err(|e| self.fact_error(key, format!("{key} = {value}: {e}"))),
+        }
+    }
+
+    /// An error about a fact.
+    pub fn fact_error(&self, key: &str, message: impl Into<String>) -> FileError {
+        let line = self.fact_lines.iter().find(|(k, _)| k == key);
+        FileError::at(&self.name, line.map_or(1, |(_, line)| *line), message)
+    }
+
+    /// An error about a row.
+    pub fn row_error(&self, row: usize, message: impl Into<String>) -> FileError {
+        FileError::at(&self.name, self.lines[row], message)
+    }
+
+    /// Position of a column.
+    pub fn column(&self, name: &str) -> Option<usize> {
+        self.columns.iter().position(|c| c == name)
+    }
+
+    /// The number in a cell; `None` if it is empty.
+    pub fn number(&self, row: usize, column: usize) -> Option<f64> {
+        let value = self.numbers[row * self.columns.len() + column];
+        (!value.is_nan()).then_some(value)
+    }
+
+    /// The words of a row; empty if there are none.
+    pub fn words(&self, row: usize) -> &str {
+        self.words.get(row).map_or("", String::as_str)
+    }
+
+    /// The hash of the rows.
+    pub fn hash(&self) -> String {
+        let mut hash = RowHash::new(self.columns.iter().map(String::as_str));
+        for row in 0..self.lines.len() {
+            for (d, name) in self.columns.iter().enumerate() {
+                match (name.as_str(), self.number(row, d)) {
+                    (WORDS, _) => hash.words(self.words(row)),
+                    (_, Some(value)) => hash.number(value),
+                    (_, None) => hash.empty(),
+                }
+            }
+        }
+        hash.finish()
+    }
+
+    fn error(&self, line: usize, message: impl Into<String>) -> FileError {
+        FileError::at(&self.name, line, message)
+    }
+
+    fn keeps_promises(&self, hash_key: &str) -> Result<(), FileError> {
+        if let Some(rows) = self.fact::<usize>("rows")?
+            && rows != self.lines.len()
+        {
+            let found = self.lines.len();
+            let message = format!("{found} rows where the header promises {rows}: the file is cut");
+            return Err(FileError::whole(&self.name, message));
+        }
+        if let Some(hash) = self.fact::<String>(hash_key)?
+            && hash != self.hash()
+        {
+            let message = format!(
+                "the rows are not those that {hash_key} was made of: the file was cut or edited; \
+                 allowed: the rows as they were, or a header without {hash_key}"
+            );
+            return Err(self.fact_error(hash_key, message));
+        }
+        Ok(())
+    }
+
+    /// Names the columns, each once and each known.
+    fn name_columns(
+        &mut self,
+        columns: Vec<String>,
+        line: usize,
+        allowed: impl Fn(&Table) -> Result<Vec<String>, FileError>,
+    ) -> Result<(), FileError> {
+        let known = allowed(self)?;
+        for (i, column) in columns.iter().enumerate() {
+            if !known.contains(column) {
+                let known = known.join(", ");
+                let message = format!("column {column:?} is not known; allowed: {known}");
+                return Err(self.error(line, message));
+            }
+            if columns[..i].contains(column) {
+                return Err(self.error(line, format!("column {column:?} is there twice")));
+            }
+        }
+        (self.columns, self.head) = (columns, line);
+        Ok(())
+    }
+
+    fn read_csv(
+        &mut self,
+        text: &str,
+        allowed: impl Fn(&Table) -> Result<Vec<String>, FileError>,
+    ) -> Result<(), FileError> {
+        let mut separator = None;
+        for (i, content) in text.lines().enumerate() {
+            let line = i + 1;
+            let content = content.trim_matches(' ');
+            if let Some(comment) = content.strip_prefix('#') {
+                self.read_fact(comment, line)?;
+                continue;
+            }
+            // The same through a spreadsheet, which quotes what has a separator in it.
+            if let Some(comment) = content.strip_prefix("\"#") {
+                let comment = comment.trim_end_matches([',', ';', '\t']);
+                let comment = comment.strip_suffix('"').unwrap_or(comment);
+                self.read_fact(&comment.replace("\"\"", "\""), line)?;
+                continue;
+            }
+            // A spreadsheet writes rows of nothing but separators below a table.
+            if content.chars().all(|c| matches!(c, ',' | ';' | '\t' | ' ')) {
+                continue;
+            }
+            let Some(separator) = separator else {
+                let found = [';', '\t', ','].into_iter().find(|&s| content.contains(s));
+                let found = found.unwrap_or(',');
+                separator = Some(found);
+                let columns = split(content, found).map_err(|e| self.error(line, e))?;
+                self.name_columns(columns, line, &allowed)?;
+                continue;
+            };
+            let cells = split(content, separator).map_err(|e| self.error(line, e))?;
+            let (found, expected) = (cells.len(), self.columns.len());
+            if found != expected {
+                let message = format!("{found} cells where there are {expected} columns");
+                return Err(self.error(line, message));
+            }
+            self.lines.push(line);
+            for (d, cell) in cells.into_iter().enumerate() {
+                if self.columns[d] == WORDS {
+                    self.words.push(cell);
+                    self.numbers.push(f64::NAN);
+                    continue;
+                }
+                let value = if cell.is_empty() {
+                    Ok(f64::NAN)
+                } else if separator == ';' && !cell.contains('.') {
+                    self.parse(&cell.replacen(',', ".", 1), d, line)
+                } else {
+                    self.parse(&cell, d, line)
+                };
+                self.numbers.push(value?);
+            }
+        }
+        if separator.is_none() {
+            let message = "there is no line that names the columns; allowed: CSV, JSON Lines";
+            return Err(FileError::whole(&self.name, message));
+        }
+        Ok(())
+    }
+
+    fn parse(&self, cell: &str, column: usize, line: usize) -> Result<f64, FileError> {
+        match cell.parse::<f64>() {
+            Ok(value) if value.is_finite() => Ok(value),
+            _ => {
+                let column = &self.columns[column];
+                let message = format!("{column} = {cell}: allowed is a finite number");
+                Err(self.error(line, message))
+            }
+        }
+    }
+
+    /// A comment that is `key = value` is a fact; every other one is prose.
+    fn read_fact(&mut self, comment: &str, line: usize) -> Result<(), FileError> {
+        let Some((key, value)) = comment.split_once('=') else {
+            return Ok(());
+        };
+        let key = key.trim();
+        let is_key = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '_';
+        if key.is_empty() || !key.chars().all(is_key) {
+            return Ok(());
+        }
+        let value = value.trim();
+        // Spreadsheets pad short lines to the width of the table.
+        let value = value.trim_end_matches([',', ';', '\t']);
+        let value = serde_json::from_str(value).map_err(|_| {
+            self.error(line, format!("{key} = {value}: allowed is a value in JSON"))
+        })?;
+        self.facts.insert(key.into(), value);
+        self.fact_lines.push((key.into(), line));
+        Ok(())
+    }
+
+    fn read_json(
+        &mut self,
+        text: &str,
+        allowed: impl Fn(&Table) -> Result<Vec<String>, FileError>,
+    ) -> Result<(), FileError> {
+        for (i, content) in text.lines().enumerate() {
+            let line = i + 1;
+            if content.trim().is_empty() {
+                continue;
+            }
+            let mut object: Map<String, Value> = serde_json::from_str(content).map_err(|_| {
+                self.error(
+                    line,
+                    "this is no JSON object; allowed: one whole object a line",
+                )
+            })?;
+            if let Some(header) = object.remove("header") {
+                let Value::Object(header) = header else {
+                    return Err(self.error(line, "header must be an object"));
+                };
+                if self.head > 0 || !self.facts.is_empty() {
+                    return Err(self.error(line, "the header must be the first line"));
+                }
+                self.fact_lines = header.keys().map(|key| (key.clone(), line)).collect();
+                self.facts = header;
+                if let Some(columns) = self.fact::<Map<String, Value>>("columns")? {
+                    let columns = columns.into_iter().map(|(name, _)| name).collect();
+                    self.name_columns(columns, line, &allowed)?;
+                }
+                continue;
+            }
+            if self.columns.is_empty() {
+                self.name_columns(object.keys().cloned().collect(), line, &allowed)?;
+            }
+            self.read_object(object, line)?;
+        }
+        if self.columns.is_empty() {
+            return Err(FileError::whole(&self.name, "there is no row"));
+        }
+        Ok(())
+    }
+
+    fn read_object(
+        &mut self,
+        mut object: Map<String, Value>,
+        line: usize,
+    ) -> Result<(), FileError> {
+        self.lines.push(line);
+        for d in 0..self.columns.len() {
+            let column = &self.columns[d];
+            let Some(value) = object.remove(column) else {
+                return Err(self.error(line, format!("{column} is missing")));
+            };
+            let number = match (&value, column == WORDS) {
+                (Value::String(words), true) => {
+                    self.words.push(words.clone());
+                    f64::NAN
+                }
+                (Value::Null, false) => f64::NAN,
+                (Value::Number(number), false) => match number.as_f64() {
+                    Some(value) if value.is_finite() => value,
+                    _ => {
+                        let message = format!("{column} = {number}: allowed is a finite number");
+                        return Err(self.error(line, message));
+                    }
+                },
+                (other, words) => {
+                    let kind = if words { "a string" } else { "a finite number" };
+                    let message = format!("{column} = {other}: allowed is {kind}");
+                    return Err(self.error(line, message));
+                }
+            };
+            self.numbers.push(number);
+        }
+        match object.keys().next() {
+            Some(stray) => {
+                let known = self.columns.join(", ");
+                let message =
+                    format!("{stray:?} is no column of the rows before; allowed: {known}");
+                Err(self.error(line, message))
+            }
+            None => Ok(()),
+        }
+    }
+}
+
+/// The cells of a line, without the spaces around them and without quotes.
+fn split(line: &str, separator: char) -> Result<Vec<String>, &'static str> {
+    let mut cells = vec![String::new()];
+    let mut quoted = false;
+    for c in line.chars() {
+        match (c, cells.last_mut()) {
+            ('"', _) => quoted = !quoted,
+            (c, _) if c == separator && !quoted => cells.push(String::new()),
+            (c, Some(cell)) => cell.push(c),
+            (_, None) => {}
+        }
+    }
+    if quoted {
+        return Err("a quote is not closed");
+    }
+    Ok(cells.into_iter().map(|c| c.trim().to_owned()).collect())
+}
