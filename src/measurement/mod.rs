@@ -1,4 +1,11 @@
-//! What an instrument reported: plain data.
+//! What an instrument reported: plain data, and its files.
+
+pub mod alta;
+mod file;
+mod record;
+
+pub use file::{About, MeasurementFile, read_measurement, write_measurement};
+pub use record::{MeasurementRow, measurement_schema};
 
 use crate::brdf::Channels;
 use crate::schedule::{Schedule, Unreachable};

@@ -1,0 +1,404 @@
+//! Text files of the ALTA library (Belcour, Barla, Pacanowski: ALTA, a BRDF analysis library),
+//! a public format in which measurements are exchanged.
+//!
+//! `#DIM n p`, `#PARAM_IN name`, `#PARAM_OUT name` and `#VS k` in front, then rows of n coordinates,
+//! p values and what `#VS` announces, in radians. Lines that begin with `#` and say anything else
+//! are comments. With light L and view V, h = (L + V)/2 and k = (L − V)/2 not normalised:
+//!
+//! | `#PARAM_IN` | coordinates |
+//! |---|---|
+//! | `SPHERICAL_TL_PL_TV_PV` | theta_L, phi_L, theta_V, phi_V |
+//! | `ISOTROPIC_TV_TL_DPHI` | theta_V, theta_L, phi_L − phi_V |
+//! | `ISOTROPIC_TL_TV_PROJ_DPHI` | theta_L, theta_V cos d, theta_V sin d with d = phi_L − phi_V |
+//! | `RUSIN_TH_PH_TD_PD` | theta_h, phi_h, then theta_d, phi_d of **V** in the frame of h |
+//! | `RUSIN_TH_TD_PD` | the same without phi_h |
+//! | `RUSIN_TH_TD` | the same without azimuths: read at phi_d = π/2 |
+//! | `STARK_3D` | length of h in the tangent plane, length of k, phi_k − phi_h |
+//! | `STARK_2D` | the same without azimuth: read at π/2 |
+//! | `NEUMANN_3D` | lengths of h and of k in the tangent plane, phi_k − phi_h |
+//! | `NEUMANN_2D` | the same without azimuth: read at π/2 |
+//! | `CARTESIAN` | V, then L |
+//!
+//! phi_d is that of our half/difference coordinates plus π. These are the coordinates that ALTA
+//! computes of a pair when it writes; where it makes a pair of `STARK_3D`, `NEUMANN_3D` or
+//! `ISOTROPIC_TL_TV_PROJ_DPHI` it exchanges light and view or mirrors them, which no reciprocal or
+//! no bilateral BRDF shows.
+//!
+//! Values are f_r in sr⁻¹ (`INV_STERADIAN`, `RGB_COLOR`), or times cos theta_L
+//! (`INV_STERADIAN_COSINE_FACTOR`), one luminance or three colours. `#VS 1` gives the radius of a
+//! symmetric interval, of the first value or of each: it is taken for a standard uncertainty that
+//! readings share. The two ends that `#VS 2` gives are passed over.
+
+use super::{Details, Flags, Measurement, Outcome};
+use crate::brdf::Channels;
+use crate::geometry::{Direction, DirectionPair, Symmetry};
+use crate::numeric::{GRAZING_COS, safe_sqrt};
+use crate::schedule::import::{form, same_poses};
+use crate::schedule::table::Table;
+use crate::schedule::{Assume, FileError, Pose, Schedule};
+use glam::DVec3;
+use std::f64::consts::FRAC_PI_2;
+use std::sync::Arc;
+
+/// How far from 1 the length of a `CARTESIAN` vector may be: four printed digits.
+const LENGTH_SLACK: f64 = 1e-3;
+
+/// Light and view, not above the horizon if the coordinates are outside their domain.
+type Inverse = fn(&[f64]) -> [DVec3; 2];
+
+/// What `#PARAM_IN` may say: name, number of coordinates, whether they fix the orientation of the
+/// sample, and what they mean.
+const INPUTS: [(&str, usize, bool, Inverse); 11] = [
+    ("SPHERICAL_TL_PL_TV_PV", 4, true, |x| {
+        [unit(x[0], x[1]), unit(x[2], x[3])]
+    }),
+    ("ISOTROPIC_TV_TL_DPHI", 3, false, |x| {
+        [unit(x[1], x[2]), unit(x[0], 0.0)]
+    }),
+    ("ISOTROPIC_TL_TV_PROJ_DPHI", 3, false, |x| {
+        let azimuth = -x[2].atan2(x[1]);
+        [unit(x[0], 0.0), unit(x[1].hypot(x[2]), azimuth)]
+    }),
+    ("RUSIN_TH_PH_TD_PD", 4, true, |x| {
+        rusinkiewicz(x[0], x[1], x[2], x[3])
+    }),
+    ("RUSIN_TH_TD_PD", 3, false, |x| {
+        rusinkiewicz(x[0], 0.0, x[1], x[2])
+    }),
+    ("RUSIN_TH_TD", 2, false, |x| {
+        rusinkiewicz(x[0], 0.0, x[1], FRAC_PI_2)
+    }),
+    ("STARK_3D", 3, false, |x| stark(x[0], x[1], x[2])),
+    ("STARK_2D", 2, false, |x| stark(x[0], x[1], FRAC_PI_2)),
+    ("NEUMANN_3D", 3, false, |x| neumann(x[0], x[1], x[2])),
+    ("NEUMANN_2D", 2, false, |x| neumann(x[0], x[1], FRAC_PI_2)),
+    ("CARTESIAN", 6, true, |x| {
+        [DVec3::new(x[3], x[4], x[5]), DVec3::new(x[0], x[1], x[2])]
+    }),
+];
+
+/// What `#PARAM_OUT` may say: name, numbers of values, whether they hold cos theta_L.
+const OUTPUTS: [(&str, &[usize], bool); 3] = [
+    ("INV_STERADIAN", &[1, 3], false),
+    ("INV_STERADIAN_COSINE_FACTOR", &[1, 3], true),
+    ("RGB_COLOR", &[3], false),
+];
+
+/// A direction from its angles.
+fn unit(theta: f64, phi: f64) -> DVec3 {
+    Direction::from_spherical(theta, phi).vector()
+}
+
+/// Below the horizon: what coordinates outside their domain mean.
+const OUTSIDE: [DVec3; 2] = [DVec3::NEG_Z, DVec3::NEG_Z];
+
+/// The view at (theta_d, phi_d) about the half vector, the light its reflection.
+fn rusinkiewicz(theta_h: f64, phi_h: f64, theta_d: f64, phi_d: f64) -> [DVec3; 2] {
+    let h = unit(theta_h, phi_h);
+    // The frame of h: down its meridian, along its circle.
+    let down = unit(theta_h + FRAC_PI_2, phi_h);
+    let along = unit(FRAC_PI_2, phi_h + FRAC_PI_2);
+    let d = unit(theta_d, phi_d);
+    let view = down * d.x + along * d.y + h * d.z;
+    [2.0 * view.dot(h) * h - view, view]
+}
+
+/// h = (h_bar, 0, h_z) and k of a given length and azimuth, at right angles to it.
+fn stark(h_bar: f64, k: f64, azimuth: f64) -> [DVec3; 2] {
+    let h_z2 = 1.0 - h_bar * h_bar - k * k;
+    if h_z2 < 0.0 {
+        return OUTSIDE;
+    }
+    let h_z = h_z2.sqrt();
+    let (sin, cos) = azimuth.sin_cos();
+    let slope = h_bar * cos;
+    let norm = h_z.hypot(slope);
+    let k = if norm > 0.0 {
+        DVec3::new(h_z * cos, h_z * sin, -slope) * (k / norm)
+    } else {
+        DVec3::new(cos, sin, 0.0) * k
+    };
+    let h = DVec3::new(h_bar, 0.0, h_z);
+    [h + k, h - k]
+}
+
+/// Light and view from their shadows h_bar ± k_bar on the tangent plane.
+fn neumann(h_bar: f64, k_bar: f64, azimuth: f64) -> [DVec3; 2] {
+    let (sin, cos) = azimuth.sin_cos();
+    let raised = |sign: f64| {
+        let (x, y) = (h_bar + sign * k_bar * cos, sign * k_bar * sin);
+        let z2 = 1.0 - x * x - y * y;
+        DVec3::new(x, y, if z2 > 0.0 { safe_sqrt(z2) } else { -1.0 })
+    };
+    [raised(1.0), raised(-1.0)]
+}
+
+/// What was read.
+pub struct AltaFile {
+    /// The measurement; its schedule has one pose for each place that was read.
+    pub measurement: Measurement,
+    /// What `#PARAM_IN` says.
+    pub input: &'static str,
+    /// Rows without a pose: a direction is not above the horizon.
+    pub below_horizon: usize,
+    /// Rows of a pose that came before: their values are averaged.
+    pub repeated: usize,
+}
+
+/// True if a text has the header of such a file.
+pub fn is_alta(text: &str) -> bool {
+    let mut header = text.lines().take_while(|line| {
+        let line = line.trim();
+        line.is_empty() || line.starts_with('#')
+    });
+    header.any(|line| line.starts_with("#DIM"))
+}
+
+/// What the header says.
+struct Header {
+    input: (&'static str, usize, bool, Inverse),
+    channels: Channels,
+    with_cosine: bool,
+    intervals: usize,
+}
+
+/// Reads a text; `name` stands for the file in messages. Coordinates without the azimuth of the
+/// sample are those of an isotropic material unless `assume` says otherwise.
+///
+/// # Errors
+/// One sentence with the line: a header that lacks a line or says what is not supported, a row with
+/// another number of cells, or with one that is no finite number.
+pub fn read(text: &str, name: &str, assume: &Assume) -> Result<AltaFile, FileError> {
+    let header = Header::read(text, name)?;
+    let (input, dimension, fixes_sample, inverse) = header.input;
+    let n = header.channels.count();
+    let (mut pairs, mut values, mut radii) = (Vec::new(), Vec::new(), Vec::new());
+    let mut below_horizon = 0;
+    for (i, line) in text.lines().enumerate() {
+        let content = line.trim();
+        if content.is_empty() || content.starts_with('#') {
+            continue;
+        }
+        let cells = header.row(content, name, i + 1)?;
+        let [light, view] = inverse(&cells[..dimension]);
+        if input == "CARTESIAN" {
+            for v in [light, view] {
+                if (v.length() - 1.0).abs() > LENGTH_SLACK {
+                    let message = format!("a direction of length {}: allowed is 1", v.length());
+                    return Err(FileError::at(name, i + 1, message));
+                }
+            }
+        }
+        let above = |d: &Direction| d.cos_theta() > GRAZING_COS;
+        let [light, view] = [light, view].map(|v| Direction::try_new(v).filter(above));
+        let (Some(light), Some(view)) = (light, view) else {
+            below_horizon += 1;
+            continue;
+        };
+        let cos = if header.with_cosine {
+            light.cos_theta()
+        } else {
+            1.0
+        };
+        pairs.push(DirectionPair::new(light, view));
+        values.extend(cells[dimension..dimension + n].iter().map(|v| v / cos));
+        let interval = &cells[dimension + n..];
+        if header.intervals == 1 {
+            // One radius stands for all values.
+            radii.extend((0..n).map(|c| interval[c.min(interval.len() - 1)] / cos));
+        }
+    }
+    if pairs.is_empty() {
+        return Err(FileError::whole(name, "there is no row above the horizon"));
+    }
+    let mut assume = assume.clone();
+    let otherwise = &mut assume.otherwise;
+    *otherwise = Symmetry {
+        isotropic: otherwise.isotropic || !fixes_sample,
+        ..*otherwise
+    };
+    let parametrization = form(&Table::named(name), &assume)?;
+    let first = same_poses(&pairs);
+    let repeated = first.iter().enumerate().filter(|(i, f)| i != *f).count();
+    let mut readings = Mean::new(n);
+    let mut poses: Vec<Pose> = Vec::new();
+    let mut number = vec![0; pairs.len()];
+    for (i, &first) in first.iter().enumerate() {
+        if first == i {
+            number[i] = poses.len();
+            let coords = parametrization.forward(&pairs[i]);
+            poses.push(Pose {
+                coords,
+                pair: pairs[i],
+            });
+        }
+        let radii = radii.get(i * n..(i + 1) * n);
+        readings.add(number[first], &values[i * n..(i + 1) * n], radii);
+    }
+    let outcomes = vec![Outcome::Reading; poses.len()];
+    let details = (header.intervals == 1).then(|| Details {
+        type_a: vec![0.0; poses.len() * n],
+        type_b: readings.mean(&readings.radii),
+        flags: vec![Flags::NONE; poses.len()],
+    });
+    let measurement = Measurement {
+        channels: header.channels,
+        values: readings.mean(&readings.values),
+        outcomes,
+        details,
+        schedule: Arc::new(Schedule {
+            parametrization,
+            sample_set: "file".into(),
+            poses,
+            lattice: None,
+            unphysical_share: 0.0,
+        }),
+    };
+    Ok(AltaFile {
+        measurement,
+        input,
+        below_horizon,
+        repeated,
+    })
+}
+
+/// Means over the rows of each pose.
+struct Mean {
+    channels: usize,
+    values: Vec<f64>,
+    radii: Vec<f64>,
+    rows: Vec<f64>,
+}
+
+impl Mean {
+    fn new(channels: usize) -> Self {
+        Self {
+            channels,
+            values: Vec::new(),
+            radii: Vec::new(),
+            rows: Vec::new(),
+        }
+    }
+
+    /// Adds a row to a pose, the next one or an earlier one.
+    fn add(&mut self, pose: usize, values: &[f64], radii: Option<&[f64]>) {
+        let n = self.channels;
+        if pose == self.rows.len() {
+            self.rows.push(0.0);
+            self.values.resize(self.values.len() + n, 0.0);
+            self.radii.resize(self.radii.len() + n, 0.0);
+        }
+        self.rows[pose] += 1.0;
+        for (c, value) in values.iter().enumerate() {
+            self.values[pose * n + c] += value;
+            self.radii[pose * n + c] += radii.map_or(0.0, |radii| radii[c]);
+        }
+    }
+
+    fn mean(&self, sums: &[f64]) -> Vec<f64> {
+        let sums = sums.iter().enumerate();
+        sums.map(|(i, sum)| sum / self.rows[i / self.channels])
+            .collect()
+    }
+}
+
+impl Header {
+    fn read(text: &str, name: &str) -> Result<Self, FileError> {
+        let fact = |key: &str| {
+            let lines = text.lines().enumerate();
+            let mut found = lines.filter_map(|(i, line)| {
+                let mut words = line.strip_prefix('#')?.split_whitespace();
+                (words.next()? == key).then(|| (i + 1, words.collect::<Vec<_>>()))
+            });
+            found.next()
+        };
+        let needed = |key: &str| {
+            let missing = || FileError::whole(name, format!("the line #{key} is missing"));
+            fact(key).ok_or_else(missing)
+        };
+        if let Some((line, words)) = fact("FORMAT")
+            && words != ["text"]
+        {
+            let message = format!("#FORMAT {}: allowed is text", words.join(" "));
+            return Err(FileError::at(name, line, message));
+        }
+        let (line, words) = needed("PARAM_IN")?;
+        let Some(input) = INPUTS.into_iter().find(|input| words == [input.0]) else {
+            let allowed = INPUTS.map(|input| input.0).join(", ");
+            let message = format!("#PARAM_IN {}: allowed are {allowed}", words.join(" "));
+            return Err(FileError::at(name, line, message));
+        };
+        let (line, words) = needed("PARAM_OUT")?;
+        let Some(output) = OUTPUTS.into_iter().find(|output| words == [output.0]) else {
+            let allowed = OUTPUTS.map(|output| output.0).join(", ");
+            let message = format!("#PARAM_OUT {}: allowed are {allowed}", words.join(" "));
+            return Err(FileError::at(name, line, message));
+        };
+        let (line, words) = needed("DIM")?;
+        let numbers: Option<Vec<usize>> = words.iter().map(|w| w.parse().ok()).collect();
+        let values = match numbers.as_deref() {
+            Some(&[n, p]) if n == input.1 && output.1.contains(&p) => p,
+            _ => {
+                let allowed: Vec<_> = output.1.iter().map(usize::to_string).collect();
+                let message = format!(
+                    "#DIM {}: allowed are {} coordinates of {} and {} values of {}",
+                    words.join(" "),
+                    input.1,
+                    input.0,
+                    allowed.join(" or "),
+                    output.0
+                );
+                return Err(FileError::at(name, line, message));
+            }
+        };
+        let intervals = match fact("VS") {
+            None => 0,
+            Some((line, words)) => match words.as_slice() {
+                ["0"] => 0,
+                ["1"] => 1,
+                ["2"] => 2,
+                _ => {
+                    let message = format!("#VS {}: allowed are 0, 1 and 2", words.join(" "));
+                    return Err(FileError::at(name, line, message));
+                }
+            },
+        };
+        let channels = match values {
+            1 => Channels::Luminance,
+            _ => Channels::Rgb,
+        };
+        Ok(Self {
+            input,
+            channels,
+            with_cosine: output.2,
+            intervals,
+        })
+    }
+
+    /// The numbers of a row.
+    fn row(&self, content: &str, name: &str, line: usize) -> Result<Vec<f64>, FileError> {
+        let parse = |word: &str| match word.parse::<f64>() {
+            Ok(value) if value.is_finite() => Ok(value),
+            _ => {
+                let message = format!("{word}: allowed is a finite number");
+                Err(FileError::at(name, line, message))
+            }
+        };
+        let cells: Vec<f64> = content
+            .split_whitespace()
+            .map(parse)
+            .collect::<Result<_, _>>()?;
+        let n = self.channels.count();
+        let bare = self.input.1 + n;
+        let allowed = [bare + self.intervals, bare + self.intervals * n];
+        if allowed.contains(&cells.len()) {
+            return Ok(cells);
+        }
+        let message = format!(
+            "{} cells where #DIM and #VS ask for {}",
+            cells.len(),
+            allowed[0]
+        );
+        Err(FileError::at(name, line, message))
+    }
+}

@@ -1,0 +1,422 @@
+//! Measurements as CSV and JSON Lines.
+//!
+//! The rows are those of a schedule (see [`crate::schedule::write_schedule`]) and go on with
+//!
+//! | column | meaning |
+//! |---|---|
+//! | `value`, or `value_r, value_g, value_b` | f_r in sr⁻¹, without the cosine; luminance, or linear R, G, B |
+//! | `type_a…`, `type_b…`, `uncertainty…` | standard uncertainties (k = 1), the last of both together |
+//! | `flags` | what is odd about the reading, or why there is none, joined by `;` |
+//! | `attempt` | number of the try, from 1 |
+//!
+//! Poses without a reading keep their row: values are empty and `flags` says `no-data`, `occluded`,
+//! `unreachable:<reason>` or `not-visited`. Nothing of a measurement is lost on the way through a
+//! file, and its numbers keep every bit.
+//!
+//! Of a table by others the four angles and the values are enough. There `uncertainty` alone is
+//! taken for what all readings share (type B), the cautious reading; `value_cos…` is taken for the
+//! value times cos theta_i and divided by it, with its uncertainties; an empty value without a
+//! reason is `no-data`. A later attempt at a pose replaces an earlier one.
+
+use super::{Details, Flags, Measurement, Outcome};
+use crate::brdf::Channels;
+use crate::schedule::export::{PoseRows, description};
+use crate::schedule::import::{Rows, known_columns};
+use crate::schedule::table::{Cell, Sheet, Table, WORDS};
+use crate::schedule::{Assume, FileError, ScheduleFormat, Sequence, Unreachable};
+use serde::{Deserialize, Serialize};
+use serde_json::{Value, json};
+use std::io::{self, Write};
+use std::sync::Arc;
+
+/// The fact that holds the hash of the rows.
+const MEASUREMENT_HASH: &str = "measurement_hash";
+
+/// Families of columns; each is one column, or three with the ends of [`ENDS`].
+const VALUE: &str = "value";
+const VALUE_COS: &str = "value_cos";
+const TYPE_A: &str = "type_a";
+const TYPE_B: &str = "type_b";
+const UNCERTAINTY: &str = "uncertainty";
+const ATTEMPT: &str = "attempt";
+
+/// Ends of the columns of colours.
+const ENDS: [&str; 3] = ["_r", "_g", "_b"];
+
+const NO_DATA: &str = "no-data";
+const OCCLUDED: &str = "occluded";
+const NOT_VISITED: &str = "not-visited";
+const UNREACHABLE: &str = "unreachable:";
+
+/// Where a measurement comes from.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct About {
+    /// Name of the material.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub material: Option<String>,
+    /// Name of the instrument.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub instrument: Option<String>,
+    /// Which one of its kind.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub realisation: Option<u64>,
+    /// Seed of its noise.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub seed: Option<u64>,
+    /// Hash of the schedule, see [`crate::schedule::schedule_hash`].
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub schedule_hash: Option<String>,
+}
+
+/// A measurement that was read.
+pub struct MeasurementFile {
+    /// The measurement.
+    pub measurement: Measurement,
+    /// Numbers of its poses in the order of the rows.
+    pub order: Vec<u32>,
+    /// Where it comes from.
+    pub about: About,
+    /// Rows that a later attempt replaced.
+    pub replaced: usize,
+}
+
+/// Names of the columns of a family.
+fn columns_of(family: &str, channels: Channels) -> Vec<String> {
+    match channels {
+        Channels::Luminance => vec![family.to_owned()],
+        Channels::Rgb => ENDS.map(|end| format!("{family}{end}")).to_vec(),
+    }
+}
+
+/// Writes a measurement, every pose of its schedule that `sequence` names.
+///
+/// # Errors
+/// Whatever `out` reports.
+pub fn write_measurement(
+    measurement: &Measurement,
+    about: &About,
+    sequence: Sequence<'_>,
+    format: ScheduleFormat,
+    out: &mut dyn Write,
+) -> io::Result<()> {
+    let channels = measurement.channels;
+    let n = channels.count();
+    let poses = PoseRows::new(&measurement.schedule, sequence, true);
+    let mut columns = poses.columns();
+    let mut add = |family: &str, meaning: &str| {
+        let names = columns_of(family, channels).into_iter();
+        columns.extend(names.map(|name| (name, meaning.to_owned())));
+    };
+    add(
+        VALUE,
+        "f_r without the cosine, 1/sr; empty without a reading",
+    );
+    if measurement.details.is_some() {
+        add(TYPE_A, "standard uncertainty (k = 1) of the scatter, 1/sr");
+        add(TYPE_B, "standard uncertainty (k = 1) readings share, 1/sr");
+        add(UNCERTAINTY, "hypot of both, 1/sr");
+    }
+    let flags = "what is odd about the reading, or why there is none";
+    columns.push((WORDS.into(), flags.into()));
+    columns.push((ATTEMPT.into(), "number of the try, from 1".into()));
+    let mut facts = poses.facts();
+    if let Ok(Value::Object(about)) = serde_json::to_value(about) {
+        facts.extend(about);
+    }
+    facts.insert("channels".into(), json!(channels));
+    facts.insert("unit".into(), json!("sr^-1, without the cosine"));
+    let row = |row: usize, cells: &mut Vec<Cell>| {
+        poses.fill(row, cells);
+        let pose = poses.pose(row);
+        match measurement.value(pose) {
+            Some(values) => {
+                cells.extend(values.iter().map(|v| Cell::Number(*v)));
+                if let Some(details) = &measurement.details {
+                    let [a, b] = [&details.type_a, &details.type_b];
+                    let [a, b] = [a, b].map(|all| &all[pose * n..(pose + 1) * n]);
+                    cells.extend(a.iter().chain(b).map(|u| Cell::Number(*u)));
+                    cells.extend(a.iter().zip(b).map(|(a, b)| Cell::Number(a.hypot(*b))));
+                }
+            }
+            None => {
+                let families = if measurement.details.is_some() { 4 } else { 1 };
+                cells.extend((0..families * n).map(|_| Cell::Empty));
+            }
+        }
+        cells.push(Cell::Words(words(measurement, pose)));
+        cells.push(Cell::Number(1.0));
+    };
+    let mut lines = description(&measurement.schedule);
+    let readings = measurement.readings();
+    lines.push(format!("measurement: {readings} readings of these poses"));
+    let sheet = Sheet {
+        about: lines,
+        facts,
+        columns,
+        rows: poses.len(),
+        row: &row,
+    };
+    sheet.write(format, MEASUREMENT_HASH, out)
+}
+
+/// The flags of a pose and why it has no reading.
+fn words(measurement: &Measurement, pose: usize) -> String {
+    let mut words: Vec<String> = Vec::new();
+    match measurement.outcomes[pose] {
+        Outcome::Reading => {}
+        Outcome::NoData => words.push(NO_DATA.into()),
+        Outcome::Unreachable(Unreachable::Occluded) => words.push(OCCLUDED.into()),
+        Outcome::Unreachable(why) => words.push(format!("{UNREACHABLE}{}", why.label())),
+        Outcome::NotVisited => words.push(NOT_VISITED.into()),
+    }
+    if let Some(details) = &measurement.details {
+        let all = Flags::ALL.iter();
+        let set = all.filter(|(flag, _)| details.flags[pose].has(*flag));
+        words.extend(set.map(|(_, name)| (*name).into()));
+    }
+    words.join(";")
+}
+
+/// Why there is no reading, and the flags.
+fn parse_words(words: &str) -> Result<(Option<Outcome>, Flags), String> {
+    let (mut outcome, mut flags) = (None, Flags::NONE);
+    for word in words.split(';').map(str::trim).filter(|w| !w.is_empty()) {
+        if let Some((flag, _)) = Flags::ALL.iter().find(|(_, name)| *name == word) {
+            flags = flags.with(*flag);
+            continue;
+        }
+        let reason = word
+            .strip_prefix(UNREACHABLE)
+            .and_then(Unreachable::of_label);
+        let found = match (word, reason) {
+            (NO_DATA, _) => Outcome::NoData,
+            (OCCLUDED, _) => Outcome::Unreachable(Unreachable::Occluded),
+            (NOT_VISITED, _) => Outcome::NotVisited,
+            (_, Some(reason)) => Outcome::Unreachable(reason),
+            (_, None) => {
+                let names = Flags::ALL.map(|(_, name)| name).join(", ");
+                let reasons = Unreachable::NAMES.join(", ");
+                return Err(format!(
+                    "flags = {word:?}: allowed are {names}, {NO_DATA}, {OCCLUDED}, {NOT_VISITED}, \
+                     {UNREACHABLE} with one of {reasons}"
+                ));
+            }
+        };
+        if outcome.replace(found).is_some() {
+            return Err(format!(
+                "flags = {words:?}: allowed is one reason for no reading"
+            ));
+        }
+    }
+    Ok((outcome, flags))
+}
+
+/// Reads a measurement; `name` stands for the file in messages.
+///
+/// # Errors
+/// One sentence with the line: all that [`crate::schedule::read_schedule`] refuses, a value that is
+/// none, a negative uncertainty, an unknown flag, two rows of one pose with the same attempt.
+pub fn read_measurement(
+    text: &str,
+    name: &str,
+    assume: &Assume,
+) -> Result<MeasurementFile, FileError> {
+    let mut further = vec![WORDS.to_owned(), ATTEMPT.to_owned()];
+    for family in [VALUE, VALUE_COS, TYPE_A, TYPE_B, UNCERTAINTY] {
+        for channels in [Channels::Luminance, Channels::Rgb] {
+            further.extend(columns_of(family, channels));
+        }
+    }
+    let further: Vec<&str> = further.iter().map(String::as_str).collect();
+    let table = Table::read(text, name, MEASUREMENT_HASH, |table| {
+        known_columns(table, &further)
+    })?;
+    let rows = Rows::read(&table)?;
+    let kept = latest(&table, &rows)?;
+    let (schedule, order) = rows.schedule(&table, &kept, assume, MEASUREMENT_HASH)?;
+    let columns = ValueColumns::of(&table)?;
+    let (poses, n) = (kept.len(), columns.channels.count());
+    let mut measurement = Measurement {
+        channels: columns.channels,
+        values: vec![0.0; poses * n],
+        outcomes: vec![Outcome::NotVisited; poses],
+        details: None,
+        schedule: Arc::new(schedule),
+    };
+    let mut details = Details {
+        type_a: vec![0.0; poses * n],
+        type_b: vec![0.0; poses * n],
+        flags: vec![Flags::NONE; poses],
+    };
+    let mut flagged = false;
+    for (&row, &pose) in kept.iter().zip(&order) {
+        let pose = pose as usize;
+        let (reason, flags) =
+            parse_words(table.words(row)).map_err(|message| table.row_error(row, message))?;
+        let cos = rows.pairs[row].omega_i.cos_theta();
+        let at = pose * n..(pose + 1) * n;
+        let read = columns.read(&table, row, cos, &mut measurement.values[at.clone()])?;
+        measurement.outcomes[pose] = match (read, reason) {
+            (true, None) => Outcome::Reading,
+            (false, reason) => reason.unwrap_or(Outcome::NoData),
+            (true, Some(_)) => {
+                let words = table.words(row);
+                let message = format!("there is a value, and flags = {words:?} says there is none");
+                return Err(table.row_error(row, message));
+            }
+        };
+        details.flags[pose] = flags;
+        flagged |= flags != Flags::NONE;
+        if read {
+            let [a, b] = [&mut details.type_a[at.clone()], &mut details.type_b[at]];
+            columns.read_uncertainties(&table, row, cos, a, b)?;
+        }
+    }
+    if flagged || columns.has_uncertainties() {
+        measurement.details = Some(details);
+    }
+    Ok(MeasurementFile {
+        measurement,
+        order,
+        about: About {
+            material: table.fact("material")?,
+            instrument: table.fact("instrument")?,
+            realisation: table.fact("realisation")?,
+            seed: table.fact("seed")?,
+            schedule_hash: table.fact("schedule_hash")?,
+        },
+        replaced: table.lines.len() - kept.len(),
+    })
+}
+
+/// The row of the latest attempt at each pose, in the order of the file.
+fn latest(table: &Table, rows: &Rows) -> Result<Vec<usize>, FileError> {
+    let column = table.column(ATTEMPT);
+    let attempt = |row: usize| match column {
+        None => Ok(1.0),
+        Some(column) => match table.number(row, column) {
+            None => Ok(1.0),
+            Some(value) if value >= 1.0 && value.fract() == 0.0 => Ok(value),
+            Some(value) => {
+                let message = format!("attempt = {value}: allowed is a whole number from 1");
+                Err(table.row_error(row, message))
+            }
+        },
+    };
+    let mut best: Vec<Option<usize>> = vec![None; table.lines.len()];
+    for again in rows.again() {
+        let best = &mut best[again.first];
+        *best = match *best {
+            None => Some(again.row),
+            Some(_) if again.is_another_pose() => return Err(again.refuse(table)),
+            Some(earlier) => {
+                let (a, b) = (attempt(earlier)?, attempt(again.row)?);
+                if a == b {
+                    return Err(again.refuse(table));
+                }
+                Some(if a > b { earlier } else { again.row })
+            }
+        };
+        attempt(again.row)?;
+    }
+    let mut kept: Vec<usize> = best.into_iter().flatten().collect();
+    kept.sort_unstable();
+    Ok(kept)
+}
+
+/// Where values and uncertainties stand.
+struct ValueColumns {
+    channels: Channels,
+    values: Vec<usize>,
+    /// The values are times cos theta_i.
+    with_cosine: bool,
+    type_a: Option<Vec<usize>>,
+    type_b: Option<Vec<usize>>,
+    both: Option<Vec<usize>>,
+}
+
+impl ValueColumns {
+    fn of(table: &Table) -> Result<Self, FileError> {
+        let find = |family: &str, channels: Channels| -> Option<Vec<usize>> {
+            let names = columns_of(family, channels).into_iter();
+            names.map(|name| table.column(&name)).collect()
+        };
+        let mut found = Vec::new();
+        for channels in [Channels::Luminance, Channels::Rgb] {
+            for (family, with_cosine) in [(VALUE, false), (VALUE_COS, true)] {
+                let columns = find(family, channels);
+                found.extend(columns.map(|values| (channels, values, with_cosine)));
+            }
+        }
+        if found.len() != 1 {
+            let message = "there must be one kind of values; allowed: value, or value_r, value_g and \
+                           value_b (f_r in 1/sr, without the cosine), or the same as value_cos… \
+                           (times cos theta_i)";
+            return Err(FileError::at(&table.name, table.head, message));
+        }
+        let (channels, values, with_cosine) = found.swap_remove(0);
+        Ok(Self {
+            channels,
+            values,
+            with_cosine,
+            type_a: find(TYPE_A, channels),
+            type_b: find(TYPE_B, channels),
+            both: find(UNCERTAINTY, channels),
+        })
+    }
+
+    fn has_uncertainties(&self) -> bool {
+        self.type_a.is_some() || self.type_b.is_some() || self.both.is_some()
+    }
+
+    fn without_cosine(&self, value: f64, cos: f64) -> f64 {
+        if self.with_cosine { value / cos } else { value }
+    }
+
+    /// Reads the values of a row; false if there are none.
+    fn read(
+        &self,
+        table: &Table,
+        row: usize,
+        cos: f64,
+        out: &mut [f64],
+    ) -> Result<bool, FileError> {
+        let mut found = 0;
+        for (out, &column) in out.iter_mut().zip(&self.values) {
+            if let Some(value) = table.number(row, column) {
+                *out = self.without_cosine(value, cos);
+                found += 1;
+            }
+        }
+        if found == 0 || found == out.len() {
+            return Ok(found > 0);
+        }
+        let message = "some of the values are empty; allowed: all or none";
+        Err(table.row_error(row, message))
+    }
+
+    /// Reads the uncertainties of a row; an empty one is 0.
+    fn read_uncertainties(
+        &self,
+        table: &Table,
+        row: usize,
+        cos: f64,
+        type_a: &mut [f64],
+        type_b: &mut [f64],
+    ) -> Result<(), FileError> {
+        let alone = self.type_a.is_none() && self.type_b.is_none();
+        let of_b = if alone { &self.both } else { &self.type_b };
+        for (columns, out) in [(&self.type_a, type_a), (of_b, type_b)] {
+            for (&column, out) in columns.iter().flatten().zip(out) {
+                let value = table.number(row, column).unwrap_or(0.0);
+                if value < 0.0 {
+                    let name = &table.columns[column];
+                    let message = format!("{name} = {value}: allowed is a number from 0");
+                    return Err(table.row_error(row, message));
+                }
+                *out = self.without_cosine(value, cos);
+            }
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,118 @@
+//! Files of schedules and measurements: what is written is what is read, and what was cut, mixed up
+//! or misspelt is refused with its line.
+
+#[path = "../common/mod.rs"]
+mod common;
+
+mod alta;
+mod measurements;
+mod schedules;
+mod schema;
+
+use gonio::geometry::{DirectionPair, Symmetry};
+use gonio::parametrization::{self, Parametrization, WarpName};
+use gonio::registry;
+use gonio::schedule::{self, Itinerary, Schedule, ScheduleFormat, Unreachable, Visit};
+use gonio::schedule::{MAX_AXES, write_schedule};
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+const FORMATS: [ScheduleFormat; 2] = [ScheduleFormat::Csv, ScheduleFormat::JsonLines];
+
+/// A schedule of one kind.
+fn planned(form: &Arc<dyn Parametrization>, kind: &str, budget: usize) -> Schedule {
+    let all = schedule::all();
+    let entry = all.iter().find(|e| e.kind == kind).unwrap();
+    let set = registry::read_text(entry, "").unwrap();
+    set.plan(form, budget, 1).unwrap()
+}
+
+/// Grids and scattered sets in every parametrization, with and without symmetries, one warped.
+fn schedules() -> Vec<Schedule> {
+    let mut schedules = Vec::new();
+    for symmetry in [Symmetry::FULL, Symmetry::NONE] {
+        let mut forms: Vec<_> = parametrization::all()
+            .iter()
+            .map(|e| e.form(symmetry))
+            .collect();
+        for (name, axis, warp) in [
+            ("half-difference", "theta_h", WarpName::SquareRoot),
+            ("hybrid", "k", WarpName::Arcsine),
+        ] {
+            let warps = BTreeMap::from([
+                (axis.to_owned(), warp),
+                (
+                    if axis == "k" { "h_bar" } else { "theta_d" }.to_owned(),
+                    WarpName::SquareRoot,
+                ),
+            ]);
+            let entry = parametrization::find(name).unwrap();
+            forms.push(entry.warped(symmetry, &warps).unwrap());
+        }
+        for form in forms {
+            for kind in ["grid", "sobol"] {
+                schedules.push(planned(&form, kind, 120));
+            }
+        }
+    }
+    schedules
+}
+
+/// An itinerary backwards, with every fifth pose out of reach for all sorts of reasons.
+fn backwards(schedule: &Schedule) -> Itinerary {
+    let reasons = [
+        Unreachable::LightElevation,
+        Unreachable::SensorElevation,
+        Unreachable::Occluded,
+        Unreachable::AxisRange(2),
+        Unreachable::Collision(1),
+    ];
+    let mut itinerary = Itinerary {
+        instrument: "a bench, with \"quotes\"".into(),
+        // The second is called like a coordinate.
+        axes: vec!["light arm".into(), "theta_i".into(), "turn".into()],
+        order: "as-generated",
+        visits: Vec::new(),
+        unreachable: Vec::new(),
+    };
+    for pose in (0..schedule.poses.len() as u32).rev() {
+        if pose % 5 == 3 {
+            let why = reasons[pose as usize / 5 % reasons.len()];
+            itinerary.unreachable.push((pose, why));
+            continue;
+        }
+        let x = f64::from(pose);
+        let mut positions = [0.0; MAX_AXES];
+        positions[..3].copy_from_slice(&[0.1 * x, -1.0 / (1.0 + x), 3.0]);
+        itinerary.visits.push(Visit {
+            pose,
+            block: pose / 7,
+            positions,
+            move_seconds: 0.1 + x,
+            exposure_seconds: 0.3,
+            seconds: 1.0 + x,
+            at_seconds: 1e4 - x,
+            since_calibration_seconds: 0.0,
+        });
+    }
+    itinerary
+}
+
+fn text(schedule: &Schedule, itinerary: Option<&Itinerary>, format: ScheduleFormat) -> String {
+    let mut bytes = Vec::new();
+    write_schedule(schedule, itinerary, format, &mut bytes).unwrap();
+    String::from_utf8(bytes).unwrap()
+}
+
+/// The larger chord between the directions of two pairs.
+fn chord(a: &DirectionPair, b: &DirectionPair) -> f64 {
+    let light = (a.omega_i.vector() - b.omega_i.vector()).length();
+    light.max((a.omega_o.vector() - b.omega_o.vector()).length())
+}
+
+/// Line ends from which on a text is cut: every byte of its last three lines but the last.
+fn cuts(text: &str) -> impl Iterator<Item = &str> {
+    let ends: Vec<_> = text.match_indices('\n').map(|(i, _)| i).collect();
+    let from = ends[ends.len() - 4];
+    (from..text.len() - 1).filter_map(move |end| text.get(..end))
+}

@@ -1,0 +1,270 @@
+//! Measurements.
+
+use super::{FORMATS, backwards, cuts, planned, schedules};
+use gonio::brdf::Channels;
+use gonio::geometry::Symmetry;
+use gonio::measurement::{About, Details, Flags, Measurement, MeasurementFile, Outcome};
+use gonio::measurement::{read_measurement, write_measurement};
+use gonio::parametrization;
+use gonio::sampling::Random;
+use gonio::schedule::schedule_hash;
+use gonio::schedule::{Assume, Itinerary, Schedule, ScheduleFormat, Sequence, Unreachable};
+use std::sync::Arc;
+
+/// Values over 30 decades, some negative, and every kind of outcome.
+pub fn measured(schedule: Schedule, channels: Channels, details: bool) -> (Measurement, Itinerary) {
+    let itinerary = backwards(&schedule);
+    let poses = schedule.poses.len();
+    let n = channels.count();
+    let random = Random::new(8);
+    let number = |i: usize, salt: u64| {
+        let [a, b]: [f64; 2] = random.point(i as u64 + (salt << 32));
+        10f64.powf(30.0 * a - 15.0) * (1.0 + b)
+    };
+    let mut outcomes = vec![Outcome::Reading; poses];
+    for i in (0..poses).filter(|i| i % 7 == 0) {
+        outcomes[i] = Outcome::NoData;
+    }
+    for &(pose, why) in &itinerary.unreachable {
+        outcomes[pose as usize] = Outcome::Unreachable(why);
+    }
+    outcomes[2] = Outcome::NotVisited;
+    let list = |salt: u64, sign: f64| -> Vec<f64> {
+        let values = (0..poses * n).map(|i| {
+            let read = outcomes[i / n] == Outcome::Reading;
+            if read {
+                number(i, salt) * sign.powi(i as i32)
+            } else {
+                0.0
+            }
+        });
+        values.collect()
+    };
+    let flags = |i: usize| {
+        let set = Flags::ALL
+            .iter()
+            .enumerate()
+            .filter(|(bit, _)| i >> bit & 1 == 1);
+        set.fold(Flags::NONE, |all, (_, (flag, _))| all.with(*flag))
+    };
+    let measurement = Measurement {
+        channels,
+        values: list(0, -1.0),
+        details: details.then(|| Details {
+            type_a: list(1, 1.0),
+            type_b: list(2, 1.0),
+            flags: (0..poses).map(flags).collect(),
+        }),
+        outcomes,
+        schedule: Arc::new(schedule),
+    };
+    (measurement, itinerary)
+}
+
+pub fn about(measurement: &Measurement, itinerary: &Itinerary) -> About {
+    About {
+        material: Some("red # paint, \"matte\" = 1".into()),
+        instrument: Some(itinerary.instrument.clone()),
+        realisation: Some(3),
+        seed: Some(u64::MAX),
+        schedule_hash: Some(schedule_hash(&measurement.schedule, Some(itinerary))),
+    }
+}
+
+pub fn text(m: &Measurement, about: &About, sequence: Sequence, format: ScheduleFormat) -> String {
+    let mut bytes = Vec::new();
+    write_measurement(m, about, sequence, format, &mut bytes).unwrap();
+    String::from_utf8(bytes).unwrap()
+}
+
+fn read(text: &str) -> MeasurementFile {
+    let read = read_measurement(text, "m", &Assume::default());
+    read.unwrap_or_else(|e| panic!("{e}\n{text}"))
+}
+
+/// Bit for bit; NaN would differ.
+fn assert_same(a: &Measurement, b: &Measurement) {
+    assert_eq!(a.channels, b.channels);
+    assert_eq!(a.outcomes, b.outcomes);
+    let bits = |v: &[f64]| v.iter().map(|x| x.to_bits()).collect::<Vec<_>>();
+    assert_eq!(bits(&a.values), bits(&b.values));
+    assert_eq!(a.details, b.details);
+    assert_eq!(a.schedule.poses.len(), b.schedule.poses.len());
+    assert!(a.schedule.lattice == b.schedule.lattice);
+}
+
+#[test]
+fn a_measurement_comes_back_to_the_bit() {
+    for schedule in schedules() {
+        for channels in [Channels::Luminance, Channels::Rgb] {
+            for details in [false, true] {
+                let (measurement, itinerary) = measured(schedule.clone(), channels, details);
+                let about = about(&measurement, &itinerary);
+                let backwards: Vec<u32> = (0..schedule.poses.len() as u32).rev().collect();
+                for sequence in [
+                    Sequence::Generated,
+                    Sequence::Order(&backwards),
+                    Sequence::Visits(&itinerary),
+                ] {
+                    for format in FORMATS {
+                        let back = read(&text(&measurement, &about, sequence, format));
+                        assert_same(&back.measurement, &measurement);
+                        assert_eq!(back.about, about);
+                        assert_eq!(back.replaced, 0);
+                        if let Sequence::Order(order) = sequence {
+                            assert_eq!(back.order, order);
+                        }
+                    }
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn a_cut_measurement_is_refused() {
+    let form = parametrization::find("hybrid")
+        .unwrap()
+        .form(Symmetry::FULL);
+    let (measurement, itinerary) = measured(planned(&form, "grid", 60), Channels::Rgb, true);
+    let about = about(&measurement, &itinerary);
+    for format in FORMATS {
+        for sequence in [Sequence::Generated, Sequence::Visits(&itinerary)] {
+            let whole = text(&measurement, &about, sequence, format);
+            for cut in cuts(&whole) {
+                assert!(read_measurement(cut, "m", &Assume::default()).is_err());
+            }
+            read(whole.strip_suffix('\n').unwrap());
+        }
+    }
+}
+
+#[test]
+fn four_angles_and_a_value_are_enough() {
+    let m = read(
+        "theta_i_deg;phi_i_deg;theta_o_deg;phi_o_deg;value\r\n10;0;20;180;0,5\r\n30;0;20;180;\r\n",
+    );
+    let m = m.measurement;
+    assert_eq!(m.outcomes, [Outcome::Reading, Outcome::NoData]);
+    assert_eq!((m.values[0], m.details), (0.5, None));
+    // Times the cosine: cos 60° = 1/2 to rounding, uncertainties too.
+    let m = read(
+        "theta_i_deg,phi_i_deg,theta_o_deg,phi_o_deg,value_cos,uncertainty\n60,0,20,0,0.25,0.01\n",
+    );
+    let (value, details) = (m.measurement.values[0], m.measurement.details.unwrap());
+    assert!((value - 0.5).abs() < 1e-15);
+    assert!((details.type_b[0] - 0.02).abs() < 1e-16 && details.type_a[0] == 0.0);
+    let m = read(
+        "value_g,value_b,value_r,theta_i_deg,phi_i_deg,theta_o_deg,phi_o_deg,flags\n\
+         2,3,1,10,0,20,0,saturated ; clipped\n,,,20,0,20,0,unreachable:axis-range:3\n",
+    );
+    let m = m.measurement;
+    assert_eq!(
+        (m.channels, &m.values[..3]),
+        (Channels::Rgb, &[1.0, 2.0, 3.0][..])
+    );
+    let flags = m.details.unwrap().flags;
+    assert_eq!(flags, [Flags::SATURATED.with(Flags::CLIPPED), Flags::NONE]);
+    assert_eq!(
+        m.outcomes[1],
+        Outcome::Unreachable(Unreachable::AxisRange(3))
+    );
+}
+
+#[test]
+fn a_later_attempt_replaces_an_earlier_one() {
+    let back = read(
+        "theta_i_deg,phi_i_deg,theta_o_deg,phi_o_deg,value,attempt\n\
+         10,0,20,0,1,1\n20,0,20,0,2,1\n10,0,20,0,3,3\n10,0,20,360,4,2\n",
+    );
+    assert_eq!(back.replaced, 2);
+    assert_eq!(back.measurement.values, [2.0, 3.0]);
+    // With an index the number is the pose's, whichever row counts.
+    let back = read(
+        "index,theta_i_deg,phi_i_deg,theta_o_deg,phi_o_deg,value,attempt\n\
+         5,10,0,20,0,1,1\n7,20,0,20,0,2,1\n5,10,0,20,0,3,2\n",
+    );
+    assert_eq!(
+        (back.measurement.values, back.order),
+        (vec![3.0, 2.0], vec![1, 0])
+    );
+}
+
+#[test]
+fn what_is_no_measurement_is_refused_with_its_line() {
+    let head = "theta_i_deg,phi_i_deg,theta_o_deg,phi_o_deg";
+    for (more, rows, line, part) in [
+        ("", "1,2,3,4", 1, "there must be one kind of values"),
+        (
+            ",value,value_cos",
+            "1,2,3,4,5,6",
+            1,
+            "there must be one kind of values",
+        ),
+        (
+            ",value_r,value_g",
+            "1,2,3,4,5,6",
+            1,
+            "there must be one kind of values",
+        ),
+        (
+            ",value_nits",
+            "1,2,3,4,5",
+            1,
+            "column \"value_nits\" is not known",
+        ),
+        (
+            ",value",
+            "1,2,3,4,x",
+            2,
+            "value = x: allowed is a finite number",
+        ),
+        (
+            ",value,flags",
+            "1,2,3,4,5,dirty",
+            2,
+            "flags = \"dirty\": allowed are saturated",
+        ),
+        (",value,flags", "1,2,3,4,5,no-data", 2, "says there is none"),
+        (",value,flags", "1,2,3,4,,no-data;occluded", 2, "one reason"),
+        (
+            ",value,flags",
+            "1,2,3,4,,unreachable:tired",
+            2,
+            "light-elevation",
+        ),
+        (
+            ",value,type_a",
+            "1,2,3,4,5,-1",
+            2,
+            "type_a = -1: allowed is a number from 0",
+        ),
+        (",value_r,value_g,value_b", "1,2,3,4,5,,6", 2, "all or none"),
+        (
+            ",value,attempt",
+            "1,2,3,4,5,0",
+            2,
+            "attempt = 0: allowed is a whole number from 1",
+        ),
+        (
+            ",value,attempt",
+            "1,2,3,4,5,2\n1,2,3,4,6,2",
+            3,
+            "this pose is that of line 2",
+        ),
+        (
+            ",value,index",
+            "1,2,3,4,5,0\n1,2,3,9,6,0",
+            3,
+            "this index is that of line 2",
+        ),
+        (",value", "1,2,95,4,5", 2, "theta_o_deg = 95"),
+    ] {
+        let text = format!("{head}{more}\n{rows}\n");
+        let e = read_measurement(&text, "m.csv", &Assume::default())
+            .err()
+            .unwrap();
+        assert_eq!(e.line, Some(line), "{text}: {e}");
+        assert!(e.message.contains(part), "{text}: {e}");
+    }
+}

@@ -1,0 +1,396 @@
+//! Schedules.
+
+use super::{FORMATS, backwards, chord, cuts, planned, schedules, text};
+use gonio::geometry::{DirectionPair, Symmetry};
+use gonio::parametrization;
+use gonio::schedule::{Assume, ScheduleFormat, Unreachable, read_schedule, schedule_hash};
+use std::collections::HashSet;
+
+fn assumed() -> Assume {
+    Assume::default()
+}
+
+#[test]
+fn a_schedule_comes_back_from_both_formats() {
+    for schedule in schedules() {
+        let form = &schedule.parametrization;
+        let hash = schedule_hash(&schedule, None);
+        for format in FORMATS {
+            let text = text(&schedule, None, format);
+            let back = read_schedule(&text, "s", &assumed()).unwrap();
+            assert_eq!(back.hash, hash, "both formats say the same");
+            let numbers: Vec<u32> = (0..schedule.poses.len() as u32).collect();
+            assert_eq!(back.order, numbers);
+            let back = back.schedule;
+            assert_eq!(back.sample_set, schedule.sample_set);
+            assert_eq!(back.unphysical_share, schedule.unphysical_share);
+            assert_eq!(back.parametrization.name(), form.name());
+            assert_eq!(back.parametrization.symmetry(), form.symmetry());
+            assert_eq!(back.parametrization.warp_name(), form.warp_name());
+            // The nodes of a grid follow from its axes: exactly.
+            assert!(back.lattice == schedule.lattice, "{}", form.name());
+            assert_eq!(back.poses.len(), schedule.poses.len());
+            for (a, b) in back.poses.iter().zip(&schedule.poses) {
+                if schedule.lattice.is_some() {
+                    assert_eq!(a, b);
+                    continue;
+                }
+                // Degrees and back round every angle twice.
+                assert!(chord(&a.pair, &b.pair) < 2e-15);
+                for (d, axis) in form.axes().iter().enumerate() {
+                    let (x, y) = (a.coords[d], b.coords[d]);
+                    let column = axis.column();
+                    if ["theta_i_deg", "phi_i_deg", "theta_o_deg", "phi_o_deg"]
+                        .contains(&column.as_str())
+                    {
+                        // From the angles of the arms; an azimuth has the fewer digits the nearer
+                        // the normal.
+                        let sin = b.pair.omega_i.sin_theta().min(b.pair.omega_o.sin_theta());
+                        assert!((x - y).abs() * sin < 5e-15, "{column} {x} {y}");
+                    } else if column.ends_with("_deg") {
+                        // Two neighbouring angles may share their degrees.
+                        let near = [y, y.next_up(), y.next_down()];
+                        assert!(near.contains(&x), "{column} {x} {y}");
+                    } else {
+                        assert_eq!(x, y, "{column}");
+                    }
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn an_itinerary_is_in_the_file_and_what_it_leaves_out_too() {
+    for schedule in schedules() {
+        let itinerary = backwards(&schedule);
+        let mut hashes = HashSet::new();
+        for format in FORMATS {
+            let text = text(&schedule, Some(&itinerary), format);
+            let back = read_schedule(&text, "s", &assumed()).unwrap();
+            assert_eq!(back.instrument.as_ref(), Some(&itinerary.instrument));
+            assert_eq!(back.axes, itinerary.axes);
+            assert_eq!(back.order.len(), itinerary.visits.len());
+            // Rows keep the order of time; poses that are left out leave no gap in the numbers.
+            let mut poses: Vec<u32> = itinerary.visits.iter().map(|v| v.pose).collect();
+            for ((visit, &new), position) in itinerary
+                .visits
+                .iter()
+                .zip(&back.order)
+                .zip(&back.positions)
+            {
+                let pair = &schedule.poses[visit.pose as usize].pair;
+                assert!(chord(&back.schedule.poses[new as usize].pair, pair) < 2e-15);
+                for (a, b) in position.iter().zip(visit.positions) {
+                    assert!((a - b).abs() <= 2.0 * f64::EPSILON * b.abs());
+                }
+            }
+            poses.sort_unstable();
+            if let Some(lattice) = &schedule.lattice {
+                let back = back.schedule.lattice.unwrap();
+                for (old, new) in lattice.pose.iter().zip(back.pose) {
+                    let expected = old.and_then(|old| poses.binary_search(&old).ok());
+                    assert_eq!(new.map(|n| n as usize), expected);
+                }
+            }
+            // Every pose that has no row is named with its reason.
+            let line = text.lines().find(|l| l.contains("unreachable")).unwrap();
+            let line = text
+                .lines()
+                .find(|l| l.starts_with("# unreachable = "))
+                .unwrap_or(line);
+            let named: Vec<(u32, String)> = match format {
+                ScheduleFormat::Csv => {
+                    serde_json::from_str(line.strip_prefix("# unreachable = ").unwrap()).unwrap()
+                }
+                ScheduleFormat::JsonLines => {
+                    let value: serde_json::Value = serde_json::from_str(line).unwrap();
+                    serde_json::from_value(value["header"]["unreachable"].clone()).unwrap()
+                }
+            };
+            let named: Vec<_> = named
+                .into_iter()
+                .map(|(pose, label)| (pose, Unreachable::of_label(&label).unwrap()))
+                .collect();
+            assert_eq!(named, itinerary.unreachable);
+            hashes.insert(back.hash);
+        }
+        hashes.insert(schedule_hash(&schedule, Some(&itinerary)));
+        assert_eq!(hashes.len(), 1);
+        assert!(!hashes.contains(&schedule_hash(&schedule, None)));
+    }
+}
+
+#[test]
+fn a_cut_file_is_refused() {
+    let entry = parametrization::find("half-difference").unwrap();
+    for kind in ["grid", "sobol"] {
+        let schedule = planned(&entry.form(Symmetry::FULL), kind, 60);
+        let itinerary = backwards(&schedule);
+        for format in FORMATS {
+            for itinerary in [None, Some(&itinerary)] {
+                let whole = text(&schedule, itinerary, format);
+                let mut tried = 0;
+                for cut in cuts(&whole) {
+                    tried += 1;
+                    let read = read_schedule(cut, "s", &assumed());
+                    assert!(read.is_err(), "{}", &cut[cut.len() - 60..]);
+                }
+                assert!(tried > 100);
+                // Only the last line end is missing: nothing is lost.
+                let unended = whole.strip_suffix('\n').unwrap();
+                assert!(read_schedule(unended, "s", &assumed()).is_ok());
+                // A digit that changed.
+                let last = whole
+                    .trim_end()
+                    .rfind(|c: char| c.is_ascii_digit())
+                    .unwrap();
+                let mut edited = whole.clone();
+                let digit = if &whole[last..=last] == "1" { "2" } else { "1" };
+                edited.replace_range(last..=last, digit);
+                let e = read_schedule(&edited, "s", &assumed()).err().unwrap();
+                assert!(e.message.contains("schedule_hash"), "{e}");
+            }
+        }
+    }
+}
+
+#[test]
+fn tables_from_a_spreadsheet_are_taken_as_they_are() {
+    let expected = [
+        DirectionPair::from_spherical(0.0, 0.0, 0.5, 0.0),
+        DirectionPair::from_spherical(0.25, 0.0, 0.75, -1.5),
+    ];
+    let d = f64::to_degrees;
+    let rows = [[0.0, 0.0, d(0.5), 0.0], [d(0.25), 0.0, d(0.75), d(-1.5)]];
+    let names = ["theta_i_deg", "phi_i_deg", "theta_o_deg", "phi_o_deg"];
+    let table = |separator: &str, end: &str, number: &dyn Fn(f64) -> String| {
+        let mut text = names.join(separator) + end;
+        for row in rows {
+            text += &(row.map(number).join(separator) + end);
+        }
+        text
+    };
+    let plain = |v: f64| v.to_string();
+    let mut texts = vec![
+        table(",", "\n", &plain),
+        table(";", "\r\n", &plain),
+        table("\t", "\n", &plain),
+        table(" , ", "\n\n", &plain),
+        table(";", "\n", &|v| v.to_string().replace('.', ",")),
+        table(",", "\n", &|v| format!("\"{v}\"")),
+        "\u{feff}".to_owned() + &table(",", "\r\n", &plain) + ",,,\r\n",
+        "# a note\n".to_owned() + &table(",", "\n", &plain),
+    ];
+    // Another order of columns, an index that counts down, and a column of another instrument.
+    let mut text = "block,phi_o_deg,theta_o_deg,index,phi_i_deg,theta_i_deg\n".to_owned();
+    for (i, [ti, pi, to, po]) in rows.into_iter().enumerate() {
+        text += &format!("7,{po},{to},{},{pi},{ti}\n", 9 - i);
+    }
+    texts.push(text);
+    let json = |[ti, pi, to, po]: [f64; 4]| {
+        format!(
+            "{{\"theta_i_deg\":{ti},\"phi_i_deg\":{pi},\"theta_o_deg\":{to},\"phi_o_deg\":{po}}}\n"
+        )
+    };
+    texts.push(rows.map(json).concat());
+    for text in texts {
+        let back =
+            read_schedule(&text, "hand.csv", &assumed()).unwrap_or_else(|e| panic!("{e}\n{text}"));
+        assert!(back.schedule.lattice.is_none() && back.positions.is_empty());
+        assert_eq!(back.schedule.parametrization.name(), "half-difference");
+        assert_eq!(back.schedule.parametrization.symmetry(), Symmetry::NONE);
+        for (pair, &number) in expected.iter().zip(&back.order) {
+            let pose = back.schedule.poses[number as usize];
+            assert!(chord(&pose.pair, pair) < 2e-15, "{text}");
+            assert_eq!(
+                pose.coords,
+                back.schedule.parametrization.forward(&pose.pair)
+            );
+        }
+    }
+}
+
+#[test]
+fn the_reader_may_choose_the_coordinates() {
+    let entry = parametrization::find("half-difference").unwrap();
+    let schedule = planned(&entry.form(Symmetry::FULL), "grid", 60);
+    let text = text(&schedule, None, ScheduleFormat::Csv);
+    for (name, symmetry) in [
+        ("spherical", Symmetry::FULL),
+        ("half-difference", Symmetry::NONE),
+    ] {
+        let assume = Assume {
+            parametrization: Some(name.into()),
+            symmetry: Some(symmetry),
+            ..Assume::default()
+        };
+        let back = read_schedule(&text, "s", &assume).unwrap().schedule;
+        assert_eq!(back.parametrization.name(), name);
+        assert_eq!(back.parametrization.symmetry(), symmetry);
+        assert!(
+            back.lattice.is_none(),
+            "the lattice is in other coordinates"
+        );
+        for (a, b) in back.poses.iter().zip(&schedule.poses) {
+            assert!(chord(&a.pair, &b.pair) < 2e-15);
+            assert_eq!(a.coords, back.parametrization.forward(&a.pair));
+        }
+    }
+    let declared = Assume {
+        parametrization: Some("half-difference".into()),
+        symmetry: Some(Symmetry::FULL),
+        ..Assume::default()
+    };
+    let back = read_schedule(&text, "s", &declared).unwrap();
+    assert!(back.schedule.lattice == schedule.lattice);
+}
+
+#[test]
+fn what_is_no_schedule_is_refused_with_its_line() {
+    let head = "theta_i_deg,phi_i_deg,theta_o_deg,phi_o_deg\n";
+    let cases: [(&str, Option<usize>, &str); 24] = [
+        ("", None, "names the columns"),
+        (head, None, "there is no row"),
+        (
+            "theta_i_deg,phi_i_deg,theta_o_deg\n1,2,3\n",
+            Some(1),
+            "column phi_o_deg is missing",
+        ),
+        (
+            "H,light\n1,2,3,4,5\n",
+            Some(1),
+            "column \"light\" is not known; allowed: index, theta_i_deg",
+        ),
+        ("H\n1,2,3\n", Some(3), "3 cells where there are 4 columns"),
+        (
+            "H\n1,2,3,4,5\n",
+            Some(3),
+            "5 cells where there are 4 columns",
+        ),
+        (
+            "H1,2,3,4\n1,2,NaN,4\n",
+            Some(3),
+            "theta_o_deg = NaN: allowed is a finite number",
+        ),
+        ("H1,2,3,4\n1,inf,3,4\n", Some(3), "phi_i_deg = inf"),
+        ("H1,2,3,4\n1,two,3,4\n", Some(3), "phi_i_deg = two"),
+        ("H1,2,3,4\n1,,3,4\n", Some(3), "phi_i_deg is empty"),
+        (
+            "H90,2,3,4\n",
+            Some(2),
+            "theta_i_deg = 90: allowed is a number in [0, 90)",
+        ),
+        ("H1,2,89.9999999,4\n", Some(2), "theta_o_deg = 89.9999999"),
+        ("H-1,2,3,4\n", Some(2), "theta_i_deg = -1"),
+        (
+            "H1,2,3,361\n",
+            Some(2),
+            "phi_o_deg = 361: allowed is a number in [-360, 360]",
+        ),
+        (
+            "H1,2,3,4\n5,6,7,8\n\n1,2,3,4.00000000001\n",
+            Some(5),
+            "this pose is that of line 2",
+        ),
+        ("H1,2,3,4\n1,362,3,4\n", Some(3), "phi_i_deg = 362"),
+        (
+            "H1,-358,3,4\n1,2,3,4\n",
+            Some(3),
+            "this pose is that of line 2",
+        ),
+        (
+            "index,H0,1,2,3,4\n0,5,6,7,8\n",
+            Some(3),
+            "this index is that of line 2",
+        ),
+        (
+            "index,H0.5,1,2,3,4\n",
+            Some(2),
+            "index = 0.5: allowed is a whole number",
+        ),
+        (
+            "# rows = 3\nH1,2,3,4\n",
+            None,
+            "1 rows where the header promises 3",
+        ),
+        (
+            "# parametrization = \"cube\"\nH1,2,3,4\n",
+            Some(1),
+            "allowed are spherical, half-difference",
+        ),
+        ("# symmetry = 7\nH1,2,3,4\n", Some(1), "symmetry = 7"),
+        (
+            "{\"theta_i_deg\":1,\"phi_i_deg\":2,\"theta_o_deg\":3,\"phi_o_deg\":4}\n{\"theta_i_deg\":1,",
+            Some(2),
+            "no JSON object",
+        ),
+        (
+            "{\"theta_i_deg\":1,\"phi_i_deg\":2,\"theta_o_deg\":3,\"phi_o_deg\":\"4\"}\n",
+            Some(1),
+            "phi_o_deg = \"4\"",
+        ),
+    ];
+    for (text, line, part) in cases {
+        let text = text
+            .replace("H\n", head)
+            .replace("H,", &head.replace('\n', ","));
+        let text = text.replace('H', head);
+        let e = read_schedule(&text, "f.csv", &assumed())
+            .err()
+            .unwrap_or_else(|| panic!("{text}"));
+        assert_eq!(e.line, line, "{text}: {e}");
+        assert!(e.message.contains(part), "{text}: {e}");
+        let place = line.map_or("f.csv: ".into(), |l| format!("f.csv:{l}: "));
+        assert!(e.to_string().starts_with(&place), "{e}");
+        let error = gonio::Error::from(e.clone());
+        assert_eq!((error.exit_code(), error.to_string()), (3, e.to_string()));
+    }
+}
+
+#[test]
+fn a_lattice_that_does_not_fit_its_rows_is_refused() {
+    let entry = parametrization::find("half-difference").unwrap();
+    let schedule = planned(&entry.form(Symmetry::FULL), "grid", 60);
+    let whole = text(&schedule, None, ScheduleFormat::Csv);
+    // Without the hash the rows are taken as they are, but they must still be nodes.
+    let unsigned: String = whole
+        .lines()
+        .filter(|l| !l.starts_with("# schedule_hash"))
+        .map(|l| l.to_owned() + "\n")
+        .collect();
+    assert!(read_schedule(&unsigned, "s", &assumed()).is_ok());
+    let lines: Vec<&str> = unsigned.lines().collect();
+    let last = lines.len();
+    let mut cells: Vec<&str> = lines[last - 1].split(',').collect();
+    cells[4] = "1.25";
+    let moved = lines[..last - 1].join("\n") + "\n" + &cells.join(",") + "\n";
+    let e = read_schedule(&moved, "s", &assumed()).err().unwrap();
+    assert_eq!(e.line, Some(last), "{e}");
+    assert!(e.message.contains("of the lattice in the header"), "{e}");
+    // A lattice of other nodes.
+    let other = unsigned.replacen("\"n\":", "\"n\":1", 1);
+    let e = read_schedule(&other, "s", &assumed()).err().unwrap();
+    assert!(e.message.starts_with("lattice: "), "{e}");
+    let line = e.line.unwrap();
+    assert!(
+        unsigned
+            .lines()
+            .nth(line - 1)
+            .unwrap()
+            .starts_with("# lattice")
+    );
+    // Without the lattice the moved pose is one like any other.
+    let free: String = moved
+        .lines()
+        .filter(|l| !l.starts_with("# lattice"))
+        .map(|l| l.to_owned() + "\n")
+        .collect();
+    assert!(
+        read_schedule(&free, "s", &assumed())
+            .unwrap()
+            .schedule
+            .lattice
+            .is_none()
+    );
+}
