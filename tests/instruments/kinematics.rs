@@ -1,7 +1,8 @@
 //! Forward and inverse kinematics of every class.
 
 use super::{distance, machines, specs, turned_onto};
-use gonio::geometry::DirectionPair;
+use glam::DVec3;
+use gonio::geometry::{Direction, DirectionPair};
 use gonio::instrument::Machine;
 use gonio::sampling::{Random, cosine_hemisphere};
 use gonio::schedule::{MAX_AXES, Positions, Unreachable};
@@ -97,6 +98,16 @@ fn degenerate() -> Vec<DirectionPair> {
                 FRAC_PI_2 - d,
                 phi + PI,
             ));
+        }
+    }
+    // Directions that differ by rounding only, across and along: the back vector has none.
+    for i in 0..100 {
+        let omega = random_pair(&Random::new(10), i).omega_i;
+        let longer = Direction::from_unit(omega.vector() * (1.0 + f64::EPSILON));
+        let beside = omega.vector() + f64::EPSILON * DVec3::new(1.0, -1.0, 0.5);
+        for other in [omega, longer, Direction::from_unit(beside)] {
+            pairs.push(DirectionPair::new(omega, other));
+            pairs.push(DirectionPair::new(other, omega));
         }
     }
     pairs

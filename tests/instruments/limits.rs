@@ -60,43 +60,39 @@ fn the_first_reason_is_told() {
 #[test]
 fn limits_are_sharp() {
     // A limit is reached and not passed: a pair on it to rounding is taken, one a billionth of a
-    // degree beyond is not.
+    // degree beyond is not. At many azimuths, so that rounding falls on either side.
     for spec in specs() {
         let machine = machine(&spec);
         let limits = &spec.limits;
         let (i, o) = (limits.theta_i_max_deg, limits.theta_o_max_deg);
         let s = limits.separation_min_deg;
         let beyond = 1e-9;
-        for (angles, reason, [di, d_o, ds]) in [
-            (
-                [i, 0.0, 20.0, 180.0],
-                Unreachable::LightElevation,
-                [1.0, 0.0, 0.0],
-            ),
-            (
-                [20.0, 0.0, o, 180.0],
-                Unreachable::SensorElevation,
-                [0.0, 1.0, 0.0],
-            ),
-            (
-                [30.0, 0.0, 30.0 + s, 0.0],
-                Unreachable::Occluded,
-                [0.0, 0.0, -1.0],
-            ),
-        ] {
-            assert!(
-                machine.place(&pair(angles), true).is_ok(),
-                "{}: {angles:?}",
-                spec.name
-            );
-            let [ti, pi, to, po] = angles;
-            let past = [ti + beyond * di, pi, to + beyond * (d_o + ds), po];
-            assert_eq!(
-                machine.place(&pair(past), true),
-                Err(reason),
-                "{}",
-                spec.name
-            );
+        for step in 0..360 {
+            let phi = f64::from(step) * 1.017;
+            for (angles, reason, [di, d_o]) in [
+                (
+                    [i, phi, 20.0, phi + 90.0],
+                    Unreachable::LightElevation,
+                    [1.0, 0.0],
+                ),
+                (
+                    [20.0, phi + 90.0, o, phi],
+                    Unreachable::SensorElevation,
+                    [0.0, 1.0],
+                ),
+                (
+                    [30.0, phi, 30.0 + s, phi],
+                    Unreachable::Occluded,
+                    [0.0, -1.0],
+                ),
+            ] {
+                let on = machine.place(&pair(angles), true);
+                assert!(on.is_ok(), "{}: {angles:?}: {on:?}", spec.name);
+                let [ti, pi, to, po] = angles;
+                let past = [ti + beyond * di, pi, to + beyond * d_o, po];
+                let past = machine.place(&pair(past), true);
+                assert_eq!(past, Err(reason), "{}: {angles:?}", spec.name);
+            }
         }
     }
 }
@@ -108,15 +104,22 @@ fn an_axis_on_its_limit_stands_on_it() {
     spec.axis[1].max_deg = 40.0;
     spec.axis[1].min_deg = -10.0;
     let utia = machine(&spec);
-    let on = utia.place(&pair([40.0, 0.0, 10.0, 180.0]), true).unwrap();
-    assert_eq!(on[1], 40_f64.to_radians());
-    let past = utia.place(&pair([40.0 + 1e-9, 0.0, 10.0, 180.0]), true);
-    assert_eq!(past, Err(Unreachable::AxisRange(1)));
+    for step in 0..360 {
+        let phi = f64::from(step) * 1.017;
+        for free in [false, true] {
+            let on = utia.place(&pair([40.0, phi, 10.0, phi + 180.0]), free);
+            let on = on.unwrap_or_else(|e| panic!("{phi}: {e:?}"));
+            // On it or a rounding below, never above.
+            assert!((40_f64.to_radians() - 1e-15..=40_f64.to_radians()).contains(&on[1]));
+            let past = utia.place(&pair([40.0 + 1e-9, phi, 10.0, phi + 180.0]), free);
+            assert_eq!(past, Err(Unreachable::AxisRange(1)));
+        }
+    }
     // The other branch has the light at −θ: what the first cannot, it can, up to its own limit.
     spec.axis[1].max_deg = 5.0;
     let other = machine(&spec);
     let on = other.place(&pair([10.0, 0.0, 30.0, 180.0]), true).unwrap();
-    assert_eq!(on[1], -10_f64.to_radians());
+    assert!((on[1] + 10_f64.to_radians()).abs() < 1e-15);
     assert!(other.place(&pair([11.0, 0.0, 30.0, 180.0]), true).is_err());
 }
 
