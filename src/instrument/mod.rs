@@ -9,6 +9,7 @@
 
 mod class;
 mod machine;
+mod optics;
 mod presets;
 mod motion;
 mod spec;
@@ -16,6 +17,7 @@ mod tour;
 
 pub use class::{AxisTemplate, Class, Ends, classes};
 pub use machine::{Axis, Machine};
+pub use optics::{Average, Filling, Footprint, Optics, Tolerance, Workspace, footprint};
 pub use presets::{Preset, presets, read, read_table};
 pub use motion::{AxisMotion, Motion, Stop, Travel};
 pub use spec::{

@@ -3,6 +3,7 @@
 mod checks;
 mod kinematics;
 mod limits;
+mod optics;
 mod presets;
 
 use glam::DVec3;

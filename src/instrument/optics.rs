@@ -1,0 +1,261 @@
+//! What finite apertures do to a reading.
+//!
+//! Light arrives from a cap of directions around ω_i and is collected over a cap around ω_o, both
+//! evenly per solid angle. A reading is relative to a Lambertian tile under the same apertures, so
+//! what is reported is
+//!
+//! value = ⟨f_r cos θ_i⟩ / ⟨cos θ_i⟩,
+//!
+//! both averages over both caps (four dimensions), a direction below the horizon counting as 0 in
+//! either. This is the mean reflectance factor of a conical–conical geometry (Nicodemus et al. 1977)
+//! over that of the tile, times the tile's f_r.
+//!
+//! Three steps, each only where the one before is not good enough:
+//! 1. a sparse rule of 37 points, exact to degree 5 (Smolyak's sum of rules for the disk),
+//! 2. products of disk rules of rising degree,
+//! 3. an adaptive rule in the half vector, see `lobe`: a reflection lobe depends on two of the four
+//!    dimensions, and there alone must the cells be small.
+//!
+//! A peak is looked for where peaks are, at the mirror direction and at the retro direction. A
+//! feature far narrower than the apertures anywhere else can be missed: finitely many values cannot
+//! promise more.
+
+mod batch;
+mod disk;
+mod footprint;
+mod lens;
+mod lobe;
+
+pub use footprint::{Filling, Footprint, footprint};
+
+use crate::brdf::Brdf;
+use crate::geometry::DirectionPair;
+use batch::Sums;
+pub use batch::Workspace;
+use disk::{Disk, PRODUCTS, Rules};
+use lobe::{Peak, PeakKind};
+
+/// How good an average has to be.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Tolerance {
+    /// Largest error relative to the value, in (0, 0.1].
+    pub relative: f64,
+    /// An error that never matters, sr⁻¹: below it a tail is not followed.
+    pub absolute: f64,
+    /// Values of the BRDF that one average may cost. Where they do not suffice the error that is
+    /// reported is larger than the tolerance.
+    pub max_evaluations: usize,
+}
+
+impl Default for Tolerance {
+    fn default() -> Self {
+        Self {
+            relative: 1e-4,
+            absolute: 1e-12,
+            max_evaluations: 100_000,
+        }
+    }
+}
+
+/// Rounding of a sum of some thousand products, relative.
+const ROUNDING: f64 = 1e-13;
+
+/// One average over both apertures.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Average {
+    /// f_r of every channel, sr⁻¹; those the BRDF lacks are 0.
+    pub value: [f64; 3],
+    /// Bound of the error of the quadrature, sr⁻¹.
+    pub error: [f64; 3],
+    /// Part of an aperture is below the horizon.
+    pub clipped: bool,
+    /// Values of the BRDF it cost.
+    pub evaluations: usize,
+}
+
+/// The apertures of an instrument.
+#[derive(Clone, Debug)]
+pub struct Optics {
+    source: f64,
+    detector: f64,
+    tolerance: Tolerance,
+    rules: Rules,
+}
+
+impl Optics {
+    /// From the half-angles of source and detector, rad, in [0, π/4]; 0 is a single direction.
+    pub fn new(source: f64, detector: f64, tolerance: Tolerance) -> Self {
+        Self {
+            source,
+            detector,
+            tolerance,
+            rules: Rules::new(),
+        }
+    }
+
+    /// The average around a pair above the horizon; `None` if the material has no data anywhere.
+    pub fn average(
+        &self,
+        brdf: &dyn Brdf,
+        pair: &DirectionPair,
+        work: &mut Workspace,
+    ) -> Option<Average> {
+        let start = work.evaluations();
+        let cut = [(pair.omega_i, self.source), (pair.omega_o, self.detector)]
+            .map(|(omega, half_angle)| omega.cos_theta() < half_angle.sin());
+        let clipped = cut[0] || cut[1];
+        if self.source == 0.0 && self.detector == 0.0 {
+            return work.single(brdf, pair).map(|value| Average {
+                value,
+                error: [0.0; 3],
+                clipped,
+                evaluations: 1,
+            });
+        }
+        let best = self.best(brdf, pair, clipped, work);
+        let evaluations = work.evaluations() - start;
+        if best.sums.weight() <= 0.0 {
+            // Also where the material has values but every node fell between them.
+            return None;
+        }
+        let value = best.sums.ratio();
+        // Rounding of the sums, and of directions against what they differ by.
+        let error = std::array::from_fn(|c| best.error[c].max(ROUNDING * value[c].abs()));
+        Some(Average {
+            value,
+            error,
+            clipped,
+            evaluations,
+        })
+    }
+
+    /// The best estimate.
+    fn best(
+        &self,
+        brdf: &dyn Brdf,
+        pair: &DirectionPair,
+        clipped: bool,
+        work: &mut Workspace,
+    ) -> Estimate {
+        work.reset();
+        let start = work.evaluations();
+        let disks = [
+            Disk::new(pair.omega_i, self.source),
+            Disk::new(pair.omega_o, self.detector),
+        ];
+        let kinds = [PeakKind::Mirror, PeakKind::Retro];
+        let peak = kinds
+            .into_iter()
+            .filter_map(|kind| Peak::find(self, brdf, pair, kind, work))
+            .min_by(|a, b| a.width.total_cmp(&b.width));
+        let mut best: Option<Estimate> = None;
+        if peak.is_none() {
+            let mut steps: Vec<Estimate> = Vec::with_capacity(PRODUCTS.len() + 1);
+            if !clipped {
+                let sparse = self.rules.sparse(brdf, &disks, work);
+                if sparse.good(&self.tolerance) && !work.missing() {
+                    return sparse;
+                }
+                steps.push(sparse);
+            }
+            // Models diverge where both directions are on the horizon: no lens helps there.
+            let orders = PRODUCTS.len() - usize::from(!clipped);
+            for order in 0..orders {
+                let sums = self.rules.product(brdf, &disks, order, work);
+                let step = Estimate::after(sums, &steps, clipped);
+                steps.push(step);
+                best = Some(step);
+                if step.good(&self.tolerance) {
+                    return step;
+                }
+                if !clipped && order > 0 && step.hopeless(&self.tolerance, &steps) {
+                    break;
+                }
+            }
+            if let (true, Some(best)) = (clipped, best) {
+                return best;
+            }
+        }
+        let spent = work.evaluations() - start;
+        let budget = self.tolerance.max_evaluations.saturating_sub(spent);
+        // Kinks of a table are everywhere: it would take all there is for little.
+        let (peak, budget) = match peak {
+            Some(peak) => (peak, budget),
+            None => (Peak::unseen(self, pair), budget / 4),
+        };
+        let lobe = lobe::integrate(self, brdf, pair, &peak, clipped, budget, work);
+        match best {
+            Some(best) if !lobe.better_than(&best) => best,
+            _ => lobe,
+        }
+    }
+}
+
+/// A ratio of sums, and how far off it may be.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Estimate {
+    sums: Sums,
+    error: [f64; 3],
+}
+
+impl Estimate {
+    /// A difference of two rules counts this many times: now and then both are wrong together.
+    const SAFETY: f64 = 2.0;
+
+    /// The next step of a sequence of rising degree.
+    ///
+    /// The error is the difference from the step before. The step before that says how fast
+    /// differences fall, which keeps a difference that is small by luck from being believed.
+    fn after(sums: Sums, steps: &[Estimate], clipped: bool) -> Self {
+        let value = sums.ratio();
+        let mut error = [f64::INFINITY; 3];
+        if let Some(last) = steps.last() {
+            let difference = |a: [f64; 3], b: [f64; 3], c: usize| (a[c] - b[c]).abs();
+            for c in 0..3 {
+                error[c] = Self::SAFETY * difference(value, last.sums.ratio(), c);
+                if let [.., before, last] = steps {
+                    let slower = difference(last.sums.ratio(), before.sums.ratio(), c);
+                    // Differences of a smooth function fall ever faster, those of a function that
+                    // diverges at the horizon do not.
+                    let floor = if clipped {
+                        slower
+                    } else {
+                        slower * (slower / value[c].abs().max(f64::MIN_POSITIVE)).min(1.0)
+                    };
+                    error[c] = error[c].max(floor);
+                }
+            }
+        }
+        Self { sums, error }
+    }
+
+    /// Every channel is within the tolerance.
+    fn good(&self, tolerance: &Tolerance) -> bool {
+        self.excess(tolerance) <= 1.0
+    }
+
+    /// The largest error over its bound.
+    fn excess(&self, tolerance: &Tolerance) -> f64 {
+        let value = self.sums.ratio();
+        let excess =
+            |c: usize| self.error[c] / (tolerance.relative * value[c].abs() + tolerance.absolute);
+        (0..3).map(excess).fold(0.0, f64::max)
+    }
+
+    /// The next product would not be good either.
+    fn hopeless(&self, tolerance: &Tolerance, steps: &[Estimate]) -> bool {
+        let excess = self.excess(tolerance);
+        match steps {
+            [.., before, _] if before.error[0].is_finite() => {
+                let gain = excess / before.excess(tolerance).max(f64::MIN_POSITIVE);
+                excess * gain.min(1.0) > 1.0
+            }
+            _ => excess > 1e4,
+        }
+    }
+
+    fn better_than(&self, other: &Self) -> bool {
+        let largest = |e: &Self| e.error.into_iter().fold(0.0, f64::max);
+        largest(self) < largest(other)
+    }
+}

@@ -1,0 +1,220 @@
+//! Rules for the two caps of directions, and their products.
+
+use super::Estimate;
+use super::batch::{Sums, Workspace};
+use crate::brdf::Brdf;
+use crate::geometry::Direction;
+use crate::sampling::gauss_legendre;
+use glam::DVec3;
+use std::f64::consts::PI;
+
+/// Nodes along each of the two dimensions of a disk. The first is of a higher degree than the sparse
+/// rule: a difference of two rules of one degree says nothing about either.
+pub(super) const PRODUCTS: [usize; 4] = [4, 6, 9, 13];
+
+/// A cap of directions of equal weight around a centre.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Disk {
+    centre: DVec3,
+    /// Towards the horizon, level: with the centre a right-handed frame.
+    down: DVec3,
+    level: DVec3,
+    half_angle: f64,
+}
+
+impl Disk {
+    pub(super) fn new(centre: Direction, half_angle: f64) -> Self {
+        let (v, sin) = (centre.vector(), centre.sin_theta());
+        // At the normal every azimuth is as good as any other.
+        let level = if sin > 0.0 {
+            DVec3::new(-v.y / sin, v.x / sin, 0.0)
+        } else {
+            DVec3::Y
+        };
+        Self {
+            centre: v,
+            down: level.cross(v),
+            level,
+            half_angle,
+        }
+    }
+
+    /// The direction at a place of the unit disk: Lambert's equal-area map, so that equal areas are
+    /// equal solid angles.
+    #[inline]
+    fn direction(&self, [x, y]: [f64; 2]) -> DVec3 {
+        let radius = 2.0 * (0.5 * self.half_angle).sin();
+        let (x, y) = (radius * x, radius * y);
+        let rr = x * x + y * y;
+        let side = (1.0 - 0.25 * rr).sqrt();
+        self.centre * (1.0 - 0.5 * rr) + (self.down * x + self.level * y) * side
+    }
+
+    /// Nodes and weights of a rule of degree 2n − 1 over what is above the horizon.
+    fn nodes(&self, n: usize, legendre: &[(f64, f64)], wide: &[(f64, f64)]) -> Vec<(DVec3, f64)> {
+        if self.half_angle == 0.0 {
+            return vec![(self.centre, 1.0)];
+        }
+        if self.centre.z >= self.half_angle.sin() {
+            let mut nodes = Vec::with_capacity(n * n);
+            for k in 1..=n {
+                // Chebyshev's rule of the second kind: the weight √(1 − x²) is the chord.
+                let (s, c) = (PI * k as f64 / (n + 1) as f64).sin_cos();
+                let w = s * s / (n + 1) as f64;
+                nodes.extend(
+                    legendre
+                        .iter()
+                        .map(|(y, wy)| (self.direction([c, s * y]), w * wy)),
+                );
+            }
+            return nodes;
+        }
+        // In the gnomonic map the horizon is a straight line across the disk, and what is above
+        // it a segment: x = R cos φ from where the line cuts, y along the chord.
+        let radius = self.half_angle.tan();
+        let sin = self.down.z.abs();
+        let from = (self.centre.z / (sin * radius)).clamp(-1.0, 1.0).acos();
+        let half = 0.5 * (PI - from);
+        let mut nodes = Vec::with_capacity(n * (n + 2));
+        for (phi, w_phi) in wide {
+            let (s, c) = (from + half * (1.0 + phi)).sin_cos();
+            let (x, chord) = (radius * c, radius * s);
+            for (y, wy) in legendre {
+                let v = self.centre + self.down * x + self.level * (chord * y);
+                let length = v.length();
+                // dω = dx dy / |v|³.
+                let w = w_phi * half * chord * chord * wy / (length * length * length);
+                nodes.push((v / length, w));
+            }
+        }
+        nodes
+    }
+}
+
+/// Nodes on [−1, 1] that products are made of.
+#[derive(Clone, Debug)]
+pub(super) struct Rules {
+    /// Of each order: n nodes, and n + 2 for the angle of a segment.
+    legendre: Vec<[Vec<(f64, f64)>; 2]>,
+    hexagon: [[f64; 2]; 6],
+}
+
+/// A square of degree 3: four points at R/√2, weight 1/4.
+const SQUARE: [[f64; 2]; 4] = [
+    [std::f64::consts::FRAC_1_SQRT_2, 0.0],
+    [0.0, std::f64::consts::FRAC_1_SQRT_2],
+    [-std::f64::consts::FRAC_1_SQRT_2, 0.0],
+    [0.0, -std::f64::consts::FRAC_1_SQRT_2],
+];
+
+impl Rules {
+    pub(super) fn new() -> Self {
+        let corner = |k: usize| {
+            let (s, c) = (PI * k as f64 / 3.0 + 0.5).sin_cos();
+            let r = (2.0_f64 / 3.0).sqrt();
+            [r * c, r * s]
+        };
+        Self {
+            legendre: PRODUCTS
+                .map(|n| [gauss_legendre(n), gauss_legendre(n + 2)])
+                .to_vec(),
+            hexagon: [0, 1, 2, 3, 4, 5].map(corner),
+        }
+    }
+
+    /// The product of the rules of one order.
+    pub(super) fn product(
+        &self,
+        brdf: &dyn Brdf,
+        disks: &[Disk; 2],
+        order: usize,
+        work: &mut Workspace,
+    ) -> Sums {
+        let [legendre, wide] = &self.legendre[order];
+        let [light, sensor] = disks.map(|d| d.nodes(PRODUCTS[order], legendre, wide));
+        for (i, wi) in &light {
+            for (o, wo) in &sensor {
+                work.push(*i, *o, wi * wo, 0);
+            }
+        }
+        work.evaluate(brdf, 1)[0]
+    }
+
+    /// Radon's rule of degree 5 (the centre with weight 1/4, a hexagon at R √(2/3)) on either disk
+    /// with the other at its centre, and the square on both:
+    /// 5⊗1 + 1⊗5 − 1⊗1 + (3 − 1)⊗(3 − 1), exact to degree 5. The rules of degree 3 in it give the
+    /// error. For disks above the horizon.
+    pub(super) fn sparse(
+        &self,
+        brdf: &dyn Brdf,
+        [light, sensor]: &[Disk; 2],
+        work: &mut Workspace,
+    ) -> Estimate {
+        let (ci, co) = (light.centre, sensor.centre);
+        let wide = [light, sensor].map(|d| d.half_angle > 0.0);
+        work.push(ci, co, 1.0, 0);
+        if wide[0] {
+            for p in self.hexagon {
+                work.push(light.direction(p), co, 0.125, 1);
+            }
+        }
+        if wide[1] {
+            for p in self.hexagon {
+                work.push(ci, sensor.direction(p), 0.125, 2);
+            }
+        }
+        let square = |disk: &Disk| SQUARE.map(|p| disk.direction(p));
+        let (on_light, on_sensor) = (square(light), square(sensor));
+        if wide[0] {
+            for i in on_light {
+                work.push(i, co, 0.25, 3);
+            }
+        }
+        if wide[1] {
+            for o in on_sensor {
+                work.push(ci, o, 0.25, 4);
+            }
+        }
+        if wide[0] && wide[1] {
+            for i in on_light {
+                for o in on_sensor {
+                    work.push(i, o, 0.0625, 5);
+                }
+            }
+        }
+        let groups = work.evaluate(brdf, 6);
+        let sum = |factors: [f64; 6]| {
+            let mut sums = Sums::default();
+            for (factor, group) in factors.into_iter().zip(groups) {
+                sums.add(factor, group);
+            }
+            sums
+        };
+        let centre = sum([1.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
+        let (third, also_third, fifth) = match wide {
+            [true, true] => (
+                sum([0.0, 0.0, 0.0, 0.0, 0.0, 1.0]),
+                sum([-1.0, 0.0, 0.0, 1.0, 1.0, 0.0]),
+                sum([0.5, 1.0, 1.0, -1.0, -1.0, 1.0]),
+            ),
+            [true, false] => {
+                let third = sum([0.0, 0.0, 0.0, 1.0, 0.0, 0.0]);
+                (third, third, sum([0.25, 1.0, 0.0, 0.0, 0.0, 0.0]))
+            }
+            [false, _] => {
+                let third = sum([0.0, 0.0, 0.0, 0.0, 1.0, 0.0]);
+                (third, third, sum([0.25, 0.0, 1.0, 0.0, 0.0, 0.0]))
+            }
+        };
+        let exact = |sums| Estimate {
+            sums,
+            error: [0.0; 3],
+        };
+        let mut estimate = Estimate::after(fifth, &[exact(centre), exact(third)], false);
+        let other = Estimate::after(fifth, &[exact(centre), exact(also_third)], false);
+        for c in 0..3 {
+            estimate.error[c] = estimate.error[c].max(other.error[c]);
+        }
+        estimate
+    }
+}

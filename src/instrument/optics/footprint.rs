@@ -1,0 +1,45 @@
+//! What is lit and what is seen on the sample.
+
+use crate::geometry::DirectionPair;
+use crate::instrument::InstrumentSpec;
+
+/// Whether the sensor sees all the light.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Filling {
+    /// It sees the whole lit spot: the signal follows the power of the beam.
+    UnderFilled,
+    /// What it sees lies within the lit spot: the signal follows the irradiance.
+    OverFilled,
+    /// The one along one axis, the other across: the signal depends on both.
+    Mixed,
+}
+
+/// Long axes of the two spots on the sample.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Footprint {
+    /// Of the beam, mm.
+    pub lit_mm: f64,
+    /// Of what the sensor sees, mm.
+    pub seen_mm: f64,
+    /// Which is inside which.
+    pub filling: Filling,
+}
+
+/// The spots of a pair. A round beam of diameter d meets the sample in an ellipse of axes d / cos θ
+/// and d; long axes are compared with each other, and short axes, as if light and sensor were in one
+/// plane with the normal.
+pub fn footprint(spec: &InstrumentSpec, pair: &DirectionPair) -> Footprint {
+    let (beam, view) = (spec.source.beam_mm, spec.detector.view_mm);
+    let lit_mm = beam / pair.omega_i.cos_theta();
+    let seen_mm = view / pair.omega_o.cos_theta();
+    let filling = match (seen_mm >= lit_mm, view >= beam) {
+        (true, true) => Filling::UnderFilled,
+        (false, false) => Filling::OverFilled,
+        (true, false) | (false, true) => Filling::Mixed,
+    };
+    Footprint {
+        lit_mm,
+        seen_mm,
+        filling,
+    }
+}
