@@ -7,7 +7,9 @@
 //! apertures, a detector, motion that takes time. It plans an [`Itinerary`] of a schedule, and a
 //! [`Session`] measures along it. Each part can be left out, and then costs nothing.
 
+mod bench;
 mod class;
+mod detector;
 mod machine;
 mod optics;
 mod presets;
@@ -15,6 +17,7 @@ mod motion;
 mod spec;
 mod tour;
 
+pub use bench::{Bench, Parts, Session};
 pub use class::{AxisTemplate, Class, Ends, classes};
 pub use machine::{Axis, Machine};
 pub use optics::{Average, Filling, Footprint, Optics, Tolerance, Workspace, footprint};

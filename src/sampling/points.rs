@@ -1,8 +1,9 @@
 //! Random and scrambled Sobol points in the unit cube, addressed by index.
 
-use rand::{Rng, SeedableRng};
+use rand::{Rng, SeedableRng, TryRng};
 use rand_chacha::ChaCha8Rng;
 use sobol_burley::parts;
+use std::convert::Infallible;
 
 /// 2^-32: the step of a 32-bit fraction.
 const STEP: f64 = 1.0 / 4_294_967_296.0;
@@ -47,6 +48,24 @@ impl RandomStream {
     pub fn next(&mut self) -> f64 {
         // The upper 53 bits fill the significand of a number in [0, 1).
         (self.0.next_u64() >> 11) as f64 * (1.0 / 9_007_199_254_740_992.0)
+    }
+}
+
+/// So that `rand_distr` draws from it.
+impl TryRng for RandomStream {
+    type Error = Infallible;
+
+    fn try_next_u32(&mut self) -> Result<u32, Infallible> {
+        Ok(self.0.next_u32())
+    }
+
+    fn try_next_u64(&mut self) -> Result<u64, Infallible> {
+        Ok(self.0.next_u64())
+    }
+
+    fn try_fill_bytes(&mut self, bytes: &mut [u8]) -> Result<(), Infallible> {
+        self.0.fill_bytes(bytes);
+        Ok(())
     }
 }
 

@@ -140,6 +140,32 @@ impl Rules {
         work.evaluate(brdf, 1)[0]
     }
 
+    /// The share of a disk above the horizon, and the mean over the whole disk of the cosine of what
+    /// is.
+    pub(super) fn means(&self, disk: &Disk) -> [f64; 2] {
+        let (z, a) = (disk.centre.z, disk.half_angle);
+        if z >= a.sin() {
+            // ⟨cos θ⟩ over a cap: the projection of its area on the plane.
+            let mean = if a > 0.0 {
+                z * (0.5 * (1.0 + a.cos()))
+            } else {
+                z
+            };
+            return [1.0, mean];
+        }
+        if a == 0.0 {
+            return [0.0; 2];
+        }
+        let [legendre, wide] = &self.legendre[PRODUCTS.len() - 1];
+        let cap = 4.0 * PI * (0.5 * a).sin().powi(2);
+        let mut sums = [0.0; 2];
+        for (v, w) in disk.nodes(PRODUCTS[PRODUCTS.len() - 1], legendre, wide) {
+            sums[0] += w / cap;
+            sums[1] += w * v.z / cap;
+        }
+        sums
+    }
+
     /// Radon's rule of degree 5 (the centre with weight 1/4, a hexagon at R √(2/3)) on either disk
     /// with the other at its centre, and the square on both:
     /// 5⊗1 + 1⊗5 − 1⊗1 + (3 − 1)⊗(3 − 1), exact to degree 5. The rules of degree 3 in it give the

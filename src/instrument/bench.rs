@@ -1,0 +1,165 @@
+//! A realised machine: one instrument of its kind, with the offsets and errors that it happens to
+//! have.
+
+mod session;
+
+pub use session::Session;
+
+use super::detector::Detector;
+use super::machine::Machine;
+use super::motion::{Motion, exposures};
+use super::optics::{Optics, Tolerance};
+use super::spec::InstrumentSpec;
+use super::tour::Order;
+use crate::error::ParameterError;
+use crate::sampling::{Random, RandomStream};
+use crate::schedule::{Itinerary, MAX_AXES, Positions, Schedule};
+use rand_distr::{Distribution, StandardNormal};
+
+/// Which parts of an instrument are simulated. What is left out costs nothing.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Parts {
+    /// It cannot reach every pose.
+    pub limits: bool,
+    /// Light and sensor have a width.
+    pub apertures: bool,
+    /// Positions, lamp, tile and sensor have errors.
+    pub noise: bool,
+}
+
+impl Parts {
+    /// The whole instrument.
+    pub const ALL: Parts = Parts {
+        limits: true,
+        apertures: true,
+        noise: true,
+    };
+    /// Nothing but its axes and its time.
+    pub const NONE: Parts = Parts {
+        limits: false,
+        apertures: false,
+        noise: false,
+    };
+}
+
+impl Default for Parts {
+    fn default() -> Self {
+        Parts::ALL
+    }
+}
+
+/// An instrument that can plan and measure.
+#[derive(Debug)]
+pub struct Bench {
+    name: String,
+    machine: Machine,
+    motion: Motion,
+    optics: Optics,
+    errors: Option<Errors>,
+}
+
+/// What is wrong with it, drawn once.
+#[derive(Debug)]
+struct Errors {
+    detector: Detector,
+    /// The tile's reflectance over what its certificate says.
+    tile: f64,
+    tile_uncertainty: f64,
+    /// Relative change of the lamp in an hour.
+    drift: f64,
+    drift_uncertainty: f64,
+    /// Offset of every axis, rad.
+    offsets: Positions,
+    /// For derivatives by position, which need not be as good as values.
+    rough: Optics,
+}
+
+/// Streams of a realisation.
+const TILE: u64 = 0;
+const DRIFT: u64 = 1;
+const AXES: u64 = 2;
+
+/// Relative tolerance of the averages that a derivative is made of.
+const ROUGH: f64 = 1e-2;
+
+/// A standard normal number.
+fn normal(stream: &mut RandomStream) -> f64 {
+    StandardNormal.sample(stream)
+}
+
+impl Bench {
+    /// An instrument of a preset. Benches of one `realisation` have the same errors of tile, lamp
+    /// and axes; of different ones, independent errors.
+    ///
+    /// # Errors
+    /// As [`InstrumentSpec::check`].
+    pub fn new(
+        spec: &InstrumentSpec,
+        parts: Parts,
+        realisation: u64,
+    ) -> Result<Self, ParameterError> {
+        let mut machine = Machine::new(spec)?;
+        if !parts.limits {
+            machine = machine.without_limits();
+        }
+        let motion = Motion::new(spec, &machine);
+        let optics = |relative: f64| {
+            let [source, detector] = if parts.apertures {
+                [spec.source.half_angle_deg, spec.detector.half_angle_deg]
+            } else {
+                [0.0; 2]
+            };
+            let tolerance = Tolerance {
+                relative,
+                ..Tolerance::default()
+            };
+            Optics::new(source.to_radians(), detector.to_radians(), tolerance)
+        };
+        let errors = parts.noise.then(|| {
+            let random = Random::new(realisation);
+            let draw = |index: u64| normal(&mut random.stream(index));
+            let mut offsets = [0.0; MAX_AXES];
+            for (i, axis) in machine.axes().iter().enumerate() {
+                offsets[i] = axis.bias * draw(AXES + i as u64);
+            }
+            Errors {
+                detector: Detector::new(
+                    &spec.detector,
+                    &spec.calibration,
+                    exposures(&spec.detector),
+                ),
+                tile: 1.0 + spec.calibration.uncertainty * draw(TILE),
+                tile_uncertainty: spec.calibration.uncertainty,
+                drift: spec.source.drift_per_hour * draw(DRIFT),
+                drift_uncertainty: spec.source.drift_per_hour,
+                offsets,
+                rough: optics(ROUGH),
+            }
+        });
+        Ok(Self {
+            name: spec.name.clone(),
+            optics: optics(Tolerance::default().relative),
+            machine,
+            motion,
+            errors,
+        })
+    }
+
+    /// Its axes and limits.
+    pub fn machine(&self) -> &Machine {
+        &self.machine
+    }
+
+    /// When it visits the poses of a schedule, and which it cannot take. A pose may be turned about
+    /// the normal if the schedule takes the material to be isotropic.
+    pub fn plan(&self, schedule: &Schedule, order: Order) -> Itinerary {
+        self.motion
+            .itinerary(&self.machine, &self.name, schedule, order)
+    }
+
+    /// A session along an itinerary of this instrument. The noise of a pose depends on the seed and
+    /// its number, not on the order of the visits.
+    pub fn session<'a>(&'a self, itinerary: &'a Itinerary, seed: u64) -> Session<'a> {
+        Session::new(self, itinerary, seed)
+    }
+}

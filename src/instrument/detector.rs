@@ -1,0 +1,145 @@
+//! From light to electrons to a value.
+//!
+//! The signal S = ⟨f_r cos θ_i⟩ frees S · `reference_rate` / f_tile electrons a second, f_tile =
+//! reflectance/π: the rate is that of the tile with light and sensor at the normal. An exposure of
+//! t seconds counts
+//!
+//! e = Poisson((rate + dark) t) + N(0, read²),
+//!
+//! stops at full scale and is rounded to steps of full scale / 2^bits. The converter begins a
+//! pedestal below zero, which is subtracted: counts may be negative, and read noise is not
+//! rectified.
+//!
+//! # How exposures are merged
+//!
+//! Exposure k estimates the rate as e_k/t_k − dark, with the variance ((rate + dark) t_k + read² +
+//! step²/12)/t_k². The mean weighted by the inverse variances is used. Without read noise it is all
+//! electrons over all time, which is the maximum of the likelihood. The rate in the variances is that
+//! pilot, the same for all: a weight from an exposure's own count would favour low counts.
+//!
+//! An exposure is used if the ones before it promise that it stays below 80 % of full scale, and if it does not
+//! touch full scale. Deciding by its own count would again favour low counts.
+
+use super::spec::{CalibrationSpec, DetectorSpec};
+use crate::sampling::RandomStream;
+use rand_distr::{Distribution, Poisson, StandardNormal};
+use std::f64::consts::PI;
+
+/// Share of full scale that a promised count may fill.
+const HEADROOM: f64 = 0.8;
+
+/// A sensor with its converter and its exposures.
+#[derive(Clone, Debug)]
+pub(super) struct Detector {
+    /// Electrons a second for S = 1 sr⁻¹.
+    gain: f64,
+    full_scale: f64,
+    step: f64,
+    read_noise: f64,
+    dark: f64,
+    shot_noise: bool,
+    exposures: Vec<f64>,
+}
+
+/// What a sensor says of one signal.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Signal {
+    /// ⟨f_r cos θ_i⟩, sr⁻¹; a lower bound if saturated.
+    pub value: f64,
+    /// Variance of its scatter, estimated from the count.
+    pub variance: f64,
+    pub saturated: bool,
+}
+
+impl Detector {
+    pub(super) fn new(
+        spec: &DetectorSpec,
+        calibration: &CalibrationSpec,
+        exposures: impl Iterator<Item = f64>,
+    ) -> Self {
+        Self {
+            gain: spec.reference_rate * PI / calibration.reflectance,
+            full_scale: spec.full_scale,
+            step: spec.full_scale / 2.0_f64.powi(spec.bits as i32),
+            read_noise: spec.read_noise,
+            dark: spec.dark_rate,
+            shot_noise: spec.shot_noise,
+            exposures: exposures.collect(),
+        }
+    }
+
+    /// One count.
+    fn count(&self, mean: f64, noise: &mut RandomStream) -> f64 {
+        // Far beyond full scale every mean gives the same count.
+        let mean = mean.clamp(0.0, 4.0 * self.full_scale + 1000.0);
+        let mut electrons = mean;
+        if self.shot_noise
+            && let Ok(poisson) = Poisson::new(mean)
+        {
+            electrons = poisson.sample(noise);
+        }
+        if self.read_noise > 0.0 {
+            let z: f64 = StandardNormal.sample(noise);
+            electrons += self.read_noise * z;
+        }
+        ((electrons / self.step).round() * self.step).min(self.full_scale)
+    }
+
+    /// Reads a signal.
+    pub(super) fn read(&self, signal: f64, noise: &mut RandomStream) -> Signal {
+        let rate = self.gain * signal + self.dark;
+        let constant = self.read_noise * self.read_noise + self.step * self.step / 12.0;
+        // Used exposures: time, time², electrons, electrons × time.
+        let (mut time, mut electrons) = (0.0, 0.0);
+        let mut used = 0_usize;
+        let mut counts = [(0.0, 0.0); Self::MOST];
+        for (k, &t) in self.exposures.iter().take(Self::MOST).enumerate() {
+            // Every exposure is made: the numbers of the stream do not depend on the others.
+            let e = self.count(rate * t, noise);
+            let promised = if time > 0.0 {
+                electrons / time * t
+            } else {
+                0.0
+            };
+            let fits = e < self.full_scale && promised < HEADROOM * self.full_scale;
+            if used == k && fits {
+                counts[k] = (t, e);
+                time += t;
+                electrons += e;
+                used += 1;
+            }
+        }
+        let shortest = self.exposures.first().copied().unwrap_or(1.0);
+        if used == 0 {
+            let rate = self.full_scale / shortest - self.dark;
+            let variance = (self.full_scale * f64::from(self.shot_noise) + constant)
+                / (shortest * shortest * self.gain * self.gain);
+            return Signal {
+                value: rate / self.gain,
+                variance,
+                saturated: true,
+            };
+        }
+        let pilot = if self.shot_noise {
+            (electrons / time).max(0.0)
+        } else {
+            0.0
+        };
+        let (mut weights, mut sum) = (0.0, 0.0);
+        for (t, e) in &counts[..used] {
+            // A dark sensor without any noise: exposures then count by their time.
+            let variance = (pilot * t + constant).max(f64::MIN_POSITIVE);
+            let weight = t * t / variance;
+            weights += weight;
+            sum += weight * (e / t);
+        }
+        Signal {
+            value: (sum / weights - self.dark) / self.gain,
+            variance: 1.0 / (weights * self.gain * self.gain),
+            saturated: false,
+        }
+    }
+
+    /// The most exposures of one pose.
+    pub(super) const MOST: usize = 32;
+}
