@@ -2,6 +2,7 @@
 //! picks the benches whose path holds it.
 
 mod brdf;
+mod instrument;
 mod parametrization;
 mod pipeline;
 mod reconstruct;

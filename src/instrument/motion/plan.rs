@@ -65,3 +65,86 @@ impl Motion {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::Symmetry;
+    use crate::instrument::{presets, read};
+    use crate::parametrization;
+    use crate::schedule::{RandomSet, SampleSet};
+
+    fn schedule(n: usize, symmetry: Symmetry, seed: u64) -> Schedule {
+        let form = parametrization::find("half-difference")
+            .unwrap()
+            .form(symmetry);
+        RandomSet {}.plan(&form, n, seed).unwrap()
+    }
+
+    fn travelled(motion: &Motion, itinerary: &Itinerary) -> f64 {
+        let mut here = motion.rest();
+        let mut sum = 0.0;
+        for visit in &itinerary.visits {
+            sum += motion.travel().seconds(here, &visit.positions);
+            here = &visit.positions;
+        }
+        sum
+    }
+
+    #[test]
+    fn every_pose_is_visited_or_has_a_reason() {
+        for preset in presets() {
+            let spec = read(preset.text).unwrap();
+            let machine = Machine::new(&spec).unwrap();
+            let motion = Motion::new(&spec, &machine);
+            for symmetry in [Symmetry::FULL, Symmetry::NONE] {
+                let schedule = schedule(300, symmetry, 2);
+                let mut best = f64::INFINITY;
+                for order in Order::ALL.into_iter().rev() {
+                    let plan = motion.itinerary(&machine, preset.name, &schedule, order);
+                    let seen = plan.visits.iter().map(|v| v.pose);
+                    let mut seen: Vec<u32> =
+                        seen.chain(plan.unreachable.iter().map(|u| u.0)).collect();
+                    seen.sort_unstable();
+                    assert!(seen.into_iter().eq(0..300));
+                    for visit in &plan.visits {
+                        let pair = &schedule.poses[visit.pose as usize].pair;
+                        assert_eq!(machine.place(pair, symmetry.isotropic), Ok(visit.positions));
+                    }
+                    for (pose, reason) in &plan.unreachable {
+                        let pair = &schedule.poses[*pose as usize].pair;
+                        assert_eq!(machine.place(pair, symmetry.isotropic), Err(*reason));
+                    }
+                    assert_eq!(plan.order, order.name());
+                    assert_eq!(plan.axes.len(), machine.axes().len());
+                    let path: Vec<Stop> =
+                        plan.visits.iter().map(|v| (v.pose, v.positions)).collect();
+                    assert_eq!(motion.timed(&schedule, &path), plan.visits);
+                    // From the best order backwards.
+                    if order == Order::TwoOpt {
+                        best = travelled(&motion, &plan);
+                    }
+                    assert!(best <= travelled(&motion, &plan) * (1.0 + 1e-12));
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn three_and_four_axes_travel_a_quarter() {
+        for (name, symmetry) in [("cornell", Symmetry::FULL), ("rosi", Symmetry::NONE)] {
+            let preset = presets().into_iter().find(|p| p.name == name).unwrap();
+            let spec = read(preset.text).unwrap();
+            let machine = Machine::new(&spec).unwrap();
+            let motion = Motion::new(&spec, &machine);
+            for seed in 1..=3 {
+                let schedule = schedule(1024, symmetry, seed);
+                let [random, best] = [Order::AsGenerated, Order::TwoOpt].map(|order| {
+                    let plan = motion.itinerary(&machine, name, &schedule, order);
+                    travelled(&motion, &plan)
+                });
+                assert!(best <= 0.25 * random, "{name} {seed}: {best} of {random}");
+            }
+        }
+    }
+}

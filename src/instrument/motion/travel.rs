@@ -1,6 +1,6 @@
 //! How long the axes travel from one set of positions to another.
 
-use crate::schedule::{MAX_AXES, Positions};
+use crate::schedule::Positions;
 use std::f64::consts::TAU;
 
 /// How one axis moves.
@@ -34,7 +34,7 @@ pub struct Travel {
 }
 
 impl Travel {
-    /// The metric of at most [`MAX_AXES`] axes; those beyond the slice stand still.
+    /// The metric of at most [`MAX_AXES`](crate::schedule::MAX_AXES) axes; those beyond the slice stand still.
     pub fn new(axes: &[AxisMotion]) -> Self {
         let each = |of: fn(&AxisMotion) -> f64, absent: f64| {
             std::array::from_fn(|j| axes.get(j).map_or(absent, of))
@@ -105,16 +105,6 @@ impl Travel {
         } else {
             d - self.period[j].copysign(d)
         }
-    }
-
-    /// Number of the axis that travels longest, and its seconds.
-    pub fn slowest(&self, from: &Positions, to: &Positions) -> (usize, f64) {
-        let squares = self.squares(from, to);
-        let longest = (0..MAX_AXES).fold(
-            0,
-            |best, j| if squares[j] > squares[best] { j } else { best },
-        );
-        (longest, squares[longest].sqrt())
     }
 
     /// Highest speed of axis `j` in one move of `distance` rad, rad/s.

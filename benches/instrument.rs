@@ -1,0 +1,63 @@
+//! Planning an acquisition: tours of random poses, by order, and their times.
+
+use divan::counter::ItemsCount;
+use divan::{Bencher, black_box};
+use gonio::geometry::Symmetry;
+use gonio::instrument::{InstrumentSpec, Machine, Motion, Order, presets, read};
+use gonio::parametrization;
+use gonio::schedule::{Positions, RandomSet, SampleSet, Schedule};
+
+fn preset(name: &str) -> (InstrumentSpec, Machine) {
+    let presets = presets();
+    let preset = presets.iter().find(|p| p.name == name).expect("a preset");
+    let spec = read(preset.text).expect("an instrument");
+    let machine = Machine::new(&spec).expect("a machine");
+    (spec, machine)
+}
+
+/// Random poses in half/difference coordinates.
+fn schedule(n: usize, symmetry: Symmetry) -> Schedule {
+    let form = parametrization::find("half-difference")
+        .expect("a parametrization")
+        .form(symmetry);
+    RandomSet {}.plan(&form, n, 1).expect("a schedule")
+}
+
+/// Puts the first `n` poses that the instrument reaches in order.
+fn tour(bencher: Bencher, name: &str, symmetry: Symmetry, n: usize, order: Order) {
+    let (spec, machine) = preset(name);
+    let motion = Motion::new(&spec, &machine);
+    let schedule = schedule(2 * n, symmetry);
+    let places = schedule
+        .poses
+        .iter()
+        .map(|p| machine.place(&p.pair, symmetry.isotropic));
+    let positions: Vec<Positions> = places.flatten().take(n).collect();
+    assert_eq!(positions.len(), n);
+    bencher
+        .counter(ItemsCount::new(n))
+        .bench_local(|| order.tour(motion.travel(), motion.rest(), black_box(&positions)));
+}
+
+/// Cornell: three axes, isotropic.
+#[divan::bench(args = Order::ALL, consts = [1024, 16_384], max_time = 5)]
+fn tour_of_three_axes<const N: usize>(bencher: Bencher, order: Order) {
+    tour(bencher, "cornell", Symmetry::FULL, N, order);
+}
+
+/// ROSI: four axes.
+#[divan::bench(args = Order::ALL, consts = [1024, 16_384], max_time = 5)]
+fn tour_of_four_axes<const N: usize>(bencher: Bencher, order: Order) {
+    tour(bencher, "rosi", Symmetry::NONE, N, order);
+}
+
+/// Placing, ordering in rows and timing 100 000 poses.
+#[divan::bench(args = ["cornell", "pgii"])]
+fn itinerary(bencher: Bencher, name: &str) {
+    let (spec, machine) = preset(name);
+    let motion = Motion::new(&spec, &machine);
+    let schedule = schedule(100_000, Symmetry::FULL);
+    bencher
+        .counter(ItemsCount::new(schedule.poses.len()))
+        .bench(|| motion.itinerary(&machine, name, black_box(&schedule), Order::Sorted));
+}
