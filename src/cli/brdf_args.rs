@@ -26,6 +26,15 @@ pub(super) struct BrdfArgs {
 }
 
 impl BrdfArgs {
+    /// The same from an option's value.
+    pub(super) fn of(target: &str) -> Self {
+        Self {
+            target: target.into(),
+            set: Vec::new(),
+            material: None,
+        }
+    }
+
     /// The config: the one that is named, or one that holds nothing but the material.
     pub(super) fn source(&self) -> Result<Source, Error> {
         let extension = Path::new(&self.target).extension();

@@ -284,7 +284,7 @@ fn schedules(plan: &Plan, symmetry: Symmetry) -> Result<(), Error> {
     Ok(())
 }
 
-fn words(symmetry: Symmetry) -> String {
+pub(super) fn words(symmetry: Symmetry) -> String {
     let isotropic = if symmetry.isotropic {
         "isotropic"
     } else {

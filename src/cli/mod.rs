@@ -7,18 +7,22 @@ mod bench;
 mod brdf_args;
 mod check;
 mod list;
+mod measure;
 mod moments;
 mod progress;
+mod reconstruct;
 mod relations;
 mod run;
 mod schedule;
+mod schema;
 #[cfg(all(feature = "exr", feature = "plots"))]
 mod slice;
 mod study;
 mod tabulate;
 
+use crate::brdf::{Brdf, BuildError, Channels};
 use crate::error::Error;
-use crate::experiment::{Config, Plan, Source};
+use crate::experiment::{Config, Material, Plan, Source};
 use clap::{Args, Parser, Subcommand};
 use std::io::{self, ErrorKind, Write};
 use std::path::{Path, PathBuf};
@@ -45,6 +49,12 @@ enum Command {
     List(list::List),
     /// Export schedules of a config, for an instrument
     Schedule(schedule::Schedule),
+    /// Measure a material at the poses of a schedule file
+    Measure(measure::Measure),
+    /// Make a BRDF of a measurement file, and say how good it is
+    Reconstruct(reconstruct::Reconstruct),
+    /// JSON Schema of the lines of our files
+    Schema(schema::Schema),
     /// Moment profiles of a material, or of every material of a config
     Moments(moments::Moments),
     /// Pictures of a material seen from chosen elevations
@@ -67,6 +77,9 @@ impl Cli {
             Command::Check(command) => command.run(),
             Command::List(command) => command.run(),
             Command::Schedule(command) => command.run(),
+            Command::Measure(command) => command.run(),
+            Command::Reconstruct(command) => command.run(),
+            Command::Schema(command) => command.run(),
             Command::Moments(command) => command.run(),
             #[cfg(all(feature = "exr", feature = "plots"))]
             Command::Slice(command) => command.run(),
@@ -136,6 +149,41 @@ impl ThreadArgs {
 
 fn plan(source: &Source) -> Result<Plan, Error> {
     Plan::new(Config::read(source)?)
+}
+
+/// The material that `--material` names; the only one needs no name.
+fn choose_material<'a>(
+    materials: &'a [Material],
+    name: Option<&str>,
+) -> Result<&'a Material, Error> {
+    let chosen = match (name, materials) {
+        (None, [only]) => Some(only),
+        (None, _) => None,
+        (Some(name), all) => all.iter().find(|m| m.name == name),
+    };
+    chosen.ok_or_else(|| {
+        let names: Vec<_> = materials.iter().map(|m| m.name.as_str()).collect();
+        let allowed = names.join(", ");
+        let message = match name {
+            Some(name) => format!("\"{name}\" is not in this config; allowed: {allowed}"),
+            None => format!("this config has several materials; allowed: one of {allowed}"),
+        };
+        Error::config("--material", message)
+    })
+}
+
+/// The BRDF of a material.
+fn build(material: &Material, channels: Channels) -> Result<Box<dyn Brdf>, Error> {
+    material.spec.build(channels).map_err(|e| match e {
+        BuildError::Data { path, message } => Error::Data { path, message },
+        e => Error::config(format!("--material {}", material.name), e),
+    })
+}
+
+/// The text of an input file.
+fn read_text(path: &Path) -> Result<String, Error> {
+    std::fs::read_to_string(path)
+        .map_err(|e| Error::data(path, format!("cannot read this file: {e}")))
 }
 
 /// Prints results. A reader that has seen enough (`| head`) is no error.

@@ -1,6 +1,6 @@
 //! `gonio tabulate`.
 
-use super::{ConfigArgs, ThreadArgs, refuse_existing};
+use super::{ConfigArgs, ThreadArgs, build, choose_material, refuse_existing};
 use crate::brdf::measured::merl::{MerlError, MerlGrid, write_merl_file};
 use crate::error::Error;
 use clap::Args;
@@ -28,25 +28,9 @@ impl Tabulate {
         self.threads.apply()?;
         let source = self.config.source()?;
         let plan = super::plan(&source)?;
-        let names: Vec<_> = plan.materials.iter().map(|m| m.name.as_str()).collect();
-        let chosen = match (&self.material, plan.materials.as_slice()) {
-            (None, [only]) => Some(only),
-            (None, _) => None,
-            (Some(name), all) => all.iter().find(|m| m.name == *name),
-        };
-        let Some(material) = chosen else {
-            let allowed = names.join(", ");
-            let message = match &self.material {
-                Some(name) => format!("\"{name}\" is not in this config; allowed: {allowed}"),
-                None => format!("this config has several materials; allowed: one of {allowed}"),
-            };
-            return Err(Error::config("--material", message));
-        };
+        let material = choose_material(&plan.materials, self.material.as_deref())?;
         refuse_existing(&self.output, self.force)?;
-        let brdf = material.spec.build(plan.channels).map_err(|e| match e {
-            crate::brdf::BuildError::Data { path, message } => Error::Data { path, message },
-            e => Error::config(format!("--material {}", material.name), e),
-        })?;
+        let brdf = build(material, plan.channels)?;
         let written =
             MerlGrid::holding(&*brdf).and_then(|grid| write_merl_file(&*brdf, grid, &self.output));
         written.map_err(|e| match e {

@@ -33,7 +33,7 @@ use super::{Details, Flags, Measurement, Outcome};
 use crate::brdf::Channels;
 use crate::geometry::{Direction, DirectionPair, Symmetry};
 use crate::numeric::{GRAZING_COS, safe_sqrt};
-use crate::schedule::import::{form, same_poses};
+use crate::schedule::import::form;
 use crate::schedule::table::Table;
 use crate::schedule::{Assume, FileError, Pose, Schedule};
 use glam::DVec3;
@@ -135,13 +135,14 @@ fn neumann(h_bar: f64, k_bar: f64, azimuth: f64) -> [DVec3; 2] {
 
 /// What was read.
 pub struct AltaFile {
-    /// The measurement; its schedule has one pose for each place that was read.
+    /// The measurement; its schedule has each configuration once.
     pub measurement: Measurement,
     /// What `#PARAM_IN` says.
     pub input: &'static str,
     /// Rows without a pose: a direction is not above the horizon.
     pub below_horizon: usize,
-    /// Rows of a pose that came before: their values are averaged.
+    /// Rows of a configuration that came before: their values are averaged, see
+    /// [`Measurement::merged`].
     pub repeated: usize,
 }
 
@@ -218,34 +219,23 @@ pub fn read(text: &str, name: &str, assume: &Assume) -> Result<AltaFile, FileErr
         ..*otherwise
     };
     let parametrization = form(&Table::named(name), &assume)?;
-    let first = same_poses(&pairs);
-    let repeated = first.iter().enumerate().filter(|(i, f)| i != *f).count();
-    let mut readings = Mean::new(n);
-    let mut poses: Vec<Pose> = Vec::new();
-    let mut number = vec![0; pairs.len()];
-    for (i, &first) in first.iter().enumerate() {
-        if first == i {
-            number[i] = poses.len();
-            let coords = parametrization.forward(&pairs[i]);
-            poses.push(Pose {
-                coords,
-                pair: pairs[i],
-            });
-        }
-        let radii = radii.get(i * n..(i + 1) * n);
-        readings.add(number[first], &values[i * n..(i + 1) * n], radii);
-    }
-    let outcomes = vec![Outcome::Reading; poses.len()];
-    let details = (header.intervals == 1).then(|| Details {
-        type_a: vec![0.0; poses.len() * n],
-        type_b: readings.mean(&readings.radii),
-        flags: vec![Flags::NONE; poses.len()],
-    });
+    let poses: Vec<Pose> = pairs
+        .into_iter()
+        .map(|pair| Pose {
+            coords: parametrization.forward(&pair),
+            pair,
+        })
+        .collect();
+    let rows = poses.len();
     let measurement = Measurement {
         channels: header.channels,
-        values: readings.mean(&readings.values),
-        outcomes,
-        details,
+        values,
+        outcomes: vec![Outcome::Reading; rows],
+        details: (header.intervals == 1).then(|| Details {
+            type_a: vec![0.0; rows * n],
+            type_b: radii,
+            flags: vec![Flags::NONE; rows],
+        }),
         schedule: Arc::new(Schedule {
             parametrization,
             sample_set: "file".into(),
@@ -254,52 +244,13 @@ pub fn read(text: &str, name: &str, assume: &Assume) -> Result<AltaFile, FileErr
             unphysical_share: 0.0,
         }),
     };
+    let (measurement, repeated) = measurement.merged();
     Ok(AltaFile {
         measurement,
         input,
         below_horizon,
         repeated,
     })
-}
-
-/// Means over the rows of each pose.
-struct Mean {
-    channels: usize,
-    values: Vec<f64>,
-    radii: Vec<f64>,
-    rows: Vec<f64>,
-}
-
-impl Mean {
-    fn new(channels: usize) -> Self {
-        Self {
-            channels,
-            values: Vec::new(),
-            radii: Vec::new(),
-            rows: Vec::new(),
-        }
-    }
-
-    /// Adds a row to a pose, the next one or an earlier one.
-    fn add(&mut self, pose: usize, values: &[f64], radii: Option<&[f64]>) {
-        let n = self.channels;
-        if pose == self.rows.len() {
-            self.rows.push(0.0);
-            self.values.resize(self.values.len() + n, 0.0);
-            self.radii.resize(self.radii.len() + n, 0.0);
-        }
-        self.rows[pose] += 1.0;
-        for (c, value) in values.iter().enumerate() {
-            self.values[pose * n + c] += value;
-            self.radii[pose * n + c] += radii.map_or(0.0, |radii| radii[c]);
-        }
-    }
-
-    fn mean(&self, sums: &[f64]) -> Vec<f64> {
-        let sums = sums.iter().enumerate();
-        sums.map(|(i, sum)| sum / self.rows[i / self.channels])
-            .collect()
-    }
 }
 
 impl Header {

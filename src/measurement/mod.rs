@@ -2,6 +2,7 @@
 
 pub mod alta;
 mod file;
+mod merge;
 mod record;
 
 pub use file::{About, MeasurementFile, read_measurement, write_measurement};

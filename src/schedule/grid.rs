@@ -219,8 +219,7 @@ pub(super) fn nodes(
         let place = place(parametrization, &coords(axes, index));
         pose.push(place.map(|new| {
             let next = poses.len() as u32;
-            let key = distinct.key(&new.coords);
-            let found = *distinct.seen.entry(key).or_insert(next);
+            let found = distinct.first(&new.coords, next);
             if found == next {
                 poses.push(new);
             }
@@ -232,7 +231,7 @@ pub(super) fn nodes(
 }
 
 /// Recognises coordinates that name the same configuration.
-struct Distinct {
+pub(crate) struct Distinct {
     // The standard hasher takes most of the time of laying out a grid; nobody attacks this map.
     seen: FxHashMap<[i64; 4], u32>,
     scale: [(f64, f64, bool); 4],
@@ -247,7 +246,8 @@ impl Distinct {
     /// is as far from all fractions as a number can be.
     const SHIFT: f64 = 0.618_033_988_749_894_9;
 
-    fn new(axes: &[Axis]) -> Self {
+    /// Nothing is known yet of coordinates along these axes.
+    pub fn new(axes: &[Axis]) -> Self {
         let mut scale = [(0.0, 0.0, false); 4];
         for (s, axis) in scale.iter_mut().zip(axes) {
             let periodic = axis.kind == AxisKind::Periodic;
@@ -257,6 +257,12 @@ impl Distinct {
             seen: FxHashMap::default(),
             scale,
         }
+    }
+
+    /// The number under which this configuration came first: `next` if it is new.
+    pub fn first(&mut self, coords: &Coords, next: u32) -> u32 {
+        let key = self.key(coords);
+        *self.seen.entry(key).or_insert(next)
     }
 
     fn key(&self, coords: &Coords) -> [i64; 4] {

@@ -456,7 +456,7 @@ fn distance(a: &DirectionPair, b: &DirectionPair) -> f64 {
 }
 
 /// For each pair the first one that is the same pose.
-pub(crate) fn same_poses(pairs: &[DirectionPair]) -> Vec<usize> {
+fn same_poses(pairs: &[DirectionPair]) -> Vec<usize> {
     // Equal poses have equal shadows on any line; in this direction no two others of a regular set do.
     let shadow = |pair: &DirectionPair| {
         let (i, o) = (pair.omega_i.vector(), pair.omega_o.vector());

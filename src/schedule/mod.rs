@@ -1,7 +1,7 @@
 //! Which configurations are visited, in which order.
 
 pub(crate) mod export;
-mod grid;
+pub(crate) mod grid;
 pub(crate) mod import;
 mod itinerary;
 mod lattice;

@@ -4,6 +4,7 @@
 mod bench;
 mod configs;
 mod instruments;
+mod files;
 mod moments;
 mod readme;
 mod runs;

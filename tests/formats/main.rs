@@ -70,7 +70,11 @@ fn backwards(schedule: &Schedule) -> Itinerary {
     let mut itinerary = Itinerary {
         instrument: "a bench, with \"quotes\"".into(),
         // The second is called like a coordinate.
-        axes: vec!["light arm".into(), "theta_i".into(), "turn".into()],
+        axes: vec![
+            "light, \"upper\" arm".into(),
+            "theta_i".into(),
+            "turn".into(),
+        ],
         order: "as-generated",
         visits: Vec::new(),
         unreachable: Vec::new(),

@@ -191,6 +191,45 @@ fn a_later_attempt_replaces_an_earlier_one() {
 }
 
 #[test]
+fn readings_of_one_configuration_become_their_mean() {
+    // Light and sensor exchanged, and the sample turned: one configuration to an isotropic and
+    // reciprocal material, three to one without symmetries.
+    let text = "theta_i_deg,phi_i_deg,theta_o_deg,phi_o_deg,value,type_a,type_b,flags\n\
+                10,0,20,70,1,0.3,0.5,\n20,70,10,0,3,0.4,0.7,clipped\n10,30,20,100,,,,no-data\n\
+                50,0,20,70,9,0.1,0.1,\n";
+    let merged = |symmetry| {
+        let assume = Assume {
+            otherwise: symmetry,
+            ..Assume::default()
+        };
+        let read = read_measurement(text, "m", &assume).unwrap();
+        read.measurement.merged()
+    };
+    let (m, n) = merged(Symmetry::NONE);
+    assert_eq!((m.outcomes.len(), n), (4, 0));
+    let (m, n) = merged(Symmetry::FULL);
+    assert_eq!(n, 2);
+    assert_eq!(m.outcomes, [Outcome::Reading; 2]);
+    assert_eq!(
+        (m.values.as_slice(), m.schedule.poses.len()),
+        (&[2.0, 9.0][..], 2)
+    );
+    let details = m.details.unwrap();
+    // Scatter averages out as the root of the number, what readings share does not.
+    assert!((details.type_a[0] - 0.25).abs() < 1e-15);
+    assert!((details.type_b[0] - 0.6).abs() < 1e-15);
+    assert_eq!(details.flags, [Flags::CLIPPED, Flags::NONE]);
+    // The nodes of a lattice are told apart already.
+    let form = parametrization::find("hybrid")
+        .unwrap()
+        .form(Symmetry::FULL);
+    let (m, _) = measured(planned(&form, "grid", 60), Channels::Rgb, true);
+    let (again, n) = m.clone().merged();
+    assert_eq!(n, 0);
+    assert_same(&again, &m);
+}
+
+#[test]
 fn what_is_no_measurement_is_refused_with_its_line() {
     let head = "theta_i_deg,phi_i_deg,theta_o_deg,phi_o_deg";
     for (more, rows, line, part) in [

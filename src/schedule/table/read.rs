@@ -342,18 +342,26 @@ impl Table {
 
 /// The cells of a line, without the spaces around them and without quotes.
 fn split(line: &str, separator: char) -> Result<Vec<String>, &'static str> {
-    let mut cells = vec![String::new()];
+    let (mut cells, mut cell) = (Vec::new(), String::new());
     let mut quoted = false;
-    for c in line.chars() {
-        match (c, cells.last_mut()) {
-            ('"', _) => quoted = !quoted,
-            (c, _) if c == separator && !quoted => cells.push(String::new()),
-            (c, Some(cell)) => cell.push(c),
-            (_, None) => {}
+    let mut characters = line.chars().peekable();
+    while let Some(c) = characters.next() {
+        if c == '"' && quoted && characters.peek() == Some(&'"') {
+            // Twice inside quotes is one.
+            cell.push('"');
+            characters.next();
+        } else if c == '"' {
+            quoted = !quoted;
+        } else if c == separator && !quoted {
+            cells.push(cell.trim().to_owned());
+            cell.clear();
+        } else {
+            cell.push(c);
         }
     }
     if quoted {
         return Err("a quote is not closed");
     }
-    Ok(cells.into_iter().map(|c| c.trim().to_owned()).collect())
+    cells.push(cell.trim().to_owned());
+    Ok(cells)
 }

@@ -82,7 +82,7 @@ impl Sheet<'_> {
         for (name, meaning) in &self.columns {
             writeln!(out, "# {name}: {meaning}")?;
         }
-        let names: Vec<_> = self.columns.iter().map(|(name, _)| name.as_str()).collect();
+        let names: Vec<_> = self.columns.iter().map(|(name, _)| quoted(name)).collect();
         writeln!(out, "{}", names.join(","))?;
         let mut cells = Vec::new();
         for i in 0..self.rows {
@@ -126,5 +126,14 @@ impl Sheet<'_> {
             writeln!(out, "{}", Value::Object(object))?;
         }
         out.flush()
+    }
+}
+
+/// A name as a cell: that of an axis may hold a separator.
+fn quoted(name: &str) -> String {
+    if name.contains([',', ';', '\t', '"']) {
+        format!("\"{}\"", name.replace('"', "\"\""))
+    } else {
+        name.to_owned()
     }
 }

@@ -1,0 +1,319 @@
+//! `gonio reconstruct`.
+
+use super::brdf_args::BrdfArgs;
+use super::check::words;
+use super::{ThreadArgs, build, choose_material, print, read_text, refuse_existing};
+use crate::brdf::Brdf;
+use crate::brdf::measured::merl::{MerlError, MerlGrid, write_merl_file};
+use crate::error::Error;
+use crate::experiment::moments::MomentsPlan;
+use crate::experiment::{Kind, Source};
+use crate::geometry::Symmetry;
+use crate::measurement::{Flags, Measurement, Outcome, alta, read_measurement};
+use crate::metrics::{self, Measure, MetricsSpec};
+use crate::reconstruct;
+use crate::schedule::{Assume, Unreachable};
+use crate::{parametrization, schedule};
+use clap::Args;
+use std::path::{Path, PathBuf};
+
+/// Pixels along each side of the picture.
+#[cfg(feature = "exr")]
+const PICTURE: usize = 400;
+
+/// Makes a BRDF of readings, and says what it was made of
+#[derive(Debug, Args)]
+#[command(after_help = "\
+The readings are those that `gonio measure` wrote, any CSV with the columns theta_i_deg, phi_i_deg,
+theta_o_deg, phi_o_deg and value (f_r in 1/sr, without the cosine), or an ALTA text file.
+
+  gonio reconstruct readings.csv --reconstruction thin-plate --set neighbours=40 -o copy.binary
+  gonio reconstruct readings.csv --against ggx")]
+pub(super) struct Reconstruct {
+    /// The readings (.csv, .jsonl, ALTA text)
+    measurements: PathBuf,
+    /// A kind of reconstruction, see `gonio list reconstructions` [default: cubic if the readings are
+    /// on a grid, else thin-plate]
+    #[arg(long, value_name = "KIND")]
+    reconstruction: Option<String>,
+    /// Set a key of the reconstruction, e.g. values=linear
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    set: Vec<String>,
+    /// The coordinates [default: those of the file, else half-difference]
+    #[arg(long, value_name = "NAME")]
+    parametrization: Option<String>,
+    /// Symmetries of the material, joined by commas: isotropic, reciprocal, bilateral; or none
+    /// [default: those of the file, else all three]
+    #[arg(long, value_name = "LIST", value_parser = symmetry)]
+    symmetry: Option<Symmetry>,
+    /// Write the BRDF as a MERL table, by custom NAME.binary
+    #[arg(short, long, value_name = "FILE")]
+    output: Option<PathBuf>,
+    /// Compare with a truth: a config, a MERL table or a kind of material
+    #[arg(long, value_name = "CONFIG|BRDF")]
+    against: Option<String>,
+    /// The material of --against, by its name; not needed if there is only one
+    #[arg(long, value_name = "NAME", requires = "against")]
+    material: Option<String>,
+    /// Draw a sphere of the BRDF under a sky
+    #[arg(long, value_name = "FILE.png")]
+    picture: Option<PathBuf>,
+    /// Replace files that exist
+    #[arg(long)]
+    force: bool,
+    #[command(flatten)]
+    threads: ThreadArgs,
+}
+
+fn symmetry(text: &str) -> Result<Symmetry, String> {
+    let mut symmetry = Symmetry::NONE;
+    if text == "none" {
+        return Ok(symmetry);
+    }
+    for name in text.split(',') {
+        match name.trim() {
+            "isotropic" => symmetry.isotropic = true,
+            "reciprocal" => symmetry.reciprocal = true,
+            "bilateral" => symmetry.bilateral = true,
+            _ => return Err("allowed: isotropic, reciprocal, bilateral, or none".into()),
+        }
+    }
+    Ok(symmetry)
+}
+
+/// What a reconstruction is compared with.
+struct Truth {
+    brdf: Box<dyn Brdf>,
+    metrics: MetricsSpec,
+}
+
+impl Reconstruct {
+    pub(super) fn run(self) -> Result<(), Error> {
+        self.threads.apply()?;
+        for path in self.output.iter().chain(&self.picture) {
+            refuse_existing(path, self.force)?;
+        }
+        self.check_parametrization()?;
+        let (measurement, notes) = self.read()?;
+        let method = self.method(&measurement)?;
+        print(&(material_of(&measurement) + &notes))?;
+        let truth = self.truth(&measurement)?;
+        let brdf = method
+            .reconstruct(&measurement)
+            .map_err(|e| Error::data(&self.measurements, e))?;
+        print(&format!("reconstruction: {}\n", method.label()))?;
+        if let Some(truth) = truth {
+            compare(&*brdf, &truth)?;
+        }
+        if let Some(path) = &self.output {
+            tabulate(&*brdf, path)?;
+        }
+        match &self.picture {
+            Some(path) => picture(&*brdf, path),
+            None => Ok(()),
+        }
+    }
+
+    fn check_parametrization(&self) -> Result<(), Error> {
+        let Some(name) = &self.parametrization else {
+            return Ok(());
+        };
+        if parametrization::find(name).is_some() {
+            return Ok(());
+        }
+        let all = parametrization::all();
+        let all: Vec<_> = all.iter().map(|e| e.name).collect();
+        let message = format!(
+            "{name:?} is no parametrization; allowed: {}",
+            all.join(", ")
+        );
+        Err(Error::config("--parametrization", message))
+    }
+
+    /// The measurement, and what was peculiar about its file.
+    fn read(&self) -> Result<(Measurement, String), Error> {
+        let text = read_text(&self.measurements)?;
+        let name = self.measurements.display().to_string();
+        let assume = Assume {
+            parametrization: self.parametrization.clone(),
+            symmetry: self.symmetry,
+            otherwise: Symmetry::FULL,
+        };
+        if alta::is_alta(&text) {
+            let file = alta::read(&text, &name, &assume)?;
+            let notes = format!(
+                "ALTA {}: {} rows below the horizon, {} rows averaged with earlier ones\n",
+                file.input, file.below_horizon, file.repeated
+            );
+            return Ok((file.measurement, notes));
+        }
+        let file = read_measurement(&text, &name, &assume)?;
+        let (measurement, merged) = file.measurement.merged();
+        let mut notes = String::new();
+        if file.replaced > 0 {
+            notes += &format!("{} rows replaced by later attempts\n", file.replaced);
+        }
+        if merged > 0 {
+            notes += &format!("{merged} poses are others under these symmetries: averaged\n");
+        }
+        Ok((measurement, notes))
+    }
+
+    fn method(
+        &self,
+        measurement: &Measurement,
+    ) -> Result<Box<dyn reconstruct::Reconstruct>, Error> {
+        let kind = self.reconstruction.as_deref().unwrap_or({
+            if measurement.schedule.lattice.is_some() {
+                "cubic"
+            } else {
+                "thin-plate"
+            }
+        });
+        let all = reconstruct::all();
+        let Some(entry) = all.iter().find(|e| e.kind == kind) else {
+            let kinds: Vec<_> = all.iter().map(|e| e.kind).collect();
+            let message = format!(
+                "{kind:?} is no reconstruction; allowed: {}",
+                kinds.join(", ")
+            );
+            return Err(Error::config("--reconstruction", message));
+        };
+        let mut keys = Source::new("--set", "");
+        for assignment in &self.set {
+            keys.set(assignment, format!("--set {assignment}"))?;
+        }
+        let method = (entry.read)(keys.table()?).map_err(|e| keys.error(e))?;
+        method.check().map_err(|e| Error::config("--set", e))?;
+        Ok(method)
+    }
+
+    fn truth(&self, measurement: &Measurement) -> Result<Option<Truth>, Error> {
+        let Some(target) = &self.against else {
+            return Ok(None);
+        };
+        let source = BrdfArgs::of(target).source()?;
+        let of_config = Path::new(target).extension().is_some_and(|e| e == "toml");
+        let (materials, metrics) = if of_config && Kind::of(&source)? == Kind::Acquisition {
+            let plan = super::plan(&source)?;
+            (plan.materials, plan.metrics)
+        } else {
+            let plan = MomentsPlan::of_any(&source)?;
+            (plan.materials, MetricsSpec::default())
+        };
+        let material = choose_material(&materials, self.material.as_deref())?;
+        let brdf = build(material, measurement.channels)?;
+        Ok(Some(Truth { brdf, metrics }))
+    }
+}
+
+/// What a BRDF is made of: readings, holes and why, and which angles they cover.
+fn material_of(measurement: &Measurement) -> String {
+    let schedule = &measurement.schedule;
+    let form = &schedule.parametrization;
+    let mut text = format!(
+        "{} poses ({}) in {} coordinates (warp: {}; {}): {} readings\n",
+        schedule.poses.len(),
+        schedule.sample_set,
+        form.name(),
+        form.warp_name(),
+        words(form.symmetry()),
+        measurement.readings(),
+    );
+    let outcomes = &measurement.outcomes;
+    let count = |is: &dyn Fn(Outcome) -> bool| outcomes.iter().filter(|o| is(**o)).count();
+    let mut holes = vec![
+        ("no-data", measurement.no_data()),
+        ("not-visited", count(&|o| o == Outcome::NotVisited)),
+    ];
+    for name in Unreachable::NAMES {
+        let of = |o| matches!(o, Outcome::Unreachable(why) if why.name() == name);
+        holes.push((name, count(&of)));
+    }
+    let list = |counts: Vec<(&str, usize)>| {
+        let some = counts.into_iter().filter(|(_, n)| *n > 0);
+        let some: Vec<_> = some.map(|(name, n)| format!("{name} {n}")).collect();
+        some.join(", ")
+    };
+    let holes = list(holes);
+    if !holes.is_empty() {
+        text += &format!("without a reading: {holes}\n");
+    }
+    if let Some(details) = &measurement.details {
+        let with = |flag: Flags| details.flags.iter().filter(|f| f.has(flag)).count();
+        let flags = list(Flags::ALL.map(|(flag, name)| (name, with(flag))).to_vec());
+        if !flags.is_empty() {
+            text += &format!("flags: {flags}\n");
+        }
+    }
+    let read = || {
+        let poses = schedule.poses.iter().zip(outcomes);
+        poses.filter(|(_, o)| **o == Outcome::Reading)
+    };
+    let ranges: [(&str, fn(&schedule::Pose) -> f64); 3] = [
+        ("theta_i", |p| p.pair.omega_i.theta()),
+        ("theta_o", |p| p.pair.omega_o.theta()),
+        ("separation", |p| p.pair.separation()),
+    ];
+    if measurement.readings() > 0 {
+        let ranges = ranges.map(|(name, angle)| {
+            let angles = read().map(|(pose, _)| angle(pose).to_degrees());
+            let ends = angles.fold([f64::INFINITY, f64::NEG_INFINITY], |[lo, hi], a| {
+                [lo.min(a), hi.max(a)]
+            });
+            format!("{name} {:.2}° to {:.2}°", ends[0], ends[1])
+        });
+        text += &format!("covered: {}\n", ranges.join(", "));
+    }
+    text
+}
+
+/// The errors against a truth, both measures.
+fn compare(brdf: &dyn Brdf, truth: &Truth) -> Result<(), Error> {
+    let mut text = format!(
+        "{:<8} {:>11} {:>12} {:>11} {:>11} {:>13} {:>12}\n",
+        "measure", "nrmse", "log_relative", "log1p", "cbrt", "mean_relative", "max_relative"
+    );
+    for measure in Measure::ALL {
+        let pairs = metrics::test_pairs(measure, &truth.metrics)
+            .map_err(|e| Error::config("metrics", e))?;
+        let values = [&*truth.brdf, brdf].map(|brdf| metrics::evaluate(brdf, &pairs));
+        let errors = metrics::compare(&pairs, &values[0], &values[1]);
+        let number = |v: Option<f64>| v.map_or("undefined".into(), |v| format!("{v:.4e}"));
+        text += &format!(
+            "{:<8} {:>11} {:>12} {:>11} {:>11} {:>13} {:>12}\n",
+            measure.name(),
+            number(errors.nrmse),
+            number(errors.log_relative),
+            number(errors.log1p),
+            number(errors.cbrt),
+            number(errors.mean_relative),
+            number(errors.max_relative),
+        );
+    }
+    print(&text)
+}
+
+fn tabulate(brdf: &dyn Brdf, path: &Path) -> Result<(), Error> {
+    let written = MerlGrid::holding(brdf).and_then(|grid| write_merl_file(brdf, grid, path));
+    written.map_err(|e| match e {
+        MerlError::Io(e) => Error::output(path, format!("cannot write this file: {e}")),
+        e => Error::config("--output", e),
+    })
+}
+
+#[cfg(feature = "exr")]
+fn picture(brdf: &dyn Brdf, path: &Path) -> Result<(), Error> {
+    use crate::files::write_atomically;
+    use crate::lighting::{LightingSpec, SkySpec};
+    let light = SkySpec::default().build();
+    let light = light.map_err(|e| Error::Internal(e.to_string()))?;
+    let image = crate::report::sphere(brdf, &*light, PICTURE);
+    let drawn = write_atomically(path, |out| image.write_png(image.white(), out));
+    drawn.map_err(|e| Error::output(path, format!("cannot write this file: {e}")))
+}
+
+#[cfg(not(feature = "exr"))]
+fn picture(_brdf: &dyn Brdf, _path: &Path) -> Result<(), Error> {
+    Err(Error::config("--picture", "this build draws no pictures"))
+}

@@ -1,0 +1,31 @@
+//! `gonio schema`.
+
+use super::print;
+use crate::error::Error;
+use crate::measurement::measurement_schema;
+use crate::schedule::schedule_schema;
+use clap::{Args, ValueEnum};
+
+#[derive(Debug, Args)]
+pub(super) struct Schema {
+    /// Lines of which file
+    file: File,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum File {
+    /// What `gonio schedule` writes
+    Schedule,
+    /// What `gonio measure` writes
+    Measurement,
+}
+
+impl Schema {
+    pub(super) fn run(self) -> Result<(), Error> {
+        let schema = match self.file {
+            File::Schedule => schedule_schema(),
+            File::Measurement => measurement_schema(),
+        };
+        print(&format!("{schema:#}\n"))
+    }
+}

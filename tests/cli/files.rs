@@ -1,0 +1,249 @@
+//! Poses and readings as files: schedule → measure → reconstruct.
+
+use super::Bench;
+use std::fs;
+
+/// The numbers of a line of the table of errors.
+fn errors(text: &str, measure: &str) -> Vec<f64> {
+    let line = text.lines().find(|l| l.starts_with(&format!("{measure} ")));
+    let cells = line.unwrap_or_else(|| panic!("{text}")).split_whitespace();
+    cells.skip(1).map(|c| c.parse().unwrap()).collect()
+}
+
+#[test]
+fn the_way_through_files_ends_where_a_run_does() {
+    let bench = Bench::new();
+    let config = concat!(env!("CARGO_MANIFEST_DIR"), "/configs/quickstart.toml");
+    let set = ["--set", "budgets=[250]", "--set", "metrics.pairs=2000"];
+    bench.good(&[&["run", config, "-o", "run", "-q"], &set[..]].concat());
+    let rows = bench.rows("run");
+    let material = rows
+        .iter()
+        .map(|r| r.material.clone())
+        .find(|name| name.contains("ggx"))
+        .unwrap();
+    for format in ["csv", "jsonl"] {
+        for (name, warp) in [
+            ("half-difference", "none"),
+            ("half-difference", "theta_h:square-root"),
+            ("spherical", "none"),
+            ("orthographic", "none"),
+        ] {
+            let (poses, readings) = (format!("p.{format}"), format!("r.{format}"));
+            let choice = ["--parametrization", name, "--warp", warp];
+            let file = ["-o", &poses, "--force", "--material", &material];
+            bench.good(&[&["schedule", config], &set[..], &choice, &file].concat());
+            let file = ["--material", &material, "-o", &readings, "--force"];
+            let said = bench.good(&[&["measure", &poses, "--config", config], &file[..]].concat());
+            assert!(said.contains(" 0 without data"), "{said}");
+            for kind in ["multilinear", "cubic"] {
+                let how = ["--reconstruction", kind, "--against", "c.toml"];
+                // The same test pairs as the run.
+                let text = fs::read_to_string(config).unwrap() + "\n[metrics]\npairs = 2000\n";
+                fs::write(bench.path("c.toml"), text).unwrap();
+                let of = ["--material", &material];
+                let said = bench.good(&[&["reconstruct", &readings], &how[..], &of].concat());
+                assert!(said.contains(&format!("in {name} coordinates")), "{said}");
+                for row in &rows {
+                    let same = row.material == material
+                        && (row.parametrization.as_str(), row.warp.as_str()) == (name, warp)
+                        && row.reconstruction == kind;
+                    if !same {
+                        continue;
+                    }
+                    let found = errors(&said, &row.measure);
+                    // Bit-identical poses of a lattice: only the five printed digits round.
+                    for (found, of_run) in found.iter().zip([
+                        row.nrmse,
+                        row.log_relative,
+                        row.log1p,
+                        row.cbrt,
+                        row.mean_relative,
+                        row.max_relative,
+                    ]) {
+                        let of_run = of_run.unwrap();
+                        let close = (found - of_run).abs() <= 0.5001e-4 * of_run.max(1e-300);
+                        assert!(close, "{name} {warp} {kind}: {found} {of_run}");
+                    }
+                }
+            }
+        }
+    }
+}
+
+const CONFIG: &str = "budgets = [9]\n[[material]]\nkind = \"lambert\"\nalbedo = 0.5\n";
+
+#[test]
+fn a_table_from_a_spreadsheet_goes_all_the_way() {
+    let bench = Bench::new();
+    fs::write(bench.path("c.toml"), CONFIG).unwrap();
+    let mut table = "\u{feff}theta_i_deg;phi_i_deg;theta_o_deg;phi_o_deg\r\n".to_owned();
+    for i in 0..9 {
+        for j in 0..9 {
+            table += &format!("{};0;{},5;{}\r\n", 10 * i, 9 * j, 20 * ((i + j) % 9));
+        }
+    }
+    fs::write(bench.path("hand.csv"), table).unwrap();
+    let said = bench.good(&["measure", "hand.csv", "--config", "c.toml", "-o", "r.csv"]);
+    assert!(said.contains("81 poses: 81 readings"), "{said}");
+    let said = bench.good(&[
+        "reconstruct",
+        "r.csv",
+        "--against",
+        "c.toml",
+        "--reconstruction",
+        "inverse-distance",
+        "--set",
+        "values=linear",
+        "-o",
+        "copy.binary",
+    ]);
+    for part in [
+        "81 poses (file) in half-difference coordinates",
+        "theta_i 0.00° to 80.00°, theta_o 0.50° to 72.50°",
+    ] {
+        assert!(said.contains(part), "{said}");
+    }
+    // Whatever mean of equal readings it is, it is that reading.
+    assert!(errors(&said, "cosine")[0] < 1e-12, "{said}");
+    assert_eq!(
+        bench
+            .files(".")
+            .iter()
+            .filter(|f| f.ends_with(".binary"))
+            .count(),
+        1
+    );
+    let said = bench.good(&["reconstruct", "r.csv", "--against", "copy.binary"]);
+    assert!(errors(&said, "lobe")[1] < 1e-3, "{said}");
+}
+
+#[test]
+fn alta_files_are_readings_too() {
+    let bench = Bench::new();
+    let mut text = "#DIM 3 1\n#PARAM_IN RUSIN_TH_TD_PD\n#PARAM_OUT INV_STERADIAN\n".to_owned();
+    for i in 0..20 {
+        for j in 0..8 {
+            let (h, d) = (0.07 * f64::from(i), 0.19 * f64::from(j));
+            text += &format!("{h} {d} 1.2 0.25\n");
+        }
+    }
+    fs::write(bench.path("alta.dat"), text).unwrap();
+    let said = bench.good(&["reconstruct", "alta.dat", "--reconstruction", "nearest"]);
+    assert!(
+        said.contains("ALTA RUSIN_TH_TD_PD: ") && said.contains("nearest"),
+        "{said}"
+    );
+    let below: usize = said
+        .split("RUSIN_TH_TD_PD: ")
+        .nth(1)
+        .and_then(|rest| rest.split_whitespace().next()?.parse().ok())
+        .unwrap();
+    assert!((1..160).contains(&below), "{said}");
+    fs::write(bench.path("bad.dat"), "#DIM 3 1\n#PARAM_IN COS_TH\n").unwrap();
+    let sentence = bench.refused(&["reconstruct", "bad.dat"], 3);
+    assert!(
+        sentence.contains("bad.dat:2: #PARAM_IN COS_TH"),
+        "{sentence}"
+    );
+}
+
+#[test]
+fn bad_input_is_refused_with_its_line() {
+    let bench = Bench::new();
+    fs::write(bench.path("c.toml"), CONFIG).unwrap();
+    let head = "theta_i_deg,phi_i_deg,theta_o_deg,phi_o_deg";
+    let poses = |text: String| fs::write(bench.path("p.csv"), text).unwrap();
+    let measure = ["measure", "p.csv", "--config", "c.toml", "-o", "r.csv"];
+    for (rows, part) in [
+        (
+            "1,2,3,4\n1,2,93,4\n",
+            "p.csv:3: theta_o_deg = 93: allowed is",
+        ),
+        (
+            "1,2,3,4\n5,6,7,8\n1,2,3,4\n",
+            "p.csv:4: this pose is that of line 2",
+        ),
+        ("1,2,3\n", "p.csv:2: 3 cells where there are 4 columns"),
+        ("1,2,x,4\n", "p.csv:2: theta_o_deg = x"),
+        ("", "p.csv: there is no row"),
+    ] {
+        poses(format!("{head}\n{rows}"));
+        let sentence = bench.refused(&measure, 3);
+        assert!(sentence.contains(part), "{sentence}");
+        assert!(!bench.path("r.csv").exists());
+    }
+    poses(format!("{head},colour\n1,2,3,4,5\n"));
+    let sentence = bench.refused(&measure, 3);
+    assert!(
+        sentence.contains("p.csv:1: column \"colour\" is not known"),
+        "{sentence}"
+    );
+    let sentence = bench.refused(
+        &["measure", "none.csv", "--config", "c.toml", "-o", "r.csv"],
+        3,
+    );
+    assert!(sentence.contains("none.csv: cannot read"), "{sentence}");
+    poses(format!("{head}\n1,2,3,4\n"));
+    let to = |file| ["measure", "p.csv", "--config", "c.toml", "-o", file];
+    assert!(
+        bench
+            .refused(&to("r.txt"), 2)
+            .contains("allowed: .csv, .jsonl")
+    );
+    bench.good(&to("r.csv"));
+    assert!(bench.refused(&to("r.csv"), 2).contains("--force"));
+    bench.good(&[&to("r.csv")[..], &["--force"]].concat());
+
+    let reconstruct =
+        |more: &[&str], code| bench.refused(&[&["reconstruct", "r.csv"], more].concat(), code);
+    for (more, code, part) in [
+        (&["--reconstruction", "magic"][..], 2, "allowed: nearest"),
+        (&["--reconstruction", "cubic"], 3, "cubic needs a grid"),
+        (
+            &["--reconstruction", "nearest", "--set", "wings=2"],
+            2,
+            "wings",
+        ),
+        (&["--parametrization", "cube"], 2, "allowed: spherical"),
+        (
+            &["--against", "c.toml", "--material", "gold"],
+            2,
+            "allowed: lambert",
+        ),
+        (&["--against", "nothing"], 2, "neither a config"),
+    ] {
+        let sentence = reconstruct(more, code);
+        assert!(sentence.contains(part), "{sentence}");
+    }
+    let cut = bench.read("r.csv");
+    fs::write(bench.path("r.csv"), &cut[..cut.len() - 4]).unwrap();
+    let sentence = bench.refused(&["reconstruct", "r.csv"], 3);
+    assert!(sentence.contains("r.csv:"), "{sentence}");
+}
+
+#[test]
+fn the_schema_is_json() {
+    let bench = Bench::new();
+    for file in ["schedule", "measurement"] {
+        let schema: serde_json::Value =
+            serde_json::from_str(&bench.good(&["schema", file])).unwrap();
+        assert_eq!(schema["oneOf"].as_array().unwrap().len(), 2);
+    }
+}
+
+#[cfg(feature = "exr")]
+#[test]
+fn a_picture_is_a_png() {
+    let bench = Bench::new();
+    fs::write(bench.path("c.toml"), CONFIG).unwrap();
+    let poses = "theta_i_deg,phi_i_deg,theta_o_deg,phi_o_deg,value\n1,0,2,0,0.1\n40,0,50,90,0.2\n";
+    fs::write(bench.path("r.csv"), poses).unwrap();
+    let picture = ["--reconstruction", "nearest", "--picture", "s.png"];
+    bench.good(&[&["reconstruct", "r.csv"], &picture[..]].concat());
+    assert!(
+        fs::read(bench.path("s.png"))
+            .unwrap()
+            .starts_with(b"\x89PNG")
+    );
+}
