@@ -83,6 +83,14 @@ pub enum Error {
         /// One sentence.
         message: String,
     },
+    /// Who chose the instrument: it cannot measure what is asked.
+    #[error("{place}: {message}")]
+    Infeasible {
+        /// File and line, or the option.
+        place: String,
+        /// One sentence.
+        message: String,
+    },
     /// Some jobs of a run failed; the rows of the others are kept.
     #[error("{failed} of {jobs} jobs failed; the rows of the others are in {}", path.display())]
     JobsFailed {
@@ -110,13 +118,14 @@ pub enum Error {
 }
 
 impl Error {
-    /// Exit code: 1 internal; 2 usage, config or output folder; 3 input data; 5 some jobs
+    /// Exit code: 1 internal; 2 usage, config or output folder; 3 input data; 4 infeasible plan; 5 some jobs
     /// failed; 6 a check found a violation; 130 interrupted.
     pub fn exit_code(&self) -> u8 {
         match self {
             Error::Internal(_) => 1,
             Error::Config { .. } | Error::Output { .. } => 2,
             Error::Data { .. } => 3,
+            Error::Infeasible { .. } => 4,
             Error::JobsFailed { .. } => 5,
             Error::Violation(_) => 6,
             Error::Interrupted { .. } => 130,
@@ -126,6 +135,14 @@ impl Error {
     /// A config error.
     pub fn config(place: impl Into<String>, message: impl std::fmt::Display) -> Self {
         Error::Config {
+            place: place.into(),
+            message: message.to_string(),
+        }
+    }
+
+    /// A plan that an instrument cannot carry out.
+    pub fn infeasible(place: impl Into<String>, message: impl std::fmt::Display) -> Self {
+        Error::Infeasible {
             place: place.into(),
             message: message.to_string(),
         }

@@ -5,7 +5,7 @@ use super::{ConfigArgs, SeedArgs, print};
 use crate::error::Error;
 use crate::experiment::moments::MomentsPlan;
 use crate::experiment::relations::RelationsPlan;
-use crate::experiment::{Kind, Material, Plan, Source};
+use crate::experiment::{Allowance, Kind, Material, Plan, ScheduleKey, Source, route};
 use crate::geometry::{DirectionPair, Symmetry};
 use crate::instrument::{self, InstrumentSpec, Machine, Tag};
 use crate::sampling::{Random, cosine_hemisphere};
@@ -59,6 +59,9 @@ impl Check {
             .map(|r| r.name.as_str())
             .collect();
         let measures: Vec<_> = plan.measures.iter().map(|m| m.name()).collect();
+        if !plan.instruments.is_empty() {
+            ways(&plan)?;
+        }
         print(&format!(
             "\nreconstructions: {}\nmeasures: {}, {} pairs each\nseeds: {:?}\n{} reconstructions, {} rows\n",
             names.join(", "),
@@ -278,6 +281,68 @@ fn schedules(plan: &Plan, symmetry: Symmetry) -> Result<(), Error> {
                     coordinates.label(),
                     set.name
                 ))?;
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Prints what every instrument makes of the schedules of the first seed.
+fn ways(plan: &Plan) -> Result<(), Error> {
+    let labels = plan.parametrizations.iter().map(|c| c.label().len());
+    let w = labels.max().unwrap_or(0).max(15);
+    let sets = plan.sample_sets.iter().map(|s| s.name.chars().count());
+    let v = sets.max().unwrap_or(0).max(10);
+    for instrument in &plan.instruments {
+        let order = instrument.use_of.order.name();
+        print(&format!(
+            "\n{} visits the poses in the order {order}\n  {:<w$}  {:<v$}  {:>8}  {:>8}  {:>7}  {:>9}  out of reach\n",
+            instrument.name,
+            "parametrization",
+            "sample set",
+            "allowed",
+            "budget",
+            "reach",
+            "minutes"
+        ))?;
+        for symmetry in plan.symmetries() {
+            for coordinates in &plan.parametrizations {
+                for sample_set in &plan.sample_sets {
+                    for allowance in plan.allowances() {
+                        let (budget, minutes, allowed) = match allowance {
+                            Allowance::Readings(n) => (n, None, n.to_string()),
+                            Allowance::Minutes(m) => (0, Some(m), format!("{m} min")),
+                        };
+                        let mut key = ScheduleKey {
+                            coordinates,
+                            symmetry,
+                            sample_set,
+                            budget,
+                            minutes,
+                            instrument: Some(instrument),
+                            seed: plan.seeds[0],
+                        };
+                        let line = match route(&mut key) {
+                            Err(e) => e.to_string(),
+                            Ok(routed) => routed.itinerary.map_or(String::new(), |i| {
+                                let reach = 100.0 * i.reachable();
+                                let minutes = i.seconds() / 60.0;
+                                format!(
+                                    "{:>8}  {reach:>6.1}%  {minutes:>9.1}  {}",
+                                    key.budget,
+                                    i.reasons_text()
+                                )
+                            }),
+                        };
+                        let line = format!(
+                            "  {:<w$}  {:<v$}  {allowed:>8}  {}\n",
+                            coordinates.label(),
+                            sample_set.name,
+                            line.trim_end()
+                        );
+                        print(&line)?;
+                    }
+                }
             }
         }
     }

@@ -32,7 +32,7 @@ use std::path::{Path, PathBuf};
 #[command(name = "gonio", version, arg_required_else_help = true)]
 #[command(
     after_help = "Exit codes: 0 done; 1 internal error; 2 usage, config or output folder; \
-    3 input data; 5 some jobs failed; 6 a check found a violation; 130 interrupted."
+    3 input data; 4 infeasible plan; 5 some jobs failed; 6 a check found a violation; 130 interrupted."
 )]
 pub struct Cli {
     #[command(subcommand)]
@@ -92,7 +92,7 @@ impl Cli {
 /// A config and what overrides it.
 #[derive(Debug, Args)]
 struct ConfigArgs {
-    /// The experiment, a TOML file
+    /// The experiment, a TOML file (for `check` also an instrument: file or preset)
     config: PathBuf,
     /// Override a key: dotted path, numbers for positions in arrays; a TOML value, else a bare string
     #[arg(long = "set", value_name = "KEY=VALUE")]

@@ -1,6 +1,6 @@
 //! The progress bar on stderr.
 
-use crate::experiment::{Job, Plan, Stage};
+use crate::experiment::{Allowance, Job, Plan, Stage};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use std::io::{IsTerminal, stderr};
 use std::time::Duration;
@@ -15,8 +15,9 @@ pub(super) struct Progress {
 
 impl Progress {
     pub(super) fn new(plan: &Plan, quiet: bool) -> Self {
-        let per_budget = plan.jobs() / plan.budgets.len();
-        let works = plan.budgets.iter().map(|&b| work(per_budget, b));
+        let allowances = plan.allowances();
+        let each = plan.jobs() / allowances.len();
+        let works = allowances.iter().map(|&a| work(each, a));
         let bar = ProgressBar::new(works.sum());
         if quiet || !stderr().is_terminal() {
             bar.set_draw_target(ProgressDrawTarget::hidden());
@@ -42,8 +43,8 @@ impl Progress {
         }
     }
 
-    pub(super) fn advance(&self, jobs: usize, budget: usize) {
-        self.bar.inc(work(jobs, budget));
+    pub(super) fn advance(&self, jobs: usize, allowance: Allowance) {
+        self.bar.inc(work(jobs, allowance));
     }
 
     /// Runs something that prints, with the bar out of the way.
@@ -56,6 +57,13 @@ impl Progress {
     }
 }
 
-fn work(jobs: usize, budget: usize) -> u64 {
+/// Poses that an instrument visits in a minute, times the schedules that are tried to find out.
+const MINUTE_WORK: f64 = 300.0;
+
+fn work(jobs: usize, allowance: Allowance) -> u64 {
+    let budget = match allowance {
+        Allowance::Readings(budget) => budget,
+        Allowance::Minutes(minutes) => (minutes * MINUTE_WORK) as usize,
+    };
     (jobs as u64).saturating_mul((budget + FIXED_WORK) as u64)
 }

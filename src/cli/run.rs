@@ -4,10 +4,10 @@ use super::progress::Progress;
 use super::{ConfigArgs, SeedArgs, ThreadArgs, print, say};
 use crate::error::Error;
 use crate::experiment::{
-    self, Failure, Input, Job, Kind, Material, Observer, Plan, Row, ScheduleKey, Stage,
+    self, Allowance, Failure, Input, Job, Kind, Material, Observer, Plan, Row, ScheduleKey, Stage,
 };
-use crate::report::{MadeBy, Manifest, Outcome, RunFolder, Table, ranking};
-use crate::schedule::Schedule;
+use crate::report::{MadeBy, Manifest, Outcome, RunFolder, Table, instruments, ranking};
+use crate::schedule::{Itinerary, Schedule};
 use clap::Args;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -80,8 +80,10 @@ impl Run {
         };
         let manifest = Manifest::new(made_by, &source, desk.inputs, outcome, started);
         let path = desk.folder.finish(manifest)?;
-        if !desk.rows.is_empty() {
+        if plan.instruments.is_empty() {
             print(&ranking(&desk.rows))?;
+        } else {
+            print(&instruments(&desk.rows))?;
         }
         let end = End {
             rows: summary.rows,
@@ -184,9 +186,14 @@ impl Observer for Desk<'_> {
         self.inputs.extend_from_slice(inputs);
     }
 
-    fn planned(&mut self, key: &ScheduleKey<'_>, schedule: &Schedule) -> Result<(), Error> {
+    fn planned(
+        &mut self,
+        key: &ScheduleKey<'_>,
+        schedule: &Schedule,
+        itinerary: Option<&Itinerary>,
+    ) -> Result<(), Error> {
         match self.plan.output.schedules.0 {
-            Some(format) => self.folder.write_schedule(key, schedule, format),
+            Some(format) => self.folder.write_schedule(key, schedule, itinerary, format),
             None => Ok(()),
         }
     }
@@ -217,7 +224,7 @@ impl Observer for Desk<'_> {
             .aside(|| say(&format!("gonio: {job}: {reason}")));
     }
 
-    fn advanced(&mut self, jobs: usize, budget: usize) {
-        self.progress.advance(jobs, budget);
+    fn advanced(&mut self, jobs: usize, allowance: Allowance) {
+        self.progress.advance(jobs, allowance);
     }
 }

@@ -2,10 +2,12 @@
 
 use super::{ConfigArgs, SeedArgs, refuse_existing, written};
 use crate::error::Error;
-use crate::experiment::{Plan, ScheduleKey};
+use crate::experiment::{Allowance, Plan, PlannedInstrument, Routed, ScheduleKey, route};
 use crate::files::write_atomically;
+use crate::instrument::Order;
 use crate::report::schedule_stem;
-use crate::schedule::{self, ScheduleFormat, write_schedule};
+use crate::schedule::{Itinerary, ScheduleFormat, write_schedule};
+use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Args, ValueEnum};
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
@@ -36,6 +38,18 @@ pub(super) struct Schedule {
     /// Only this budget
     #[arg(long, value_name = "N")]
     budget: Option<usize>,
+    /// Only these minutes of the config's
+    #[arg(long, value_name = "M", conflicts_with = "budget")]
+    minutes: Option<f64>,
+    /// For this instrument: one of the config, a preset (see `gonio list instruments`) or a file
+    #[arg(long, value_name = "NAME|FILE")]
+    instrument: Option<String>,
+    /// In which order the instrument visits the poses [default: the config's, else two-opt]
+    #[arg(long, requires = "instrument", value_parser = orders())]
+    order: Option<Order>,
+    /// Leave out the poses the instrument cannot take; the file lists them with their reasons
+    #[arg(long)]
+    skip_unreachable: bool,
     /// Only for the symmetries of this material
     #[arg(long, value_name = "NAME")]
     material: Option<String>,
@@ -56,12 +70,20 @@ enum Format {
     JsonLines,
 }
 
+/// Reads an [`Order`] by its name.
+fn orders() -> impl TypedValueParser<Value = Order> {
+    let names = PossibleValuesParser::new(Order::ALL.map(Order::name));
+    let find = |name: String| Order::ALL.into_iter().find(|o| o.name() == name);
+    names.map(move |name| find(name).unwrap_or_default())
+}
+
 impl Schedule {
     pub(super) fn run(self) -> Result<(), Error> {
         let mut source = self.config.source()?;
         self.seed.apply(&mut source)?;
         let plan = super::plan(&source)?;
-        let keys = self.choose(&plan)?;
+        let instruments = self.instruments(&plan)?;
+        let keys = self.choose(&plan, &instruments)?;
         let format = match self.format {
             Some(Format::Csv) => Some(ScheduleFormat::Csv),
             Some(Format::JsonLines) => Some(ScheduleFormat::JsonLines),
@@ -78,14 +100,14 @@ impl Schedule {
             ));
         };
         if stdout {
-            let schedule = make(key)?;
+            let Routed {
+                schedule,
+                itinerary,
+            } = self.make(key)?;
+            let itinerary = itinerary.as_deref();
             let mut out = BufWriter::new(io::stdout().lock());
-            let result = write_schedule(
-                &schedule,
-                None,
-                format.unwrap_or(ScheduleFormat::Csv),
-                &mut out,
-            );
+            let format = format.unwrap_or(ScheduleFormat::Csv);
+            let result = write_schedule(&schedule, itinerary, format, &mut out);
             return written(Path::new("stdout"), result.and_then(|()| out.flush()));
         }
         let Some(format) = format.or_else(|| ScheduleFormat::of(&self.output)) else {
@@ -95,11 +117,15 @@ impl Schedule {
             ));
         };
         refuse_existing(&self.output, self.force)?;
-        write(key, format, &self.output)
+        self.write(key, format, &self.output)
     }
 
     /// The schedules that the options leave.
-    fn choose<'a>(&self, plan: &'a Plan) -> Result<Vec<ScheduleKey<'a>>, Error> {
+    fn choose<'a>(
+        &self,
+        plan: &'a Plan,
+        instruments: &'a [PlannedInstrument],
+    ) -> Result<Vec<ScheduleKey<'a>>, Error> {
         let symmetries = match &self.material {
             None => plan.symmetries(),
             Some(name) => match plan.materials.iter().find(|m| m.name == *name) {
@@ -139,32 +165,111 @@ impl Schedule {
             let names = plan.sample_sets.iter().map(|s| s.name.clone());
             return Err(unknown("--sample-set", name, names));
         }
-        let budgets: Vec<_> = plan
-            .budgets
-            .iter()
-            .filter(|&&b| self.budget.is_none_or(|only| only == b))
-            .collect();
-        if let (true, Some(budget)) = (budgets.is_empty(), self.budget) {
-            let known = plan.budgets.iter().map(usize::to_string);
-            return Err(unknown("--budget", &budget.to_string(), known));
-        }
+        let allowances = self.allowances(plan)?;
+        let instruments: Vec<Option<&PlannedInstrument>> = match instruments {
+            [] => vec![None],
+            list => list.iter().map(Some).collect(),
+        };
         let mut keys = Vec::new();
         for &symmetry in &symmetries {
             for &&coordinates in &chosen {
                 for &sample_set in &sets {
-                    for &&budget in &budgets {
-                        keys.extend(plan.seeds.iter().map(|&seed| ScheduleKey {
-                            coordinates,
-                            symmetry,
-                            sample_set,
-                            budget,
-                            seed,
-                        }));
+                    for &instrument in &instruments {
+                        for &allowance in &allowances {
+                            let (budget, minutes) = match allowance {
+                                Allowance::Readings(budget) => (budget, None),
+                                Allowance::Minutes(minutes) => (0, Some(minutes)),
+                            };
+                            keys.extend(plan.seeds.iter().map(|&seed| ScheduleKey {
+                                coordinates,
+                                symmetry,
+                                sample_set,
+                                budget,
+                                minutes,
+                                instrument,
+                                seed,
+                            }));
+                        }
                     }
                 }
             }
         }
         Ok(keys)
+    }
+
+    /// Budgets and minutes that the options leave.
+    fn allowances(&self, plan: &Plan) -> Result<Vec<Allowance>, Error> {
+        let all = plan.allowances();
+        let wanted = match (self.budget, self.minutes) {
+            (Some(budget), _) => Allowance::Readings(budget),
+            (None, Some(minutes)) => Allowance::Minutes(minutes),
+            (None, None) => return Ok(all),
+        };
+        if all.contains(&wanted) {
+            return Ok(vec![wanted]);
+        }
+        Err(match wanted {
+            Allowance::Readings(budget) => {
+                let known = plan.budgets.iter().map(usize::to_string);
+                unknown("--budget", &budget.to_string(), known)
+            }
+            Allowance::Minutes(minutes) => {
+                let known = plan.minutes.iter().map(f64::to_string);
+                unknown("--minutes", &minutes.to_string(), known)
+            }
+        })
+    }
+
+    /// The instruments that the options leave; none: the poses as they are.
+    fn instruments(&self, plan: &Plan) -> Result<Vec<PlannedInstrument>, Error> {
+        let Some(name) = &self.instrument else {
+            return Ok(plan.instruments.clone());
+        };
+        let mut instrument = match plan.instruments.iter().find(|i| i.name == *name) {
+            Some(planned) => planned.clone(),
+            None => PlannedInstrument::load(name, Order::default())?,
+        };
+        if let Some(order) = self.order {
+            instrument.use_of.order = order;
+        }
+        for material in &plan.materials {
+            let wanted = self.material.as_ref().is_none_or(|m| *m == material.name);
+            if wanted {
+                let name = format!("material \"{}\"", material.name);
+                instrument.check_symmetry(material.symmetry, &name, || "--instrument".into())?;
+            }
+        }
+        Ok(vec![instrument])
+    }
+
+    fn make(&self, key: &ScheduleKey<'_>) -> Result<Routed, Error> {
+        let routed = route(&mut { *key })?;
+        let unreachable = routed.itinerary.as_ref().map_or(0, |i| i.unreachable.len());
+        if let (Some(itinerary), true) = (&routed.itinerary, unreachable > 0)
+            && !self.skip_unreachable
+        {
+            return Err(Error::infeasible("--instrument", out_of_reach(itinerary)));
+        }
+        Ok(routed)
+    }
+
+    fn write(
+        &self,
+        key: &ScheduleKey<'_>,
+        format: ScheduleFormat,
+        path: &Path,
+    ) -> Result<(), Error> {
+        let Routed {
+            schedule,
+            itinerary,
+        } = self.make(key)?;
+        let itinerary = itinerary.as_deref();
+        written(
+            path,
+            write_atomically(path, |out| {
+                write_schedule(&schedule, itinerary, format, out)
+            }),
+        )
     }
 
     fn export_all(&self, keys: &[ScheduleKey<'_>], format: ScheduleFormat) -> Result<(), Error> {
@@ -176,22 +281,32 @@ impl Schedule {
             refuse_existing(&path(key), self.force)?;
         }
         keys.iter()
-            .try_for_each(|key| write(key, format, &path(key)))
+            .try_for_each(|key| self.write(key, format, &path(key)))
     }
 }
 
-fn make(key: &ScheduleKey<'_>) -> Result<schedule::Schedule, Error> {
-    let form = key.coordinates.form(key.symmetry);
-    let form = form.map_err(|e| Error::Internal(format!("a warp that was checked: {e}")))?;
-    let planned = key.sample_set.set.plan(&form, key.budget, key.seed);
-    planned.map_err(|e| Error::config("budgets", e))
-}
+/// How many poses a sentence names.
+const NAMED: usize = 5;
 
-fn write(key: &ScheduleKey<'_>, format: ScheduleFormat, path: &Path) -> Result<(), Error> {
-    let schedule = make(key)?;
-    written(
-        path,
-        write_atomically(path, |out| write_schedule(&schedule, None, format, out)),
+/// Which poses an instrument cannot take, in a sentence.
+fn out_of_reach(itinerary: &Itinerary) -> String {
+    let all = itinerary.visits.len() + itinerary.unreachable.len();
+    let first = itinerary.unreachable.iter().take(NAMED);
+    let named: Vec<_> = first
+        .map(|(pose, reason)| format!("{pose}: {}", reason.name()))
+        .collect();
+    let more = itinerary.unreachable.len() - named.len();
+    let more = if more > 0 {
+        format!(", and {more} more")
+    } else {
+        String::new()
+    };
+    format!(
+        "{} cannot take {} of {all} poses ({}{more}); allowed: an instrument that can, or \
+         --skip-unreachable, which lists them all in the file",
+        itinerary.instrument,
+        itinerary.unreachable.len(),
+        named.join(", "),
     )
 }
 
@@ -236,7 +351,20 @@ fn several(keys: &[ScheduleKey<'_>], plan: &Plan) -> String {
     add("--parametrization", names(|k| k.coordinates.name().into()));
     add("--warp", names(|k| k.coordinates.warp.clone()));
     add("--sample-set", names(|k| k.sample_set.name.clone()));
-    add("--budget", names(|k| k.budget.to_string()));
+    let by_time = keys.iter().filter(|k| k.minutes.is_some()).count();
+    if by_time < keys.len() {
+        add("--budget", names(|k| k.budget.to_string()));
+    }
+    if by_time > 0 {
+        add(
+            "--minutes",
+            names(|k| k.minutes.unwrap_or_default().to_string()),
+        );
+    }
+    add(
+        "--instrument",
+        names(|k| k.instrument.map_or(String::new(), |i| i.name.clone())),
+    );
     add("--seed", names(|k| k.seed.to_string()));
     if keys.iter().any(|k| k.symmetry != keys[0].symmetry) {
         let materials = plan.materials.iter().map(|m| m.name.clone());

@@ -4,7 +4,7 @@ use super::config::{Config, Named, Quantity};
 use super::plan::MAX_BUDGET;
 use super::source::{KeyPath, Source};
 use crate::brdf::Channels;
-use crate::error::{Error, ParameterError};
+use crate::error::{Error, ParameterError, in_left_open};
 use crate::metrics::{self, MetricsSpec};
 use std::collections::HashSet;
 use std::fmt::Display;
@@ -36,9 +36,29 @@ pub(super) fn numbers(config: &Config<'_>) -> Result<(Vec<u64>, Vec<usize>), Err
         budgets.push(convert("budgets", i, budget, MAX_BUDGET as i64, 1)? as usize);
     }
     distinct(source, "seeds", &seeds, u64::to_string)?;
-    distinct(source, "budgets", &budgets, usize::to_string)?;
+    let minutes = &config.scalars.minutes;
+    if minutes.is_empty() || !budgets.is_empty() {
+        distinct(source, "budgets", &budgets, usize::to_string)?;
+    }
+    if minutes.is_empty() {
+        return Ok((seeds, budgets));
+    }
+    distinct(source, "minutes", minutes, f64::to_string)?;
+    for (i, &m) in minutes.iter().enumerate() {
+        let path = KeyPath::of("minutes").index(i);
+        in_left_open(&path.to_string(), m, 0.0, MAX_MINUTES)
+            .map_err(|e| source.error_at(&path, e))?;
+    }
+    if config.instruments.is_empty() {
+        let message = "minutes are those of an instrument, and there is none; allowed: with an \
+                       [[instrument]] only";
+        return Err(source.error_at(&KeyPath::of("minutes"), message));
+    }
     Ok((seeds, budgets))
 }
+
+/// The longest time a schedule may be asked to take: a year.
+const MAX_MINUTES: f64 = 525_600.0;
 
 /// Refuses an empty list and one that names something twice.
 pub(super) fn distinct<T, S: Display + Eq + std::hash::Hash>(

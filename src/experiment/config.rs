@@ -4,6 +4,7 @@
 //! sample set, reconstruction) is read by its own registry. Whether the values fit each other is
 //! [`Plan`](super::Plan)'s business.
 
+use super::instruments::{self, InstrumentTable};
 use super::kind::Kind;
 use super::moments::MomentsTable;
 use super::source::Source;
@@ -22,12 +23,13 @@ use std::fmt;
 use std::path::PathBuf;
 
 /// The keys of a config's top level.
-const KEYS: [&str; 17] = [
+const KEYS: [&str; 19] = [
     "question",
     "experiment",
     "channels",
     "seeds",
     "budgets",
+    "minutes",
     "measures",
     "quantities",
     "materials_dir",
@@ -37,6 +39,7 @@ const KEYS: [&str; 17] = [
     "parametrization",
     "sample_set",
     "reconstruction",
+    "instrument",
     "metrics",
     "moments",
     "output",
@@ -44,7 +47,8 @@ const KEYS: [&str; 17] = [
 
 /// Keys of the elements of a list that are read before their family sees the table, and so are
 /// missing from what it lists as allowed.
-pub(super) const COMMON_KEYS: [(&str, &[&str]); 5] = [
+pub(super) const COMMON_KEYS: [(&str, &[&str]); 6] = [
+    ("instrument", &["preset", "file", "spec", "name"]),
     ("lighting", &["kind", "name"]),
     ("material", &["kind", "name", "symmetry"]),
     ("parametrization", &["kind"]),
@@ -69,6 +73,8 @@ pub struct Config<'s> {
     pub sample_sets: Vec<Named<dyn SampleSet>>,
     /// The reconstructions.
     pub reconstructions: Vec<Named<dyn Reconstruct>>,
+    /// The instruments; none: the ideal one.
+    pub instruments: Vec<InstrumentTable>,
     /// How reconstructions are compared with the truth.
     pub metrics: MetricsSpec,
     /// How their moments are, if `quantities` asks for it.
@@ -92,6 +98,9 @@ pub struct Scalars {
     pub seeds: Vec<i64>,
     /// Numbers of distinct configurations a schedule may have.
     pub budgets: Vec<i64>,
+    /// Times a schedule may take on an instrument; its budget is found.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub minutes: Vec<f64>,
     /// Distributions of the test pairs.
     pub measures: Vec<Measure>,
     /// What is compared beside the values.
@@ -129,6 +138,7 @@ impl Default for Scalars {
             channels: Channels::Luminance,
             seeds: vec![1],
             budgets: vec![250, 1000],
+            minutes: Vec::new(),
             measures: Measure::ALL.to_vec(),
             quantities: Vec::new(),
             materials_dir: None,
@@ -252,13 +262,20 @@ impl<'s> Config<'s> {
         let reconstructions = take_list(&mut table, "reconstruction", |t| {
             named(t, reconstruct::read)
         })?;
+        let instruments = take_list(&mut table, "instrument", instruments::table)?;
         let merl = registry::take_table(&mut table, "merl")?;
         let metrics = registry::take_table(&mut table, "metrics")?;
         let moments = MomentsTable::take(&mut table)?;
         let output = registry::take_table(&mut table, "output")?;
+        let by_time_only =
+            !table.get_ref().contains_key("budgets") && table.get_ref().contains_key("minutes");
+        let mut scalars: Scalars = registry::parse(table)?;
+        if by_time_only {
+            scalars.budgets.clear();
+        }
         Ok(Self {
             source,
-            scalars: registry::parse(table)?,
+            scalars,
             merl,
             materials: materials.unwrap_or_default(),
             parametrizations: parametrizations.unwrap_or_else(|| {
@@ -276,6 +293,7 @@ impl<'s> Config<'s> {
                 Some(list) => list,
                 None => vec![default_choice("multilinear", reconstruct::read)?],
             },
+            instruments: instruments.unwrap_or_default(),
             metrics: metrics
                 .map(registry::parse)
                 .transpose()?

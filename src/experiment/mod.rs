@@ -26,13 +26,16 @@
 
 mod checks;
 mod config;
+mod instruments;
 mod kind;
 mod materials;
 pub mod moments;
 mod observer;
 mod plan;
+mod readings;
 pub mod relations;
 mod resolved;
+mod route;
 mod row;
 mod run;
 mod source;
@@ -40,9 +43,11 @@ mod wording;
 
 pub use config::{Config, Named, Output, Quantity, Scalars, Schedules};
 pub use config::{MaterialTable, ParametrizationTable, SymmetryTable};
+pub use instruments::{InstrumentTable, PlannedInstrument, Use, load as load_instrument};
 pub use kind::Kind;
 pub use observer::{Failure, Input, Job, Observer, ScheduleKey, Seconds, Stage, Summary};
-pub use plan::{Coordinates, MAX_BUDGET, Material, Method, Plan, PlannedSet};
-pub use row::Row;
+pub use plan::{Allowance, Coordinates, MAX_BUDGET, Material, Method, Plan, PlannedSet};
+pub use route::{Routed, route};
+pub use row::{IDEAL, Row};
 pub use run::run;
 pub use source::{KeyPath, Source, Step};

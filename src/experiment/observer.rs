@@ -1,11 +1,12 @@
 //! What a run tells while it goes on, and at the end.
 
-use super::plan::{Coordinates, Material, PlannedSet};
+use super::instruments::PlannedInstrument;
+use super::plan::{Allowance, Coordinates, Material, PlannedSet};
 use super::row::Row;
 use crate::brdf::Brdf;
 use crate::error::Error;
 use crate::geometry::Symmetry;
-use crate::schedule::Schedule;
+use crate::schedule::{Itinerary, Schedule};
 use serde::Serialize;
 use std::fmt;
 use std::path::PathBuf;
@@ -45,8 +46,12 @@ pub struct ScheduleKey<'a> {
     pub symmetry: Symmetry,
     /// How its points are spread.
     pub sample_set: &'a PlannedSet,
-    /// Configurations it may have.
+    /// Configurations it may have; found, if `minutes` are given.
     pub budget: usize,
+    /// The time it may take.
+    pub minutes: Option<f64>,
+    /// Who visits it; `None`: the ideal instrument.
+    pub instrument: Option<&'a PlannedInstrument>,
     /// Seed.
     pub seed: u64,
 }
@@ -73,6 +78,12 @@ impl fmt::Display for Job<'_> {
                 ", {coordinates}, {set} of {}, seed {}",
                 key.budget, key.seed
             )?;
+            if let Some(minutes) = key.minutes {
+                write!(f, ", {minutes} min")?;
+            }
+            if let Some(instrument) = key.instrument {
+                write!(f, ", {}", instrument.name)?;
+            }
         }
         match self.reconstruction {
             Some(name) => write!(f, ", {name}"),
@@ -146,11 +157,16 @@ pub trait Observer {
     /// A material is there; `inputs` are the files it was read from.
     fn loaded(&mut self, _material: &Material, _inputs: &[Input]) {}
 
-    /// A schedule was made.
+    /// A schedule was made, and the way of its instrument through it, if it has one.
     ///
     /// # Errors
     /// End the run.
-    fn planned(&mut self, _key: &ScheduleKey<'_>, _schedule: &Schedule) -> Result<(), Error> {
+    fn planned(
+        &mut self,
+        _key: &ScheduleKey<'_>,
+        _schedule: &Schedule,
+        _itinerary: Option<&Itinerary>,
+    ) -> Result<(), Error> {
         Ok(())
     }
 
@@ -167,7 +183,7 @@ pub trait Observer {
         Ok(())
     }
 
-    /// The rows of one material, parametrization, sample set and budget.
+    /// The rows of one material, parametrization, sample set, instrument and allowance.
     ///
     /// # Errors
     /// End the run.
@@ -176,6 +192,6 @@ pub trait Observer {
     /// Something could not be done; the run goes on.
     fn failed(&mut self, _failure: &Failure) {}
 
-    /// So many jobs of this budget are over, done or failed.
-    fn advanced(&mut self, _jobs: usize, _budget: usize) {}
+    /// So many jobs of this allowance are over, done or failed.
+    fn advanced(&mut self, _jobs: usize, _allowance: Allowance) {}
 }

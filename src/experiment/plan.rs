@@ -7,6 +7,7 @@ use super::checks::{
     below, check_metrics, check_output, check_quantities, distinct, name_all, numbers, refuse_empty,
 };
 use super::config::{Config, Output};
+use super::instruments::{self, PlannedInstrument};
 use super::materials::{self, Origins};
 use super::moments::MomentsTable;
 use super::resolved;
@@ -101,6 +102,15 @@ pub struct Method {
     pub method: Box<dyn Reconstruct>,
 }
 
+/// How large a schedule may be.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Allowance {
+    /// So many distinct configurations.
+    Readings(usize),
+    /// So many configurations as its instrument visits in this time.
+    Minutes(f64),
+}
+
 /// An experiment that can be run.
 pub struct Plan {
     /// What it asks.
@@ -111,6 +121,8 @@ pub struct Plan {
     pub seeds: Vec<u64>,
     /// Numbers of distinct configurations a schedule may have.
     pub budgets: Vec<usize>,
+    /// Times a schedule may take on an instrument.
+    pub minutes: Vec<f64>,
     /// Distributions of the test pairs.
     pub measures: Vec<Measure>,
     /// Which test pairs.
@@ -127,6 +139,8 @@ pub struct Plan {
     pub sample_sets: Vec<PlannedSet>,
     /// The reconstructions.
     pub reconstructions: Vec<Method>,
+    /// The instruments; none: the ideal one.
+    pub instruments: Vec<PlannedInstrument>,
     /// What is written beside the results.
     pub output: Output,
     /// The config with every default filled in; reading it gives this plan again.
@@ -154,6 +168,7 @@ impl Plan {
             parametrizations,
             sample_sets,
             reconstructions,
+            instruments,
             metrics,
             moments,
             output,
@@ -169,6 +184,7 @@ impl Plan {
             merl,
         };
         let (materials, missing) = materials::gather(source, origins)?;
+        let instruments = instruments::gather(source, instruments, &materials)?;
         let sample_sets = name_all(source, "sample_set", sample_sets, |s| s.label())?;
         let reconstructions = name_all(source, "reconstruction", reconstructions, |r| r.label())?;
         let mut plan = Self {
@@ -176,6 +192,7 @@ impl Plan {
             channels: scalars.channels,
             seeds,
             budgets,
+            minutes: scalars.minutes,
             measures: scalars.measures,
             metrics,
             moments: wanted.then(|| moments.unwrap_or_default()),
@@ -190,6 +207,7 @@ impl Plan {
                 .into_iter()
                 .map(|(name, method)| Method { name, method })
                 .collect(),
+            instruments,
             output,
             resolved: toml::Table::new(),
         };
@@ -208,6 +226,13 @@ impl Plan {
         all.filter(|&s| seen.insert(s)).collect()
     }
 
+    /// Budgets, then times.
+    pub fn allowances(&self) -> Vec<Allowance> {
+        let budgets = self.budgets.iter().copied().map(Allowance::Readings);
+        let minutes = self.minutes.iter().copied().map(Allowance::Minutes);
+        budgets.chain(minutes).collect()
+    }
+
     /// Reconstructions that a run makes.
     pub fn jobs(&self) -> usize {
         self.materials.len() * self.jobs_per_material()
@@ -217,7 +242,8 @@ impl Plan {
     pub fn jobs_per_material(&self) -> usize {
         self.parametrizations.len()
             * self.sample_sets.len()
-            * self.budgets.len()
+            * self.instruments.len().max(1)
+            * self.allowances().len()
             * self.seeds.len()
             * self.reconstructions.len()
     }

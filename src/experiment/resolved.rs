@@ -2,6 +2,7 @@
 //! ten years need not know what the defaults were.
 
 use super::config::{Config, Scalars};
+use super::instruments::PlannedInstrument;
 use super::plan::Plan;
 use serde::Serialize;
 use toml::{Table, Value};
@@ -59,6 +60,8 @@ impl Resolver {
             "reconstruction",
             methods.map(|m| named(m.method.resolved(), &m.name)),
         );
+        let instruments = plan.instruments.iter().map(PlannedInstrument::resolved);
+        insert_list(&mut table, "instrument", instruments);
         table.insert("metrics".into(), section(&plan.metrics).into());
         if let Some(moments) = &plan.moments {
             table.insert("moments".into(), moments.resolved().into());

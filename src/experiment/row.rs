@@ -1,5 +1,9 @@
 //! One row of results: plain data, the same fields in the same order in every file format.
 
+use super::observer::ScheduleKey;
+use super::readings::Facts;
+use crate::metrics::Errors;
+use crate::moments::MomentErrors;
 use serde::{Deserialize, Serialize};
 
 /// The comparison of one reconstruction with the truth under one measure.
@@ -19,8 +23,12 @@ pub struct Row {
     pub sample_set: String,
     /// Name of the reconstruction.
     pub reconstruction: String,
+    /// Name of the instrument; `ideal` has no flaws.
+    pub instrument: String,
     /// Distinct configurations that were allowed.
     pub budget: usize,
+    /// The time the schedule was allowed, if that is how its budget was found.
+    pub minutes: Option<f64>,
     /// Poses that have a reading.
     pub readings: usize,
     /// Seed of the sample set.
@@ -60,6 +68,21 @@ pub struct Row {
     pub poses: usize,
     /// Poses where the material has no data.
     pub no_data: usize,
+    /// Share of the poses that the instrument can take.
+    pub reachable: f64,
+    /// Why it cannot take the others: `reason:count` joined by `;`.
+    pub unreachable: String,
+    /// Readings at full scale: lower bounds.
+    pub saturated: usize,
+    /// Readings below their noise (k = 2).
+    pub below_noise: usize,
+    /// `nrmse` less that of the same schedule on the same instrument without limits; 0 if every
+    /// pose is reachable, empty if it was not asked for.
+    pub hole_nrmse: Option<f64>,
+    /// The same of `log_relative`.
+    pub hole_log_relative: Option<f64>,
+    /// Time the instrument takes for the schedule; the ideal one takes none.
+    pub instrument_seconds: Option<f64>,
     /// Share of the points of the box that are no physical configuration.
     pub unphysical_share: f64,
     /// Test pairs compared.
@@ -68,7 +91,7 @@ pub struct Row {
     pub pairs_missing: usize,
     /// Test pairs left out because the reconstruction has no value there.
     pub pairs_unreconstructed: usize,
-    /// Time to make the schedule; it is made once and shared by the rows that use it.
+    /// Time to make the schedule and an instrument's way through it; it is made once and shared by the rows that use it.
     pub plan_seconds: f64,
     /// Time to measure it; shared by the reconstructions of a measurement.
     pub measure_seconds: f64,
@@ -81,9 +104,91 @@ pub struct Row {
     pub moment_seconds: Option<f64>,
 }
 
+/// What rows call the instrument without flaws.
+pub const IDEAL: &str = "ideal";
+
+/// A reconstruction compared with the truth under one measure.
+pub(super) struct Comparison {
+    pub errors: Errors,
+    /// Errors of the same without limits, if they are known.
+    pub whole: Option<Errors>,
+    pub albedo: Option<f64>,
+    /// With the number of slices that are unresolved.
+    pub moments: Option<(MomentErrors, usize)>,
+    pub reconstruct_seconds: f64,
+    pub evaluate_seconds: f64,
+    pub moment_seconds: Option<f64>,
+}
+
+/// Times that the reconstructions of a schedule share.
+#[derive(Clone, Copy)]
+pub(super) struct Times {
+    pub plan: f64,
+    pub measure: f64,
+}
+
 impl Row {
+    pub(super) fn new(
+        material: &str,
+        key: &ScheduleKey<'_>,
+        reconstruction: &str,
+        measure: &str,
+        facts: &Facts,
+        comparison: Comparison,
+        shared: Times,
+    ) -> Self {
+        let Comparison { errors, whole, .. } = comparison;
+        let moments = comparison.moments.map(|(m, _)| m).unwrap_or_default();
+        let more = |of: fn(&Errors) -> Option<f64>| Some(of(&errors)? - of(whole.as_ref()?)?);
+        Self {
+            material: material.into(),
+            parametrization: key.coordinates.name().into(),
+            warp: key.coordinates.warp.clone(),
+            sample_set: key.sample_set.name.clone(),
+            reconstruction: reconstruction.into(),
+            instrument: key.instrument.map_or(IDEAL, |i| i.name.as_str()).into(),
+            budget: key.budget,
+            minutes: key.minutes,
+            readings: facts.readings,
+            seed: key.seed,
+            measure: measure.into(),
+            nrmse: errors.nrmse,
+            log_relative: errors.log_relative,
+            log1p: errors.log1p,
+            cbrt: errors.cbrt,
+            mean_relative: errors.mean_relative,
+            max_relative: errors.max_relative,
+            albedo: comparison.albedo,
+            moment_energy: moments.energy,
+            moment_mean_rad: moments.mean,
+            moment_mean: moments.mean_relative,
+            moment_covariance: moments.covariance,
+            moment_skewness: moments.skewness,
+            moment_kurtosis: moments.kurtosis,
+            moment_unresolved: comparison.moments.map(|(_, unresolved)| unresolved),
+            poses: facts.poses,
+            no_data: facts.no_data,
+            reachable: facts.reachable,
+            unreachable: facts.unreachable.clone(),
+            saturated: facts.saturated,
+            below_noise: facts.below_noise,
+            hole_nrmse: more(|e| e.nrmse),
+            hole_log_relative: more(|e| e.log_relative),
+            instrument_seconds: facts.instrument_seconds,
+            unphysical_share: facts.unphysical_share,
+            pairs: errors.pairs,
+            pairs_missing: errors.pairs_missing,
+            pairs_unreconstructed: errors.pairs_unreconstructed,
+            plan_seconds: shared.plan,
+            measure_seconds: shared.measure,
+            reconstruct_seconds: comparison.reconstruct_seconds,
+            evaluate_seconds: comparison.evaluate_seconds,
+            moment_seconds: comparison.moment_seconds,
+        }
+    }
+
     /// The columns, in order, and what they mean.
-    pub const COLUMNS: [(&str, &str); 34] = [
+    pub const COLUMNS: [(&str, &str); 43] = [
         ("material", "name of the material"),
         (
             "parametrization",
@@ -92,7 +197,12 @@ impl Row {
         ("warp", "their warps, `axis:warp` joined by `;`, or `none`"),
         ("sample_set", "name of the sample set"),
         ("reconstruction", "name of the reconstruction"),
+        ("instrument", "name of the instrument; ideal has no flaws"),
         ("budget", "distinct configurations that were allowed"),
+        (
+            "minutes",
+            "time the schedule was allowed, if its budget was found so",
+        ),
         ("readings", "poses that have a reading"),
         ("seed", "seed of the sample set"),
         ("measure", "distribution of the test pairs"),
@@ -136,6 +246,22 @@ impl Row {
         ),
         ("poses", "configurations visited"),
         ("no_data", "poses where the material has no data"),
+        ("reachable", "share of the poses the instrument can take"),
+        (
+            "unreachable",
+            "why it cannot take the others, `reason:count` joined by `;`",
+        ),
+        ("saturated", "readings at full scale: lower bounds"),
+        ("below_noise", "readings below their noise (k = 2)"),
+        (
+            "hole_nrmse",
+            "nrmse less that of the same schedule on the same instrument without limits",
+        ),
+        ("hole_log_relative", "the same of log_relative"),
+        (
+            "instrument_seconds",
+            "time the instrument takes for the schedule: moves, settling, exposures, overhead, calibrations",
+        ),
         (
             "unphysical_share",
             "share of the points of the box that are no physical configuration",
@@ -151,7 +277,7 @@ impl Row {
         ),
         (
             "plan_seconds",
-            "wall time to make the schedule; made once and shared by the rows that use it",
+            "wall time to make the schedule and, for an instrument, its way through it; made once and shared by the rows that use it",
         ),
         (
             "measure_seconds",
@@ -181,7 +307,7 @@ mod tests {
         let columns = Row::COLUMNS.map(|(name, _)| name);
         let object = columns.map(|name| match name {
             "material" | "parametrization" | "warp" | "sample_set" | "reconstruction"
-            | "measure" => format!("\"{name}\":\"\""),
+            | "measure" | "instrument" | "unreachable" => format!("\"{name}\":\"\""),
             _ => format!("\"{name}\":1"),
         });
         let text = format!("{{{}}}", object.join(","));

@@ -4,24 +4,19 @@
 //! something and no byte of the results depends on the number of threads. One material is loaded
 //! at a time.
 
+use super::instruments::PlannedInstrument;
 use super::observer::{Failure, Input, Job, Observer, ScheduleKey, Stage, Summary};
-use super::plan::{Material, Plan};
-use super::row::Row;
+use super::plan::{Allowance, Material, Plan};
+use super::readings::Readings;
+use super::route::{Place, Router};
+use super::row::{Comparison, Row, Times};
 use crate::brdf::Brdf;
 use crate::error::{Error, ParameterError};
-use crate::geometry::{DirectionPair, Symmetry};
-use crate::instrument::{Ideal, Instrument};
-use crate::metrics::{self, AlbedoProbe, Values};
+use crate::geometry::DirectionPair;
+use crate::metrics::{self, AlbedoProbe, Errors, Values};
 use crate::moments::{MomentErrors, Profile};
-use crate::schedule::Schedule;
-use std::collections::HashMap;
 use std::path::PathBuf;
-use std::sync::Arc;
 use std::time::Instant;
-
-/// Poses that schedules may hold while they wait for the next material (100 bytes each); further
-/// ones are planned again.
-const CACHED_POSES: usize = 4_000_000;
 
 /// Pairs at which a reconstruction is evaluated between two looks at whether the run shall stop:
 /// a fraction of a second of the slowest one. (A multiple of what a thread takes at a time.)
@@ -42,7 +37,7 @@ pub fn run(plan: &Plan, observer: &mut dyn Observer) -> Result<Summary, Error> {
 }
 
 /// Why a run ends early.
-enum Stop {
+pub(super) enum Stop {
     Cancelled,
     Error(Error),
 }
@@ -55,6 +50,8 @@ impl From<Error> for Stop {
 
 /// A material and what reconstructions of it are compared with.
 struct Truth<'a> {
+    /// Its number in the plan.
+    number: usize,
     material: &'a Material,
     brdf: Box<dyn Brdf>,
     /// One a measure.
@@ -64,24 +61,13 @@ struct Truth<'a> {
     profile: Option<Profile>,
 }
 
-/// Position of a schedule's choices in the plan.
-#[derive(Clone, Copy, PartialEq, Eq, Hash)]
-struct CacheKey {
-    symmetry: Symmetry,
-    coordinates: usize,
-    sample_set: usize,
-    budget: usize,
-    seed: u64,
-}
-
 struct Runner<'a> {
     plan: &'a Plan,
     observer: &'a mut dyn Observer,
     /// One list a measure.
     pairs: Vec<Vec<DirectionPair>>,
     probe: AlbedoProbe,
-    schedules: HashMap<CacheKey, (Arc<Schedule>, f64)>,
-    cached_poses: usize,
+    router: Router,
     summary: Summary,
 }
 
@@ -95,8 +81,7 @@ impl<'a> Runner<'a> {
             observer,
             pairs: pairs.collect::<Result<_, _>>()?,
             probe: AlbedoProbe::new(),
-            schedules: HashMap::new(),
-            cached_poses: 0,
+            router: Router::default(),
             summary: Summary::default(),
         })
     }
@@ -104,13 +89,14 @@ impl<'a> Runner<'a> {
     fn materials(&mut self) -> Result<(), Stop> {
         for (i, material) in self.plan.materials.iter().enumerate() {
             self.begin(Stage::Load, &Job::of(material))?;
-            match self.load(material) {
-                Ok(truth) => self.schedules(&truth, i)?,
+            match self.load(i, material) {
+                Ok(truth) => self.schedules(&truth)?,
                 Err(reason) => {
                     self.fail(&Job::of(material), reason, self.plan.jobs_per_material());
-                    let per_budget = self.plan.jobs_per_material() / self.plan.budgets.len();
-                    for &budget in &self.plan.budgets {
-                        self.observer.advanced(per_budget, budget);
+                    let allowances = self.plan.allowances();
+                    let each = self.plan.jobs_per_material() / allowances.len();
+                    for allowance in allowances {
+                        self.observer.advanced(each, allowance);
                     }
                 }
             }
@@ -118,7 +104,7 @@ impl<'a> Runner<'a> {
         Ok(())
     }
 
-    fn load(&mut self, material: &'a Material) -> Result<Truth<'a>, String> {
+    fn load(&mut self, number: usize, material: &'a Material) -> Result<Truth<'a>, String> {
         let (inputs, seconds) = timed(|| hash(&material.spec.inputs()));
         self.summary.seconds.load += seconds;
         let (brdf, seconds) = timed(|| material.spec.build(self.plan.channels));
@@ -137,6 +123,7 @@ impl<'a> Runner<'a> {
         let profile = profile.map_err(|e| e.to_string())?;
         self.observer.loaded(material, &inputs);
         Ok(Truth {
+            number,
             material,
             brdf,
             values,
@@ -145,28 +132,42 @@ impl<'a> Runner<'a> {
         })
     }
 
-    fn schedules(&mut self, truth: &Truth<'a>, material: usize) -> Result<(), Stop> {
+    fn schedules(&mut self, truth: &Truth<'a>) -> Result<(), Stop> {
         let plan = self.plan;
+        let instruments: Vec<Option<&PlannedInstrument>> = match plan.instruments.as_slice() {
+            [] => vec![None],
+            list => list.iter().map(Some).collect(),
+        };
         for (c, coordinates) in plan.parametrizations.iter().enumerate() {
             for (s, sample_set) in plan.sample_sets.iter().enumerate() {
-                for &budget in &plan.budgets {
-                    let mut rows = Vec::new();
-                    let mut ended = Ok(());
-                    for &seed in &plan.seeds {
-                        let key = ScheduleKey {
-                            coordinates,
-                            symmetry: truth.material.symmetry,
-                            sample_set,
-                            budget,
-                            seed,
-                        };
-                        ended = self.measure(truth, material, (c, s), key, &mut rows);
-                        if ended.is_err() {
-                            break;
+                for (i, &instrument) in instruments.iter().enumerate() {
+                    for allowance in plan.allowances() {
+                        let mut rows = Vec::new();
+                        let mut ended = Ok(());
+                        for &seed in &plan.seeds {
+                            let key = ScheduleKey {
+                                coordinates,
+                                symmetry: truth.material.symmetry,
+                                sample_set,
+                                budget: 0,
+                                minutes: None,
+                                instrument,
+                                seed,
+                            };
+                            let place = Place {
+                                symmetry: key.symmetry,
+                                coordinates: c,
+                                sample_set: s,
+                                instrument: i,
+                            };
+                            ended = self.measure(truth, (key, place), allowance, &mut rows);
+                            if ended.is_err() {
+                                break;
+                            }
                         }
+                        self.hand_over(rows)?;
+                        ended?;
                     }
-                    self.hand_over(rows)?;
-                    ended?;
                 }
             }
         }
@@ -185,107 +186,140 @@ impl<'a> Runner<'a> {
     fn measure(
         &mut self,
         truth: &Truth<'a>,
-        material: usize,
-        (coordinates, sample_set): (usize, usize),
-        key: ScheduleKey<'a>,
+        (mut key, place): (ScheduleKey<'a>, Place),
+        allowance: Allowance,
         rows: &mut Vec<(usize, Row)>,
     ) -> Result<(), Stop> {
+        match allowance {
+            Allowance::Readings(budget) => key.budget = budget,
+            Allowance::Minutes(minutes) => key.minutes = Some(minutes),
+        }
         let mut job = Job {
             schedule: Some(key),
             ..Job::of(truth.material)
         };
         self.begin(Stage::Plan, &job)?;
-        let cache_key = CacheKey {
-            symmetry: key.symmetry,
-            coordinates,
-            sample_set,
-            budget: key.budget,
-            seed: key.seed,
-        };
-        let (schedule, plan_seconds) = match self.schedule(cache_key, &key, material)? {
-            Ok(planned) => planned,
+        let symmetry = key.symmetry;
+        let mut later = self.plan.materials.iter().skip(truth.number + 1);
+        // Several instruments share a schedule as several materials do.
+        let again = self.plan.instruments.len() > 1 || later.any(|m| m.symmetry == symmetry);
+        let observer = &*self.observer;
+        let found = self
+            .router
+            .route(&mut key, place, again, &|| observer.cancelled())?;
+        self.summary.seconds.plan = self.router.seconds();
+        let route = match found {
+            Ok(route) => route,
             Err(reason) => {
                 let jobs = self.plan.reconstructions.len();
                 self.fail(&job, reason, jobs);
-                self.observer.advanced(jobs, key.budget);
+                self.observer.advanced(jobs, allowance);
                 return Ok(());
             }
         };
+        if route.is_new {
+            let itinerary = route.itinerary.as_deref();
+            self.observer.planned(&key, &route.schedule, itinerary)?;
+        }
+        job.schedule = Some(key);
         self.begin(Stage::Measure, &job)?;
-        let (measurement, measure_seconds) = timed(|| Ideal.measure(&*truth.brdf, &schedule));
+        let (readings, measure_seconds) = timed(|| Readings::take(&*truth.brdf, &key, &route));
+        let readings = readings?;
         self.summary.seconds.measure += measure_seconds;
-        for (r, method) in self.plan.reconstructions.iter().enumerate() {
-            job.reconstruction = Some(&method.name);
-            self.begin(Stage::Reconstruct, &job)?;
-            let (result, reconstruct_seconds) = timed(|| method.method.reconstruct(&measurement));
-            self.summary.seconds.reconstruct += reconstruct_seconds;
-            match result {
-                Err(e) => self.fail(&job, e.to_string(), 1),
-                Ok(brdf) => {
-                    self.begin(Stage::Evaluate, &job)?;
-                    self.observer.reconstructed(&job, &*truth.brdf, &*brdf)?;
-                    let (albedo, albedo_seconds) = timed(|| {
-                        let values = self.evaluate(&*brdf, self.probe.pairs())?;
-                        Ok::<_, Stop>(self.probe.error(&truth.albedo, &values))
-                    });
-                    self.summary.seconds.evaluate += albedo_seconds;
-                    let albedo = albedo?;
-                    let (moments, moment_seconds) = timed(|| self.moments(truth, &*brdf));
-                    self.summary.seconds.moments += moment_seconds;
-                    let moments = moments?;
-                    let errors_of = moments.map(|(errors, _)| errors).unwrap_or_default();
-                    for (m, measure) in self.plan.measures.iter().enumerate() {
-                        let (errors, seconds) = timed(|| {
-                            let values = self.evaluate(&*brdf, &self.pairs[m])?;
-                            let errors =
-                                metrics::compare(&self.pairs[m], &truth.values[m], &values);
-                            Ok::<_, Stop>(errors)
-                        });
-                        self.summary.seconds.evaluate += seconds;
-                        let errors = errors?;
-                        let row = Row {
-                            material: truth.material.name.clone(),
-                            parametrization: key.coordinates.name().into(),
-                            warp: key.coordinates.warp.clone(),
-                            sample_set: key.sample_set.name.clone(),
-                            reconstruction: method.name.clone(),
-                            budget: key.budget,
-                            readings: measurement.readings(),
-                            seed: key.seed,
-                            measure: measure.name().into(),
-                            nrmse: errors.nrmse,
-                            log_relative: errors.log_relative,
-                            log1p: errors.log1p,
-                            cbrt: errors.cbrt,
-                            mean_relative: errors.mean_relative,
-                            max_relative: errors.max_relative,
-                            albedo,
-                            moment_energy: errors_of.energy,
-                            moment_mean_rad: errors_of.mean,
-                            moment_mean: errors_of.mean_relative,
-                            moment_covariance: errors_of.covariance,
-                            moment_skewness: errors_of.skewness,
-                            moment_kurtosis: errors_of.kurtosis,
-                            moment_unresolved: moments.map(|(_, unresolved)| unresolved),
-                            poses: schedule.poses.len(),
-                            no_data: measurement.no_data(),
-                            unphysical_share: schedule.unphysical_share,
-                            pairs: errors.pairs,
-                            pairs_missing: errors.pairs_missing,
-                            pairs_unreconstructed: errors.pairs_unreconstructed,
-                            plan_seconds,
-                            measure_seconds,
-                            reconstruct_seconds,
-                            evaluate_seconds: seconds + albedo_seconds,
-                            moment_seconds: moments.map(|_| moment_seconds),
-                        };
-                        rows.push((r, row));
-                    }
-                }
+        let shared = Times {
+            plan: route.seconds,
+            measure: measure_seconds,
+        };
+        for r in 0..self.plan.reconstructions.len() {
+            let made = self.reconstruct(truth, &mut job, r, &readings)?;
+            for (measure, comparison) in self.plan.measures.iter().zip(made) {
+                let name = &self.plan.reconstructions[r].name;
+                let material = &truth.material.name;
+                let facts = &readings.facts;
+                let row = Row::new(
+                    material,
+                    &key,
+                    name,
+                    measure.name(),
+                    facts,
+                    comparison,
+                    shared,
+                );
+                rows.push((r, row));
             }
-            self.observer.advanced(1, key.budget);
+            self.observer.advanced(1, allowance);
         }
         Ok(())
+    }
+
+    /// Reconstructs a measurement and compares it with the truth: one comparison a measure; none if
+    /// it fails.
+    fn reconstruct(
+        &mut self,
+        truth: &Truth<'a>,
+        job: &mut Job<'a>,
+        r: usize,
+        readings: &Readings,
+    ) -> Result<Vec<Comparison>, Stop> {
+        let plan = self.plan;
+        let method = &plan.reconstructions[r];
+        job.reconstruction = Some(&method.name);
+        self.begin(Stage::Reconstruct, job)?;
+        let (result, reconstruct_seconds) = timed(|| method.method.reconstruct(&readings.measured));
+        self.summary.seconds.reconstruct += reconstruct_seconds;
+        let brdf = match result {
+            Ok(brdf) => brdf,
+            Err(e) => {
+                self.fail(job, e.to_string(), 1);
+                return Ok(Vec::new());
+            }
+        };
+        self.begin(Stage::Evaluate, job)?;
+        self.observer.reconstructed(job, &*truth.brdf, &*brdf)?;
+        let (albedo, albedo_seconds) = timed(|| {
+            let values = self.evaluate(&*brdf, self.probe.pairs())?;
+            Ok::<_, Stop>(self.probe.error(&truth.albedo, &values))
+        });
+        self.summary.seconds.evaluate += albedo_seconds;
+        let albedo = albedo?;
+        let (moments, moment_seconds) = timed(|| self.moments(truth, &*brdf));
+        self.summary.seconds.moments += moment_seconds;
+        let moments = moments?;
+        let whole = match &readings.whole {
+            // Its reconstruction works if that of fewer readings did.
+            Some(whole) => method.method.reconstruct(whole).ok(),
+            None => None,
+        };
+        let mut made = Vec::with_capacity(plan.measures.len());
+        for m in 0..plan.measures.len() {
+            let (errors, seconds) = timed(|| self.errors(truth, &*brdf, m));
+            self.summary.seconds.evaluate += seconds;
+            let errors = errors?;
+            let whole = match &whole {
+                Some(whole) => Some(self.errors(truth, &**whole, m)?),
+                None => readings.nothing_lost.then_some(errors),
+            };
+            made.push(Comparison {
+                errors,
+                whole,
+                albedo,
+                moments,
+                reconstruct_seconds,
+                evaluate_seconds: seconds + albedo_seconds,
+                moment_seconds: moments.map(|_| moment_seconds),
+            });
+        }
+        Ok(made)
+    }
+
+    /// Errors of a reconstruction under one measure.
+    fn errors(&self, truth: &Truth<'_>, brdf: &dyn Brdf, measure: usize) -> Result<Errors, Stop> {
+        let values = self.evaluate(brdf, &self.pairs[measure])?;
+        Ok(metrics::compare(
+            &self.pairs[measure],
+            &truth.values[measure],
+            &values,
+        ))
     }
 
     /// The moments of a BRDF, if they are asked for.
@@ -318,39 +352,6 @@ impl<'a> Runner<'a> {
             let errors = MomentErrors::between(of_truth, &profile);
             (errors, of_truth.unresolved() + profile.unresolved())
         }))
-    }
-
-    /// The schedule and the time it took to make, now or for an earlier material; or why there is
-    /// none.
-    fn schedule(
-        &mut self,
-        cache_key: CacheKey,
-        key: &ScheduleKey<'_>,
-        material: usize,
-    ) -> Result<Result<(Arc<Schedule>, f64), String>, Error> {
-        if let Some(cached) = self.schedules.get(&cache_key) {
-            return Ok(Ok(cached.clone()));
-        }
-        let form = match key.coordinates.form(key.symmetry) {
-            Ok(form) => form,
-            Err(e) => return Err(Error::Internal(format!("a warp that was checked: {e}"))),
-        };
-        let (planned, seconds) = timed(|| key.sample_set.set.plan(&form, key.budget, key.seed));
-        self.summary.seconds.plan += seconds;
-        let schedule = match planned {
-            Ok(schedule) => Arc::new(schedule),
-            Err(e) => return Ok(Err(e.to_string())),
-        };
-        self.observer.planned(key, &schedule)?;
-        let mut later = self.plan.materials.iter().skip(material + 1);
-        let again = later.any(|m| m.symmetry == key.symmetry);
-        let total = self.cached_poses + schedule.poses.len();
-        if again && total <= CACHED_POSES {
-            self.cached_poses = total;
-            self.schedules
-                .insert(cache_key, (Arc::clone(&schedule), seconds));
-        }
-        Ok(Ok((schedule, seconds)))
     }
 
     /// [`metrics::evaluate`], or stops on the way: large sets of pairs take a slow reconstruction

@@ -11,18 +11,18 @@ mod bench;
 mod class;
 mod detector;
 mod machine;
+mod motion;
 mod optics;
 mod presets;
-mod motion;
 mod spec;
 mod tour;
 
 pub use bench::{Bench, Parts, Session};
 pub use class::{AxisTemplate, Class, Ends, classes};
 pub use machine::{Axis, Machine};
+pub use motion::{AxisMotion, Motion, Stop, Travel};
 pub use optics::{Average, Filling, Footprint, Optics, Tolerance, Workspace, footprint};
 pub use presets::{Preset, presets, read, read_table};
-pub use motion::{AxisMotion, Motion, Stop, Travel};
 pub use spec::{
     AxisSpec, BodySpec, CalibrationSpec, CollisionSpec, DetectorSpec, InstrumentSpec, LimitsSpec,
     Provenance, Scan, SourceSpec, Tag, TimingSpec,

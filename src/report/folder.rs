@@ -38,7 +38,7 @@ use crate::experiment::moments::ProfileRow;
 use crate::experiment::relations::RelationRow;
 use crate::experiment::{Kind, Row, ScheduleKey};
 use crate::files::write_atomically;
-use crate::schedule::{Schedule, ScheduleFormat, write_schedule};
+use crate::schedule::{Itinerary, Schedule, ScheduleFormat, write_schedule};
 use std::collections::BTreeSet;
 use std::fs;
 use std::io::{self, ErrorKind, Write};
@@ -288,11 +288,12 @@ impl RunFolder {
         &mut self,
         key: &ScheduleKey<'_>,
         schedule: &Schedule,
+        itinerary: Option<&Itinerary>,
         format: ScheduleFormat,
     ) -> Result<(), Error> {
         let name = format!("{}.{}", schedule_stem(key), format.extension());
         self.write_below(SCHEDULES, name, |out| {
-            write_schedule(schedule, None, format, out)
+            write_schedule(schedule, itinerary, format, out)
         })
     }
 
@@ -443,5 +444,16 @@ pub fn schedule_stem(key: &ScheduleKey<'_>) -> String {
         .map(|(has, letter)| if has { letter } else { '-' })
         .collect();
     let set = file_stem(&key.sample_set.name);
-    format!("{stem}_{symmetry}_{set}_{}_seed{}", key.budget, key.seed)
+    let instrument = match key.instrument {
+        Some(instrument) => format!("_{}", file_stem(&instrument.name)),
+        None => String::new(),
+    };
+    let minutes = match key.minutes {
+        Some(minutes) => format!("_{minutes}min"),
+        None => String::new(),
+    };
+    format!(
+        "{stem}_{symmetry}_{set}_{}{minutes}{instrument}_seed{}",
+        key.budget, key.seed
+    )
 }

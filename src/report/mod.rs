@@ -2,6 +2,7 @@
 //! pictures of slices.
 
 mod folder;
+mod instruments;
 mod lobe;
 mod manifest;
 mod plot;
@@ -21,6 +22,7 @@ mod table;
 
 pub use folder::file_stem;
 pub use folder::{CORRELATIONS, FITS, RunFolder, SUMMARY, schedule_stem};
+pub use instruments::instruments;
 #[cfg(feature = "plots")]
 pub use lobe::lobe_svg;
 pub use lobe::{FlatSlice, Radius};

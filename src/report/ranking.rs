@@ -111,12 +111,21 @@ impl Cell {
             // An exact reconstruction among others that are not is as good as can be told.
             .filter_map(|r| Some(r.nrmse?.max(EXACT).ln()))
             .collect();
-        let rows = logs.len();
         Self {
-            mean: (rows > 0).then(|| (logs.iter().sum::<f64>() / rows as f64).exp()),
-            rows,
+            mean: mean_of_logs(&logs),
+            rows: logs.len(),
         }
     }
+}
+
+/// The geometric mean of positive numbers; those below [`EXACT`] count as that.
+pub(super) fn geometric_mean(values: &[f64]) -> Option<f64> {
+    let logs: Vec<f64> = values.iter().map(|v| v.max(EXACT).ln()).collect();
+    mean_of_logs(&logs)
+}
+
+fn mean_of_logs(logs: &[f64]) -> Option<f64> {
+    (!logs.is_empty()).then(|| (logs.iter().sum::<f64>() / logs.len() as f64).exp())
 }
 
 fn choice(row: &Row) -> Choice<'_> {

@@ -17,6 +17,8 @@ pub struct Table {
     /// Width of the sample set's column, if there is more than one.
     sets: Option<usize>,
     seeds: bool,
+    /// Width of the instrument's column, if there are any.
+    instruments: Option<usize>,
     material: Option<String>,
 }
 
@@ -36,6 +38,7 @@ impl Table {
         let width = |names: &mut dyn Iterator<Item = usize>, least: usize| {
             names.max().unwrap_or(0).max(least)
         };
+        let instruments = width(&mut plan.instruments.iter().map(|i| count(&i.name)), 10);
         let sets = width(&mut plan.sample_sets.iter().map(|s| count(&s.name)), 10);
         Self {
             measures: plan.measures.iter().map(|m| m.name().into()).collect(),
@@ -47,6 +50,7 @@ impl Table {
             ),
             sets: (plan.sample_sets.len() > 1).then_some(sets),
             seeds: plan.seeds.len() > 1,
+            instruments: (!plan.instruments.is_empty()).then_some(instruments),
             material: None,
         }
     }
@@ -59,13 +63,16 @@ impl Table {
                 out += &format!("{heading} {name}\n");
             }
         }
-        let lead = self.lead(
-            "parametrization",
-            "sample set",
-            "budget",
-            "seed",
-            "readings",
-        );
+        let lead = self.lead(&Lead {
+            label: "parametrization",
+            set: "sample set",
+            instrument: "instrument",
+            budget: "budget",
+            seed: "seed",
+            readings: "readings",
+            reachable: "reach",
+            minutes: "minutes",
+        });
         let blank = " ".repeat(count(&lead));
         let (mut top, mut bottom) = (blank, lead);
         for measure in &self.measures {
@@ -85,7 +92,7 @@ impl Table {
         out + top.trim_end() + "\n" + &bottom + "\n"
     }
 
-    /// The lines of the rows of one material, parametrization, sample set and budget. Times of a
+    /// The lines of the rows of one material, parametrization, sample set, instrument and allowance. Times of a
     /// line add up its reconstructions; `evaluate` is the mean of the measures.
     pub fn lines(&mut self, rows: &[Row]) -> String {
         let mut out = String::new();
@@ -105,13 +112,21 @@ impl Table {
                 "none" => first.parametrization.clone(),
                 warp => format!("{} {warp}", first.parametrization),
             };
-            out += &self.lead(
-                &label,
-                &first.sample_set,
-                &first.budget.to_string(),
-                &first.seed.to_string(),
-                &first.readings.to_string(),
-            );
+            out += &self.lead(&Lead {
+                label: &label,
+                set: &first.sample_set,
+                instrument: &first.instrument,
+                budget: &match first.minutes {
+                    Some(minutes) => format!("{minutes} min"),
+                    None => first.budget.to_string(),
+                },
+                seed: &first.seed.to_string(),
+                readings: &first.readings.to_string(),
+                reachable: &format!("{:.1}%", 100.0 * first.reachable),
+                minutes: &first
+                    .instrument_seconds
+                    .map_or(String::new(), |s| format!("{:.1}", s / 60.0)),
+            });
             for measure in &self.measures {
                 for (name, heading) in self.reconstructions.iter().zip(&self.headings) {
                     let mut cell = rows.iter();
@@ -143,17 +158,46 @@ impl Table {
         count(heading).max(8)
     }
 
-    fn lead(&self, label: &str, set: &str, budget: &str, seed: &str, readings: &str) -> String {
+    fn lead(&self, lead: &Lead<'_>) -> String {
+        let Lead {
+            label,
+            set,
+            instrument,
+            budget,
+            seed,
+            readings,
+            reachable,
+            minutes,
+        } = lead;
         let mut out = format!("  {label:<w$}", w = self.labels);
         if let Some(w) = self.sets {
             out += &format!("  {set:<w$}");
+        }
+        if let Some(w) = self.instruments {
+            out += &format!("  {instrument:<w$}");
         }
         out += &format!("  {budget:>8}");
         if self.seeds {
             out += &format!("  {seed:>6}");
         }
-        out + &format!("  {readings:>8}")
+        out += &format!("  {readings:>8}");
+        if self.instruments.is_some() {
+            out += &format!("  {reachable:>6}  {minutes:>8}");
+        }
+        out
     }
+}
+
+/// What stands before the errors of a line.
+struct Lead<'a> {
+    label: &'a str,
+    set: &'a str,
+    instrument: &'a str,
+    budget: &'a str,
+    seed: &'a str,
+    readings: &'a str,
+    reachable: &'a str,
+    minutes: &'a str,
 }
 
 /// Columns a text takes.

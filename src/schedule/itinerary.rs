@@ -119,6 +119,14 @@ impl Itinerary {
         self.visits.len() as f64 / all as f64
     }
 
+    /// How many poses each reason keeps out, `reason:count` joined by `;`; empty if none does.
+    pub fn reasons_text(&self) -> String {
+        let counts = Unreachable::NAMES.into_iter().zip(self.reasons());
+        let counts = counts.filter(|(_, n)| *n > 0);
+        let parts: Vec<_> = counts.map(|(name, n)| format!("{name}:{n}")).collect();
+        parts.join(";")
+    }
+
     /// How many poses each reason keeps out, in the order of [`Unreachable::NAMES`].
     pub fn reasons(&self) -> [usize; Unreachable::NAMES.len()] {
         Unreachable::NAMES.map(|name| {

@@ -3,8 +3,8 @@
 
 mod bench;
 mod configs;
-mod instruments;
 mod files;
+mod instruments;
 mod moments;
 mod readme;
 mod runs;

@@ -1,0 +1,262 @@
+//! `[[instrument]]`: which machines measure, with which of their flaws, and in which order they
+//! visit the poses.
+
+use super::checks::Names;
+use super::plan::Material;
+use super::source::{KeyPath, Source};
+use crate::error::{Error, ParameterError};
+use crate::geometry::Symmetry;
+use crate::instrument::{self, Bench, InstrumentSpec, Order, Parts};
+use crate::registry::{self, ReadError, Table};
+use serde::{Deserialize, Serialize};
+use std::path::{Path, PathBuf};
+
+/// A `[[instrument]]` as written.
+#[derive(Clone, Debug)]
+pub struct InstrumentTable {
+    name: Option<String>,
+    from: From,
+    use_of: Use,
+}
+
+/// Where the specification of an instrument is.
+#[derive(Clone, Debug)]
+enum From {
+    /// `preset`, see `gonio list instruments`.
+    Preset(String),
+    /// `file`, of the same form.
+    File(PathBuf),
+    /// `spec`: the same keys, in the config.
+    Spec(Box<InstrumentSpec>),
+}
+
+/// How an instrument is used.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Use {
+    /// In which order it visits the poses.
+    pub order: Order,
+    /// Whether it has limits; without them every pose is reachable.
+    pub limits: bool,
+    /// Whether its apertures are finite; without them every reading is one evaluation.
+    pub apertures: bool,
+    /// Whether positions, light, sensor and calibration are noisy.
+    pub noise: bool,
+    /// Whether the error of unreachable poses is found, by measuring without limits too.
+    pub holes: bool,
+    /// Seed of what all its readings share (offsets of axes, the tile, drift); the seed of the
+    /// row if left out.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub realisation: Option<u64>,
+}
+
+impl Default for Use {
+    fn default() -> Self {
+        Self {
+            order: Order::default(),
+            limits: true,
+            apertures: true,
+            noise: true,
+            holes: true,
+            realisation: None,
+        }
+    }
+}
+
+impl Use {
+    /// The parts that are simulated.
+    pub fn parts(self) -> Parts {
+        Parts {
+            limits: self.limits,
+            apertures: self.apertures,
+            noise: self.noise,
+        }
+    }
+}
+
+/// Reads an `[[instrument]]`.
+pub(super) fn table(mut table: Table<'_>) -> Result<InstrumentTable, ReadError> {
+    let span = table.span();
+    let name = registry::take_string(&mut table, "name")?;
+    let preset = registry::take_string(&mut table, "preset")?;
+    let file = registry::take_string(&mut table, "file")?;
+    let spec = registry::take_table(&mut table, "spec")?;
+    let from = match (preset, file, spec) {
+        (Some(preset), None, None) => From::Preset(preset),
+        (None, Some(file), None) => From::File(file.into()),
+        (None, None, Some(spec)) => From::Spec(Box::new(instrument::read_table(spec)?)),
+        _ => {
+            let message = "an instrument has one of preset, file and spec; allowed: exactly one";
+            return Err(ReadError::at(span, message));
+        }
+    };
+    Ok(InstrumentTable {
+        name,
+        from,
+        use_of: registry::parse(table)?,
+    })
+}
+
+/// An instrument that measures.
+#[derive(Clone, Debug)]
+pub struct PlannedInstrument {
+    /// Its name in results, unique in its plan.
+    pub name: String,
+    /// What its file says.
+    pub spec: InstrumentSpec,
+    /// How it is used.
+    pub use_of: Use,
+    /// The name of its preset, if it is one.
+    preset: Option<String>,
+}
+
+impl PlannedInstrument {
+    /// The instrument that a preset's name or a file's path means, complete and visiting the poses
+    /// in this order; errors name the file and line.
+    ///
+    /// # Errors
+    /// [`Error::Config`].
+    pub fn load(preset_or_path: &str, order: Order) -> Result<Self, Error> {
+        let spec = load(preset_or_path)?;
+        Ok(Self {
+            name: spec.name.clone(),
+            spec,
+            use_of: Use {
+                order,
+                ..Use::default()
+            },
+            preset: None,
+        })
+    }
+
+    /// Refuses an anisotropic material on a machine that cannot turn it; `place` is where the
+    /// instrument is named, `key` how.
+    ///
+    /// # Errors
+    /// [`Error::Infeasible`].
+    pub fn check_symmetry(
+        &self,
+        symmetry: Symmetry,
+        material: &str,
+        place: impl FnOnce() -> String,
+    ) -> Result<(), Error> {
+        let bench = self.bench(self.use_of.parts(), 0);
+        let bench = bench.map_err(|e| Error::Internal(e.to_string()))?;
+        let class = bench.machine().class();
+        if symmetry.isotropic || !class.isotropic_only() {
+            return Ok(());
+        }
+        let message = format!(
+            "instrument \"{}\" is of class {}, which cannot turn the sample about its normal, and \
+             {material} is anisotropic; allowed: isotropic materials, or an instrument of another \
+             class",
+            self.name,
+            class.name(),
+        );
+        Err(Error::infeasible(place(), message))
+    }
+
+    /// The machine, as the `realisation`-th of its kind was built.
+    ///
+    /// # Errors
+    /// Those of the specification; none for a plan's instruments, which were tried.
+    pub fn bench(&self, parts: Parts, seed: u64) -> Result<Bench, ParameterError> {
+        let realisation = self.use_of.realisation.unwrap_or(seed);
+        Bench::new(&self.spec, parts, realisation)
+    }
+
+    /// Every key with its value.
+    pub(super) fn resolved(&self) -> toml::Table {
+        let mut table = toml::Table::new();
+        match &self.preset {
+            Some(preset) => table.insert("preset".into(), preset.clone().into()),
+            None => table.insert("spec".into(), super::resolved::section(&self.spec).into()),
+        };
+        table.insert("name".into(), self.name.clone().into());
+        table.extend(super::resolved::section(&self.use_of));
+        table
+    }
+}
+
+/// The instrument that a preset's name or a file's path means; errors name the file and line.
+///
+/// # Errors
+/// [`Error::Config`].
+pub fn load(preset_or_path: &str) -> Result<InstrumentSpec, Error> {
+    if let Some(spec) = preset(preset_or_path)? {
+        return Ok(spec);
+    }
+    let path = Path::new(preset_or_path);
+    let looks_like_a_file = path.extension().is_some() || path.components().count() > 1;
+    if looks_like_a_file || path.exists() {
+        return read(path);
+    }
+    let message = format!(
+        "\"{preset_or_path}\" is no instrument; allowed: {}, or the path of a file.toml",
+        names()
+    );
+    Err(Error::config("--instrument", message))
+}
+
+fn names() -> String {
+    let names: Vec<_> = instrument::presets().iter().map(|p| p.name).collect();
+    names.join(", ")
+}
+
+fn preset(name: &str) -> Result<Option<InstrumentSpec>, Error> {
+    let presets = instrument::presets();
+    let Some(preset) = presets.iter().find(|p| p.name == name) else {
+        return Ok(None);
+    };
+    let spec = instrument::read(preset.text);
+    let spec = spec.map_err(|e| Error::Internal(format!("preset {name}: {e}")))?;
+    Ok(Some(spec))
+}
+
+fn read(path: &Path) -> Result<InstrumentSpec, Error> {
+    let source = Source::read(path)?;
+    instrument::read_table(source.table()?).map_err(|e| source.error(e))
+}
+
+/// Reads every instrument of a config and checks it against the materials.
+///
+/// # Errors
+/// [`Error::Config`], and [`Error::Infeasible`] for anisotropic materials on a machine that cannot
+/// turn them.
+pub(super) fn gather(
+    source: &Source,
+    tables: Vec<InstrumentTable>,
+    materials: &[Material],
+) -> Result<Vec<PlannedInstrument>, Error> {
+    let mut names_taken = Names::default();
+    let mut list = Vec::with_capacity(tables.len());
+    for (i, table) in tables.into_iter().enumerate() {
+        let path = KeyPath::of("instrument").index(i);
+        let (spec, preset) = match table.from {
+            From::Preset(name) => match preset(&name)? {
+                Some(spec) => (spec, Some(name)),
+                None => {
+                    let path = path.key("preset");
+                    let message = format!("{path} = \"{name}\"; allowed: {}", names());
+                    return Err(source.error_at(&path, message));
+                }
+            },
+            From::File(file) => (read(&file)?, None),
+            From::Spec(spec) => (*spec, None),
+        };
+        let name = table.name.unwrap_or_else(|| spec.name.clone());
+        names_taken.take(source, &path, &name)?;
+        let planned = PlannedInstrument {
+            name,
+            spec,
+            use_of: table.use_of,
+            preset,
+        };
+        for material in materials {
+            let name = format!("material \"{}\"", material.name);
+            planned.check_symmetry(material.symmetry, &name, || source.place(&path))?;
+        }
+        list.push(planned);
+    }
+    Ok(list)
+}

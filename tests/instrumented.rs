@@ -1,0 +1,249 @@
+//! Experiments with instruments: what their rows say holds, and parts that are left out leave no
+//! trace.
+
+use gonio::Error;
+use gonio::experiment::{self, Config, Observer, Plan, Row, Source};
+
+/// A sharp lobe whose mirror direction and horizon the machine has trouble with.
+const TEXT: &str = r#"
+budgets = [300]
+measures = ["cosine", "lobe"]
+
+[[material]]
+kind = "ggx"
+alpha = 0.2
+
+[[parametrization]]
+kind = "spherical"
+
+[[parametrization]]
+kind = "half-difference"
+
+[[reconstruction]]
+kind = "multilinear"
+
+[metrics]
+pairs = 400
+"#;
+
+struct Keep(Vec<Row>);
+
+impl Observer for Keep {
+    fn rows(&mut self, rows: Vec<Row>) -> Result<(), Error> {
+        self.0.extend(rows);
+        Ok(())
+    }
+}
+
+fn plan(text: &str) -> Result<Plan, Error> {
+    let source = Source::new("c.toml", text);
+    Plan::new(Config::read(&source)?)
+}
+
+fn run(plan: &Plan) -> Vec<Row> {
+    let mut keep = Keep(Vec::new());
+    let summary = experiment::run(plan, &mut keep).unwrap();
+    assert!(summary.failures.is_empty(), "{:?}", summary.failures);
+    keep.0
+}
+
+fn rows(instruments: &str) -> Vec<Row> {
+    run(&plan(&format!("{TEXT}{instruments}")).unwrap())
+}
+
+/// Without what depends on the clock of this computer.
+fn timeless(mut row: Row) -> Row {
+    row.plan_seconds = 0.0;
+    row.measure_seconds = 0.0;
+    row.reconstruct_seconds = 0.0;
+    row.evaluate_seconds = 0.0;
+    row
+}
+
+const PRESETS: [&str; 4] = ["cornell", "pgii", "utia", "rosi"];
+
+#[test]
+fn without_instruments_nothing_is_lost_and_no_time_passes() {
+    for row in rows("") {
+        assert_eq!(row.instrument, "ideal");
+        assert_eq!((row.reachable, row.unreachable.as_str()), (1.0, ""));
+        assert_eq!((row.instrument_seconds, row.minutes), (None, None));
+        assert_eq!(
+            (row.hole_nrmse, row.hole_log_relative),
+            (Some(0.0), Some(0.0))
+        );
+        assert_eq!((row.saturated, row.below_noise), (0, 0));
+    }
+}
+
+#[test]
+fn a_machine_without_flaws_is_the_ideal_one_that_takes_time() {
+    let ideal = rows("");
+    for preset in PRESETS {
+        let off = "limits = false\napertures = false\nnoise = false";
+        let text = format!("[[instrument]]\npreset = \"{preset}\"\n{off}\n");
+        for (real, ideal) in rows(&text).into_iter().zip(&ideal) {
+            assert!(real.instrument_seconds > Some(0.0));
+            let same = Row {
+                instrument: ideal.instrument.clone(),
+                instrument_seconds: None,
+                ..timeless(real)
+            };
+            assert_eq!(same, timeless(ideal.clone()), "{preset}");
+        }
+    }
+}
+
+#[test]
+fn holes_cost_what_the_two_runs_differ_by() {
+    for preset in PRESETS {
+        let text = |limits| format!("[[instrument]]\npreset = \"{preset}\"\nlimits = {limits}\n");
+        let (with, without) = (rows(&text(true)), rows(&text(false)));
+        for (with, without) in with.iter().zip(&without) {
+            assert_eq!(without.reachable, 1.0);
+            // 90° elevations, near-retro pairs: no machine takes every pose of these grids.
+            assert!(
+                with.reachable < 1.0 && with.reachable > 0.3,
+                "{}",
+                with.reachable
+            );
+            assert_eq!(with.poses, without.poses);
+            assert!(with.readings < without.readings);
+            let lost: usize = with
+                .unreachable
+                .split(';')
+                .map(|part| part.split_once(':').unwrap().1.parse::<usize>().unwrap())
+                .sum();
+            assert_eq!(lost, with.poses - with.readings);
+            assert_eq!(
+                with.hole_nrmse,
+                Some(with.nrmse.unwrap() - without.nrmse.unwrap())
+            );
+            let log = with.log_relative.unwrap() - without.log_relative.unwrap();
+            assert_eq!(with.hole_log_relative, Some(log));
+        }
+    }
+}
+
+#[test]
+fn holes_are_not_looked_into_unless_asked() {
+    for row in rows("[[instrument]]\npreset = \"utia\"\nholes = false\n") {
+        assert!(row.reachable < 1.0);
+        assert_eq!((row.hole_nrmse, row.hole_log_relative), (None, None));
+    }
+}
+
+#[test]
+fn the_budget_of_a_time_fills_it() {
+    for minutes in [5.0, 40.0] {
+        let text = TEXT.replace("budgets = [300]", &format!("minutes = [{minutes}]"));
+        let sobol = "[[sample_set]]\nkind = \"sobol\"\n[[reconstruction]]\nkind = \"nearest\"\n";
+        let text = text.replace("[[reconstruction]]\nkind = \"multilinear\"\n", sobol);
+        let text = format!("{text}[[instrument]]\npreset = \"rosi\"\n");
+        for row in run(&plan(&text).unwrap()) {
+            assert_eq!(row.minutes, Some(minutes));
+            let spent = row.instrument_seconds.unwrap() / 60.0;
+            // Half a percent of the budget, and a tour that is not monotone to a percent.
+            assert!(
+                spent <= minutes && spent > 0.98 * minutes,
+                "{spent} of {minutes}"
+            );
+        }
+    }
+}
+
+#[test]
+fn noise_differs_between_seeds_and_not_between_runs() {
+    let text = "[[instrument]]\npreset = \"cornell\"\n";
+    let first: Vec<_> = rows(text).into_iter().map(timeless).collect();
+    let again: Vec<_> = rows(text).into_iter().map(timeless).collect();
+    assert_eq!(first, again);
+    let other = run(&plan(&format!("seeds = [2]\n{TEXT}{text}")).unwrap());
+    assert_ne!(first[0].nrmse, other[0].nrmse);
+    // The same machine on another day: what its readings share stays.
+    let fixed = "[[instrument]]\npreset = \"cornell\"\nrealisation = 1\n";
+    let same: Vec<_> = rows(fixed).into_iter().map(timeless).collect();
+    assert_eq!(first, same);
+}
+
+#[test]
+fn the_resolved_config_repeats_the_run() {
+    let text =
+        "[[instrument]]\npreset = \"utia\"\nname = \"ours\"\norder = \"sorted\"\nnoise = false\n";
+    let first = plan(&format!("{TEXT}{text}")).unwrap();
+    let again = plan(&toml::to_string(&first.resolved).unwrap()).unwrap();
+    assert_eq!(first.resolved, again.resolved);
+    let strip = |plan: &Plan| run(plan).into_iter().map(timeless).collect::<Vec<_>>();
+    assert_eq!(strip(&first), strip(&again));
+}
+
+#[test]
+fn mistakes_name_the_key_and_the_right_culprit() {
+    let refusal = |text: &str| match plan(text) {
+        Ok(_) => panic!("accepted: {text}"),
+        Err(e) => (e.to_string(), e.exit_code()),
+    };
+    let anisotropic = TEXT.replace(
+        "kind = \"ggx\"\nalpha = 0.2",
+        "kind = \"ward\"\nalpha = [0.1, 0.3]",
+    );
+    let cases = [
+        (
+            format!("{TEXT}[[instrument]]\npreset = \"cornel\"\n"),
+            "instrument[0].preset = \"cornel\"; allowed: ",
+            2,
+        ),
+        (
+            format!("{TEXT}[[instrument]]\nname = \"a\"\n"),
+            "exactly one",
+            2,
+        ),
+        (
+            format!("{TEXT}[[instrument]]\npreset = \"utia\"\nfile = \"b.toml\"\n"),
+            "exactly one",
+            2,
+        ),
+        (
+            format!("{TEXT}[[instrument]]\npreset = \"utia\"\nordre = \"sorted\"\n"),
+            "unknown key instrument[0].ordre; allowed: preset, file, spec, name, order",
+            2,
+        ),
+        (
+            format!("{TEXT}[[instrument]]\npreset = \"utia\"\norder = \"random\"\n"),
+            "instrument[0].order = \"random\"; allowed: as-generated, sorted",
+            2,
+        ),
+        (
+            format!("{TEXT}[[instrument]]\npreset = \"utia\"\n[[instrument]]\npreset = \"utia\"\n"),
+            "instrument[1].name = \"utia\" is taken",
+            2,
+        ),
+        (
+            format!("minutes = [10]\n{TEXT}"),
+            "c.toml:1: minutes are those of an instrument",
+            2,
+        ),
+        (
+            format!("minutes = [0]\n{TEXT}[[instrument]]\npreset = \"utia\"\n"),
+            "c.toml:1: minutes[0] = 0: allowed is a number in (0, 525600]",
+            2,
+        ),
+        (
+            format!("{anisotropic}[[instrument]]\npreset = \"cornell\"\n"),
+            "anisotropic; allowed: isotropic materials",
+            4,
+        ),
+    ];
+    for (text, message, code) in cases {
+        let (found, exit) = refusal(&text);
+        assert!(found.contains(message), "{found}\n(expected {message})");
+        assert_eq!(exit, code, "{found}");
+    }
+    // The others can turn the sample.
+    for preset in &PRESETS[1..] {
+        plan(&format!(
+            "{anisotropic}[[instrument]]\npreset = \"{preset}\"\n"
+        ))
+        .unwrap();
+    }
+}
