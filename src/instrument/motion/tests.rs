@@ -435,7 +435,7 @@ fn flying_is_never_slower_than_stopping() {
                     let stopped = stopped.timed(&schedule, &path);
                     let (fly, stop) = (total(&flown), total(&stopped));
                     assert!(fly <= stop + 1e-9, "{fly} {stop}");
-                    if rate != Some(0.2) && every_minutes != 0.5 {
+                    if rate.is_none_or(|rate| rate > 10.0) && every_minutes != 0.5 {
                         // Of nine visits at least one in two neither settles nor idles.
                         assert!(fly < stop - 0.3 * 0.5 * path.len() as f64, "{fly} {stop}");
                     }

@@ -19,7 +19,7 @@ pub struct AxisMotion {
 ///
 /// A move of `d` rad takes 2 √(d/a) if d ≤ v²/a, where the axis never reaches its speed, and
 /// d/v + v/a otherwise (e.g. Biagiotti & Melchiorri, *Trajectory Planning for Automatic Machines
-/// and Robots*, 2008, §3.2). This is concave in d, so that the triangle inequality holds.
+/// and Robots*, 2008, ch. 3). This is concave in d, so that the triangle inequality holds.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Travel {
     inverse_speed: Positions,

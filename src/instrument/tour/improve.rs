@@ -2,7 +2,7 @@
 //! that are worth another look (Bentley 1992, *Fast algorithms for geometric traveling salesman
 //! problems*), then an iterated local search: exchange two neighbouring pieces of the path, repair
 //! what that broke, keep the result if it is no longer than before (Johnson & McGeoch 1997, *The
-//! traveling salesman problem: a case study in local optimization*, §7).
+//! traveling salesman problem: a case study in local optimization*).
 //!
 //! The open path is a closed tour through two more places: rest, which comes first, and an end
 //! that is 0 s from everywhere. The step from the end to rest is worth keeping at any price. On a
