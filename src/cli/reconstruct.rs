@@ -19,7 +19,7 @@ use std::path::{Path, PathBuf};
 
 /// Pixels along each side of the picture.
 #[cfg(feature = "exr")]
-const PICTURE: usize = 400;
+const PICTURE: usize = 200;
 
 /// Makes a BRDF of readings, and says what it was made of
 #[derive(Debug, Args)]
@@ -207,6 +207,9 @@ impl Reconstruct {
     }
 }
 
+/// An angle of a pose, rad.
+type Angle = fn(&schedule::Pose) -> f64;
+
 /// What a BRDF is made of: readings, holes and why, and which angles they cover.
 fn material_of(measurement: &Measurement) -> String {
     let schedule = &measurement.schedule;
@@ -250,7 +253,7 @@ fn material_of(measurement: &Measurement) -> String {
         let poses = schedule.poses.iter().zip(outcomes);
         poses.filter(|(_, o)| **o == Outcome::Reading)
     };
-    let ranges: [(&str, fn(&schedule::Pose) -> f64); 3] = [
+    let ranges: [(&str, Angle); 3] = [
         ("theta_i", |p| p.pair.omega_i.theta()),
         ("theta_o", |p| p.pair.omega_o.theta()),
         ("separation", |p| p.pair.separation()),

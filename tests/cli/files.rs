@@ -44,6 +44,7 @@ fn the_way_through_files_ends_where_a_run_does() {
                 let of = ["--material", &material];
                 let said = bench.good(&[&["reconstruct", &readings], &how[..], &of].concat());
                 assert!(said.contains(&format!("in {name} coordinates")), "{said}");
+                let mut compared = 0;
                 for row in &rows {
                     let same = row.material == material
                         && (row.parametrization.as_str(), row.warp.as_str()) == (name, warp)
@@ -51,7 +52,9 @@ fn the_way_through_files_ends_where_a_run_does() {
                     if !same {
                         continue;
                     }
+                    compared += 1;
                     let found = errors(&said, &row.measure);
+                    assert_eq!(found.len(), 6);
                     // Bit-identical poses of a lattice: only the five printed digits round.
                     for (found, of_run) in found.iter().zip([
                         row.nrmse,
@@ -66,6 +69,7 @@ fn the_way_through_files_ends_where_a_run_does() {
                         assert!(close, "{name} {warp} {kind}: {found} {of_run}");
                     }
                 }
+                assert_eq!(compared, 2, "both measures");
             }
         }
     }
