@@ -11,9 +11,10 @@ use crate::experiment::{Kind, Source};
 use crate::geometry::Symmetry;
 use crate::measurement::{Flags, Measurement, Outcome, alta, read_measurement};
 use crate::metrics::{self, Measure, MetricsSpec};
+use crate::parametrization;
 use crate::reconstruct;
+use crate::schedule::Pose;
 use crate::schedule::{Assume, Unreachable};
-use crate::{parametrization, schedule};
 use clap::Args;
 use std::path::{Path, PathBuf};
 
@@ -208,7 +209,7 @@ impl Reconstruct {
 }
 
 /// An angle of a pose, rad.
-type Angle = fn(&schedule::Pose) -> f64;
+type Angle = fn(&Pose) -> f64;
 
 /// What a BRDF is made of: readings, holes and why, and which angles they cover.
 fn material_of(measurement: &Measurement) -> String {

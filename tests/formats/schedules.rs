@@ -212,6 +212,29 @@ fn tables_from_a_spreadsheet_are_taken_as_they_are() {
 }
 
 #[test]
+fn a_header_survives_a_spreadsheet() {
+    let entry = parametrization::find("half-difference").unwrap();
+    let schedule = planned(&entry.form(Symmetry::FULL), "grid", 60);
+    // What has a comma in it is quoted, every line is padded to the width of the table.
+    let pad = |line: &str| {
+        let comment = line.starts_with('#');
+        match (comment, comment && line.contains([',', '"'])) {
+            (_, true) => format!("\"{}\",,,,,,,\r\n", line.replace('"', "\"\"")),
+            (true, false) => format!("{line},,,,,,,\r\n"),
+            (false, _) => format!("{line}\r\n"),
+        }
+    };
+    let text: String = text(&schedule, None, ScheduleFormat::Csv)
+        .lines()
+        .map(pad)
+        .collect();
+    assert!(text.contains("\"# lattice = [{\"\"n\"\":"), "{text}");
+    let back = read_schedule(&text, "s", &assumed()).unwrap();
+    assert!(back.schedule.lattice == schedule.lattice);
+    assert_eq!(back.schedule.poses, schedule.poses);
+}
+
+#[test]
 fn the_reader_may_choose_the_coordinates() {
     let entry = parametrization::find("half-difference").unwrap();
     let schedule = planned(&entry.form(Symmetry::FULL), "grid", 60);
@@ -332,9 +355,7 @@ fn what_is_no_schedule_is_refused_with_its_line() {
         ),
     ];
     for (text, line, part) in cases {
-        let text = text
-            .replace("H\n", head)
-            .replace("H,", &head.replace('\n', ","));
+        let text = text.replace("H,", &head.replace('\n', ","));
         let text = text.replace('H', head);
         let e = read_schedule(&text, "f.csv", &assumed())
             .err()
