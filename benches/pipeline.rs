@@ -2,12 +2,15 @@
 
 use super::{evaluate, model, pairs};
 use divan::Bencher;
+use gonio::brdf::{Brdf, Presence};
+use gonio::geometry::DirectionPair;
 use gonio::geometry::Symmetry;
-use gonio::instrument::{Ideal, Instrument};
+use gonio::instrument::{self, Bench, Ideal, Instrument, Order, Parts};
 use gonio::parametrization;
 use gonio::reconstruct;
 use gonio::registry;
-use gonio::schedule::{Grid, SampleSet};
+use gonio::schedule::{Grid, SampleSet, Schedule};
+use rayon::prelude::*;
 use std::sync::Arc;
 
 #[divan::bench(args = [1000, 16_000], sample_count = 10)]
@@ -31,4 +34,78 @@ fn plan_measure_reconstruct_evaluate(bencher: Bencher, budget: usize) {
         evaluate(&*brdf, &pairs, &mut out);
         out
     });
+}
+
+/// What an instrument costs, against nothing but the BRDF.
+mod instruments {
+    use super::*;
+
+    const POSES: usize = 16_384;
+
+    fn schedule() -> Arc<Schedule> {
+        let form = parametrization::find("hybrid")
+            .expect("a parametrization")
+            .form(Symmetry::FULL);
+        let sets = gonio::schedule::all();
+        let sobol = sets.iter().find(|e| e.kind == "sobol").expect("a set");
+        let sobol = registry::read_text(sobol, "").expect("its defaults");
+        Arc::new(sobol.plan(&form, POSES, 3).expect("a schedule"))
+    }
+
+    /// The loop that the ideal instrument is measured by: its ratio to this is to be 1.
+    fn direct(brdf: &dyn Brdf, schedule: &Schedule) -> (Vec<f64>, Vec<Presence>) {
+        let mut values = vec![0.0; schedule.poses.len()];
+        let mut presence = vec![Presence::Present; schedule.poses.len()];
+        values
+            .par_chunks_mut(1024)
+            .zip(presence.par_chunks_mut(1024))
+            .zip(schedule.poses.par_chunks(1024))
+            .for_each(|((values, presence), poses)| {
+                let pairs: Vec<DirectionPair> = poses.iter().map(|p| p.pair).collect();
+                brdf.eval_batch(&pairs, values, presence);
+            });
+        (values, presence)
+    }
+
+    #[divan::bench(sample_count = 300)]
+    fn eval_batch(bencher: Bencher) {
+        let (truth, schedule) = (model("ggx", "alpha = 0.1"), schedule());
+        bencher.bench_local(|| direct(&*truth, &schedule));
+    }
+
+    #[divan::bench(sample_count = 300)]
+    fn ideal(bencher: Bencher) {
+        let (truth, schedule) = (model("ggx", "alpha = 0.1"), schedule());
+        bencher.bench_local(|| Ideal.measure(&*truth, &schedule));
+    }
+
+    fn session(bencher: Bencher, alpha: f64, parts: Parts) {
+        let truth = model("ggx", &format!("alpha = {alpha}"));
+        let schedule = schedule();
+        let preset = instrument::presets().swap_remove(0);
+        let spec = instrument::read(preset.text).expect("a preset");
+        let bench = Bench::new(&spec, parts, 1).expect("an instrument");
+        let itinerary = bench.plan(&schedule, Order::Sorted);
+        let session = bench.session(&itinerary, 1);
+        bencher.bench_local(|| session.measure(&*truth, &schedule));
+    }
+
+    #[divan::bench(args = [0.5, 0.1, 0.01], sample_count = 5)]
+    fn everything(bencher: Bencher, alpha: f64) {
+        session(bencher, alpha, Parts::ALL);
+    }
+
+    #[divan::bench(args = [0.5, 0.1, 0.01], sample_count = 5)]
+    fn apertures(bencher: Bencher, alpha: f64) {
+        let parts = Parts {
+            noise: false,
+            ..Parts::ALL
+        };
+        session(bencher, alpha, parts);
+    }
+
+    #[divan::bench(sample_count = 100)]
+    fn axes_only(bencher: Bencher) {
+        session(bencher, 0.1, Parts::NONE);
+    }
 }

@@ -33,6 +33,7 @@ use crate::geometry::DirectionPair;
 use batch::Sums;
 pub use batch::Workspace;
 use disk::{Disk, PRODUCTS, Rules};
+use lens::Lens;
 use lobe::{Peak, PeakKind};
 
 /// How good an average has to be.
@@ -80,16 +81,18 @@ pub struct Optics {
     detector: f64,
     tolerance: Tolerance,
     rules: Rules,
+    lens: Lens,
 }
 
 impl Optics {
-    /// From the half-angles of source and detector, rad, in [0, π/4]; 0 is a single direction.
+    /// From the half-angles of source and detector, rad, in [0, 0.5]; 0 is a single direction.
     pub fn new(source: f64, detector: f64, tolerance: Tolerance) -> Self {
         Self {
             source,
             detector,
             tolerance,
             rules: Rules::new(),
+            lens: Lens::new(),
         }
     }
 
@@ -160,19 +163,21 @@ impl Optics {
             .min_by(|a, b| a.width.total_cmp(&b.width));
         let mut best: Option<Estimate> = None;
         if peak.is_none() {
-            let mut steps: Vec<Estimate> = Vec::with_capacity(PRODUCTS.len() + 1);
+            let mut steps: Vec<Estimate> = Vec::with_capacity(PRODUCTS.len() + 2);
             if !clipped {
-                let sparse = self.rules.sparse(brdf, &disks, work);
+                let (third, sparse) = self.rules.sparse(brdf, &disks, work);
                 if sparse.good(&self.tolerance) && !work.missing() {
                     return sparse;
                 }
-                steps.push(sparse);
+                steps.extend([third, sparse]);
             }
+            // A function that diverges at the horizon gains nothing for sure.
+            let least_gain = if clipped { 1.0 } else { 0.1 };
             // Models diverge where both directions are on the horizon: no lens helps there.
             let orders = PRODUCTS.len() - usize::from(!clipped);
             for order in 0..orders {
                 let sums = self.rules.product(brdf, &disks, order, work);
-                let step = Estimate::after(sums, &steps, clipped);
+                let step = Estimate::after(sums, &steps, least_gain);
                 steps.push(step);
                 best = Some(step);
                 if step.good(&self.tolerance) {
@@ -215,8 +220,9 @@ impl Estimate {
     /// The next step of a sequence of rising degree.
     ///
     /// The error is the difference from the step before. The step before that says how fast
-    /// differences fall, which keeps a difference that is small by luck from being believed.
-    fn after(sums: Sums, steps: &[Estimate], clipped: bool) -> Self {
+    /// differences fall, which keeps a difference that is small by luck from being believed: of a
+    /// smooth function as their squares, and never more than `least_gain` tells.
+    fn after(sums: Sums, steps: &[Estimate], least_gain: f64) -> Self {
         let value = sums.ratio();
         let mut error = [f64::INFINITY; 3];
         if let Some(last) = steps.last() {
@@ -225,14 +231,8 @@ impl Estimate {
                 error[c] = Self::SAFETY * difference(value, last.sums.ratio(), c);
                 if let [.., before, last] = steps {
                     let slower = difference(last.sums.ratio(), before.sums.ratio(), c);
-                    // Differences of a smooth function fall ever faster, those of a function that
-                    // diverges at the horizon do not.
-                    let floor = if clipped {
-                        slower
-                    } else {
-                        slower * (slower / value[c].abs().max(f64::MIN_POSITIVE)).min(1.0)
-                    };
-                    error[c] = error[c].max(floor);
+                    let relative = slower / value[c].abs().max(f64::MIN_POSITIVE);
+                    error[c] = error[c].max(slower * relative.max(least_gain).min(1.0));
                 }
             }
         }

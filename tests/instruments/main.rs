@@ -3,6 +3,7 @@
 mod checks;
 mod kinematics;
 mod limits;
+mod noise;
 mod optics;
 mod presets;
 

@@ -169,13 +169,13 @@ impl Rules {
     /// Radon's rule of degree 5 (the centre with weight 1/4, a hexagon at R √(2/3)) on either disk
     /// with the other at its centre, and the square on both:
     /// 5⊗1 + 1⊗5 − 1⊗1 + (3 − 1)⊗(3 − 1), exact to degree 5. The rules of degree 3 in it give the
-    /// error. For disks above the horizon.
+    /// error; the first of the pair is one of them. For disks above the horizon.
     pub(super) fn sparse(
         &self,
         brdf: &dyn Brdf,
         [light, sensor]: &[Disk; 2],
         work: &mut Workspace,
-    ) -> Estimate {
+    ) -> (Estimate, Estimate) {
         let (ci, co) = (light.centre, sensor.centre);
         let wide = [light, sensor].map(|d| d.half_angle > 0.0);
         work.push(ci, co, 1.0, 0);
@@ -236,11 +236,11 @@ impl Rules {
             sums,
             error: [0.0; 3],
         };
-        let mut estimate = Estimate::after(fifth, &[exact(centre), exact(third)], false);
-        let other = Estimate::after(fifth, &[exact(centre), exact(also_third)], false);
+        let mut estimate = Estimate::after(fifth, &[exact(centre), exact(third)], 0.0);
+        let other = Estimate::after(fifth, &[exact(centre), exact(also_third)], 0.0);
         for c in 0..3 {
             estimate.error[c] = estimate.error[c].max(other.error[c]);
         }
-        estimate
+        (exact(third), estimate)
     }
 }

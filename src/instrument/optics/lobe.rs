@@ -12,7 +12,7 @@
 //! then h = c_i is where both directions agree.
 
 use super::batch::{Sums, Workspace};
-use super::lens::{FINEST, Lens, Overlap};
+use super::lens::{FINEST, Overlap};
 use super::{Estimate, Optics};
 use crate::brdf::Brdf;
 use crate::geometry::{DirectionPair, angle_between};
@@ -254,7 +254,6 @@ struct Integral<'a> {
     kind: PeakKind,
     polar: Polar,
     clipped: bool,
-    lens: Lens,
     overlap: Overlap,
 }
 
@@ -270,7 +269,9 @@ impl Integral<'_> {
             let (sr, cr) = rho.sin_cos();
             let radial_weight = ht * slope * sr;
             let (a, b) = (self.optics.source, self.optics.detector);
-            self.lens.overlap(a, b, rho, level, &mut self.overlap);
+            self.optics
+                .lens
+                .overlap(a, b, rho, level, &mut self.overlap);
             for (j, node) in nodes.iter().enumerate() {
                 let (s, c) = (p0 + hp * (1.0 + node[0])).sin_cos();
                 let along = polar.x * c + polar.y * s;
@@ -283,7 +284,8 @@ impl Integral<'_> {
                 let planes = [kind.light(DVec3::Z, pair), half_turn(DVec3::Z, h)];
                 let planes: &[DVec3] = if self.clipped { &planes } else { &[] };
                 let group = i * NODES + j;
-                self.lens
+                self.optics
+                    .lens
                     .for_each(&self.overlap, &frame, planes, level, |v, w| {
                         let w = w * weight * v.dot(h);
                         work.push(kind.light(v, pair), half_turn(v, h), w, group);
@@ -389,7 +391,6 @@ pub(super) fn integrate(
         kind: peak.kind,
         polar: Polar::new(pair, peak.kind),
         clipped,
-        lens: Lens::new(),
         overlap: Overlap::default(),
     };
     let start = work.evaluations();
