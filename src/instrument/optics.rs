@@ -156,55 +156,74 @@ impl Optics {
             Disk::new(pair.omega_i, self.source),
             Disk::new(pair.omega_o, self.detector),
         ];
+        if clipped {
+            return self.clipped(brdf, &disks, work);
+        }
         let kinds = [PeakKind::Mirror, PeakKind::Retro];
         let peak = kinds
             .into_iter()
             .filter_map(|kind| Peak::find(self, brdf, pair, kind, work))
             .min_by(|a, b| a.width.total_cmp(&b.width));
+        let narrow = peak.filter(|peak| peak.width < NARROW * (self.source + self.detector));
         let mut best: Option<Estimate> = None;
-        if peak.is_none() {
-            let mut steps: Vec<Estimate> = Vec::with_capacity(PRODUCTS.len() + 2);
-            if !clipped {
-                let (third, sparse) = self.rules.sparse(brdf, &disks, work);
-                if sparse.good(&self.tolerance) && !work.missing() {
-                    return sparse;
-                }
-                steps.extend([third, sparse]);
+        if narrow.is_none() {
+            let least_gain = LEAST_GAIN[usize::from(peak.is_some())];
+            let (third, sparse) = self.rules.sparse(brdf, &disks, work);
+            if sparse.good(&self.tolerance) && !work.missing() {
+                return sparse;
             }
-            // A function that diverges at the horizon gains nothing for sure.
-            let least_gain = if clipped { 1.0 } else { 0.1 };
-            // Models diverge where both directions are on the horizon: no lens helps there.
-            let orders = PRODUCTS.len() - usize::from(!clipped);
-            for order in 0..orders {
+            let mut steps = vec![third, sparse];
+            // The last order costs more than a few cells.
+            for order in 0..PRODUCTS.len() - 1 {
                 let sums = self.rules.product(brdf, &disks, order, work);
                 let step = Estimate::after(sums, &steps, least_gain);
-                steps.push(step);
-                best = Some(step);
                 if step.good(&self.tolerance) {
                     return step;
                 }
-                if !clipped && order > 0 && step.hopeless(&self.tolerance, &steps) {
+                steps.push(step);
+                best = Some(step);
+                if order > 0 && step.hopeless(&self.tolerance, &steps) {
                     break;
                 }
-            }
-            if let (true, Some(best)) = (clipped, best) {
-                return best;
             }
         }
         let spent = work.evaluations() - start;
         let budget = self.tolerance.max_evaluations.saturating_sub(spent);
         // Kinks of a table are everywhere: it would take all there is for little.
-        let (peak, budget) = match peak {
+        let (peak, budget) = match narrow {
             Some(peak) => (peak, budget),
             None => (Peak::unseen(self, pair), budget / 4),
         };
-        let lobe = lobe::integrate(self, brdf, pair, &peak, clipped, budget, work);
+        let lobe = lobe::integrate(self, brdf, pair, &peak, budget, work);
         match best {
             Some(best) if !lobe.better_than(&best) => best,
             _ => lobe,
         }
     }
+
+    /// The best estimate of disks that the horizon cuts: products over what is above it. Models
+    /// diverge where both directions are on the horizon; a difference of two orders is then no better
+    /// than the one before.
+    fn clipped(&self, brdf: &dyn Brdf, disks: &[Disk; 2], work: &mut Workspace) -> Estimate {
+        let mut steps = Vec::with_capacity(PRODUCTS.len());
+        let mut order = 0;
+        loop {
+            let sums = self.rules.product(brdf, disks, order, work);
+            let step = Estimate::after(sums, &steps, 1.0);
+            steps.push(step);
+            order += 1;
+            if order == PRODUCTS.len() || (order > 1 && step.good(&self.tolerance)) {
+                return step;
+            }
+        }
+    }
 }
+
+/// What a step of higher degree gains for sure, away from a peak and on one: less is luck.
+const LEAST_GAIN: [f64; 2] = [0.1, 0.5];
+
+/// Half width of a peak, over the sum of the apertures, below which cells must shrink towards it.
+const NARROW: f64 = 0.5;
 
 /// A ratio of sums, and how far off it may be.
 #[derive(Clone, Copy, Debug)]
@@ -221,7 +240,7 @@ impl Estimate {
     ///
     /// The error is the difference from the step before. The step before that says how fast
     /// differences fall, which keeps a difference that is small by luck from being believed: of a
-    /// smooth function as their squares, and never more than `least_gain` tells.
+    /// smooth function as their squares, and never less than by `least_gain`.
     fn after(sums: Sums, steps: &[Estimate], least_gain: f64) -> Self {
         let value = sums.ratio();
         let mut error = [f64::INFINITY; 3];

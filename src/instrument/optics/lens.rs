@@ -92,13 +92,11 @@ impl Lens {
     }
 
     /// Every direction of an overlap with its weight. `frame` holds the centre of the first cap, the
-    /// direction towards the second, and what is across; of `planes` every direction is on the
-    /// positive side.
+    /// direction towards the second, and what is across.
     pub(super) fn for_each(
         &self,
         overlap: &Overlap,
         frame: &[DVec3; 3],
-        planes: &[DVec3],
         level: usize,
         mut visit: impl FnMut(DVec3, f64),
     ) {
@@ -113,37 +111,10 @@ impl Lens {
             return;
         }
         for chord in &overlap.chords {
-            let mut ends = Some([-chord.half, chord.half]);
-            for plane in planes {
-                let n = frame.map(|e| e.dot(*plane));
-                ends = ends.and_then(|ends| above(n, chord.x, ends));
-            }
-            let Some([lo, hi]) = ends else { continue };
-            let (middle, half) = (0.5 * (lo + hi), 0.5 * (hi - lo));
             for (y, w) in &self.rules[level][1] {
-                let (v, area) = at(chord.x, middle + half * y);
-                visit(v, chord.width * half * w * area);
+                let (v, area) = at(chord.x, chord.half * y);
+                visit(v, chord.width * chord.half * w * area);
             }
-        }
-    }
-}
-
-/// The part of a chord on the positive side of a plane through the sphere's centre: where
-/// n₀ (1 − x² − y²) + 2 (n₁ x + n₂ y) ≥ 0.
-fn above(n: [f64; 3], x: f64, [lo, hi]: [f64; 2]) -> Option<[f64; 2]> {
-    let (a, b) = (-n[0], n[2]);
-    let c = n[0] * (1.0 - x * x) + 2.0 * n[1] * x;
-    let at = |y: f64| (a * y + 2.0 * b) * y + c;
-    match (at(lo) >= 0.0, at(hi) >= 0.0) {
-        (true, true) => Some([lo, hi]),
-        (false, false) => None,
-        (low_is_above, _) => {
-            // a y² + 2 b y + c = 0, without cancellation.
-            let q = -(b + b.signum() * (b * b - a * c).max(0.0).sqrt());
-            let roots = [c / q, q / a];
-            let inside = |y: &f64| *y >= lo && *y <= hi;
-            let root = roots.into_iter().find(inside)?;
-            Some(if low_is_above { [lo, root] } else { [root, hi] })
         }
     }
 }

@@ -65,7 +65,7 @@ impl Peak {
     /// Scales looked at: down to a 10⁷th of the apertures.
     const SCALES: i32 = 24;
 
-    /// The peak, if the apertures hold it and it is narrower than they are.
+    /// The peak, if the apertures hold it and the material falls to half within them.
     pub(super) fn find(
         optics: &Optics,
         brdf: &dyn Brdf,
@@ -107,9 +107,13 @@ impl Peak {
                 .map(|k| reach * f64::powi(2.0, -k))
                 .fold(f64::INFINITY, f64::min)
         };
-        let widths = [width(0), width(1)].map(|w| w.min(reach));
-        let width = (widths[0] * widths[1]).sqrt();
-        (width < 0.5 * reach).then_some(Peak { kind, width })
+        let widths = [width(0), width(1)];
+        let falls = widths.iter().any(|w| w.is_finite());
+        let [x, y] = widths.map(|w| w.min(reach));
+        falls.then_some(Peak {
+            kind,
+            width: (x * y).sqrt(),
+        })
     }
 
     /// No peak was seen: cells need not shrink before they are looked at.
@@ -253,7 +257,6 @@ struct Integral<'a> {
     pair: &'a DirectionPair,
     kind: PeakKind,
     polar: Polar,
-    clipped: bool,
     overlap: Overlap,
 }
 
@@ -281,12 +284,10 @@ impl Integral<'_> {
                 };
                 let weight = radial_weight * hp / h.dot(sensor);
                 let frame = [polar.centre, along, polar.centre.cross(along)];
-                let planes = [kind.light(DVec3::Z, pair), half_turn(DVec3::Z, h)];
-                let planes: &[DVec3] = if self.clipped { &planes } else { &[] };
                 let group = i * NODES + j;
                 self.optics
                     .lens
-                    .for_each(&self.overlap, &frame, planes, level, |v, w| {
+                    .for_each(&self.overlap, &frame, level, |v, w| {
                         let w = w * weight * v.dot(h);
                         work.push(kind.light(v, pair), half_turn(v, h), w, group);
                     });
@@ -380,7 +381,6 @@ pub(super) fn integrate(
     brdf: &dyn Brdf,
     pair: &DirectionPair,
     peak: &Peak,
-    clipped: bool,
     budget: usize,
     work: &mut Workspace,
 ) -> Estimate {
@@ -390,7 +390,6 @@ pub(super) fn integrate(
         pair,
         kind: peak.kind,
         polar: Polar::new(pair, peak.kind),
-        clipped,
         overlap: Overlap::default(),
     };
     let start = work.evaluations();
@@ -420,7 +419,6 @@ pub(super) fn integrate(
         }
     };
     let mut last = coarse;
-    let mut before_last = [0.0; 3];
     for level in 1..=FINEST {
         let before = work.evaluations();
         for cell in &mut cells {
@@ -430,19 +428,11 @@ pub(super) fn integrate(
         let (mut estimate, _) = outer(&cells);
         let (now, then) = (estimate.sums.ratio(), last.sums.ratio());
         for c in 0..3 {
-            let difference = (now[c] - then[c]).abs();
-            // The horizon cuts a lens with a kink: differences fall slowly and now and then by luck.
-            let lens = if clipped {
-                (2.0 * difference).max(before_last[c])
-            } else {
-                difference
-            };
-            estimate.error[c] += lens;
-            before_last[c] = difference;
+            estimate.error[c] += (now[c] - then[c]).abs();
         }
         let spent = work.evaluations() - start;
         last = estimate;
-        if (estimate.good(tolerance) && (level > 1 || !clipped)) || spent + 2 * cost > budget {
+        if estimate.good(tolerance) || spent + 2 * cost > budget {
             break;
         }
     }
