@@ -1,14 +1,14 @@
 //! `gonio measure`.
 
 use super::check::words;
+use super::schedule::out_of_reach;
 use super::{ThreadArgs, build, choose_material, print, read_text, refuse_existing, say, written};
-use crate::brdf::Brdf;
 use crate::error::Error;
-use crate::experiment::Source;
+use crate::experiment::{IDEAL, Plan, PlannedInstrument, Source};
 use crate::files::write_atomically;
-use crate::instrument::{Ideal, Instrument};
-use crate::measurement::{About, Measurement, write_measurement};
-use crate::schedule::{Assume, ScheduleFile, ScheduleFormat, Sequence, read_schedule};
+use crate::instrument::{Ideal, Instrument, Order};
+use crate::measurement::{About, write_measurement};
+use crate::schedule::{Assume, ScheduleFormat, Sequence, read_schedule};
 use clap::Args;
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -34,7 +34,14 @@ pub(super) struct Measure {
     /// The material, by its name; not needed if the config has only one
     #[arg(long, value_name = "NAME")]
     material: Option<String>,
-    /// Seed of the noise, which the ideal instrument has none of; kept in the file
+    /// The instrument: one of the config, a preset (see `gonio list instruments`) or a file
+    /// [default: the config's, if it has one, else the ideal one]
+    #[arg(long, value_name = "NAME|FILE")]
+    instrument: Option<String>,
+    /// Measure the other poses where the instrument cannot take all; the file says which and why
+    #[arg(long)]
+    skip_unreachable: bool,
+    /// Seed of the noise and of the errors the instrument happens to have [default: the config's]
     #[arg(long, value_name = "N")]
     seed: Option<u64>,
     /// The file to write (.csv, .jsonl)
@@ -77,15 +84,41 @@ impl Measure {
             ));
         }
         let brdf = build(material, plan.channels)?;
+        let instrument = self.instrument(&plan)?;
+        // A plan has one seed or more.
+        let seed = self.seed.unwrap_or(plan.seeds[0]);
         let about = About {
             material: Some(material.name.clone()),
-            instrument: Some("ideal".into()),
-            realisation: None,
-            seed: self.seed,
+            instrument: Some(instrument.as_ref().map_or(IDEAL, |i| &i.name).into()),
+            realisation: instrument
+                .as_ref()
+                .map(|i| i.use_of.realisation.unwrap_or(seed)),
+            seed: instrument.as_ref().map(|_| seed),
             schedule_hash: Some(file.hash.clone()),
         };
-        let (measurement, order) = measured(&Ideal, &*brdf, file);
-        let sequence = Sequence::Order(&order);
+        let order = file.order;
+        let schedule = Arc::new(file.schedule);
+        let mut minutes = String::new();
+        let (measurement, itinerary) = match &instrument {
+            None => (Ideal.measure(&*brdf, &schedule), None),
+            Some(instrument) => {
+                let name = format!("the schedule for \"{}\"", material.name);
+                instrument.check_symmetry(folded, &name, || "--instrument".into())?;
+                let bench = instrument.bench(instrument.use_of.parts(), seed);
+                let bench = bench.map_err(|e| Error::Internal(e.to_string()))?;
+                let itinerary = bench.plan_given(&schedule, &order);
+                if !itinerary.unreachable.is_empty() && !self.skip_unreachable {
+                    return Err(Error::infeasible("--instrument", out_of_reach(&itinerary)));
+                }
+                minutes = format!(", {:.1} minutes", itinerary.seconds() / 60.0);
+                let measurement = bench.session(&itinerary, seed).measure(&*brdf, &schedule);
+                (measurement, Some(itinerary))
+            }
+        };
+        let sequence = match &itinerary {
+            Some(itinerary) => Sequence::Visits(itinerary),
+            None => Sequence::Order(&order),
+        };
         written(
             &self.output,
             write_atomically(&self.output, |out| {
@@ -93,20 +126,34 @@ impl Measure {
             }),
         )?;
         print(&format!(
-            "{} poses: {} readings, {} without data\n",
+            "{} poses: {} readings, {} without data, {} out of reach{minutes}\n",
             measurement.outcomes.len(),
             measurement.readings(),
             measurement.no_data(),
+            measurement.unreachable(),
         ))
     }
-}
 
-/// What an instrument reports of the poses of a file, and the order of its rows.
-fn measured(
-    instrument: &dyn Instrument,
-    brdf: &dyn Brdf,
-    file: ScheduleFile,
-) -> (Measurement, Vec<u32>) {
-    let schedule = Arc::new(file.schedule);
-    (instrument.measure(brdf, &schedule), file.order)
+    /// The instrument that measures; `None`: the ideal one.
+    fn instrument(&self, plan: &Plan) -> Result<Option<PlannedInstrument>, Error> {
+        if let Some(name) = &self.instrument {
+            return match plan.instruments.iter().find(|i| i.name == *name) {
+                Some(planned) => Ok(Some(planned.clone())),
+                None => PlannedInstrument::load(name, Order::default()).map(Some),
+            };
+        }
+        match plan.instruments.as_slice() {
+            [] => Ok(None),
+            [one] => Ok(Some(one.clone())),
+            several => {
+                let names: Vec<_> = several.iter().map(|i| i.name.as_str()).collect();
+                let message = format!(
+                    "this config has {} instruments; choose one with --instrument ({})",
+                    several.len(),
+                    names.join(", ")
+                );
+                Err(Error::config(self.config.display().to_string(), message))
+            }
+        }
+    }
 }

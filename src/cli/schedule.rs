@@ -289,7 +289,7 @@ impl Schedule {
 const NAMED: usize = 5;
 
 /// Which poses an instrument cannot take, in a sentence.
-fn out_of_reach(itinerary: &Itinerary) -> String {
+pub(super) fn out_of_reach(itinerary: &Itinerary) -> String {
     let all = itinerary.visits.len() + itinerary.unreachable.len();
     let first = itinerary.unreachable.iter().take(NAMED);
     let named: Vec<_> = first

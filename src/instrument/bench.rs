@@ -157,6 +157,12 @@ impl Bench {
             .itinerary(&self.machine, &self.name, schedule, order)
     }
 
+    /// The same for the poses with these numbers, in this order.
+    pub fn plan_given(&self, schedule: &Schedule, poses: &[u32]) -> Itinerary {
+        self.motion
+            .given(&self.machine, &self.name, schedule, poses)
+    }
+
     /// A session along an itinerary of this instrument. The noise of a pose depends on the seed and
     /// its number, not on the order of the visits.
     pub fn session<'a>(&'a self, itinerary: &'a Itinerary, seed: u64) -> Session<'a> {

@@ -24,8 +24,8 @@
 //! `ISOTROPIC_TL_TV_PROJ_DPHI` it exchanges light and view or mirrors them, which no reciprocal or
 //! no bilateral BRDF shows.
 //!
-//! Values are f_r in sr⁻¹ (`INV_STERADIAN`, `RGB_COLOR`), or times cos theta_L
-//! (`INV_STERADIAN_COSINE_FACTOR`), one luminance or three colours. `#VS 1` gives the radius of a
+//! Values are f_r in sr⁻¹ (`INV_STERADIAN`, `RGB_COLOR`), or times cos theta_V
+//! (`INV_STERADIAN_COSINE_FACTOR`, documented as "the cosine factor of the output direction"), one luminance or three colours. `#VS 1` gives the radius of a
 //! symmetric interval, of the first value or of each: it is taken for a standard uncertainty that
 //! readings share. The two ends that `#VS 2` gives are passed over.
 
@@ -77,7 +77,7 @@ const INPUTS: [(&str, usize, bool, Inverse); 11] = [
     }),
 ];
 
-/// What `#PARAM_OUT` may say: name, numbers of values, whether they hold cos theta_L.
+/// What `#PARAM_OUT` may say: name, numbers of values, whether they hold cos theta_V.
 const OUTPUTS: [(&str, &[usize], bool); 3] = [
     ("INV_STERADIAN", &[1, 3], false),
     ("INV_STERADIAN_COSINE_FACTOR", &[1, 3], true),
@@ -197,7 +197,7 @@ pub fn read(text: &str, name: &str, assume: &Assume) -> Result<AltaFile, FileErr
             continue;
         };
         let cos = if header.with_cosine {
-            light.cos_theta()
+            view.cos_theta()
         } else {
             1.0
         };

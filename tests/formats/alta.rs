@@ -153,7 +153,7 @@ fn values_lose_their_cosine_and_keep_their_colours() {
         assert_eq!(back.measurement.channels, Channels::Rgb);
         for (i, pair) in pairs.iter().enumerate() {
             let cos = if cosine {
-                pair.omega_i.cos_theta()
+                pair.omega_o.cos_theta()
             } else {
                 1.0
             };

@@ -7,6 +7,33 @@ use super::{AxisMotion, Motion, Stop, Travel};
 use crate::schedule::{Itinerary, MAX_AXES, Positions, Schedule, Unreachable};
 use rayon::prelude::*;
 
+/// Name of an order that someone else chose.
+const GIVEN: &str = "given";
+
+/// Where the machine stands for these poses, and which it cannot take.
+fn placed(
+    machine: &Machine,
+    schedule: &Schedule,
+    poses: &[u32],
+) -> (Vec<Stop>, Vec<(u32, Unreachable)>) {
+    let turn_freely = schedule.parametrization.symmetry().isotropic;
+    let place = |&n: &u32| machine.place(&schedule.poses[n as usize].pair, turn_freely);
+    let placed: Vec<Result<Positions, Unreachable>> = poses.par_iter().map(place).collect();
+    let mut stops = Vec::with_capacity(placed.len());
+    let mut unreachable = Vec::new();
+    for (&number, placed) in poses.iter().zip(placed) {
+        match placed {
+            Ok(positions) => stops.push((number, positions)),
+            Err(reason) => unreachable.push((number, reason)),
+        }
+    }
+    (stops, unreachable)
+}
+
+fn names(machine: &Machine) -> Vec<String> {
+    machine.axes().iter().map(|a| a.name.clone()).collect()
+}
+
 impl Motion {
     /// The motion of an instrument.
     pub fn new(spec: &InstrumentSpec, machine: &Machine) -> Self {
@@ -39,27 +66,33 @@ impl Motion {
         schedule: &Schedule,
         order: Order,
     ) -> Itinerary {
-        let turn_freely = schedule.parametrization.symmetry().isotropic;
-        let placed: Vec<Result<Positions, Unreachable>> = schedule
-            .poses
-            .par_iter()
-            .map(|pose| machine.place(&pose.pair, turn_freely))
-            .collect();
-        let mut stops: Vec<Stop> = Vec::with_capacity(placed.len());
-        let mut unreachable = Vec::new();
-        for (number, placed) in (0..).zip(placed) {
-            match placed {
-                Ok(positions) => stops.push((number, positions)),
-                Err(reason) => unreachable.push((number, reason)),
-            }
-        }
+        let all: Vec<u32> = (0..schedule.poses.len() as u32).collect();
+        let (stops, unreachable) = placed(machine, schedule, &all);
         let positions: Vec<Positions> = stops.iter().map(|s| s.1).collect();
         let tour = order.tour(&self.travel, &self.rest, &positions);
         let stops: Vec<Stop> = tour.into_iter().map(|i| stops[i as usize]).collect();
         Itinerary {
             instrument: instrument.to_owned(),
-            axes: machine.axes().iter().map(|a| a.name.clone()).collect(),
+            axes: names(machine),
             order: order.name(),
+            visits: self.timed(schedule, &stops),
+            unreachable,
+        }
+    }
+
+    /// [`itinerary`](Self::itinerary) of the poses with these numbers, in this order.
+    pub fn given(
+        &self,
+        machine: &Machine,
+        instrument: &str,
+        schedule: &Schedule,
+        poses: &[u32],
+    ) -> Itinerary {
+        let (stops, unreachable) = placed(machine, schedule, poses);
+        Itinerary {
+            instrument: instrument.to_owned(),
+            axes: names(machine),
+            order: GIVEN,
             visits: self.timed(schedule, &stops),
             unreachable,
         }
