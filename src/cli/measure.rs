@@ -7,7 +7,7 @@ use crate::error::Error;
 use crate::experiment::{IDEAL, Plan, PlannedInstrument, Source};
 use crate::files::write_atomically;
 use crate::instrument::{Ideal, Instrument, Order};
-use crate::measurement::{About, write_measurement};
+use crate::measurement::{About, Measurement, Outcome, write_measurement};
 use crate::schedule::{Assume, ScheduleFormat, Sequence, read_schedule};
 use clap::Args;
 use std::path::PathBuf;
@@ -100,7 +100,7 @@ impl Measure {
         let schedule = Arc::new(file.schedule);
         let mut minutes = String::new();
         let (measurement, itinerary) = match &instrument {
-            None => (Ideal.measure(&*brdf, &schedule), None),
+            None => (only(Ideal.measure(&*brdf, &schedule), &order), None),
             Some(instrument) => {
                 let name = format!("the schedule for \"{}\"", material.name);
                 instrument.check_symmetry(folded, &name, || "--instrument".into())?;
@@ -127,7 +127,7 @@ impl Measure {
         )?;
         print(&format!(
             "{} poses: {} readings, {} without data, {} out of reach{minutes}\n",
-            measurement.outcomes.len(),
+            order.len(),
             measurement.readings(),
             measurement.no_data(),
             measurement.unreachable(),
@@ -156,4 +156,18 @@ impl Measure {
             }
         }
     }
+}
+
+/// The measurement of these poses alone: a lattice has others, which the file does not ask for.
+fn only(mut measurement: Measurement, poses: &[u32]) -> Measurement {
+    let mut asked = vec![false; measurement.outcomes.len()];
+    for &pose in poses {
+        asked[pose as usize] = true;
+    }
+    for (outcome, asked) in measurement.outcomes.iter_mut().zip(asked) {
+        if !asked {
+            *outcome = Outcome::NotVisited;
+        }
+    }
+    measurement
 }

@@ -6,7 +6,8 @@
 //! lattice is laid out again from its axes, and its poses are then exact to the bit.
 //!
 //! The schedule that comes back has the rows as its poses, numbered from 0 in the order of `index`
-//! (of the rows, if there is none); nodes of a lattice without a row have no pose.
+//! (of the rows, if there is none). With a lattice it has all of the lattice's poses under their own
+//! numbers, whether they have a row or not.
 
 use super::export::{ARMS, SCHEDULE_HASH, TIMES, coordinate_axes};
 use super::grid;
@@ -275,7 +276,7 @@ impl Rows {
         };
         match (lattice, &self.index) {
             (Some(axes), Some(index)) => {
-                self.lay_out(table, kept, &order, index, axes, &mut schedule)?;
+                order = self.lay_out(table, kept, index, axes, &mut schedule)?;
             }
             _ => {
                 let intact = table.fact::<String>(hash_key)?.is_some();
@@ -297,16 +298,16 @@ impl Rows {
         Ok((schedule, order))
     }
 
-    /// The poses of a lattice, as it was laid out; those without a row are taken out.
+    /// The poses of a lattice, as it was laid out, whether they have a row or not; returns the
+    /// numbers of those that have, in the order of the file.
     fn lay_out(
         &self,
         table: &Table,
         kept: &[usize],
-        order: &[u32],
         index: &[u64],
         axes: Vec<LatticeAxis>,
         schedule: &mut Schedule,
-    ) -> Result<(), FileError> {
+    ) -> Result<Vec<u32>, FileError> {
         let form = &*schedule.parametrization;
         let poses: Option<usize> = table.fact("poses")?;
         let nodes = axes.iter().try_fold(1_usize, |n, a| n.checked_mul(a.n));
@@ -321,31 +322,28 @@ impl Rows {
                            header as it was written, or one without this line";
             return Err(table.fact_error("lattice", message));
         };
-        let mut number = vec![None; all.len()];
-        let mut ordered = vec![None; kept.len()];
-        for (&row, &new) in kept.iter().zip(order) {
-            let old = index[row] as usize;
-            match all.get(old) {
+        let mut order = Vec::with_capacity(kept.len());
+        for &row in kept {
+            let number = index[row];
+            match all.get(number as usize) {
                 Some(pose) if distance(&pose.pair, &self.pairs[row]) < SAME_POSE => {
-                    number[old] = Some(new);
-                    ordered[new as usize] = Some(*pose);
+                    order.push(number as u32);
                 }
                 _ => {
                     let message = format!(
-                        "this is not pose {old} of the lattice in the header; allowed: the pose as it \
+                        "this is not pose {number} of the lattice in the header; allowed: the pose as it \
                          was written, or a header without lattice"
                     );
                     return Err(table.row_error(row, message));
                 }
             }
         }
-        schedule.poses = ordered.into_iter().flatten().collect();
-        let of_new = |pose: Option<u32>| pose.and_then(|p| number[p as usize]);
+        schedule.poses = all;
         schedule.lattice = Some(Lattice {
             axes,
-            pose: of_node.into_iter().map(of_new).collect(),
+            pose: of_node,
         });
-        Ok(())
+        Ok(order)
     }
 }
 
