@@ -5,7 +5,7 @@ use gonio::brdf::{Brdf, Channels};
 use gonio::geometry::{DirectionPair, Symmetry};
 use gonio::instrument::{Bench, Ideal, Instrument, InstrumentSpec, Order, Parts};
 use gonio::measurement::{Details, Flags, Measurement};
-use gonio::schedule::{Itinerary, Pose, Schedule, Visit};
+use gonio::schedule::{Itinerary, Pose, Schedule};
 use gonio::{parametrization, registry, schedule};
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 use std::f64::consts::PI;

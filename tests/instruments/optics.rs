@@ -65,6 +65,9 @@ fn cap([x, y, z]: [DVec3; 3], a: f64, u: f64, v: f64) -> DVec3 {
 fn brute(brdf: &dyn Brdf, pair: &DirectionPair, a: [f64; 2], n: usize) -> f64 {
     let rule = gauss_legendre(n);
     let nodes = |c: Direction, a: f64| -> Vec<(DVec3, f64)> {
+        if a == 0.0 {
+            return vec![(c.vector(), 1.0)];
+        }
         let frame = frame(c.vector());
         let mut all = Vec::new();
         for (x, w) in &rule {
@@ -197,7 +200,7 @@ fn the_stated_error_bounds_the_true_one() {
         let brdf = model("ggx", &format!("alpha = {alpha}"));
         for (name, pair) in geometries() {
             for a in APERTURES.map(|a| a.map(deg)) {
-                let n = if a[0] * a[1] == 0.0 { 4 * n } else { n };
+                let n = if a[0] * a[1] == 0.0 { 6 * n } else { n };
                 let truth = brute(&*brdf, &pair, a, n);
                 // A lower order says how good the truth is.
                 let unsure = (truth - brute(&*brdf, &pair, a, n - n / 5)).abs() + 1e-12 * truth;
@@ -216,9 +219,7 @@ fn the_stated_error_bounds_the_true_one() {
                         unsure / truth,
                         got.evaluations
                     );
-                    if !(off <= error + unsure) {
-                        println!("BAD {text}");
-                    }
+                    assert!(off <= error + unsure, "{text}");
                     assert!(error <= tolerance * value + 1e-12, "{text}");
                     worst[0] = worst[0].max((off - unsure) / error);
                     worst[1] = worst[1].max((off - unsure) / (tolerance * value));
@@ -305,10 +306,10 @@ fn the_error_is_bounded_where_the_horizon_cuts() {
     for alpha in [0.5, 0.1, 0.03] {
         let brdf = model("ggx", &format!("alpha = {alpha}"));
         let pair = DirectionPair::from_spherical;
-        for pair in [
-            pair(deg(89.7), 0.0, deg(40.0), PI),
-            pair(deg(40.0), 0.0, deg(89.7), 2.0),
-            mirror(deg(89.7), 0.0, 0.0),
+        for (pair, diverges) in [
+            (pair(deg(89.7), 0.0, deg(40.0), PI), false),
+            (pair(deg(40.0), 0.0, deg(89.7), 2.0), false),
+            (mirror(deg(89.7), 0.0, 0.0), true),
         ] {
             for a in [[1.0, 1.0], [0.5, 1.5]].map(|a| a.map(deg)) {
                 let truth = brute(&*brdf, &pair, a, 24);
@@ -325,7 +326,8 @@ fn the_error_is_bounded_where_the_horizon_cuts() {
                     (got.value[0] - truth).abs() <= got.error[0] + unsure,
                     "{text}"
                 );
-                assert!(got.error[0] <= 0.05 * got.value[0], "{text}");
+                // Where both directions meet the horizon f_r diverges; there the bound need only hold.
+                assert!(diverges || got.error[0] <= 1e-3 * got.value[0], "{text}");
             }
         }
     }
