@@ -220,7 +220,7 @@ impl Optics {
 }
 
 /// What a step of higher degree gains for sure, away from a peak and on one: less is luck.
-const LEAST_GAIN: [f64; 2] = [0.1, 0.5];
+const LEAST_GAIN: [f64; 2] = [0.25, 0.5];
 
 /// Half width of a peak, over the sum of the apertures, below which cells must shrink towards it.
 const NARROW: f64 = 0.5;
@@ -234,7 +234,7 @@ pub(super) struct Estimate {
 
 impl Estimate {
     /// A difference of two rules counts this many times: now and then both are wrong together.
-    const SAFETY: f64 = 2.0;
+    const SAFETY: f64 = 3.0;
 
     /// The next step of a sequence of rising degree.
     ///

@@ -236,8 +236,8 @@ impl Rules {
             sums,
             error: [0.0; 3],
         };
-        let mut estimate = Estimate::after(fifth, &[exact(centre), exact(third)], 0.0);
-        let other = Estimate::after(fifth, &[exact(centre), exact(also_third)], 0.0);
+        let mut estimate = Estimate::after(fifth, &[exact(centre), exact(third)], 0.02);
+        let other = Estimate::after(fifth, &[exact(centre), exact(also_third)], 0.02);
         for c in 0..3 {
             estimate.error[c] = estimate.error[c].max(other.error[c]);
         }
