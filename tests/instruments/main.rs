@@ -1,4 +1,7 @@
-//! The virtual instruments: chains, limits, presets.
+//! The virtual instruments: chains, limits, presets, apertures, noise.
+
+#[path = "../common/mod.rs"]
+mod common;
 
 mod checks;
 mod kinematics;

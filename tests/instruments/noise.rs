@@ -175,7 +175,8 @@ fn realisations_scatter_as_type_b_states() {
     let tile = |spec: &mut InstrumentSpec| spec.calibration.uncertainty = 0.005;
     let lamp = |spec: &mut InstrumentSpec| spec.source.drift_per_hour = 0.01;
     let axes = |spec: &mut InstrumentSpec| spec.axis.iter_mut().for_each(|a| a.bias_deg = 0.05);
-    let cases: [(&str, &[&dyn Fn(&mut InstrumentSpec)]); 4] = [
+    type Edit<'a> = &'a dyn Fn(&mut InstrumentSpec);
+    let cases: [(&str, &[Edit]); 4] = [
         ("tile", &[&tile]),
         ("lamp", &[&lamp]),
         ("axes", &[&axes]),
