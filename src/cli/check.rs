@@ -7,10 +7,11 @@ use crate::experiment::moments::MomentsPlan;
 use crate::experiment::relations::RelationsPlan;
 use crate::experiment::{Allowance, Kind, Material, Plan, ScheduleKey, Source, route};
 use crate::geometry::{DirectionPair, Symmetry};
-use crate::instrument::{self, InstrumentSpec, Machine, Tag};
+use crate::instrument::{self, InstrumentSpec, Machine, Tag, footprint};
 use crate::sampling::{Random, cosine_hemisphere};
 use crate::schedule::Unreachable;
 use clap::Args;
+use std::f64::consts::PI;
 
 #[derive(Debug, Args)]
 pub(super) struct Check {
@@ -101,6 +102,25 @@ fn is_instrument(source: &Source) -> Result<bool, Error> {
 const PAIRS: u64 = 10_000;
 
 /// What an instrument is, and what it reaches.
+/// Elevations of light and sensor, degrees, at which the spots on the sample are told.
+const SPOTS_DEG: [[f64; 2]; 4] = [[0.0, 0.0], [60.0, 0.0], [0.0, 60.0], [60.0, 60.0]];
+
+/// What is lit and what is seen on the sample.
+fn spots(spec: &InstrumentSpec) -> String {
+    let mut out = "\nspots on the sample, long axes\n".to_owned();
+    for [theta_i, theta_o] in SPOTS_DEG {
+        let [i, o] = [theta_i, theta_o].map(f64::to_radians);
+        let spot = footprint(spec, &DirectionPair::from_spherical(i, 0.0, o, PI));
+        out += &format!(
+            "  theta_i {theta_i:>2}°, theta_o {theta_o:>2}°  lit {:>5.1} mm, seen {:>5.1} mm: {}\n",
+            spot.lit_mm,
+            spot.seen_mm,
+            spot.filling.name(),
+        );
+    }
+    out
+}
+
 fn described(spec: &InstrumentSpec, seed: u64) -> Result<String, Error> {
     let machine = Machine::new(spec).map_err(|e| Error::Internal(e.to_string()))?;
     let class = machine.class();
@@ -143,6 +163,7 @@ fn described(spec: &InstrumentSpec, seed: u64) -> Result<String, Error> {
         detector.exposure_max_s,
         detector.bits,
     );
+    out += &spots(spec);
     out += &format!("\nof {PAIRS} cosine-distributed pairs\n");
     out += &reach(&machine, seed, true);
     if !class.isotropic_only() {

@@ -235,7 +235,7 @@ pub fn read_measurement(
     let kept = latest(&table, &rows)?;
     let (schedule, order) = rows.schedule(&table, &kept, assume, MEASUREMENT_HASH)?;
     let columns = ValueColumns::of(&table)?;
-    let (poses, n) = (kept.len(), columns.channels.count());
+    let (poses, n) = (schedule.poses.len(), columns.channels.count());
     let mut measurement = Measurement {
         channels: columns.channels,
         values: vec![0.0; poses * n],

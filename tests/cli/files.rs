@@ -78,6 +78,107 @@ fn the_way_through_files_ends_where_a_run_does() {
 const CONFIG: &str = "budgets = [9]\n[[material]]\nkind = \"lambert\"\nalbedo = 0.5\n";
 
 #[test]
+fn an_instrument_reads_the_same_through_files() {
+    let bench = Bench::new();
+    let config = r#"
+budgets = [200]
+measures = ["cosine"]
+[[material]]
+kind = "ggx"
+alpha = 0.2
+[[parametrization]]
+kind = "hybrid"
+[[reconstruction]]
+kind = "cubic"
+[[instrument]]
+preset = "utia"
+[metrics]
+pairs = 2000
+"#;
+    fs::write(bench.path("i.toml"), config).unwrap();
+    bench.good(&["run", "i.toml", "-o", "run", "-q"]);
+    let rows = bench.rows("run");
+    let [row] = rows.as_slice() else {
+        panic!("{} rows", rows.len())
+    };
+    assert!(row.reachable < 1.0);
+    for format in ["csv", "jsonl"] {
+        let (poses, readings) = (format!("p.{format}"), format!("r.{format}"));
+        let sentence = bench.refused(&["schedule", "i.toml", "-o", &poses], 4);
+        let lost = row.poses - row.readings;
+        let told = format!("utia cannot take {lost} of {} poses (", row.poses);
+        assert!(sentence.contains(&told), "{sentence}");
+        assert!(sentence.contains("--skip-unreachable"), "{sentence}");
+        assert!(!bench.path(&poses).exists());
+        bench.good(&["schedule", "i.toml", "-o", &poses, "--skip-unreachable"]);
+        let said = bench.good(&["measure", &poses, "--config", "i.toml", "-o", &readings]);
+        let minutes = row.instrument_seconds.unwrap() / 60.0;
+        let told = format!(
+            "{} readings, 0 without data, 0 out of reach, {minutes:.1} min",
+            row.readings
+        );
+        assert!(said.contains(&told), "{said}");
+        let against = ["--against", "i.toml", "--reconstruction", "cubic"];
+        let said = bench.good(&[&["reconstruct", &readings], &against[..]].concat());
+        // The same poses, times and noise: the same readings, hence the same errors.
+        let found = errors(&said, "cosine")[0];
+        let of_run = row.nrmse.unwrap();
+        assert!(
+            (found - of_run).abs() <= 0.5001e-4 * of_run,
+            "{found} {of_run}"
+        );
+    }
+}
+
+#[test]
+fn poses_by_hand_are_measured_or_refused_with_their_reason() {
+    let bench = Bench::new();
+    let head = "theta_i_deg,phi_i_deg,theta_o_deg,phi_o_deg\n";
+    fs::write(
+        bench.path("good.csv"),
+        format!("{head}30,0,40,90\n45,0,45,180\n"),
+    )
+    .unwrap();
+    fs::write(
+        bench.path("retro.csv"),
+        format!("{head}30,0,40,90\n45,0,45,0\n80,0,10,180\n"),
+    )
+    .unwrap();
+    let measure = |file: &str, more: &[&str]| {
+        let out = format!("{file}.readings.csv");
+        let args = [
+            "measure",
+            file,
+            "--config",
+            "small.toml",
+            "--material",
+            "ggx-0.4",
+        ];
+        let out = ["--instrument", "utia", "-o", &out, "--force"];
+        let more = [&args[..], &out[..], more].concat();
+        bench.command(&more).output().unwrap()
+    };
+    assert_eq!(measure("good.csv", &[]).status.code(), Some(0));
+    let refused = measure("retro.csv", &[]);
+    assert_eq!(refused.status.code(), Some(4));
+    let sentence = String::from_utf8(refused.stderr).unwrap();
+    let told = "utia cannot take 2 of 3 poses (1: occluded, 2: light-elevation)";
+    assert!(sentence.contains(told), "{sentence}");
+    assert!(!bench.path("retro.csv.readings.csv").exists());
+    assert_eq!(
+        measure("retro.csv", &["--skip-unreachable"]).status.code(),
+        Some(0)
+    );
+    let text = fs::read_to_string(bench.path("retro.csv.readings.csv")).unwrap();
+    // Nothing is lost: the rows of both are there, without a value.
+    assert!(text.contains(",occluded,1\n"), "{text}");
+    assert!(text.contains(",unreachable:light-elevation,1\n"), "{text}");
+    // The order of the file is the order of time.
+    let rows: Vec<&str> = text.lines().filter(|l| !l.starts_with('#')).collect();
+    assert_eq!(rows.len(), 4);
+}
+
+#[test]
 fn a_table_from_a_spreadsheet_goes_all_the_way() {
     let bench = Bench::new();
     fs::write(bench.path("c.toml"), CONFIG).unwrap();

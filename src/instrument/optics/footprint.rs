@@ -14,6 +14,17 @@ pub enum Filling {
     Mixed,
 }
 
+impl Filling {
+    /// In words.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::UnderFilled => "under-filled",
+            Self::OverFilled => "over-filled",
+            Self::Mixed => "under-filled one way, over-filled the other",
+        }
+    }
+}
+
 /// Long axes of the two spots on the sample.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Footprint {
