@@ -135,7 +135,7 @@ fn wrong_files_are_refused_with_their_line() {
         ),
         (
             "utia",
-            "read_noise = 100".into(),
+            "read_noise = 10".into(),
             "read_noise = -1".into(),
             "read_noise = -1",
             "detector.read_noise = -1: allowed is a finite number, at least 0",

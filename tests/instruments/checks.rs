@@ -385,7 +385,7 @@ const WRONG: &[[&str; 5]] = &[
     ],
     [
         "[detector]",
-        "reference_rate = 5e6",
+        "reference_rate = 1e5",
         "reference_rate = 0",
         "detector.reference_rate",
         "above 0",
@@ -427,8 +427,8 @@ const WRONG: &[[&str; 5]] = &[
     ],
     [
         "[detector]",
-        "dark_rate = 200",
-        "dark_rate = -200",
+        "dark_rate = 20",
+        "dark_rate = -20",
         "detector.dark_rate",
         "at least 0",
     ],

@@ -27,8 +27,9 @@ fn quiet() -> InstrumentSpec {
     let detector = &mut spec.detector;
     (detector.read_noise, detector.dark_rate) = (0.0, 0.0);
     (detector.shot_noise, detector.bits) = (false, 32);
+    // White fills a third of the range.
     (detector.exposures, detector.exposure_min_s) = (1, 0.3);
-    detector.exposure_max_s = 0.3;
+    (detector.exposure_max_s, detector.reference_rate) = (0.3, 1e5);
     (spec.source.drift_per_hour, spec.calibration.uncertainty) = (0.0, 0.0);
     spec
 }
@@ -238,8 +239,10 @@ fn rounding_of_positions_is_of_type_b() {
 #[test]
 fn flags_are_where_they_belong() {
     let mirror = DirectionPair::from_spherical(0.6, 0.0, 0.6, PI);
-    // Its tails are dark, as those of GGX are not.
-    let lobe = model("beckmann", "alpha = 0.02");
+    // Narrower than the apertures, so that the reading is about 1/(π a²) with a the sensor's
+    // half-angle: over ten thousand times the tile, more than the shortest exposure holds. Its
+    // tails are dark, as those of GGX are not.
+    let lobe = model("beckmann", "alpha = 0.001");
     for (spec, pair, saturated, buried) in [
         (cornell(), mirror, true, false),
         (cornell(), off_mirror(), false, true),
