@@ -67,7 +67,10 @@ fn without_instruments_nothing_is_lost_and_no_time_passes() {
     for row in rows("") {
         assert_eq!(row.instrument, "ideal");
         assert_eq!((row.reachable, row.unreachable.as_str()), (1.0, ""));
-        assert_eq!((row.instrument_seconds, row.minutes), (None, None));
+        assert_eq!(
+            (row.instrument_seconds, row.allowed.as_str()),
+            (None, "300 poses")
+        );
         assert_eq!(
             (row.hole_nrmse, row.hole_log_relative),
             (Some(0.0), Some(0.0))
@@ -141,7 +144,7 @@ fn the_budget_of_a_time_fills_it() {
         let text = text.replace("[[reconstruction]]\nkind = \"multilinear\"\n", sobol);
         let text = format!("{text}[[instrument]]\npreset = \"rosi\"\n");
         for row in run(&plan(&text).unwrap()) {
-            assert_eq!(row.minutes, Some(minutes));
+            assert_eq!(row.allowed, format!("{minutes} minutes"));
             let spent = row.instrument_seconds.unwrap() / 60.0;
             // Half a percent of the budget, and a tour that is not monotone to a percent.
             assert!(
@@ -149,6 +152,24 @@ fn the_budget_of_a_time_fills_it() {
                 "{spent} of {minutes}"
             );
         }
+    }
+}
+
+#[test]
+fn the_budget_of_readings_has_as_many() {
+    let sobol = "[[sample_set]]\nkind = \"sobol\"\n[[reconstruction]]\nkind = \"nearest\"\n";
+    let text = TEXT.replace("budgets = [300]", "readings = [200]");
+    let text = text.replace("[[reconstruction]]\nkind = \"multilinear\"\n", sobol);
+    let text = format!("{text}[[instrument]]\npreset = \"utia\"\n");
+    for row in run(&plan(&text).unwrap()) {
+        assert_eq!(row.allowed, "200 readings");
+        // One more pose may be out of reach: a budget of half a percent is one pose here.
+        assert!(
+            row.readings == 200 || row.readings == 199,
+            "{}",
+            row.readings
+        );
+        assert!(row.budget > 200 && row.poses == row.budget);
     }
 }
 
@@ -220,7 +241,7 @@ fn mistakes_name_the_key_and_the_right_culprit() {
         ),
         (
             format!("minutes = [10]\n{TEXT}"),
-            "c.toml:1: minutes are those of an instrument",
+            "c.toml:1: minutes are those of an instrument, and there is none",
             2,
         ),
         (

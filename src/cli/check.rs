@@ -5,7 +5,7 @@ use super::{ConfigArgs, SeedArgs, print};
 use crate::error::Error;
 use crate::experiment::moments::MomentsPlan;
 use crate::experiment::relations::RelationsPlan;
-use crate::experiment::{Allowance, Kind, Material, Plan, ScheduleKey, Source, route};
+use crate::experiment::{Kind, Material, Plan, ScheduleKey, Source, route};
 use crate::geometry::{DirectionPair, Symmetry};
 use crate::instrument::{self, InstrumentSpec, Machine, Tag, footprint};
 use crate::sampling::{Random, cosine_hemisphere};
@@ -317,7 +317,7 @@ fn ways(plan: &Plan) -> Result<(), Error> {
     for instrument in &plan.instruments {
         let order = instrument.use_of.order.name();
         print(&format!(
-            "\n{} visits the poses in the order {order}\n  {:<w$}  {:<v$}  {:>8}  {:>8}  {:>7}  {:>9}  out of reach\n",
+            "\n{} visits the poses in the order {order}\n  {:<w$}  {:<v$}  {:>13}  {:>8}  {:>7}  {:>9}  out of reach\n",
             instrument.name,
             "parametrization",
             "sample set",
@@ -330,16 +330,12 @@ fn ways(plan: &Plan) -> Result<(), Error> {
             for coordinates in &plan.parametrizations {
                 for sample_set in &plan.sample_sets {
                     for allowance in plan.allowances() {
-                        let (budget, minutes, allowed) = match allowance {
-                            Allowance::Readings(n) => (n, None, n.to_string()),
-                            Allowance::Minutes(m) => (0, Some(m), format!("{m} min")),
-                        };
                         let mut key = ScheduleKey {
                             coordinates,
                             symmetry,
                             sample_set,
-                            budget,
-                            minutes,
+                            allowance,
+                            budget: 0,
                             instrument: Some(instrument),
                             seed: plan.seeds[0],
                         };
@@ -355,8 +351,9 @@ fn ways(plan: &Plan) -> Result<(), Error> {
                                 )
                             }),
                         };
+                        let allowed = allowance.to_string();
                         let line = format!(
-                            "  {:<w$}  {:<v$}  {allowed:>8}  {}\n",
+                            "  {:<w$}  {:<v$}  {allowed:>13}  {}\n",
                             coordinates.label(),
                             sample_set.name,
                             line.trim_end()

@@ -62,7 +62,7 @@ const MINUTE_WORK: f64 = 300.0;
 
 fn work(jobs: usize, allowance: Allowance) -> u64 {
     let budget = match allowance {
-        Allowance::Readings(budget) => budget,
+        Allowance::Poses(n) | Allowance::Readings(n) => n,
         Allowance::Minutes(minutes) => (minutes * MINUTE_WORK) as usize,
     };
     (jobs as u64).saturating_mul((budget + FIXED_WORK) as u64)

@@ -38,8 +38,11 @@ pub(super) struct Schedule {
     /// Only this budget
     #[arg(long, value_name = "N")]
     budget: Option<usize>,
+    /// Only these readings of the config's
+    #[arg(long, value_name = "N", conflicts_with = "budget")]
+    readings: Option<usize>,
     /// Only these minutes of the config's
-    #[arg(long, value_name = "M", conflicts_with = "budget")]
+    #[arg(long, value_name = "M", conflicts_with_all = ["budget", "readings"])]
     minutes: Option<f64>,
     /// For this instrument: one of the config, a preset (see `gonio list instruments`) or a file
     #[arg(long, value_name = "NAME|FILE")]
@@ -176,16 +179,12 @@ impl Schedule {
                 for &sample_set in &sets {
                     for &instrument in &instruments {
                         for &allowance in &allowances {
-                            let (budget, minutes) = match allowance {
-                                Allowance::Readings(budget) => (budget, None),
-                                Allowance::Minutes(minutes) => (0, Some(minutes)),
-                            };
                             keys.extend(plan.seeds.iter().map(|&seed| ScheduleKey {
                                 coordinates,
                                 symmetry,
                                 sample_set,
-                                budget,
-                                minutes,
+                                allowance,
+                                budget: 0,
                                 instrument,
                                 seed,
                             }));
@@ -197,21 +196,26 @@ impl Schedule {
         Ok(keys)
     }
 
-    /// Budgets and minutes that the options leave.
+    /// Allowances that the options leave.
     fn allowances(&self, plan: &Plan) -> Result<Vec<Allowance>, Error> {
         let all = plan.allowances();
-        let wanted = match (self.budget, self.minutes) {
-            (Some(budget), _) => Allowance::Readings(budget),
-            (None, Some(minutes)) => Allowance::Minutes(minutes),
-            (None, None) => return Ok(all),
+        let budget = self.budget.map(Allowance::Poses);
+        let readings = self.readings.map(Allowance::Readings);
+        let minutes = self.minutes.map(Allowance::Minutes);
+        let Some(wanted) = budget.or(readings).or(minutes) else {
+            return Ok(all);
         };
         if all.contains(&wanted) {
             return Ok(vec![wanted]);
         }
         Err(match wanted {
-            Allowance::Readings(budget) => {
+            Allowance::Poses(n) => {
                 let known = plan.budgets.iter().map(usize::to_string);
-                unknown("--budget", &budget.to_string(), known)
+                unknown("--budget", &n.to_string(), known)
+            }
+            Allowance::Readings(n) => {
+                let known = plan.readings.iter().map(usize::to_string);
+                unknown("--readings", &n.to_string(), known)
             }
             Allowance::Minutes(minutes) => {
                 let known = plan.minutes.iter().map(f64::to_string);
@@ -333,11 +337,6 @@ fn unknown(option: &str, name: &str, allowed: impl Iterator<Item = String>) -> E
 /// What a choice among schedules is about.
 fn several(keys: &[ScheduleKey<'_>], plan: &Plan) -> String {
     let mut options: Vec<(&str, Vec<String>)> = vec![];
-    let mut add = |option, names: Vec<String>| {
-        if names.len() > 1 {
-            options.push((option, names));
-        }
-    };
     // Each once, in the order of the config.
     let names = |of: fn(&ScheduleKey<'_>) -> String| {
         let mut names: Vec<String> = Vec::new();
@@ -348,27 +347,56 @@ fn several(keys: &[ScheduleKey<'_>], plan: &Plan) -> String {
         }
         names
     };
-    add("--parametrization", names(|k| k.coordinates.name().into()));
-    add("--warp", names(|k| k.coordinates.warp.clone()));
-    add("--sample-set", names(|k| k.sample_set.name.clone()));
-    let by_time = keys.iter().filter(|k| k.minutes.is_some()).count();
-    if by_time < keys.len() {
-        add("--budget", names(|k| k.budget.to_string()));
-    }
-    if by_time > 0 {
-        add(
-            "--minutes",
-            names(|k| k.minutes.unwrap_or_default().to_string()),
-        );
-    }
-    add(
-        "--instrument",
-        names(|k| k.instrument.map_or(String::new(), |i| i.name.clone())),
-    );
-    add("--seed", names(|k| k.seed.to_string()));
-    if keys.iter().any(|k| k.symmetry != keys[0].symmetry) {
-        let materials = plan.materials.iter().map(|m| m.name.clone());
-        add("--material", materials.collect());
+    // By the kinds of allowances; where there is more than one, each value is a choice.
+    let allowances = |of: fn(Allowance) -> Option<String>| {
+        let mut values: Vec<String> = Vec::new();
+        for value in keys.iter().filter_map(|k| of(k.allowance)) {
+            if !values.contains(&value) {
+                values.push(value);
+            }
+        }
+        values
+    };
+    let budgets = allowances(|a| match a {
+        Allowance::Poses(n) => Some(n.to_string()),
+        _ => None,
+    });
+    let readings = allowances(|a| match a {
+        Allowance::Readings(n) => Some(n.to_string()),
+        _ => None,
+    });
+    let minutes = allowances(|a| match a {
+        Allowance::Minutes(m) => Some(m.to_string()),
+        _ => None,
+    });
+    let several = budgets.len() + readings.len() + minutes.len() > 1;
+    let materials = if keys.iter().any(|k| k.symmetry != keys[0].symmetry) {
+        plan.materials.iter().map(|m| m.name.clone()).collect()
+    } else {
+        Vec::new()
+    };
+    for (option, names, fewest) in [
+        (
+            "--parametrization",
+            names(|k| k.coordinates.name().into()),
+            2,
+        ),
+        ("--warp", names(|k| k.coordinates.warp.clone()), 2),
+        ("--sample-set", names(|k| k.sample_set.name.clone()), 2),
+        ("--budget", budgets, if several { 1 } else { 2 }),
+        ("--readings", readings, if several { 1 } else { 2 }),
+        ("--minutes", minutes, if several { 1 } else { 2 }),
+        (
+            "--instrument",
+            names(|k| k.instrument.map_or(String::new(), |i| i.name.clone())),
+            2,
+        ),
+        ("--seed", names(|k| k.seed.to_string()), 2),
+        ("--material", materials, 2),
+    ] {
+        if names.len() >= fewest {
+            options.push((option, names));
+        }
     }
     let options = options
         .into_iter()

@@ -15,46 +15,73 @@ pub(super) fn below(base: &KeyPath, key: &str) -> KeyPath {
         .fold(base.clone(), |path, part| path.key(part))
 }
 
-/// Seeds and budgets: in range, each once, at least one.
-pub(super) fn numbers(config: &Config<'_>) -> Result<(Vec<u64>, Vec<usize>), Error> {
-    let source = config.source;
-    let convert = |key: &str, i: usize, value: i64, max: i64, min: i64| {
-        if (min..=max).contains(&value) {
-            return Ok(value);
+/// Lists of whole numbers, each in range and each once.
+pub(super) struct Numbers {
+    pub seeds: Vec<u64>,
+    pub budgets: Vec<usize>,
+    pub readings: Vec<usize>,
+}
+
+impl Numbers {
+    /// Checks them and `minutes`, and that there is at least one seed and one allowance.
+    pub(super) fn of(config: &Config<'_>) -> Result<Self, Error> {
+        let (source, scalars) = (config.source, &config.scalars);
+        let convert = |key: &str, i: usize, value: i64, max: i64, min: i64| {
+            if (min..=max).contains(&value) {
+                return Ok(value);
+            }
+            let path = KeyPath::of(key).index(i);
+            let allowed = format!("a whole number from {min} to {max}");
+            Err(source.error_at(&path, ParameterError::new(path.to_string(), value, allowed)))
+        };
+        let mut seeds = Vec::new();
+        for (i, &seed) in scalars.seeds.iter().enumerate() {
+            seeds.push(convert("seeds", i, seed, i64::MAX, 0)?.unsigned_abs());
         }
-        let path = KeyPath::of(key).index(i);
-        let allowed = format!("a whole number from {min} to {max}");
-        Err(source.error_at(&path, ParameterError::new(path.to_string(), value, allowed)))
-    };
-    let mut seeds = Vec::new();
-    for (i, &seed) in config.scalars.seeds.iter().enumerate() {
-        seeds.push(convert("seeds", i, seed, i64::MAX, 0)?.unsigned_abs());
+        distinct(source, "seeds", &seeds, u64::to_string)?;
+        let counts = |key: &str, list: &[i64]| {
+            let mut counts = Vec::new();
+            for (i, &count) in list.iter().enumerate() {
+                // In range of usize by its limit.
+                counts.push(convert(key, i, count, MAX_BUDGET as i64, 1)? as usize);
+            }
+            if !counts.is_empty() {
+                distinct(source, key, &counts, usize::to_string)?;
+            }
+            Ok::<_, Error>(counts)
+        };
+        let budgets = counts("budgets", &scalars.budgets)?;
+        let readings = counts("readings", &scalars.readings)?;
+        let minutes = &scalars.minutes;
+        if readings.is_empty() && minutes.is_empty() {
+            refuse_empty(source, "budgets", &budgets)?;
+        }
+        if !minutes.is_empty() {
+            distinct(source, "minutes", minutes, f64::to_string)?;
+        }
+        for (i, &m) in minutes.iter().enumerate() {
+            let path = KeyPath::of("minutes").index(i);
+            in_left_open(&path.to_string(), m, 0.0, MAX_MINUTES)
+                .map_err(|e| source.error_at(&path, e))?;
+        }
+        for (key, used) in [
+            ("readings", !readings.is_empty()),
+            ("minutes", !minutes.is_empty()),
+        ] {
+            if used && config.instruments.is_empty() {
+                let message = format!(
+                    "{key} are those of an instrument, and there is none; allowed: with an \
+                     [[instrument]] only"
+                );
+                return Err(source.error_at(&KeyPath::of(key), message));
+            }
+        }
+        Ok(Self {
+            seeds,
+            budgets,
+            readings,
+        })
     }
-    let mut budgets = Vec::new();
-    for (i, &budget) in config.scalars.budgets.iter().enumerate() {
-        // In range of usize by its limit.
-        budgets.push(convert("budgets", i, budget, MAX_BUDGET as i64, 1)? as usize);
-    }
-    distinct(source, "seeds", &seeds, u64::to_string)?;
-    let minutes = &config.scalars.minutes;
-    if minutes.is_empty() || !budgets.is_empty() {
-        distinct(source, "budgets", &budgets, usize::to_string)?;
-    }
-    if minutes.is_empty() {
-        return Ok((seeds, budgets));
-    }
-    distinct(source, "minutes", minutes, f64::to_string)?;
-    for (i, &m) in minutes.iter().enumerate() {
-        let path = KeyPath::of("minutes").index(i);
-        in_left_open(&path.to_string(), m, 0.0, MAX_MINUTES)
-            .map_err(|e| source.error_at(&path, e))?;
-    }
-    if config.instruments.is_empty() {
-        let message = "minutes are those of an instrument, and there is none; allowed: with an \
-                       [[instrument]] only";
-        return Err(source.error_at(&KeyPath::of("minutes"), message));
-    }
-    Ok((seeds, budgets))
 }
 
 /// The longest time a schedule may be asked to take: a year.

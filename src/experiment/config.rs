@@ -23,12 +23,13 @@ use std::fmt;
 use std::path::PathBuf;
 
 /// The keys of a config's top level.
-const KEYS: [&str; 19] = [
+const KEYS: [&str; 20] = [
     "question",
     "experiment",
     "channels",
     "seeds",
     "budgets",
+    "readings",
     "minutes",
     "measures",
     "quantities",
@@ -98,6 +99,9 @@ pub struct Scalars {
     pub seeds: Vec<i64>,
     /// Numbers of distinct configurations a schedule may have.
     pub budgets: Vec<i64>,
+    /// Numbers of poses of a schedule that an instrument can take; its budget is found.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub readings: Vec<i64>,
     /// Times a schedule may take on an instrument; its budget is found.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub minutes: Vec<f64>,
@@ -138,6 +142,7 @@ impl Default for Scalars {
             channels: Channels::Luminance,
             seeds: vec![1],
             budgets: vec![250, 1000],
+            readings: Vec::new(),
             minutes: Vec::new(),
             measures: Measure::ALL.to_vec(),
             quantities: Vec::new(),
@@ -267,10 +272,10 @@ impl<'s> Config<'s> {
         let metrics = registry::take_table(&mut table, "metrics")?;
         let moments = MomentsTable::take(&mut table)?;
         let output = registry::take_table(&mut table, "output")?;
-        let by_time_only =
-            !table.get_ref().contains_key("budgets") && table.get_ref().contains_key("minutes");
+        let has = |key: &str| table.get_ref().contains_key(key);
+        let no_budgets = !has("budgets") && (has("readings") || has("minutes"));
         let mut scalars: Scalars = registry::parse(table)?;
-        if by_time_only {
+        if no_budgets {
             scalars.budgets.clear();
         }
         Ok(Self {

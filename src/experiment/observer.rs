@@ -46,10 +46,10 @@ pub struct ScheduleKey<'a> {
     pub symmetry: Symmetry,
     /// How its points are spread.
     pub sample_set: &'a PlannedSet,
-    /// Configurations it may have; found, if `minutes` are given.
+    /// How large it may be.
+    pub allowance: Allowance,
+    /// Configurations it may have, once they are known.
     pub budget: usize,
-    /// The time it may take.
-    pub minutes: Option<f64>,
     /// Who visits it; `None`: the ideal instrument.
     pub instrument: Option<&'a PlannedInstrument>,
     /// Seed.
@@ -76,11 +76,8 @@ impl fmt::Display for Job<'_> {
             write!(
                 f,
                 ", {coordinates}, {set} of {}, seed {}",
-                key.budget, key.seed
+                key.allowance, key.seed
             )?;
-            if let Some(minutes) = key.minutes {
-                write!(f, ", {minutes} min")?;
-            }
             if let Some(instrument) = key.instrument {
                 write!(f, ", {}", instrument.name)?;
             }

@@ -4,7 +4,7 @@
 //! second and not an hour. No table is loaded; headers and lengths of files are read.
 
 use super::checks::{
-    below, check_metrics, check_output, check_quantities, distinct, name_all, numbers, refuse_empty,
+    Numbers, below, check_metrics, check_output, check_quantities, distinct, name_all, refuse_empty,
 };
 use super::config::{Config, Output};
 use super::instruments::{self, PlannedInstrument};
@@ -21,7 +21,7 @@ use crate::parametrization::{Parametrization, ParametrizationEntry, WarpError, W
 use crate::reconstruct::Reconstruct;
 use crate::schedule::SampleSet;
 use std::collections::{BTreeMap, HashSet};
-use std::fmt::Display;
+use std::fmt::{self, Display};
 use std::sync::Arc;
 
 /// The largest budget: a gigabyte of poses. More is a misprint.
@@ -105,10 +105,22 @@ pub struct Method {
 /// How large a schedule may be.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Allowance {
-    /// So many distinct configurations.
+    /// So many distinct configurations, reachable or not.
+    Poses(usize),
+    /// As many configurations as have at most so many that its instrument can take.
     Readings(usize),
-    /// So many configurations as its instrument visits in this time.
+    /// As many configurations as its instrument visits in this time.
     Minutes(f64),
+}
+
+impl fmt::Display for Allowance {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        match self {
+            Allowance::Poses(n) => write!(f, "{n} poses"),
+            Allowance::Readings(n) => write!(f, "{n} readings"),
+            Allowance::Minutes(m) => write!(f, "{m} minutes"),
+        }
+    }
 }
 
 /// An experiment that can be run.
@@ -121,6 +133,8 @@ pub struct Plan {
     pub seeds: Vec<u64>,
     /// Numbers of distinct configurations a schedule may have.
     pub budgets: Vec<usize>,
+    /// Numbers of poses of a schedule that its instrument can take.
+    pub readings: Vec<usize>,
     /// Times a schedule may take on an instrument.
     pub minutes: Vec<f64>,
     /// Distributions of the test pairs.
@@ -155,7 +169,11 @@ impl Plan {
     /// for files that cannot be used.
     pub fn new(config: Config<'_>) -> Result<Self, Error> {
         let source = config.source;
-        let (seeds, budgets) = numbers(&config)?;
+        let Numbers {
+            seeds,
+            budgets,
+            readings,
+        } = Numbers::of(&config)?;
         distinct(source, "measures", &config.scalars.measures, |m| m.name())?;
         check_metrics(&config)?;
         check_output(&config)?;
@@ -192,6 +210,7 @@ impl Plan {
             channels: scalars.channels,
             seeds,
             budgets,
+            readings,
             minutes: scalars.minutes,
             measures: scalars.measures,
             metrics,
@@ -226,11 +245,12 @@ impl Plan {
         all.filter(|&s| seen.insert(s)).collect()
     }
 
-    /// Budgets, then times.
+    /// Budgets, then readings, then times.
     pub fn allowances(&self) -> Vec<Allowance> {
-        let budgets = self.budgets.iter().copied().map(Allowance::Readings);
+        let budgets = self.budgets.iter().copied().map(Allowance::Poses);
+        let readings = self.readings.iter().copied().map(Allowance::Readings);
         let minutes = self.minutes.iter().copied().map(Allowance::Minutes);
-        budgets.chain(minutes).collect()
+        budgets.chain(readings).chain(minutes).collect()
     }
 
     /// Reconstructions that a run makes.

@@ -1,13 +1,13 @@
 //! Schedules and an instrument's way through them, made once and kept while materials share them;
-//! and the largest schedule that an instrument gets through in a given time.
+//! and the largest schedule that an instrument gets through in a given time, or reads so much of.
 
 use super::instruments::PlannedInstrument;
 use super::observer::ScheduleKey;
-use super::plan::MAX_BUDGET;
+use super::plan::{Allowance, MAX_BUDGET};
 use super::run::{Stop, timed};
 use crate::error::Error;
 use crate::geometry::Symmetry;
-use crate::instrument::{Bench, Parts};
+use crate::instrument::{Bench, Order, Parts};
 use crate::schedule::{Itinerary, Schedule};
 use std::collections::HashMap;
 use std::sync::Arc;
@@ -50,7 +50,7 @@ pub struct Routed {
     pub itinerary: Option<Arc<Itinerary>>,
 }
 
-/// Makes one schedule; finds the budget of a key that asks for minutes, and writes it there.
+/// Makes one schedule; finds the budget of the key and writes it there.
 ///
 /// # Errors
 /// [`Error::Infeasible`] if no schedule fits or no pose is reachable.
@@ -77,8 +77,27 @@ pub fn route(key: &mut ScheduleKey<'_>) -> Result<Routed, Error> {
     }
 }
 
+/// An allowance other than poses, as a key.
+#[derive(Clone, Copy, PartialEq, Eq, Hash)]
+enum Asked {
+    Readings(usize),
+    /// The bits of the minutes.
+    Minutes(u64),
+}
+
 /// What a route is of: instruments share schedules.
 type ScheduleAt = (Symmetry, usize, usize, usize, u64);
+
+/// What of a route is made.
+#[derive(Clone, Copy)]
+struct Way {
+    /// In another order than the instrument's.
+    order: Option<Order>,
+    /// Also the one without limits, if the instrument wants it.
+    holes: bool,
+    /// A later material will ask for it.
+    again: bool,
+}
 
 /// Makes routes and keeps them.
 #[derive(Default)]
@@ -86,8 +105,8 @@ pub(super) struct Router {
     schedules: HashMap<ScheduleAt, (Arc<Schedule>, f64)>,
     cached_poses: usize,
     routes: HashMap<(Place, usize, u64), Route>,
-    /// Budgets found, by place, seed and the bits of the minutes.
-    budgets: HashMap<(Place, u64, u64), usize>,
+    /// Budgets found, by place, seed and allowance.
+    budgets: HashMap<(Place, u64, Asked), usize>,
     seconds: f64,
     /// Leaves out what only the errors of holes need.
     without_holes: bool,
@@ -99,7 +118,7 @@ impl Router {
         self.seconds
     }
 
-    /// The route of a key, whose budget is found if it asks for minutes; or why there is none.
+    /// The route of a key, whose budget is found; or why there is none.
     /// `again`: a later material will ask for it.
     pub fn route(
         &mut self,
@@ -108,11 +127,9 @@ impl Router {
         again: bool,
         cancelled: &dyn Fn() -> bool,
     ) -> Result<Result<Route, String>, Stop> {
-        if let Some(minutes) = key.minutes {
-            match self.budget_within(key, place, minutes, cancelled)? {
-                Ok(budget) => key.budget = budget,
-                Err(reason) => return Ok(Err(reason)),
-            }
+        match self.budget(key, place, cancelled)? {
+            Ok(budget) => key.budget = budget,
+            Err(reason) => return Ok(Err(reason)),
         }
         let known = (place, key.budget, key.seed);
         if let Some(route) = self.routes.get(&known) {
@@ -122,7 +139,12 @@ impl Router {
                 ..route.clone()
             }));
         }
-        let route = match self.make(key, place, again, !self.without_holes)? {
+        let way = Way {
+            order: None,
+            holes: !self.without_holes,
+            again,
+        };
+        let route = match self.make(key, place, way)? {
             Ok(route) => route,
             Err(reason) => return Ok(Err(reason)),
         };
@@ -135,25 +157,40 @@ impl Router {
         Ok(Ok(route))
     }
 
-    /// The largest budget whose schedule takes at most so long.
-    fn budget_within(
+    /// The budget of an allowance: the largest whose schedule has at most so many reachable poses,
+    /// or takes at most so long.
+    fn budget(
         &mut self,
         key: &ScheduleKey<'_>,
         place: Place,
-        minutes: f64,
         cancelled: &dyn Fn() -> bool,
     ) -> Result<Result<usize, String>, Stop> {
-        let known = (place, key.seed, minutes.to_bits());
+        let (most, asked) = match key.allowance {
+            Allowance::Poses(budget) => return Ok(Ok(budget)),
+            Allowance::Readings(n) => (n as f64, Asked::Readings(n)),
+            Allowance::Minutes(m) => (60.0 * m, Asked::Minutes(m.to_bits())),
+        };
+        let known = (place, key.seed, asked);
         if let Some(&budget) = self.budgets.get(&known) {
             return Ok(Ok(budget));
         }
+        // Whether a pose is reachable does not depend on the order.
+        let order = match asked {
+            Asked::Readings(_) => Some(Order::AsGenerated),
+            Asked::Minutes(_) => None,
+        };
         let mut refusal = None;
-        let found = largest_within(60.0 * minutes, |budget| {
+        let found = largest_within(most, |budget| {
             if cancelled() {
                 return Err(Stop::Cancelled);
             }
             let attempt = ScheduleKey { budget, ..*key };
-            Ok(match self.make(&attempt, place, false, false)? {
+            let way = Way {
+                order,
+                holes: false,
+                again: false,
+            };
+            Ok(match self.make(&attempt, place, way)? {
                 // A schedule that is too small to be made takes no time; a larger one will.
                 Err(reason) => {
                     refusal = Some(reason);
@@ -164,29 +201,32 @@ impl Router {
                         refusal = Some(nothing(itinerary));
                         f64::INFINITY
                     }
-                    Some(itinerary) => itinerary.seconds(),
-                    None => 0.0,
+                    Some(itinerary) => match asked {
+                        Asked::Readings(_) => itinerary.visits.len() as f64,
+                        Asked::Minutes(_) => itinerary.seconds(),
+                    },
+                    None => route.schedule.poses.len() as f64,
                 },
             })
         })?;
         let Some(budget) = found else {
+            let allowance = key.allowance;
             return Ok(Err(refusal.unwrap_or_else(|| {
-                format!("{minutes} minutes are too short for one pose; allowed: more minutes")
+                format!("{allowance} are too few for one pose; allowed: more")
             })));
         };
         self.budgets.insert(known, budget);
         Ok(Ok(budget))
     }
 
-    /// Makes a route; `holes`: also the one without limits.
+    /// Makes a route.
     fn make(
         &mut self,
         key: &ScheduleKey<'_>,
         place: Place,
-        again: bool,
-        holes: bool,
+        way: Way,
     ) -> Result<Result<Route, String>, Stop> {
-        let (schedule, seconds) = match self.schedule(key, place, again)? {
+        let (schedule, seconds) = match self.schedule(key, place, way.again)? {
             Ok(planned) => planned,
             Err(reason) => return Ok(Err(reason)),
         };
@@ -200,12 +240,12 @@ impl Router {
         let Some(instrument) = key.instrument else {
             return Ok(Ok(route));
         };
-        let order = instrument.use_of.order;
+        let order = way.order.unwrap_or(instrument.use_of.order);
         let machine = bench(instrument, key.seed)?;
         let (itinerary, seconds) = timed(|| machine.plan(&route.schedule, order));
         self.seconds += seconds;
         route.seconds += seconds;
-        if holes && instrument.use_of.holes && !itinerary.unreachable.is_empty() {
+        if way.holes && instrument.use_of.holes && !itinerary.unreachable.is_empty() {
             let free = bench_without_limits(instrument, key.seed)?;
             let (whole, seconds) = timed(|| free.plan(&route.schedule, order));
             self.seconds += seconds;
@@ -292,18 +332,18 @@ const FIRST: usize = 64;
 /// Factors between one budget that fits and the next that is tried, as long as none was too large.
 const GROWTH: (f64, f64) = (1.1, 8.0);
 
-/// The largest budget, to half a percent, whose schedule takes at most `seconds`, found by
-/// bisection of the times that `time_of` reports; `None` if not even the smallest fits. Times
+/// The largest budget, to half a percent, whose cost is at most `most`, found by bisection of
+/// what `cost_of` reports; `None` if not even the smallest fits. Costs
 /// grow with the budget, but for the steps of grids: of several budgets at the limit one is found.
 pub(super) fn largest_within<E>(
-    seconds: f64,
-    mut time_of: impl FnMut(usize) -> Result<f64, E>,
+    most: f64,
+    mut cost_of: impl FnMut(usize) -> Result<f64, E>,
 ) -> Result<Option<usize>, E> {
     let (mut fits, mut exceeds) = (0, None);
     let mut budget = FIRST;
     loop {
-        let time = time_of(budget)?;
-        if time <= seconds {
+        let cost = cost_of(budget)?;
+        if cost <= most {
             fits = budget;
         } else {
             exceeds = Some(budget);
@@ -311,8 +351,8 @@ pub(super) fn largest_within<E>(
         budget = match exceeds {
             None if budget == MAX_BUDGET => break,
             None => {
-                let (least, most) = GROWTH;
-                let factor = (seconds / time).clamp(least, most);
+                let (slow, fast) = GROWTH;
+                let factor = (most / cost).clamp(slow, fast);
                 ((budget as f64 * factor) as usize + 1).min(MAX_BUDGET)
             }
             Some(above) => {

@@ -27,8 +27,9 @@ pub struct Row {
     pub instrument: String,
     /// Distinct configurations that were allowed.
     pub budget: usize,
-    /// The time the schedule was allowed, if that is how its budget was found.
-    pub minutes: Option<f64>,
+    /// What the schedule was allowed, by which the budget was found: `1000 poses` (the budget
+    /// itself), `1000 readings` or `60 minutes`.
+    pub allowed: String,
     /// Poses that have a reading.
     pub readings: usize,
     /// Seed of the sample set.
@@ -148,7 +149,7 @@ impl Row {
             reconstruction: reconstruction.into(),
             instrument: key.instrument.map_or(IDEAL, |i| i.name.as_str()).into(),
             budget: key.budget,
-            minutes: key.minutes,
+            allowed: key.allowance.to_string(),
             readings: facts.readings,
             seed: key.seed,
             measure: measure.into(),
@@ -200,8 +201,8 @@ impl Row {
         ("instrument", "name of the instrument; ideal has no flaws"),
         ("budget", "distinct configurations that were allowed"),
         (
-            "minutes",
-            "time the schedule was allowed, if its budget was found so",
+            "allowed",
+            "what the schedule was allowed: N poses (the budget itself), N readings or M minutes",
         ),
         ("readings", "poses that have a reading"),
         ("seed", "seed of the sample set"),
@@ -307,7 +308,7 @@ mod tests {
         let columns = Row::COLUMNS.map(|(name, _)| name);
         let object = columns.map(|name| match name {
             "material" | "parametrization" | "warp" | "sample_set" | "reconstruction"
-            | "measure" | "instrument" | "unreachable" => format!("\"{name}\":\"\""),
+            | "measure" | "instrument" | "allowed" | "unreachable" => format!("\"{name}\":\"\""),
             _ => format!("\"{name}\":1"),
         });
         let text = format!("{{{}}}", object.join(","));

@@ -6,7 +6,7 @@
 
 use super::instruments::PlannedInstrument;
 use super::observer::{Failure, Input, Job, Observer, ScheduleKey, Stage, Summary};
-use super::plan::{Allowance, Material, Plan};
+use super::plan::{Material, Plan};
 use super::readings::Readings;
 use super::route::{Place, Router};
 use super::row::{Comparison, Row, Times};
@@ -149,8 +149,8 @@ impl<'a> Runner<'a> {
                                 coordinates,
                                 symmetry: truth.material.symmetry,
                                 sample_set,
+                                allowance,
                                 budget: 0,
-                                minutes: None,
                                 instrument,
                                 seed,
                             };
@@ -160,7 +160,7 @@ impl<'a> Runner<'a> {
                                 sample_set: s,
                                 instrument: i,
                             };
-                            ended = self.measure(truth, (key, place), allowance, &mut rows);
+                            ended = self.measure(truth, (key, place), &mut rows);
                             if ended.is_err() {
                                 break;
                             }
@@ -187,13 +187,8 @@ impl<'a> Runner<'a> {
         &mut self,
         truth: &Truth<'a>,
         (mut key, place): (ScheduleKey<'a>, Place),
-        allowance: Allowance,
         rows: &mut Vec<(usize, Row)>,
     ) -> Result<(), Stop> {
-        match allowance {
-            Allowance::Readings(budget) => key.budget = budget,
-            Allowance::Minutes(minutes) => key.minutes = Some(minutes),
-        }
         let mut job = Job {
             schedule: Some(key),
             ..Job::of(truth.material)
@@ -213,7 +208,7 @@ impl<'a> Runner<'a> {
             Err(reason) => {
                 let jobs = self.plan.reconstructions.len();
                 self.fail(&job, reason, jobs);
-                self.observer.advanced(jobs, allowance);
+                self.observer.advanced(jobs, key.allowance);
                 return Ok(());
             }
         };
@@ -247,7 +242,7 @@ impl<'a> Runner<'a> {
                 );
                 rows.push((r, row));
             }
-            self.observer.advanced(1, allowance);
+            self.observer.advanced(1, key.allowance);
         }
         Ok(())
     }

@@ -36,7 +36,7 @@ use super::results::{ResultFiles, TableFile, going_on, part};
 use crate::error::Error;
 use crate::experiment::moments::ProfileRow;
 use crate::experiment::relations::RelationRow;
-use crate::experiment::{Kind, Row, ScheduleKey};
+use crate::experiment::{Allowance, Kind, Row, ScheduleKey};
 use crate::files::write_atomically;
 use crate::schedule::{Itinerary, Schedule, ScheduleFormat, write_schedule};
 use std::collections::BTreeSet;
@@ -448,12 +448,13 @@ pub fn schedule_stem(key: &ScheduleKey<'_>) -> String {
         Some(instrument) => format!("_{}", file_stem(&instrument.name)),
         None => String::new(),
     };
-    let minutes = match key.minutes {
-        Some(minutes) => format!("_{minutes}min"),
-        None => String::new(),
+    let found_for = match key.allowance {
+        Allowance::Poses(_) => String::new(),
+        Allowance::Readings(n) => format!("_{n}readings"),
+        Allowance::Minutes(minutes) => format!("_{minutes}min"),
     };
     format!(
-        "{stem}_{symmetry}_{set}_{}{minutes}{instrument}_seed{}",
+        "{stem}_{symmetry}_{set}_{}{found_for}{instrument}_seed{}",
         key.budget, key.seed
     )
 }

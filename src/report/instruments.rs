@@ -18,34 +18,9 @@ pub fn instruments(rows: &[Row]) -> String {
         add(&mut found.materials, row.material.clone());
         add(&mut found.instruments, row.instrument.clone());
         add(&mut found.choices, Choice::of(row));
-        add(&mut found.allowances, Allowed::of(row));
+        add(&mut found.allowances, row.allowed.clone());
     }
-    // Budgets in the order of the config, then minutes.
-    found.allowances.sort_by_key(|a| a.minutes.is_some());
     found.tables(&rows)
-}
-
-/// How large the schedules of a table were allowed to be.
-#[derive(Clone, Copy, PartialEq)]
-struct Allowed {
-    budget: Option<usize>,
-    minutes: Option<f64>,
-}
-
-impl Allowed {
-    fn of(row: &Row) -> Self {
-        Self {
-            budget: row.minutes.is_none().then_some(row.budget),
-            minutes: row.minutes,
-        }
-    }
-
-    fn label(self) -> String {
-        match (self.budget, self.minutes) {
-            (_, Some(minutes)) => format!("{minutes} minutes"),
-            (budget, None) => format!("{} readings", budget.unwrap_or_default()),
-        }
-    }
 }
 
 /// A line of a table.
@@ -76,19 +51,19 @@ struct Found {
     materials: Vec<String>,
     instruments: Vec<String>,
     choices: Vec<Choice>,
-    allowances: Vec<Allowed>,
+    /// How large schedules were allowed to be.
+    allowances: Vec<String>,
 }
 
 impl Found {
     fn tables(&self, rows: &[&Row]) -> String {
         let mut out = String::new();
-        for &allowed in &self.allowances {
+        for label in &self.allowances {
             let here: Vec<&Row> = rows
                 .iter()
                 .copied()
-                .filter(|r| Allowed::of(r) == allowed)
+                .filter(|r| r.allowed == *label)
                 .collect();
-            let label = allowed.label();
             let (subject, groups) = if self.materials.len() <= ONE_BY_ONE {
                 let each = self.materials.iter().map(|m| (m.clone(), Some(m)));
                 ("", each.collect::<Vec<_>>())
@@ -116,16 +91,14 @@ impl Found {
                 once(r).then_some(seconds / 60.0)
             };
             let readings = |r: &Row| once(r).then_some(r.readings as f64);
-            if allowed.minutes.is_some() {
-                let whole = |v: Option<f64>| v.map_or("-".into(), |v| format!("{v:.0}"));
-                let title = format!("readings in {label}");
-                out += &self.table(&title, &here, readings, whole, false);
-            } else {
-                let tenth = |v: Option<f64>| v.map_or("-".into(), |v| format!("{v:.1}"));
-                let title = format!("minutes for {label}");
-                out += &self.table(&title, &here, minutes, tenth, false);
-                out += &self.reach(&label, &here, first);
-            }
+            // Grids have whole numbers of nodes: what is allowed is not used up.
+            let whole = |v: Option<f64>| v.map_or("-".into(), |v| format!("{v:.0}"));
+            let title = format!("readings at {label}");
+            out += &self.table(&title, &here, readings, whole, false);
+            let tenth = |v: Option<f64>| v.map_or("-".into(), |v| format!("{v:.1}"));
+            let title = format!("minutes at {label}");
+            out += &self.table(&title, &here, minutes, tenth, false);
+            out += &self.reach(label, &here, first);
         }
         out
     }

@@ -67,6 +67,7 @@ impl Table {
             label: "parametrization",
             set: "sample set",
             instrument: "instrument",
+            allowed: "allowed",
             budget: "budget",
             seed: "seed",
             readings: "readings",
@@ -116,10 +117,8 @@ impl Table {
                 label: &label,
                 set: &first.sample_set,
                 instrument: &first.instrument,
-                budget: &match first.minutes {
-                    Some(minutes) => format!("{minutes} min"),
-                    None => first.budget.to_string(),
-                },
+                allowed: &first.allowed,
+                budget: &first.budget.to_string(),
                 seed: &first.seed.to_string(),
                 readings: &first.readings.to_string(),
                 reachable: &format!("{:.1}%", 100.0 * first.reachable),
@@ -163,6 +162,7 @@ impl Table {
             label,
             set,
             instrument,
+            allowed,
             budget,
             seed,
             readings,
@@ -174,7 +174,7 @@ impl Table {
             out += &format!("  {set:<w$}");
         }
         if let Some(w) = self.instruments {
-            out += &format!("  {instrument:<w$}");
+            out += &format!("  {instrument:<w$}  {allowed:>13}");
         }
         out += &format!("  {budget:>8}");
         if self.seeds {
@@ -193,6 +193,7 @@ struct Lead<'a> {
     label: &'a str,
     set: &'a str,
     instrument: &'a str,
+    allowed: &'a str,
     budget: &'a str,
     seed: &'a str,
     readings: &'a str,

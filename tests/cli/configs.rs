@@ -198,7 +198,7 @@ fn every_shipped_config_runs_on_a_small_budget() {
         let file = path.to_string_lossy();
         let mut small = vec!["--set", "budgets=[40]"];
         if text.contains("\nminutes = ") {
-            small.extend(["--set", "minutes=[3]"]);
+            small = vec!["--set", "readings=[40]", "--set", "minutes=[3]"];
         }
         bench.good(&[&["check", &file], &small[..]].concat());
         small.extend(["--set", "metrics.pairs=200", "-q"]);
