@@ -79,8 +79,13 @@ const TILE: u64 = 0;
 const DRIFT: u64 = 1;
 const AXES: u64 = 2;
 
-/// Relative tolerance of the averages that a derivative is made of.
-const ROUGH: f64 = 1e-2;
+/// What the averages that a derivative is made of may cost: eight of them go into the uncertainty of
+/// one reading, which needs no third digit.
+const ROUGH: Tolerance = Tolerance {
+    relative: 3e-2,
+    absolute: 1e-12,
+    max_evaluations: 5000,
+};
 
 /// A standard normal number.
 fn normal(stream: &mut RandomStream) -> f64 {
@@ -103,15 +108,11 @@ impl Bench {
             machine = machine.without_limits();
         }
         let motion = Motion::new(spec, &machine);
-        let optics = |relative: f64| {
+        let optics = |tolerance: Tolerance| {
             let [source, detector] = if parts.apertures {
                 [spec.source.half_angle_deg, spec.detector.half_angle_deg]
             } else {
                 [0.0; 2]
-            };
-            let tolerance = Tolerance {
-                relative,
-                ..Tolerance::default()
             };
             Optics::new(source.to_radians(), detector.to_radians(), tolerance)
         };
@@ -138,7 +139,7 @@ impl Bench {
         });
         Ok(Self {
             name: spec.name.clone(),
-            optics: optics(Tolerance::default().relative),
+            optics: optics(Tolerance::default()),
             machine,
             motion,
             errors,

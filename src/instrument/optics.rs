@@ -48,10 +48,11 @@ pub struct Tolerance {
     pub max_evaluations: usize,
 }
 
+/// A thousandth: half of what the best tile is known to.
 impl Default for Tolerance {
     fn default() -> Self {
         Self {
-            relative: 1e-4,
+            relative: 1e-3,
             absolute: 1e-12,
             max_evaluations: 100_000,
         }
