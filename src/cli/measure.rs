@@ -96,6 +96,14 @@ impl Measure {
             seed: instrument.as_ref().map(|_| seed),
             schedule_hash: Some(file.hash.clone()),
         };
+        if let (Some(planned), Some(instrument)) = (&file.instrument, &instrument)
+            && *planned != instrument.spec.name
+        {
+            say(&format!(
+                "gonio: the schedule was planned for {planned}; {} finds its own positions and times",
+                instrument.name
+            ));
+        }
         let order = file.order;
         let schedule = Arc::new(file.schedule);
         let mut minutes = String::new();
@@ -108,6 +116,9 @@ impl Measure {
                 let bench = bench.map_err(|e| Error::Internal(e.to_string()))?;
                 let itinerary = bench.plan_given(&schedule, &order);
                 if !itinerary.unreachable.is_empty() && !self.skip_unreachable {
+                    return Err(Error::infeasible("--instrument", out_of_reach(&itinerary)));
+                }
+                if itinerary.visits.is_empty() {
                     return Err(Error::infeasible("--instrument", out_of_reach(&itinerary)));
                 }
                 minutes = format!(", {:.1} minutes", itinerary.seconds() / 60.0);

@@ -48,7 +48,7 @@ pub(super) struct Schedule {
     #[arg(long, value_name = "NAME|FILE")]
     instrument: Option<String>,
     /// In which order the instrument visits the poses [default: the config's, else two-opt]
-    #[arg(long, requires = "instrument", value_parser = orders())]
+    #[arg(long, value_parser = orders())]
     order: Option<Order>,
     /// Leave out the poses the instrument cannot take; the file lists them with their reasons
     #[arg(long)]
@@ -227,7 +227,18 @@ impl Schedule {
     /// The instruments that the options leave; none: the poses as they are.
     fn instruments(&self, plan: &Plan) -> Result<Vec<PlannedInstrument>, Error> {
         let Some(name) = &self.instrument else {
-            return Ok(plan.instruments.clone());
+            let mut instruments = plan.instruments.clone();
+            if let Some(order) = self.order {
+                if instruments.is_empty() {
+                    let message = "poses are visited by an instrument, and there is none; allowed: \
+                                   with --instrument, or a config that has one";
+                    return Err(Error::config("--order", message));
+                }
+                for instrument in &mut instruments {
+                    instrument.use_of.order = order;
+                }
+            }
+            return Ok(instruments);
         };
         let mut instrument = match plan.instruments.iter().find(|i| i.name == *name) {
             Some(planned) => planned.clone(),
@@ -305,9 +316,13 @@ pub(super) fn out_of_reach(itinerary: &Itinerary) -> String {
     } else {
         String::new()
     };
+    let skip = if itinerary.visits.is_empty() {
+        ""
+    } else {
+        ", or --skip-unreachable, which lists them all in the file"
+    };
     format!(
-        "{} cannot take {} of {all} poses ({}{more}); allowed: an instrument that can, or \
-         --skip-unreachable, which lists them all in the file",
+        "{} cannot take {} of {all} poses ({}{more}); allowed: an instrument that can{skip}",
         itinerary.instrument,
         itinerary.unreachable.len(),
         named.join(", "),

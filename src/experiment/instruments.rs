@@ -3,6 +3,7 @@
 
 use super::checks::Names;
 use super::plan::Material;
+use super::row::IDEAL;
 use super::source::{KeyPath, Source};
 use crate::error::{Error, ParameterError};
 use crate::geometry::Symmetry;
@@ -246,6 +247,12 @@ pub(super) fn gather(
         };
         let name = table.name.unwrap_or_else(|| spec.name.clone());
         names_taken.take(source, &path, &name)?;
+        if name == IDEAL {
+            let path = path.key("name");
+            let message =
+                format!("{path} = \"{IDEAL}\" is the instrument without flaws; allowed: another");
+            return Err(source.error_at(&path, message));
+        }
         let planned = PlannedInstrument {
             name,
             spec,

@@ -2,8 +2,8 @@
 
 use super::observer::ScheduleKey;
 use super::route::{Route, bench, bench_without_limits};
+use super::run::Stop;
 use crate::brdf::Brdf;
-use crate::error::Error;
 use crate::instrument::{Ideal, Instrument};
 use crate::measurement::{Flags, Measurement};
 
@@ -35,7 +35,12 @@ pub(super) struct Facts {
 
 impl Readings {
     /// Measures a BRDF along a route.
-    pub fn take(brdf: &dyn Brdf, key: &ScheduleKey<'_>, route: &Route) -> Result<Self, Error> {
+    pub fn take(
+        brdf: &dyn Brdf,
+        key: &ScheduleKey<'_>,
+        route: &Route,
+        cancelled: &dyn Fn() -> bool,
+    ) -> Result<Self, Stop> {
         let schedule = &route.schedule;
         let (Some(instrument), Some(itinerary)) = (key.instrument, &route.itinerary) else {
             let measured = Ideal.measure(brdf, schedule);
@@ -47,12 +52,17 @@ impl Readings {
             });
         };
         let machine = bench(instrument, key.seed)?;
-        let measured = machine.session(itinerary, key.seed).measure(brdf, schedule);
+        let mut go_on = || !cancelled();
+        let session = machine.session(itinerary, key.seed);
+        let measured = session.measure_while(brdf, schedule, &mut go_on);
+        let measured = measured.ok_or(Stop::Cancelled)?;
         let whole = match &route.whole {
             None => None,
             Some(itinerary) => {
                 let machine = bench_without_limits(instrument, key.seed)?;
-                Some(machine.session(itinerary, key.seed).measure(brdf, schedule))
+                let session = machine.session(itinerary, key.seed);
+                let whole = session.measure_while(brdf, schedule, &mut go_on);
+                Some(whole.ok_or(Stop::Cancelled)?)
             }
         };
         Ok(Self {

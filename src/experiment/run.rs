@@ -218,7 +218,10 @@ impl<'a> Runner<'a> {
         }
         job.schedule = Some(key);
         self.begin(Stage::Measure, &job)?;
-        let (readings, measure_seconds) = timed(|| Readings::take(&*truth.brdf, &key, &route));
+        let observer = &*self.observer;
+        let cancelled = || observer.cancelled();
+        let (readings, measure_seconds) =
+            timed(|| Readings::take(&*truth.brdf, &key, &route, &cancelled));
         let readings = readings?;
         self.summary.seconds.measure += measure_seconds;
         let shared = Times {

@@ -51,10 +51,12 @@ impl Default for Parts {
 /// An instrument that can plan and measure.
 #[derive(Debug)]
 pub struct Bench {
-    name: String,
     machine: Machine,
     motion: Motion,
     optics: Optics,
+    /// The whole instrument, for what depends on its spots on the sample.
+    spec: InstrumentSpec,
+    parts: Parts,
     errors: Option<Errors>,
 }
 
@@ -74,10 +76,14 @@ struct Errors {
     rough: Optics,
 }
 
-/// Streams of a realisation.
-const TILE: u64 = 0;
-const DRIFT: u64 = 1;
-const AXES: u64 = 2;
+/// Streams of a realisation. Sample sets take the streams of their seed from 0 on, one a point that is
+/// tried; seeds are often the same, and what is drawn from them must not be.
+const TILE: u64 = 1 << 48;
+const DRIFT: u64 = TILE + 1;
+const AXES: u64 = TILE + 2;
+
+/// Streams of the noise of a session, one a pose.
+const NOISE: u64 = 2 << 48;
 
 /// What the averages that a derivative is made of may cost: eight of them go into the uncertainty of
 /// one reading, which needs no third digit.
@@ -138,10 +144,11 @@ impl Bench {
             }
         });
         Ok(Self {
-            name: spec.name.clone(),
             optics: optics(Tolerance::default()),
             machine,
             motion,
+            spec: spec.clone(),
+            parts,
             errors,
         })
     }
@@ -155,13 +162,13 @@ impl Bench {
     /// the normal if the schedule takes the material to be isotropic.
     pub fn plan(&self, schedule: &Schedule, order: Order) -> Itinerary {
         self.motion
-            .itinerary(&self.machine, &self.name, schedule, order)
+            .itinerary(&self.machine, &self.spec.name, schedule, order)
     }
 
     /// The same for the poses with these numbers, in this order.
     pub fn plan_given(&self, schedule: &Schedule, poses: &[u32]) -> Itinerary {
         self.motion
-            .given(&self.machine, &self.name, schedule, poses)
+            .given(&self.machine, &self.spec.name, schedule, poses)
     }
 
     /// A session along an itinerary of this instrument. The noise of a pose depends on the seed and

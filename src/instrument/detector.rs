@@ -17,15 +17,17 @@
 //! electrons over all time, which is the maximum of the likelihood. The rate in the variances is that
 //! pilot, the same for all: a weight from an exposure's own count would favour low counts.
 //!
-//! An exposure is used if the ones before it promise that it stays below 80 % of full scale, and if it does not
-//! touch full scale. Deciding by its own count would again favour low counts.
+//! An exposure is used if it and all shorter ones stay below 80 % of full scale; the shortest, if it does
+//! not touch full scale. Its own count decides, which favours low ones where the mean is just there:
+//! by less than half the scatter of that exposure. To decide by the shorter ones favours high ones by half
+//! *their* scatter, which is many times larger.
 
 use super::spec::{CalibrationSpec, DetectorSpec};
 use crate::sampling::RandomStream;
 use rand_distr::{Distribution, Poisson, StandardNormal};
 use std::f64::consts::PI;
 
-/// Share of full scale that a promised count may fill.
+/// Share of full scale that an exposure may fill, unless it is the shortest.
 const HEADROOM: f64 = 0.8;
 
 /// A sensor with its converter and its exposures.
@@ -96,13 +98,8 @@ impl Detector {
         for (k, &t) in self.exposures.iter().take(Self::MOST).enumerate() {
             // Every exposure is made: the numbers of the stream do not depend on the others.
             let e = self.count(rate * t, noise);
-            let promised = if time > 0.0 {
-                electrons / time * t
-            } else {
-                0.0
-            };
-            let fits = e < self.full_scale && promised < HEADROOM * self.full_scale;
-            if used == k && fits {
+            let most = if k == 0 { 1.0 } else { HEADROOM };
+            if used == k && e < most * self.full_scale {
                 counts[k] = (t, e);
                 time += t;
                 electrons += e;

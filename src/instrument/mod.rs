@@ -21,7 +21,7 @@ pub use bench::{Bench, Parts, Session};
 pub use class::{AxisTemplate, Class, Ends, classes};
 pub use machine::{Axis, Machine};
 pub use motion::{AxisMotion, Motion, Stop, Travel};
-pub use optics::{Average, Filling, Footprint, Optics, Tolerance, Workspace, footprint};
+pub use optics::{Average, Filling, Footprint, Optics, Tolerance, Workspace, collected, footprint};
 pub use presets::{Preset, presets, read, read_table};
 pub use spec::{
     AxisSpec, BodySpec, CalibrationSpec, CollisionSpec, DetectorSpec, InstrumentSpec, LimitsSpec,

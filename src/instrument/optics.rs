@@ -26,7 +26,7 @@ mod footprint;
 mod lens;
 mod lobe;
 
-pub use footprint::{Filling, Footprint, footprint};
+pub use footprint::{Filling, Footprint, collected, footprint};
 
 use crate::brdf::Brdf;
 use crate::geometry::DirectionPair;

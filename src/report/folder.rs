@@ -448,13 +448,11 @@ pub fn schedule_stem(key: &ScheduleKey<'_>) -> String {
         Some(instrument) => format!("_{}", file_stem(&instrument.name)),
         None => String::new(),
     };
-    let found_for = match key.allowance {
-        Allowance::Poses(_) => String::new(),
-        Allowance::Readings(n) => format!("_{n}readings"),
-        Allowance::Minutes(minutes) => format!("_{minutes}min"),
+    let allowance = match key.allowance {
+        Allowance::Poses(n) => n.to_string(),
+        Allowance::Readings(n) => format!("{n}readings"),
+        Allowance::Minutes(minutes) => format!("{minutes}min"),
     };
-    format!(
-        "{stem}_{symmetry}_{set}_{}{found_for}{instrument}_seed{}",
-        key.budget, key.seed
-    )
+    let seed = key.seed;
+    format!("{stem}_{symmetry}_{set}_{allowance}{instrument}_seed{seed}")
 }

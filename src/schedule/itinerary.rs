@@ -107,7 +107,8 @@ pub struct Itinerary {
 impl Itinerary {
     /// Seconds from start to end.
     pub fn seconds(&self) -> f64 {
-        self.visits.iter().map(|v| v.seconds).sum()
+        // A sum of nothing would be −0.
+        self.visits.iter().fold(0.0, |sum, v| sum + v.seconds)
     }
 
     /// Share of the poses that can be measured, in [0, 1]; 1 if there are none.

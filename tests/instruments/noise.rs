@@ -227,7 +227,8 @@ fn rounding_of_positions_is_of_type_b() {
     )
     .expect("an instrument");
     let exact = exact.session(&itinerary, 1).measure(&*brdf, &schedule);
-    assert!(exact.details.is_none());
+    // The apertures leave a bound of their average, and nothing scatters.
+    assert!(details(&exact).type_a.iter().all(|u| *u == 0.0));
     let both = measured.values.iter().zip(&exact.values);
     let sum: f64 = both
         .zip(&details(&measured).type_b)
@@ -367,4 +368,112 @@ fn with_every_part_off_a_bench_is_ideal() {
             assert!(got.outcomes == want.outcomes && got.details.is_none());
         }
     }
+}
+
+/// Correlation of two samples.
+fn correlation(a: &[f64], b: &[f64]) -> f64 {
+    let (mean_a, mean_b) = (mean(a), mean(b));
+    let pairs = || a.iter().zip(b).map(|(x, y)| (x - mean_a, y - mean_b));
+    let [ab, aa, bb] = [
+        pairs().map(|(x, y)| x * y).sum::<f64>(),
+        pairs().map(|(x, _)| x * x).sum(),
+        pairs().map(|(_, y)| y * y).sum(),
+    ];
+    ab / (aa * bb).sqrt()
+}
+
+#[test]
+fn one_seed_for_everything_draws_independent_errors() {
+    let brdf = model("lambert", "albedo = 0.5");
+    let mut tile = quiet();
+    tile.calibration.uncertainty = 0.01;
+    let mut noisy = quiet();
+    noisy.detector.read_noise = 100.0;
+    let n = 1000;
+    // 4.5 standard deviations of the correlation of independent numbers: one in 150 000.
+    let most = 4.5 / f64::from(n).sqrt();
+    // Of the machine and of its first readings, over seeds.
+    let read = |spec: &InstrumentSpec, seed: u64, pose: usize| {
+        let bench = Bench::new(spec, Parts::ALL, seed).expect("an instrument");
+        let (schedule, itinerary) = repeats(&bench, off_mirror(), 3);
+        bench
+            .session(&itinerary, seed)
+            .measure(&*brdf, &schedule)
+            .values[pose]
+    };
+    let over = |spec: &InstrumentSpec, pose: usize| -> Vec<f64> {
+        (0..n as u64).map(|seed| read(spec, seed, pose)).collect()
+    };
+    let of_tile = over(&tile, 0);
+    for pose in 0..3 {
+        let r = correlation(&of_tile, &over(&noisy, pose));
+        assert!(r.abs() < most, "{pose}: {r}");
+    }
+    // Of a reading and of the place of its pose, over poses of a random set.
+    let seed = 7;
+    let form = gonio::parametrization::find("spherical")
+        .expect("a parametrization")
+        .form(gonio::geometry::Symmetry::FULL);
+    let sets = gonio::schedule::all();
+    let random = sets.iter().find(|e| e.kind == "random").expect("a set");
+    let random = gonio::registry::read_text(random, "").expect("no keys");
+    let schedule = Arc::new(random.plan(&form, n as usize, seed).expect("poses"));
+    let parts = Parts {
+        limits: false,
+        ..Parts::ALL
+    };
+    let bench = Bench::new(&noisy, parts, seed).expect("an instrument");
+    let itinerary = bench.plan(&schedule, Order::AsGenerated);
+    let measured = bench.session(&itinerary, seed).measure(&*brdf, &schedule);
+    let error: Vec<f64> = measured
+        .values
+        .iter()
+        .zip(&details(&measured).type_a)
+        .map(|(v, u)| (v - 0.5 / PI) / u)
+        .collect();
+    for axis in 0..3 {
+        let place: Vec<f64> = schedule.poses.iter().map(|p| p.coords[axis]).collect();
+        let r = correlation(&error, &place);
+        assert!(r.abs() < most, "{axis}: {r}");
+    }
+}
+
+/// On top of a peak the first derivative says nothing, and every error makes the reading smaller.
+#[test]
+fn a_peak_is_as_uncertain_as_it_is_stated() {
+    let mut spec = quiet();
+    for axis in &mut spec.axis {
+        (axis.repeatability_deg, axis.bias_deg) = (0.1, 0.2);
+    }
+    // Room for the peak.
+    spec.detector.reference_rate = 1.0;
+    let mirror = DirectionPair::from_spherical(0.6, 0.0, 0.6, PI);
+    let exact = measure(
+        &{
+            let mut s = spec.clone();
+            for a in &mut s.axis {
+                (a.repeatability_deg, a.bias_deg) = (0.0, 0.0);
+            }
+            s
+        },
+        &*model("ggx", "alpha = 0.03"),
+        mirror,
+        1,
+    )
+    .values[0];
+    let brdf = model("ggx", "alpha = 0.03");
+    let (mut squares, mut stated) = (0.0, 0.0);
+    let n = 400;
+    for realisation in 0..n {
+        let bench = Bench::new(&spec, Parts::ALL, realisation).expect("an instrument");
+        let (schedule, itinerary) = repeats(&bench, mirror, 1);
+        let measured = bench.session(&itinerary, 3).measure(&*brdf, &schedule);
+        let d = details(&measured);
+        squares += (measured.values[0] - exact).powi(2);
+        stated += d.type_a[0].powi(2) + d.type_b[0].powi(2);
+    }
+    let ratio = (squares / stated).sqrt();
+    println!("rms deviation over stated uncertainty on a peak: {ratio:.2}");
+    // To the second order of each axis: what is left out are higher orders and products.
+    assert!((0.6..1.7).contains(&ratio), "{ratio}");
 }

@@ -9,15 +9,20 @@
 //! Type A (scatter of repeated readings): what the sensor counts, and (∂f/∂q σ)² of every axis with
 //! a repeatability. Type B (what repeated readings share): the tile, the lamp since it was last
 //! compared with the tile, (∂f/∂q σ)² of offsets and of rounding (resolution²/12), and the error of the
-//! quadrature over the apertures. Derivatives are central differences over one standard deviation. On top of a peak the
-//! first derivative vanishes, and so does what is stated: the second order is left out
-//! (GUM, JCGM 100:2008, 5.1.2).
+//! quadrature over the apertures, which is a bound and divided by √3 (GUM, JCGM 100:2008, 4.3.7).
+//! Derivatives are central differences over one standard deviation, to the second order: on top of a
+//! peak the first vanishes (the same, 5.1.2). Products of two axes are left out, and so are lobes far
+//! narrower than the positions are certain.
+//!
+//! Every pose is approached anew: also an axis that stays takes another position within its
+//! repeatability. A reading in flight is that of its pose, without the smear of its exposure. The tile is
+//! read so long that its noise is part of its uncertainty.
 
-use super::{Bench, Errors, normal};
+use super::{Bench, Errors, NOISE, normal};
 use crate::brdf::{Brdf, Channels};
 use crate::geometry::DirectionPair;
 use crate::instrument::Instrument;
-use crate::instrument::optics::Workspace;
+use crate::instrument::optics::{Workspace, collected};
 use crate::measurement::{Details, Flags, Measurement, Outcome};
 use crate::sampling::{Random, RandomStream};
 use crate::schedule::{Itinerary, MAX_AXES, Positions, Schedule, Visit};
@@ -33,7 +38,13 @@ pub struct Session<'a> {
 }
 
 /// Visits per parallel task: a lobe costs a thousand times as much as its neighbours.
-const TASK: usize = 64;
+const TASK: usize = 32;
+
+/// Visits between two looks at whether to go on.
+const SLAB: usize = 16 * TASK;
+
+/// What a bound is divided by to be a standard uncertainty.
+const BOUND: f64 = 1.732_050_807_568_877_2;
 
 /// One reading.
 #[derive(Clone, Copy, Debug, Default)]
@@ -67,11 +78,11 @@ impl<'a> Session<'a> {
             return Some(Reading {
                 value: average.value,
                 type_a: [0.0; 3],
-                type_b: average.error,
+                type_b: average.error.map(|e| e / BOUND),
                 flags: clipped(average.clipped),
             });
         };
-        let mut noise = random.stream(u64::from(visit.pose));
+        let mut noise = random.stream(NOISE + u64::from(visit.pose));
         errors.read(self.bench, brdf, pair, visit, &mut noise, work)
     }
 }
@@ -122,20 +133,24 @@ impl Errors {
             flags: clipped(average.clipped),
             ..Reading::default()
         };
+        // Of sample and tile alike: it decides how many electrons there are, and nothing else.
+        let seen = collected(&bench.spec, pair);
         let positioning = self.positioning(bench, brdf, &visit.positions, asked, work);
         let channels = brdf.channels().count();
         let mut buried = true;
         for c in 0..channels {
-            let signal = self.detector.read(average.value[c] * cosine * gain, noise);
-            let value = signal.value / asked;
+            let light = average.value[c] * cosine * gain * seen;
+            let signal = self.detector.read(light, noise);
+            let value = signal.value / (asked * seen);
             let shared = [
                 value * self.tile_uncertainty,
                 value * self.drift_uncertainty * hours,
-                average.error[c],
+                average.error[c] / BOUND,
             ];
             let square: f64 = shared.iter().map(|u| u * u).sum();
             reading.value[c] = value;
-            reading.type_a[c] = (signal.variance / (asked * asked) + positioning[0][c]).sqrt();
+            reading.type_a[c] =
+                (signal.variance / (asked * asked * seen * seen) + positioning[0][c]).sqrt();
             reading.type_b[c] = (square + positioning[1][c]).sqrt();
             buried &= value < 2.0 * reading.type_a[c];
             if signal.saturated {
@@ -158,6 +173,14 @@ impl Errors {
         work: &mut Workspace,
     ) -> [[f64; 3]; 2] {
         let mut variances = [[0.0; 3]; 2];
+        let mut look = |at: &Positions| {
+            let pair = bench.machine.forward(at);
+            let cosine = self.rough.cosine(&pair);
+            let average = self.rough.average(brdf, &pair, work);
+            average.map(|a| a.value.map(|v| v * cosine / asked))
+        };
+        let mut centre = None;
+        let mut shift = [0.0; 3];
         for (i, axis) in bench.machine.axes().iter().enumerate().take(MAX_AXES) {
             let shared = axis.bias * axis.bias + axis.resolution * axis.resolution / 12.0;
             let scatter = axis.repeatability * axis.repeatability;
@@ -165,61 +188,87 @@ impl Errors {
             if sigma == 0.0 {
                 continue;
             }
-            let mut look = |step: f64| {
+            let mut step = |by: f64| {
                 let mut at = *positions;
-                at[i] += step;
-                let pair = bench.machine.forward(&at);
-                let cosine = self.rough.cosine(&pair);
-                let average = self.rough.average(brdf, &pair, work);
-                average.map(|a| a.value.map(|v| v * cosine))
+                at[i] += by;
+                look(&at)
             };
+            let (above, below) = (step(sigma), step(-sigma));
+            if centre.is_none() {
+                centre = look(positions);
+            }
             // At the edge of the data there is nothing to differ from.
-            let (Some(above), Some(below)) = (look(sigma), look(-sigma)) else {
+            let (Some(above), Some(below), Some(centre)) = (above, below, centre) else {
                 continue;
             };
+            let [of_scatter, of_shared] = [scatter, shared].map(|v| v / (sigma * sigma));
             for c in 0..3 {
-                let slope = (above[c] - below[c]) / (2.0 * sigma * asked);
-                variances[0][c] += slope * slope * scatter;
-                variances[1][c] += slope * slope * shared;
+                // f(q + σz) ≈ f + z slope + z² bend/2 with z normal: the variance is slope² +
+                // bend²/2, and the mean moves by bend/2, by the sum of them for all axes.
+                let slope = 0.5 * (above[c] - below[c]);
+                let bend = above[c] + below[c] - 2.0 * centre[c];
+                let part = |share: f64| slope * slope * share + 0.5 * (bend * share).powi(2);
+                variances[0][c] += part(of_scatter);
+                variances[1][c] += part(of_shared);
+                shift[c] += 0.5 * bend;
             }
+        }
+        for (variance, shift) in variances[1].iter_mut().zip(shift) {
+            *variance += shift * shift;
         }
         variances
     }
 }
 
-impl Instrument for Session<'_> {
-    fn measure(&self, brdf: &dyn Brdf, schedule: &Arc<Schedule>) -> Measurement {
+impl Session<'_> {
+    /// Measures for as long as `go_on` says so, which is asked every few hundred poses; `None` if it
+    /// did not to the end.
+    pub fn measure_while(
+        &self,
+        brdf: &dyn Brdf,
+        schedule: &Arc<Schedule>,
+        go_on: &mut dyn FnMut() -> bool,
+    ) -> Option<Measurement> {
         let poses = &schedule.poses;
         let random = Random::new(self.seed);
-        let readings: Vec<Option<Reading>> = self
-            .itinerary
-            .visits
-            .par_chunks(TASK)
-            .flat_map_iter(|visits| {
-                let mut work = Workspace::default();
-                let read = |visit: &Visit| {
-                    let pair = &poses[visit.pose as usize].pair;
-                    self.read(brdf, pair, visit, &random, &mut work)
-                };
-                visits.iter().map(read).collect::<Vec<_>>()
-            })
-            .collect();
         let mut report = Report::new(brdf.channels(), poses.len());
-        for (visit, reading) in self.itinerary.visits.iter().zip(&readings) {
-            report.put(visit.pose as usize, reading.as_ref());
+        for slab in self.itinerary.visits.chunks(SLAB) {
+            if !go_on() {
+                return None;
+            }
+            let readings: Vec<Option<Reading>> = slab
+                .par_chunks(TASK)
+                .flat_map_iter(|visits| {
+                    let mut work = Workspace::default();
+                    let read = |visit: &Visit| {
+                        let pair = &poses[visit.pose as usize].pair;
+                        self.read(brdf, pair, visit, &random, &mut work)
+                    };
+                    visits.iter().map(read).collect::<Vec<_>>()
+                })
+                .collect();
+            for (visit, reading) in slab.iter().zip(&readings) {
+                report.put(visit.pose as usize, reading.as_ref());
+            }
         }
         for (pose, reason) in &self.itinerary.unreachable {
             report.outcomes[*pose as usize] = Outcome::Unreachable(*reason);
         }
-        let told =
-            self.bench.errors.is_some() || report.details.flags.iter().any(|f| *f != Flags::NONE);
-        Measurement {
+        let parts = self.bench.parts;
+        Some(Measurement {
             schedule: Arc::clone(schedule),
             channels: brdf.channels(),
             values: report.values,
             outcomes: report.outcomes,
-            details: told.then_some(report.details),
-        }
+            details: (parts.noise || parts.apertures).then_some(report.details),
+        })
+    }
+}
+
+impl Instrument for Session<'_> {
+    fn measure(&self, brdf: &dyn Brdf, schedule: &Arc<Schedule>) -> Measurement {
+        let all = self.measure_while(brdf, schedule, &mut || true);
+        all.unwrap_or_else(|| unreachable!("nobody stopped it"))
     }
 }
 

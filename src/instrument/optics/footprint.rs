@@ -6,9 +6,9 @@ use crate::instrument::InstrumentSpec;
 /// Whether the sensor sees all the light.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Filling {
-    /// It sees the whole lit spot: the signal follows the power of the beam.
+    /// It sees the whole lit spot: the signal follows cos θ_o.
     UnderFilled,
-    /// What it sees lies within the lit spot: the signal follows the irradiance.
+    /// What it sees lies within the lit spot: the signal follows cos θ_i.
     OverFilled,
     /// The one along one axis, the other across: the signal depends on both.
     Mixed,
@@ -34,6 +34,17 @@ pub struct Footprint {
     pub seen_mm: f64,
     /// Which is inside which.
     pub filling: Filling,
+}
+
+/// Signal of a diffuse sample relative to that at the normal, over cos θ_i: what is seen of what is lit.
+///
+/// The irradiance falls with cos θ_i and the seen area with 1/cos θ_o, of which the sensor collects
+/// cos θ_o; light and view overlap along both axes of their ellipses. Over-filled this is 1, and the
+/// signal follows cos θ_i; under-filled it follows cos θ_o.
+pub fn collected(spec: &InstrumentSpec, pair: &DirectionPair) -> f64 {
+    let spot = footprint(spec, pair);
+    let across = spec.source.beam_mm.min(spec.detector.view_mm);
+    pair.omega_o.cos_theta() * spot.lit_mm.min(spot.seen_mm) / across
 }
 
 /// The spots of a pair. A round beam of diameter d meets the sample in an ellipse of axes d / cos θ

@@ -14,6 +14,9 @@ type Checked = Result<(), ParameterError>;
 /// directions of a pose mean nothing.
 const WIDEST_DEG: f64 = 10.0;
 
+/// Sizes of numbers other than 0.
+const SANE: [f64; 2] = [1e-9, 1e15];
+
 /// How far the square of a unit vector's length may be from 1: four decimals in a file.
 const UNIT: f64 = 1e-3;
 
@@ -306,18 +309,38 @@ fn described(axes: &[AxisTemplate]) -> String {
 }
 
 fn finite(key: &str, value: f64) -> Checked {
-    if value.is_finite() {
-        return Ok(());
+    if !value.is_finite() {
+        return Err(ParameterError::new(key, value, "a finite number"));
     }
-    Err(ParameterError::new(key, value, "a finite number"))
+    if value == 0.0 {
+        Ok(())
+    } else {
+        sane(key, value.abs())
+    }
 }
 
 fn above(key: &str, value: f64) -> Checked {
-    in_left_open(key, value, 0.0, f64::INFINITY).map(|_| ())
+    in_left_open(key, value, 0.0, f64::INFINITY)?;
+    sane(key, value)
 }
 
 fn at_least_0(key: &str, value: f64) -> Checked {
-    below(key, value, f64::INFINITY)
+    below(key, value, f64::INFINITY)?;
+    if value > 0.0 {
+        sane(key, value)
+    } else {
+        Ok(())
+    }
+}
+
+/// Squares and quotients of what lies here neither overflow nor vanish; no instrument lies outside.
+fn sane(key: &str, value: f64) -> Checked {
+    let [least, most] = SANE;
+    if (least..=most).contains(&value) {
+        return Ok(());
+    }
+    let allowed = format!("a number in [{least:e}, {most:e}]");
+    Err(ParameterError::new(key, format!("{value:e}"), allowed))
 }
 
 /// Checks `0 ≤ value < end`.
