@@ -41,7 +41,12 @@ impl Check {
             print(&format!("{}\n\n", question.trim()))?;
         }
         print(&materials(&plan.materials, &plan.missing))?;
-        for symmetry in plan.symmetries() {
+        // Those of readings and minutes are found for each instrument, see below.
+        let known = plan
+            .symmetries()
+            .into_iter()
+            .filter(|_| !plan.budgets.is_empty());
+        for symmetry in known {
             print(&format!("\nschedules for {}\n", words(symmetry)))?;
             schedules(&plan, symmetry)?;
         }
@@ -60,8 +65,9 @@ impl Check {
             .map(|r| r.name.as_str())
             .collect();
         let measures: Vec<_> = plan.measures.iter().map(|m| m.name()).collect();
+        let mut infeasible = None;
         if !plan.instruments.is_empty() {
-            ways(&plan)?;
+            infeasible = ways(&plan)?;
         }
         print(&format!(
             "\nreconstructions: {}\nmeasures: {}, {} pairs each\nseeds: {:?}\n{} reconstructions, {} rows\n",
@@ -71,7 +77,8 @@ impl Check {
             plan.seeds,
             plan.jobs(),
             plan.rows()
-        ))
+        ))?;
+        infeasible.map_or(Ok(()), Err)
     }
 }
 
@@ -309,7 +316,10 @@ fn schedules(plan: &Plan, symmetry: Symmetry) -> Result<(), Error> {
 }
 
 /// Prints what every instrument makes of the schedules of the first seed.
-fn ways(plan: &Plan) -> Result<(), Error> {
+///
+/// Returns the first plan that one cannot carry out.
+fn ways(plan: &Plan) -> Result<Option<Error>, Error> {
+    let mut infeasible = None;
     let labels = plan.parametrizations.iter().map(|c| c.label().len());
     let w = labels.max().unwrap_or(0).max(15);
     let sets = plan.sample_sets.iter().map(|s| s.name.chars().count());
@@ -340,7 +350,11 @@ fn ways(plan: &Plan) -> Result<(), Error> {
                             seed: plan.seeds[0],
                         };
                         let line = match route(&mut key) {
-                            Err(e) => e.to_string(),
+                            Err(e) => {
+                                let line = e.to_string();
+                                infeasible.get_or_insert(e);
+                                line
+                            }
                             Ok(routed) => routed.itinerary.map_or(String::new(), |i| {
                                 let reach = 100.0 * i.reachable();
                                 let minutes = i.seconds() / 60.0;
@@ -364,7 +378,7 @@ fn ways(plan: &Plan) -> Result<(), Error> {
             }
         }
     }
-    Ok(())
+    Ok(infeasible)
 }
 
 pub(super) fn words(symmetry: Symmetry) -> String {

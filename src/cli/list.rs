@@ -3,9 +3,9 @@
 use super::print;
 use crate::brdf;
 use crate::error::Error;
-use crate::experiment::{Kind, Row};
+use crate::experiment::{Kind, Row, Use};
 use crate::geometry::Symmetry;
-use crate::instrument::{self, InstrumentSpec};
+use crate::instrument::{self, InstrumentSpec, Order};
 use crate::lighting;
 use crate::metrics::Measure;
 use crate::moments;
@@ -257,9 +257,20 @@ fn instruments() -> String {
         }
         text
     });
-    let title = "instruments: presets; also any file, see gonio check";
-    let classes = "instruments: kinematic classes: class = … with these [[axis]]";
-    titled(title, presets) + "\n" + &titled(classes, required)
+    let keys = Use::KEYS.map(|(key, meaning)| line(key, meaning));
+    let orders = Order::ALL.map(|order| line(order.name(), order.summary()));
+    let title = "instruments: [[instrument]] of a config";
+    let names =
+        "instruments: presets; gonio check NAME says more, and the files explain their keys";
+    let classes =
+        "instruments: kinematic classes: class = … of an instrument file, with these [[axis]]";
+    [
+        titled(title, keys.into_iter()),
+        titled("instruments: order = …", orders.into_iter()),
+        titled(names, presets),
+        titled(classes, required),
+    ]
+    .join("\n")
 }
 
 /// The apertures of an instrument.

@@ -2,13 +2,15 @@
 
 use super::check::words;
 use super::schedule::out_of_reach;
-use super::{ThreadArgs, build, choose_material, print, read_text, refuse_existing, say, written};
+use super::{
+    ThreadArgs, axis_names, build, choose_material, print, read_text, refuse_existing, say, written,
+};
 use crate::error::Error;
 use crate::experiment::{IDEAL, Plan, PlannedInstrument, Source};
 use crate::files::write_atomically;
 use crate::instrument::{Ideal, Instrument, Order};
 use crate::measurement::{About, Measurement, Outcome, write_measurement};
-use crate::schedule::{Assume, ScheduleFormat, Sequence, read_schedule};
+use crate::schedule::{Assume, ScheduleFormat, Sequence, Unreachable, read_schedule};
 use clap::Args;
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -70,6 +72,7 @@ impl Measure {
         let material = choose_material(&plan.materials, self.material.as_deref())?;
         let assume = Assume {
             otherwise: material.symmetry,
+            axes: axis_names()?,
             ..Assume::default()
         };
         let name = self.schedule.display().to_string();
@@ -104,17 +107,17 @@ impl Measure {
                 instrument.name
             ));
         }
-        let order = file.order;
+        let (order, lost) = (file.order, file.unreachable);
         let schedule = Arc::new(file.schedule);
         let mut minutes = String::new();
         let (measurement, itinerary) = match &instrument {
-            None => (only(Ideal.measure(&*brdf, &schedule), &order), None),
+            None => (only(Ideal.measure(&*brdf, &schedule), &order, &lost), None),
             Some(instrument) => {
                 let name = format!("the schedule for \"{}\"", material.name);
                 instrument.check_symmetry(folded, &name, || "--instrument".into())?;
                 let bench = instrument.bench(instrument.use_of.parts(), seed);
                 let bench = bench.map_err(|e| Error::Internal(e.to_string()))?;
-                let itinerary = bench.plan_given(&schedule, &order);
+                let mut itinerary = bench.plan_given(&schedule, &order);
                 if !itinerary.unreachable.is_empty() && !self.skip_unreachable {
                     return Err(Error::infeasible("--instrument", out_of_reach(&itinerary)));
                 }
@@ -122,13 +125,19 @@ impl Measure {
                     return Err(Error::infeasible("--instrument", out_of_reach(&itinerary)));
                 }
                 minutes = format!(", {:.1} minutes", itinerary.seconds() / 60.0);
+                // What the schedule left out keeps its reason.
+                itinerary.unreachable.extend(&lost);
                 let measurement = bench.session(&itinerary, seed).measure(&*brdf, &schedule);
                 (measurement, Some(itinerary))
             }
         };
+        let mut rows = order.clone();
         let sequence = match &itinerary {
             Some(itinerary) => Sequence::Visits(itinerary),
-            None => Sequence::Order(&order),
+            None => {
+                rows.extend(lost.iter().map(|(pose, _)| pose));
+                Sequence::Order(&rows)
+            }
         };
         written(
             &self.output,
@@ -138,7 +147,7 @@ impl Measure {
         )?;
         print(&format!(
             "{} poses: {} readings, {} without data, {} out of reach{minutes}\n",
-            order.len(),
+            order.len() + lost.len(),
             measurement.readings(),
             measurement.no_data(),
             measurement.unreachable(),
@@ -170,7 +179,7 @@ impl Measure {
 }
 
 /// The measurement of these poses alone: a lattice has others, which the file does not ask for.
-fn only(mut measurement: Measurement, poses: &[u32]) -> Measurement {
+fn only(mut measurement: Measurement, poses: &[u32], lost: &[(u32, Unreachable)]) -> Measurement {
     let mut asked = vec![false; measurement.outcomes.len()];
     for &pose in poses {
         asked[pose as usize] = true;
@@ -179,6 +188,9 @@ fn only(mut measurement: Measurement, poses: &[u32]) -> Measurement {
         if !asked {
             *outcome = Outcome::NotVisited;
         }
+    }
+    for &(pose, reason) in lost {
+        measurement.outcomes[pose as usize] = Outcome::Unreachable(reason);
     }
     measurement
 }

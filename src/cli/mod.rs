@@ -23,6 +23,7 @@ mod tabulate;
 use crate::brdf::{Brdf, BuildError, Channels};
 use crate::error::Error;
 use crate::experiment::{Config, Material, Plan, Source};
+use crate::instrument;
 use clap::{Args, Parser, Subcommand};
 use std::io::{self, ErrorKind, Write};
 use std::path::{Path, PathBuf};
@@ -209,6 +210,21 @@ fn written(path: &Path, result: io::Result<()>) -> Result<(), Error> {
         }
         _ => Ok(()),
     }
+}
+
+/// Names of the axes of every preset.
+fn axis_names() -> Result<Vec<String>, Error> {
+    let mut names: Vec<String> = Vec::new();
+    for preset in instrument::presets() {
+        let spec = instrument::read(preset.text);
+        let spec = spec.map_err(|e| Error::Internal(format!("preset {}: {e}", preset.name)))?;
+        for axis in spec.axis {
+            if !names.contains(&axis.name) {
+                names.push(axis.name);
+            }
+        }
+    }
+    Ok(names)
 }
 
 /// Refuses to replace a file unless told to.

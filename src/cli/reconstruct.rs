@@ -139,6 +139,7 @@ impl Reconstruct {
             parametrization: self.parametrization.clone(),
             symmetry: self.symmetry,
             otherwise: Symmetry::FULL,
+            axes: super::axis_names()?,
         };
         if alta::is_alta(&text) {
             let file = alta::read(&text, &name, &assume)?;
@@ -312,6 +313,9 @@ fn picture(brdf: &dyn Brdf, path: &Path) -> Result<(), Error> {
     use crate::lighting::{LightingSpec, SkySpec};
     let light = SkySpec::default().build();
     let light = light.map_err(|e| Error::Internal(e.to_string()))?;
+    super::say(
+        "gonio: drawing a sphere, which takes a minute or two of the slower reconstructions",
+    );
     let image = crate::report::sphere(brdf, &*light, PICTURE);
     let drawn = write_atomically(path, |out| image.write_png(image.white(), out));
     drawn.map_err(|e| Error::output(path, format!("cannot write this file: {e}")))

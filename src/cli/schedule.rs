@@ -342,7 +342,10 @@ fn unknown(option: &str, name: &str, allowed: impl Iterator<Item = String>) -> E
             names.push(name);
         }
     }
-    let allowed = names.join(", ");
+    let allowed = match names.join(", ") {
+        none if none.is_empty() => "another option, as the config has none of these".into(),
+        names => names,
+    };
     Error::config(
         option,
         format!("\"{name}\" is not in this config; allowed: {allowed}"),

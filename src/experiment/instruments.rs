@@ -65,6 +65,29 @@ impl Default for Use {
 }
 
 impl Use {
+    /// The keys of an `[[instrument]]` and what they mean; one of the first three is needed.
+    pub const KEYS: [(&str, &str); 10] = [
+        ("preset", "one of those below"),
+        ("file", "an instrument file, relative to the working folder"),
+        ("spec", "the keys of such a file, here"),
+        ("name", "in results; that of the instrument if left out"),
+        ("order", "in which the poses are visited"),
+        ("limits", "false: every pose is reachable"),
+        ("apertures", "false: light and sensor are points"),
+        (
+            "noise",
+            "false: no counts, no offsets and repeatability of axes, no error of tile and lamp",
+        ),
+        (
+            "holes",
+            "false: do not measure again without limits to see what unreachable poses cost",
+        ),
+        (
+            "realisation",
+            "seed of what all readings of one machine share; that of the row if left out",
+        ),
+    ];
+
     /// The parts that are simulated.
     pub fn parts(self) -> Parts {
         Parts {
@@ -242,7 +265,17 @@ pub(super) fn gather(
                     return Err(source.error_at(&path, message));
                 }
             },
-            From::File(file) => (read(&file)?, None),
+            From::File(file) => {
+                if !file.is_file() {
+                    let path = path.key("file");
+                    let message = format!(
+                        "{path} = {file:?}: there is no such file; allowed: an instrument file, its \
+                         path relative to the folder gonio is started in"
+                    );
+                    return Err(source.error_at(&path, message));
+                }
+                (read(&file)?, None)
+            }
             From::Spec(spec) => (*spec, None),
         };
         let name = table.name.unwrap_or_else(|| spec.name.clone());
@@ -266,4 +299,36 @@ pub(super) fn gather(
         list.push(planned);
     }
     Ok(list)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_keys_are_those_that_are_read() {
+        for (key, _) in Use::KEYS {
+            let value = match key {
+                "preset" => "preset = \"utia\"",
+                "file" => "file = \"a.toml\"",
+                "spec" => continue,
+                "name" => "preset = \"utia\"\nname = \"a\"",
+                "order" => "preset = \"utia\"\norder = \"sorted\"",
+                "realisation" => "preset = \"utia\"\nrealisation = 1",
+                _ => &format!("preset = \"utia\"\n{key} = false"),
+            };
+            let read = toml::de::DeTable::parse(value).map(table);
+            assert!(matches!(read, Ok(Ok(_))), "{key}");
+        }
+        let fields = super::super::resolved::section(&Use {
+            realisation: Some(1),
+            ..Use::default()
+        });
+        assert!(
+            fields
+                .keys()
+                .all(|f| Use::KEYS.iter().any(|(key, _)| key == f))
+        );
+        assert_eq!(fields.len() + 4, Use::KEYS.len());
+    }
 }

@@ -199,7 +199,10 @@ impl Row {
         ("sample_set", "name of the sample set"),
         ("reconstruction", "name of the reconstruction"),
         ("instrument", "name of the instrument; ideal has no flaws"),
-        ("budget", "distinct configurations that were allowed"),
+        (
+            "budget",
+            "distinct configurations that were allowed, or found for the readings or minutes that were",
+        ),
         (
             "allowed",
             "what the schedule was allowed: N poses (the budget itself), N readings or M minutes",

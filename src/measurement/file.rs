@@ -146,7 +146,7 @@ pub fn write_measurement(
         cells.push(Cell::Words(words(measurement, pose)));
         cells.push(Cell::Number(1.0));
     };
-    let mut lines = description(&measurement.schedule);
+    let mut lines = description(&measurement.schedule, "measurement");
     let readings = measurement.readings();
     lines.push(format!("measurement: {readings} readings of these poses"));
     let sheet = Sheet {
@@ -229,7 +229,7 @@ pub fn read_measurement(
     }
     let further: Vec<&str> = further.iter().map(String::as_str).collect();
     let table = Table::read(text, name, MEASUREMENT_HASH, |table| {
-        known_columns(table, &further)
+        known_columns(table, &assume.axes, &further)
     })?;
     let rows = Rows::read(&table)?;
     let kept = latest(&table, &rows)?;
@@ -349,7 +349,7 @@ impl ValueColumns {
             }
         }
         if found.len() != 1 {
-            let message = "there must be one kind of values; allowed: value, or value_r, value_g and \
+            let message = "there must be one kind of values (a schedule has none: measure it first); allowed: value, or value_r, value_g and \
                            value_b (f_r in 1/sr, without the cosine), or the same as value_cos… \
                            (times cos theta_i)";
             return Err(FileError::at(&table.name, table.head, message));

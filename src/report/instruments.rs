@@ -145,7 +145,9 @@ impl Found {
                 // Shares, as errors of unlike materials cannot be averaged.
                 let cost = |r: &&&Row| Some(r.hole_nrmse? / r.nrmse?);
                 let costs: Vec<f64> = rows().filter_map(|r| cost(&r)).collect();
-                let cost = arithmetic_mean(&costs).map(|c| format!("{:.0}%", 100.0 * c));
+                // `+ 0.0` after rounding: no −0 %.
+                let cost =
+                    arithmetic_mean(&costs).map(|c| format!("{}%", (100.0 * c).round() + 0.0));
                 out += &format!("  {:>8}\n", cost.unwrap_or("-".into()));
             }
         }

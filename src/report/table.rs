@@ -68,7 +68,11 @@ impl Table {
             set: "sample set",
             instrument: "instrument",
             allowed: "allowed",
-            budget: "budget",
+            budget: if self.instruments.is_some() {
+                "poses"
+            } else {
+                "budget"
+            },
             seed: "seed",
             readings: "readings",
             reachable: "reach",
@@ -118,7 +122,11 @@ impl Table {
                 set: &first.sample_set,
                 instrument: &first.instrument,
                 allowed: &first.allowed,
-                budget: &first.budget.to_string(),
+                // With an instrument what counts is how many poses there are, not how many may be.
+                budget: &match self.instruments {
+                    Some(_) => first.poses.to_string(),
+                    None => first.budget.to_string(),
+                },
                 seed: &first.seed.to_string(),
                 readings: &first.readings.to_string(),
                 reachable: &format!("{:.1}%", 100.0 * first.reachable),

@@ -101,15 +101,21 @@ fn symmetry_words(s: Symmetry) -> String {
     }
 }
 
+/// The sample set of poses that a table brought along.
+pub(crate) const FROM_FILE: &str = "file";
+
 /// What the file is, a sentence a line.
-pub(crate) fn description(schedule: &Schedule) -> Vec<String> {
+pub(crate) fn description(schedule: &Schedule, what: &str) -> Vec<String> {
     let p = &schedule.parametrization;
     let s = p.symmetry();
     let symmetries = symmetry_words(s);
     vec![
-        format!("gonio {} schedule: {} poses, distinct and above the horizon", env!("CARGO_PKG_VERSION"), schedule.poses.len()),
-        format!("{} points, uniform in {} coordinates (warp: {})", schedule.sample_set, p.name(), p.warp_name()),
-        format!("symmetries folded: {symmetries}; {:.4} of the box is below the horizon and left out", schedule.unphysical_share),
+        format!("gonio {} {what}: {} poses above the horizon", env!("CARGO_PKG_VERSION"), schedule.poses.len()),
+        if schedule.sample_set == FROM_FILE {
+            format!("from a table; coordinates are {} (warp: {}), symmetries {symmetries}", p.name(), p.warp_name())
+        } else {
+            format!("{} points, uniform in {} coordinates (warp: {}), each once under the symmetries {symmetries}; {:.4} of the box is below the horizon and left out", schedule.sample_set, p.name(), p.warp_name(), schedule.unphysical_share)
+        },
         "frame: right-handed, z = sample normal, azimuths from x (tangent) towards y; all directions point away from the sample".to_owned(),
     ]
 }
@@ -293,7 +299,7 @@ impl<'a> PoseRows<'a> {
     }
 
     fn sheet<'b>(&self, row: &'b dyn Fn(usize, &mut Vec<Cell>)) -> Sheet<'b> {
-        let mut about = description(self.schedule);
+        let mut about = description(self.schedule, "schedule");
         if let Sequence::Visits(i) = self.sequence {
             about.push(format!(
                 "rows in the order of time ({}) of {}: {:.0} s; {} poses cannot be measured, see unreachable",
@@ -489,7 +495,7 @@ mod tests {
         let schedule = Grid::default()
             .plan(&entry.form(Symmetry::FULL), 200, 1)
             .unwrap();
-        let about = description(&schedule).join("\n");
+        let about = description(&schedule, "schedule").join("\n");
         let poses = schedule.poses.len();
         let share = format!("{:.4}", schedule.unphysical_share);
         for part in [
@@ -502,7 +508,11 @@ mod tests {
         let schedule = Grid::default()
             .plan(&entry.form(Symmetry::NONE), 200, 1)
             .unwrap();
-        assert!(description(&schedule).join("\n").contains("folded: none"));
+        assert!(
+            description(&schedule, "schedule")
+                .join("\n")
+                .contains("folded: none")
+        );
     }
 
     #[test]

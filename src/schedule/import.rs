@@ -9,9 +9,9 @@
 //! (of the rows, if there is none). With a lattice it has all of the lattice's poses under their own
 //! numbers, whether they have a row or not.
 
-use super::export::{ARMS, SCHEDULE_HASH, TIMES, coordinate_axes};
+use super::export::{ARMS, FROM_FILE, SCHEDULE_HASH, TIMES, coordinate_axes};
 use super::grid;
-use super::itinerary::{MAX_AXES, Positions};
+use super::itinerary::{MAX_AXES, Positions, Unreachable};
 use super::lattice::{Lattice, LatticeAxis};
 use super::table::{FileError, Table};
 use super::{Pose, Schedule};
@@ -34,6 +34,9 @@ pub struct Assume {
     pub symmetry: Option<Symmetry>,
     /// The symmetries if neither `symmetry` nor the header says; by default none.
     pub otherwise: Symmetry,
+    /// Names of axes whose columns may be there without a header that names them, as in a table that
+    /// went through a program that drops comments. Their values are not used then.
+    pub axes: Vec<String>,
 }
 
 impl Default for Assume {
@@ -42,6 +45,7 @@ impl Default for Assume {
             parametrization: None,
             symmetry: None,
             otherwise: Symmetry::NONE,
+            axes: Vec::new(),
         }
     }
 }
@@ -58,6 +62,8 @@ pub struct ScheduleFile {
     pub axes: Vec<String>,
     /// Positions of the axes (rad), one a row; empty if the file has none.
     pub positions: Vec<Positions>,
+    /// Poses of the lattice that the instrument could not take, and why; empty without a lattice.
+    pub unreachable: Vec<(u32, Unreachable)>,
     /// The hash of the rows.
     pub hash: String,
 }
@@ -68,7 +74,9 @@ pub struct ScheduleFile {
 /// One sentence with the line: a column that is not known or not there, an angle that is none or
 /// out of range, a pose twice, a file that was cut.
 pub fn read_schedule(text: &str, name: &str, assume: &Assume) -> Result<ScheduleFile, FileError> {
-    let table = Table::read(text, name, SCHEDULE_HASH, |table| known_columns(table, &[]))?;
+    let table = Table::read(text, name, SCHEDULE_HASH, |table| {
+        known_columns(table, &assume.axes, &[])
+    })?;
     let rows = Rows::read(&table)?;
     if let Some(again) = rows.again().find(|again| again.row != again.first) {
         return Err(again.refuse(&table));
@@ -76,9 +84,23 @@ pub fn read_schedule(text: &str, name: &str, assume: &Assume) -> Result<Schedule
     let kept: Vec<usize> = (0..table.lines.len()).collect();
     let (schedule, order) = rows.schedule(&table, &kept, assume, SCHEDULE_HASH)?;
     let (axes, positions) = positions(&table)?;
+    let mut unreachable = Vec::new();
+    if schedule.lattice.is_some() {
+        let listed: Vec<(u32, String)> = table.fact("unreachable")?.unwrap_or_default();
+        let mut free = vec![true; schedule.poses.len()];
+        for &pose in &order {
+            free[pose as usize] = false;
+        }
+        let known = |(pose, label): (u32, String)| {
+            let there = free.get(pose as usize) == Some(&true);
+            Some((pose, Unreachable::of_label(&label)?)).filter(|_| there)
+        };
+        unreachable.extend(listed.into_iter().filter_map(known));
+    }
     Ok(ScheduleFile {
         schedule,
         order,
+        unreachable,
         instrument: table.fact("instrument")?,
         axes,
         positions,
@@ -87,13 +109,18 @@ pub fn read_schedule(text: &str, name: &str, assume: &Assume) -> Result<Schedule
 }
 
 /// Names of the columns that a file of poses may have, and `further` ones.
-pub(crate) fn known_columns(table: &Table, further: &[&str]) -> Result<Vec<String>, FileError> {
+pub(crate) fn known_columns(
+    table: &Table,
+    axes: &[String],
+    further: &[&str],
+) -> Result<Vec<String>, FileError> {
     let mut columns = vec!["index".to_owned()];
     columns.extend(ARMS.map(String::from));
     columns.extend(further.iter().map(|&name| name.into()));
     columns.push("block".into());
     columns.extend(TIMES.map(String::from));
-    let axes: Vec<String> = table.fact("axes")?.unwrap_or_default();
+    let named: Option<Vec<String>> = table.fact("axes")?;
+    let axes = named.unwrap_or_else(|| axes.to_vec());
     columns.extend(axes.iter().map(|name| format!("{name}_deg")));
     columns.extend(axes.iter().map(|name| format!("axis_{name}_deg")));
     columns.extend(coordinate_columns());
@@ -268,7 +295,9 @@ impl Rows {
         let lattice: Option<Vec<LatticeAxis>> = table.fact("lattice")?;
         let lattice = lattice.filter(|_| as_declared);
         let mut schedule = Schedule {
-            sample_set: table.fact("sample_set")?.unwrap_or_else(|| "file".into()),
+            sample_set: table
+                .fact("sample_set")?
+                .unwrap_or_else(|| FROM_FILE.into()),
             unphysical_share: table.fact("unphysical_share")?.unwrap_or(0.0),
             poses: Vec::new(),
             lattice: None,

@@ -165,7 +165,7 @@ fn a_job_that_fails_costs_only_its_rows() {
     // One of two reconstructions at one of two budgets, for 2 materials and 2 warps.
     assert_eq!(stderr.lines().count(), 4 + 1, "{stderr}");
     assert!(
-        stderr.contains("random of 2, seed 1, thin-plate: 2 readings"),
+        stderr.contains("random of 2 poses, seed 1, thin-plate: 2 readings"),
         "{stderr}"
     );
     assert!(stderr.contains("4 of 16 jobs failed"), "{stderr}");
