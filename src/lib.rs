@@ -42,9 +42,11 @@
 //! | `h_bar`, `k_bar` | their projections on the tangent plane |
 //! | `f_r` | BRDF in sr⁻¹, **without** the cosine |
 //! | pose | one configuration of the two arms, a light and a sensor direction |
+//! | itinerary | when an instrument visits which pose, and which ones it cannot take |
+//! | type A, type B | standard uncertainty of what scatters between readings, and of what they share |
 //! | slice | a BRDF at fixed view, in the chart of [`parametrization::view_centered`] |
 //! | energy | zeroth moment of a slice, without the cosine: no albedo |
-//! | budget | the largest number of distinct physical configurations a schedule may have |
+//! | budget | the largest number of distinct physical configurations a schedule may have; given, or found for readings or minutes |
 //! | measure | how the pairs an error is averaged over are distributed |
 //!
 //! Radians inside; degrees only in config keys and file columns that end in `_deg`.

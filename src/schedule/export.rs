@@ -511,7 +511,7 @@ mod tests {
         assert!(
             description(&schedule, "schedule")
                 .join("\n")
-                .contains("folded: none")
+                .contains("under the symmetries none")
         );
     }
 

@@ -114,10 +114,13 @@ pairs = 2000
         let said = bench.good(&["measure", &poses, "--config", "i.toml", "-o", &readings]);
         let minutes = row.instrument_seconds.unwrap() / 60.0;
         let told = format!(
-            "{} readings, 0 without data, 0 out of reach, {minutes:.1} min",
+            "{} readings, 0 without data, {lost} out of reach, {minutes:.1} min",
             row.readings
         );
         assert!(said.contains(&told), "{said}");
+        // What the schedule left out keeps its reason.
+        let text = fs::read_to_string(bench.path(&readings)).unwrap();
+        assert!(text.contains("unreachable:light-elevation"), "{text}");
         let against = ["--against", "i.toml", "--reconstruction", "cubic"];
         let said = bench.good(&[&["reconstruct", &readings], &against[..]].concat());
         // The same poses, times and noise: the same readings, hence the same errors.
@@ -128,6 +131,33 @@ pairs = 2000
             "{found} {of_run}"
         );
     }
+}
+
+#[test]
+fn a_table_without_its_comments_is_taken_at_its_word() {
+    let bench = Bench::new();
+    let instrument = ["--instrument", "utia", "--skip-unreachable"];
+    let choice = ["--material", "ggx-0.4", "--budget", "150", "--seed", "1"];
+    let more = ["--warp", "none", "--sample-set", "grid", "-o", "p.csv"];
+    bench.good(&[&["schedule", "small.toml"], &choice[..], &more, &instrument].concat());
+    let text = fs::read_to_string(bench.path("p.csv")).unwrap();
+    let rows: Vec<&str> = text.lines().filter(|l| !l.starts_with('#')).collect();
+    assert!(rows[0].contains("turntable_deg"));
+    fs::write(bench.path("bare.csv"), rows.join("\n") + "\n").unwrap();
+    let of = [
+        "--config",
+        "small.toml",
+        "--material",
+        "ggx-0.4",
+        "-o",
+        "r.csv",
+    ];
+    let said = bench.good(&[&["measure", "bare.csv"], &of[..]].concat());
+    let told = format!("{0} poses: {0} readings", rows.len() - 1);
+    assert!(said.contains(&told), "{said}");
+    // A schedule is no measurement, and says so.
+    let sentence = bench.refused(&["reconstruct", "p.csv"], 3);
+    assert!(sentence.contains("measure it first"), "{sentence}");
 }
 
 #[test]
