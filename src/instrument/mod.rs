@@ -4,8 +4,9 @@
 //! noise: its reading is the BRDF itself, bit for bit, at the cost of evaluating it.
 //!
 //! A [`Bench`] is a machine of a [preset](presets()): a [`Machine`] of rotation axes with limits,
-//! apertures, a detector, motion that takes time. It plans an [`Itinerary`] of a schedule, and a
-//! [`Session`] measures along it. Each part can be left out, and then costs nothing.
+//! apertures, a detector, motion that takes time. It plans an
+//! [`Itinerary`](crate::schedule::Itinerary) of a schedule, and a [`Session`] measures along it. Each
+//! part can be left out, and then costs nothing.
 
 mod bench;
 mod class;
