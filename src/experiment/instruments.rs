@@ -164,9 +164,9 @@ impl PlannedInstrument {
         material: &str,
         place: impl FnOnce() -> String,
     ) -> Result<(), Error> {
-        let bench = self.bench(self.use_of.parts(), 0);
-        let bench = bench.map_err(|e| Error::Internal(e.to_string()))?;
-        let class = bench.machine().class();
+        // The specification was checked when it was read.
+        let class = self.spec.kinematic_class();
+        let class = class.map_err(|e| Error::Internal(e.to_string()))?;
         if symmetry.isotropic || !class.isotropic_only() {
             return Ok(());
         }

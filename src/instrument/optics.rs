@@ -48,10 +48,10 @@ pub struct Tolerance {
     pub max_evaluations: usize,
 }
 
-/// A thousandth: half of what the best tile is known to.
 impl Default for Tolerance {
     fn default() -> Self {
         Self {
+            // Less than the tiles of the presets are uncertain, which goes into every reading.
             relative: 1e-3,
             absolute: 1e-12,
             max_evaluations: 100_000,
