@@ -62,6 +62,7 @@
 //! [`docs::design`]: why the house stands as it does. [`docs::errata`]: what the papers misprint.
 //! [`docs::relations`]: moments of a slice and of the picture. [`docs::changelog`].
 
+pub mod analysis;
 pub mod brdf;
 #[cfg(feature = "cli")]
 pub mod cli;
@@ -82,5 +83,6 @@ pub mod registry;
 pub mod report;
 pub mod sampling;
 pub mod schedule;
+pub mod statistics;
 
 pub use error::Error;

@@ -5,8 +5,9 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// Modules from the bottom of the house to its roof; each uses only earlier ones.
-const ORDER: [&str; 18] = [
+const ORDER: [&str; 20] = [
     "numeric",
+    "statistics",
     "error",
     "files",
     "registry",
@@ -21,6 +22,7 @@ const ORDER: [&str; 18] = [
     "reconstruct",
     "metrics",
     "moments",
+    "analysis",
     "experiment",
     "report",
     "cli",
