@@ -7,12 +7,10 @@
 //! ends naturally (zero second derivative), [`REACH`] nodes away, where it no longer matters: each
 //! node damps the influence of what lies beyond by 2 − √3 = 0.27.
 
-use super::ReconstructError;
-use super::grid::{Continuation, GridBrdf, Padded, Rule};
+use super::grid::{Continuation, GridInterpolant, Padded, Rule};
 use super::lattice_method::{LatticeMethod, LatticeRule};
 use super::transform::Transform;
-use crate::brdf::Brdf;
-use crate::measurement::Measurement;
+use super::{Interpolant, Readings, ReconstructError};
 
 /// Nodes the lattice is continued past each end: 0.27^8 = 3e-5 of an end effect is left.
 const REACH: usize = 8;
@@ -32,22 +30,22 @@ impl LatticeRule for CubicRule {
     const SUMMARY: &'static str = "interpolating cubic spline on the grid, in its own coordinates";
 
     fn build<const D: usize>(
-        measurement: &Measurement,
+        readings: &Readings<'_>,
         transform: Transform,
-    ) -> Result<Box<dyn Brdf>, ReconstructError> {
+    ) -> Result<Box<dyn Interpolant>, ReconstructError> {
         let nodes = Padded::<D>::new(
             Self::KIND,
-            measurement,
+            readings,
             transform,
             REACH,
             Continuation::Straight,
         )?;
         let rule = Spline::new(nodes);
-        Ok(Box::new(GridBrdf::new(
+        Ok(Box::new(GridInterpolant::new(
             rule,
-            &measurement.schedule,
+            readings.schedule,
             transform,
-            measurement.channels,
+            readings.width,
         )))
     }
 }

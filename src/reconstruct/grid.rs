@@ -10,10 +10,9 @@
 //! is known. Copying the nearest reading instead would put a kink at the horizon.
 
 use super::ReconstructError;
+use super::interpolant::{Interpolant, Readings};
 use super::transform::Transform;
-use crate::brdf::{Brdf, Channels, Presence};
-use crate::geometry::{DirectionPair, Symmetry};
-use crate::measurement::Measurement;
+use crate::geometry::DirectionPair;
 use crate::parametrization::{AxisKind, Coords, Parametrization};
 use crate::schedule::{Lattice, LatticeAxis, Schedule, for_each_node};
 use std::sync::Arc;
@@ -40,24 +39,24 @@ pub(super) struct Padded<const D: usize> {
 }
 
 impl<const D: usize> Padded<D> {
-    /// The readings of a grid measurement; `pad` is at least 2, so that every place of the box
+    /// Readings on a grid; `pad` is at least 2, so that every place of the box
     /// sees two nodes in each direction.
     pub fn new(
         method: &'static str,
-        measurement: &Measurement,
+        readings: &Readings<'_>,
         transform: Transform,
         pad: usize,
         continuation: Continuation,
     ) -> Result<Self, ReconstructError> {
         debug_assert!(pad >= 2);
-        let schedule = &measurement.schedule;
+        let schedule = readings.schedule;
         let Some(lattice) = &schedule.lattice else {
             return Err(ReconstructError::NoGrid {
                 method,
                 sample_set: schedule.sample_set.clone(),
             });
         };
-        let channels = measurement.channels.count();
+        let channels = readings.width;
         let shape: [usize; D] = std::array::from_fn(|d| lattice.axes[d].n + 2 * pad);
         let nodes = shape.iter().product();
         let mut table = Self {
@@ -70,7 +69,7 @@ impl<const D: usize> Padded<D> {
         let mut known = vec![false; nodes];
         for (&node, &pose) in places.inside.iter().zip(&lattice.pose) {
             let place = places.of[node];
-            let reading = pose.and_then(|pose| measurement.value(pose as usize));
+            let reading = pose.and_then(|pose| readings.value(pose as usize));
             if let Some(reading) = reading {
                 let values = &mut table.values[place * channels..(place + 1) * channels];
                 for (value, &f) in values.iter_mut().zip(reading) {
@@ -340,21 +339,21 @@ pub(super) trait Rule<const D: usize>: Send + Sync {
     fn interpolate(&self, x: &[f64; D], out: &mut [f64]);
 }
 
-/// A rule on a lattice, as a BRDF.
-pub(super) struct GridBrdf<R, const D: usize> {
+/// A rule on a lattice.
+pub(super) struct GridInterpolant<R, const D: usize> {
     rule: R,
     parametrization: Arc<dyn Parametrization>,
     axes: [LatticeAxis; D],
     transform: Transform,
-    channels: Channels,
+    width: usize,
 }
 
 /// Pairs per call of `forward_batch`: their coordinates stay in the first-level cache.
 const BATCH: usize = 128;
 
-impl<R: Rule<D>, const D: usize> GridBrdf<R, D> {
-    /// The BRDF that `rule` makes of a grid schedule.
-    pub fn new(rule: R, schedule: &Schedule, transform: Transform, channels: Channels) -> Self {
+impl<R: Rule<D>, const D: usize> GridInterpolant<R, D> {
+    /// What `rule` makes of a grid schedule with so many values a node.
+    pub fn new(rule: R, schedule: &Schedule, transform: Transform, width: usize) -> Self {
         let axis = |d: usize| match &schedule.lattice {
             Some(lattice) => lattice.axes[d],
             None => unreachable!("Padded::new refused a schedule without a lattice"),
@@ -364,7 +363,7 @@ impl<R: Rule<D>, const D: usize> GridBrdf<R, D> {
             parametrization: Arc::clone(&schedule.parametrization),
             axes: std::array::from_fn(axis),
             transform,
-            channels,
+            width,
         }
     }
 
@@ -382,26 +381,17 @@ impl<R: Rule<D>, const D: usize> GridBrdf<R, D> {
     }
 }
 
-impl<R: Rule<D>, const D: usize> Brdf for GridBrdf<R, D> {
-    fn channels(&self) -> Channels {
-        self.channels
+impl<R: Rule<D>, const D: usize> Interpolant for GridInterpolant<R, D> {
+    fn width(&self) -> usize {
+        self.width
     }
 
-    fn symmetry(&self) -> Symmetry {
-        self.parametrization.symmetry()
-    }
-
-    fn conserves_energy(&self) -> bool {
-        false
-    }
-
-    fn eval(&self, pair: &DirectionPair, out: &mut [f64]) -> Presence {
+    fn eval(&self, pair: &DirectionPair, out: &mut [f64]) {
         self.value(pair, &self.parametrization.forward(pair), out);
-        Presence::Present
     }
 
-    fn eval_batch(&self, pairs: &[DirectionPair], out: &mut [f64], presence: &mut [Presence]) {
-        let n = self.channels.count();
+    fn eval_batch(&self, pairs: &[DirectionPair], out: &mut [f64]) {
+        let n = self.width;
         let mut coords = [[0.0; 4]; BATCH];
         for (pairs, out) in pairs.chunks(BATCH).zip(out.chunks_mut(BATCH * n)) {
             let coords = &mut coords[..pairs.len()];
@@ -410,6 +400,5 @@ impl<R: Rule<D>, const D: usize> Brdf for GridBrdf<R, D> {
                 self.value(pair, coords, out);
             }
         }
-        presence.fill(Presence::Present);
     }
 }

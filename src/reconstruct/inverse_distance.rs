@@ -4,12 +4,10 @@
 //! [`super::scattered`]. At a reading the weight is infinite and the reading is returned.
 
 use super::coordinates::{Coordinates, ReconstructionCoordinates};
-use super::scattered::{Cloud, Nearest, ScatteredBrdf, ScatteredRule};
+use super::scattered::{Cloud, Nearest, ScatteredInterpolant, ScatteredRule};
 use super::transform::{EPSILON, Values};
-use super::{Reconstruct, ReconstructError, STRETCH, check_neighbours};
-use crate::brdf::Brdf;
+use super::{Interpolant, Readings, Reconstruct, ReconstructError, STRETCH, check_neighbours};
 use crate::error::{ParameterError, in_left_open};
-use crate::measurement::Measurement;
 use crate::registry::{self, Entry};
 use serde::{Deserialize, Serialize};
 use std::num::NonZeroUsize;
@@ -67,16 +65,17 @@ impl InverseDistance {
         }
     }
 
-    fn build<const K: usize>(&self, m: &Measurement) -> Result<Box<dyn Brdf>, ReconstructError> {
+    fn build<const K: usize>(
+        &self,
+        r: &Readings<'_>,
+    ) -> Result<Box<dyn Interpolant>, ReconstructError> {
         let transform = self.values.with(self.epsilon);
-        let cloud = Cloud::<K>::new(KIND, m, &self.coordinates(), transform, 1)?;
+        let cloud = Cloud::<K>::new(KIND, r, &self.coordinates(), transform, 1)?;
         let rule = Shepard {
             neighbours: check_neighbours(self.neighbours, 1)?,
             power: self.power,
         };
-        Ok(Box::new(ScatteredBrdf::new(
-            rule, cloud, transform, m.channels,
-        )))
+        Ok(Box::new(ScatteredInterpolant::new(rule, cloud, transform)))
     }
 }
 
@@ -100,11 +99,11 @@ impl Reconstruct for InverseDistance {
         self.coordinates().check()
     }
 
-    fn reconstruct(&self, m: &Measurement) -> Result<Box<dyn Brdf>, ReconstructError> {
+    fn interpolate(&self, r: &Readings<'_>) -> Result<Box<dyn Interpolant>, ReconstructError> {
         self.check()?;
-        match m.schedule.parametrization.axes().len() {
-            3 => self.build::<3>(m),
-            _ => self.build::<4>(m),
+        match r.schedule.parametrization.axes().len() {
+            3 => self.build::<3>(r),
+            _ => self.build::<4>(r),
         }
     }
 }

@@ -2,10 +2,8 @@
 //! every rule.
 
 use super::transform::{EPSILON, Transform, Values};
-use super::{Reconstruct, ReconstructError};
-use crate::brdf::Brdf;
+use super::{Interpolant, Readings, Reconstruct, ReconstructError};
 use crate::error::ParameterError;
-use crate::measurement::Measurement;
 use crate::registry::{self, Entry};
 use serde::{Deserialize, Serialize};
 use std::fmt::Debug;
@@ -18,14 +16,14 @@ pub trait LatticeRule: Debug + Clone + Send + Sync + 'static {
     /// One line for lists.
     const SUMMARY: &'static str;
 
-    /// The BRDF this rule makes of a grid measurement with `D` axes.
+    /// What this rule makes of readings on a grid with `D` axes.
     ///
     /// # Errors
     /// If the readings lie on no grid, or there is none.
     fn build<const D: usize>(
-        measurement: &Measurement,
+        readings: &Readings<'_>,
         transform: Transform,
-    ) -> Result<Box<dyn Brdf>, ReconstructError>;
+    ) -> Result<Box<dyn Interpolant>, ReconstructError>;
 }
 
 /// What a config says.
@@ -77,12 +75,15 @@ impl<R: LatticeRule> Reconstruct for LatticeMethod<R> {
         self.values.check(self.epsilon)
     }
 
-    fn reconstruct(&self, measurement: &Measurement) -> Result<Box<dyn Brdf>, ReconstructError> {
+    fn interpolate(
+        &self,
+        readings: &Readings<'_>,
+    ) -> Result<Box<dyn Interpolant>, ReconstructError> {
         self.check()?;
         let transform = self.values.with(self.epsilon);
-        match measurement.schedule.parametrization.axes().len() {
-            3 => R::build::<3>(measurement, transform),
-            _ => R::build::<4>(measurement, transform),
+        match readings.schedule.parametrization.axes().len() {
+            3 => R::build::<3>(readings, transform),
+            _ => R::build::<4>(readings, transform),
         }
     }
 }

@@ -3,6 +3,7 @@
 mod coordinates;
 mod cubic;
 mod grid;
+mod interpolant;
 mod inverse_distance;
 mod lattice_method;
 mod multilinear;
@@ -13,6 +14,7 @@ mod transform;
 
 pub use coordinates::Coordinates;
 pub use cubic::{Cubic, CubicRule};
+pub use interpolant::{Interpolant, Readings};
 pub use inverse_distance::InverseDistance;
 pub use lattice_method::{LatticeMethod, LatticeRule};
 pub use multilinear::{Multilinear, MultilinearRule};
@@ -21,6 +23,7 @@ pub use thin_plate::ThinPlate;
 pub use transform::{Transform, Values};
 
 use coordinates::ReconstructionCoordinates;
+use interpolant::Interpolated;
 
 use crate::brdf::Brdf;
 use crate::error::ParameterError;
@@ -45,13 +48,35 @@ pub trait Reconstruct: std::fmt::Debug + Send + Sync {
     /// Names the key, the value and what is allowed.
     fn check(&self) -> Result<(), ParameterError>;
 
-    /// The BRDF that interpolates (or approximates) the readings. It has the symmetries of the
-    /// schedule and the channels of the measurement; it is 0 below the horizon, and finite and ≥ 0
-    /// above it.
+    /// What interpolates (or approximates) the readings, every value of a pose with the same
+    /// weights. It has the symmetries of the schedule.
     ///
     /// # Errors
     /// If there are too few readings, or none on a grid where one is needed.
-    fn reconstruct(&self, measurement: &Measurement) -> Result<Box<dyn Brdf>, ReconstructError>;
+    fn interpolate(
+        &self,
+        readings: &Readings<'_>,
+    ) -> Result<Box<dyn Interpolant>, ReconstructError>;
+
+    /// The BRDF of a measurement: it has the symmetries of the schedule and the channels of the
+    /// measurement; it is 0 below the horizon, and finite and ≥ 0 above it.
+    ///
+    /// # Errors
+    /// As [`interpolate`](Self::interpolate).
+    fn reconstruct(&self, measurement: &Measurement) -> Result<Box<dyn Brdf>, ReconstructError> {
+        let present = interpolant::present(measurement);
+        let interpolant = self.interpolate(&Readings {
+            schedule: &measurement.schedule,
+            width: measurement.channels.count(),
+            values: &measurement.values,
+            present: &present,
+        })?;
+        Ok(Box::new(Interpolated {
+            interpolant,
+            channels: measurement.channels,
+            symmetry: measurement.schedule.parametrization.symmetry(),
+        }))
+    }
 }
 
 /// Why a measurement could not be turned into a BRDF.

@@ -3,12 +3,10 @@
 //! Between the 2^d nodes around a point; second order in the spacing. Cells that straddle the
 //! horizon: see [`super::grid`].
 
-use super::ReconstructError;
-use super::grid::{Continuation, GridBrdf, Padded, Rule};
+use super::grid::{Continuation, GridInterpolant, Padded, Rule};
 use super::lattice_method::{LatticeMethod, LatticeRule};
 use super::transform::Transform;
-use crate::brdf::Brdf;
-use crate::measurement::Measurement;
+use super::{Interpolant, Readings, ReconstructError};
 
 /// The reconstruction.
 pub type Multilinear = LatticeMethod<MultilinearRule>;
@@ -22,22 +20,16 @@ impl LatticeRule for MultilinearRule {
     const SUMMARY: &'static str = "multilinear on the grid, in its own coordinates";
 
     fn build<const D: usize>(
-        measurement: &Measurement,
+        readings: &Readings<'_>,
         transform: Transform,
-    ) -> Result<Box<dyn Brdf>, ReconstructError> {
-        let nodes = Padded::<D>::new(
-            Self::KIND,
-            measurement,
-            transform,
-            2,
-            Continuation::Straight,
-        )?;
+    ) -> Result<Box<dyn Interpolant>, ReconstructError> {
+        let nodes = Padded::<D>::new(Self::KIND, readings, transform, 2, Continuation::Straight)?;
         let rule = Linear::new(nodes.cropped(1));
-        Ok(Box::new(GridBrdf::new(
+        Ok(Box::new(GridInterpolant::new(
             rule,
-            &measurement.schedule,
+            readings.schedule,
             transform,
-            measurement.channels,
+            readings.width,
         )))
     }
 }

@@ -2,13 +2,11 @@
 //! of a next node), else the nearest point of the embedding (see [`super::scattered`]).
 
 use super::coordinates::{Coordinates, ReconstructionCoordinates};
-use super::grid::{Continuation, GridBrdf, Padded, Rule};
-use super::scattered::{Cloud, Nearest, ScatteredBrdf, ScatteredRule};
+use super::grid::{Continuation, GridInterpolant, Padded, Rule};
+use super::scattered::{Cloud, Nearest, ScatteredInterpolant, ScatteredRule};
 use super::transform::{Transform, Values};
-use super::{Reconstruct, ReconstructError, STRETCH};
-use crate::brdf::Brdf;
+use super::{Interpolant, Readings, Reconstruct, ReconstructError, STRETCH};
 use crate::error::ParameterError;
-use crate::measurement::Measurement;
 use crate::registry::{self, Entry};
 use serde::{Deserialize, Serialize};
 
@@ -50,28 +48,26 @@ impl NearestReading {
         }
     }
 
-    fn on_grid<const D: usize>(&self, m: &Measurement) -> Result<Box<dyn Brdf>, ReconstructError> {
+    fn on_grid<const D: usize>(
+        &self,
+        r: &Readings<'_>,
+    ) -> Result<Box<dyn Interpolant>, ReconstructError> {
         let transform = Transform::Linear;
-        let table = Padded::<D>::new(KIND, m, transform, 2, Continuation::Copy)?.cropped(1);
+        let table = Padded::<D>::new(KIND, r, transform, 2, Continuation::Copy)?.cropped(1);
         let strides = table.strides();
         let rule = Round { table, strides };
-        Ok(Box::new(GridBrdf::new(
-            rule,
-            &m.schedule,
-            transform,
-            m.channels,
+        Ok(Box::new(GridInterpolant::new(
+            rule, r.schedule, transform, r.width,
         )))
     }
 
     fn scattered<const K: usize>(
         &self,
-        m: &Measurement,
-    ) -> Result<Box<dyn Brdf>, ReconstructError> {
+        r: &Readings<'_>,
+    ) -> Result<Box<dyn Interpolant>, ReconstructError> {
         let transform = Transform::Linear;
-        let cloud = Cloud::<K>::new(KIND, m, &self.coordinates(), transform, 1)?;
-        Ok(Box::new(ScatteredBrdf::new(
-            First, cloud, transform, m.channels,
-        )))
+        let cloud = Cloud::<K>::new(KIND, r, &self.coordinates(), transform, 1)?;
+        Ok(Box::new(ScatteredInterpolant::new(First, cloud, transform)))
     }
 }
 
@@ -92,15 +88,15 @@ impl Reconstruct for NearestReading {
         self.coordinates().check()
     }
 
-    fn reconstruct(&self, m: &Measurement) -> Result<Box<dyn Brdf>, ReconstructError> {
+    fn interpolate(&self, r: &Readings<'_>) -> Result<Box<dyn Interpolant>, ReconstructError> {
         self.check()?;
-        let three = m.schedule.parametrization.axes().len() == 3;
-        let grid = m.schedule.lattice.is_some() && self.coordinates.is_none();
+        let three = r.schedule.parametrization.axes().len() == 3;
+        let grid = r.schedule.lattice.is_some() && self.coordinates.is_none();
         match (grid, three) {
-            (true, true) => self.on_grid::<3>(m),
-            (true, false) => self.on_grid::<4>(m),
-            (false, true) => self.scattered::<3>(m),
-            (false, false) => self.scattered::<4>(m),
+            (true, true) => self.on_grid::<3>(r),
+            (true, false) => self.on_grid::<4>(r),
+            (false, true) => self.scattered::<3>(r),
+            (false, false) => self.scattered::<4>(r),
         }
     }
 }

@@ -9,11 +9,10 @@
 //! it, so that neighbours surround a point near a fold as they do inside. A reading *at* the first
 //! pole is, in 3-D, the same at every azimuth and stands all around the circle.
 
+use super::interpolant::{Interpolant, Readings};
 use super::transform::Transform;
 use super::{ReconstructError, ReconstructionCoordinates};
-use crate::brdf::{Brdf, Channels, Presence};
-use crate::geometry::{DirectionPair, Symmetry};
-use crate::measurement::Measurement;
+use crate::geometry::DirectionPair;
 use crate::parametrization::{Coords, Parametrization};
 use kiddo::{ImmutableKdTree, SquaredEuclidean};
 use std::f64::consts::{PI, TAU};
@@ -110,22 +109,22 @@ impl Embedding {
 }
 
 impl<const K: usize> Cloud<K> {
-    /// The readings of a measurement in the given coordinates.
+    /// The readings in the given coordinates.
     pub fn new(
         method: &'static str,
-        measurement: &Measurement,
+        readings: &Readings<'_>,
         coordinates: &ReconstructionCoordinates,
         transform: Transform,
         needed: usize,
     ) -> Result<Self, ReconstructError> {
-        let schedule = &measurement.schedule;
+        let schedule = readings.schedule;
         let parametrization = coordinates.resolve(&schedule.parametrization)?;
         let own = Arc::ptr_eq(&parametrization, &schedule.parametrization);
-        let readings = measurement.readings();
-        if readings < needed {
+        let count = readings.count();
+        if count < needed {
             return Err(ReconstructError::TooFew {
                 method,
-                readings,
+                readings: count,
                 needed,
             });
         }
@@ -141,15 +140,15 @@ impl<const K: usize> Cloud<K> {
         };
         let copies = parametrization.images(&[0.0; 4]).len();
         // In 3-D all points fill a cylinder of radius 1 and height `stretch`.
-        let volume = PI * coordinates.stretch / (readings * copies) as f64;
+        let volume = PI * coordinates.stretch / (count * copies) as f64;
         let spacing = volume.cbrt();
         let first_range = axes[0].range[1];
         let reach = first_range * (POLE_SPACINGS * spacing / coordinates.stretch).max(POLE_REACH);
-        let channels = measurement.channels.count();
-        let mut points: Vec<[f64; K]> = Vec::with_capacity((copies + 1) * readings);
+        let channels = readings.width;
+        let mut points: Vec<[f64; K]> = Vec::with_capacity((copies + 1) * count);
         let mut values = Vec::with_capacity(points.capacity() * channels);
         for (i, pose) in schedule.poses.iter().enumerate() {
-            let Some(reading) = measurement.value(i) else {
+            let Some(reading) = readings.value(i) else {
                 continue;
             };
             let coords = if own {
@@ -220,25 +219,23 @@ pub(super) trait ScatteredRule<const K: usize>: Send + Sync {
     );
 }
 
-/// A rule over a cloud, as a BRDF.
-pub(super) struct ScatteredBrdf<R, const K: usize> {
+/// A rule over a cloud.
+pub(super) struct ScatteredInterpolant<R, const K: usize> {
     rule: R,
     cloud: Cloud<K>,
     transform: Transform,
-    channels: Channels,
 }
 
 /// Pairs per call of `forward_batch`.
 const BATCH: usize = 128;
 
-impl<R: ScatteredRule<K>, const K: usize> ScatteredBrdf<R, K> {
-    /// The BRDF that `rule` makes of a cloud.
-    pub fn new(rule: R, cloud: Cloud<K>, transform: Transform, channels: Channels) -> Self {
+impl<R: ScatteredRule<K>, const K: usize> ScatteredInterpolant<R, K> {
+    /// What `rule` makes of a cloud.
+    pub fn new(rule: R, cloud: Cloud<K>, transform: Transform) -> Self {
         Self {
             rule,
             cloud,
             transform,
-            channels,
         }
     }
 
@@ -257,27 +254,18 @@ impl<R: ScatteredRule<K>, const K: usize> ScatteredBrdf<R, K> {
     }
 }
 
-impl<R: ScatteredRule<K>, const K: usize> Brdf for ScatteredBrdf<R, K> {
-    fn channels(&self) -> Channels {
-        self.channels
+impl<R: ScatteredRule<K>, const K: usize> Interpolant for ScatteredInterpolant<R, K> {
+    fn width(&self) -> usize {
+        self.cloud.channels
     }
 
-    fn symmetry(&self) -> Symmetry {
-        self.cloud.embedding.parametrization.symmetry()
-    }
-
-    fn conserves_energy(&self) -> bool {
-        false
-    }
-
-    fn eval(&self, pair: &DirectionPair, out: &mut [f64]) -> Presence {
+    fn eval(&self, pair: &DirectionPair, out: &mut [f64]) {
         let coords = self.cloud.embedding.parametrization.forward(pair);
         self.value(pair, &coords, &mut self.rule.scratch(), out);
-        Presence::Present
     }
 
-    fn eval_batch(&self, pairs: &[DirectionPair], out: &mut [f64], presence: &mut [Presence]) {
-        let n = self.channels.count();
+    fn eval_batch(&self, pairs: &[DirectionPair], out: &mut [f64]) {
+        let n = self.cloud.channels;
         let mut scratch = self.rule.scratch();
         let mut coords = [[0.0; 4]; BATCH];
         for (pairs, out) in pairs.chunks(BATCH).zip(out.chunks_mut(BATCH * n)) {
@@ -288,6 +276,5 @@ impl<R: ScatteredRule<K>, const K: usize> Brdf for ScatteredBrdf<R, K> {
                 self.value(pair, coords, &mut scratch, out);
             }
         }
-        presence.fill(Presence::Present);
     }
 }

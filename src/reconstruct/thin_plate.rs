@@ -21,12 +21,10 @@
 
 use super::coordinates::{Coordinates, ReconstructionCoordinates};
 use super::inverse_distance::Shepard;
-use super::scattered::{Cloud, Nearest, ScatteredBrdf, ScatteredRule};
+use super::scattered::{Cloud, Nearest, ScatteredInterpolant, ScatteredRule};
 use super::transform::{EPSILON, Values};
-use super::{Reconstruct, ReconstructError, STRETCH, check_neighbours};
-use crate::brdf::Brdf;
+use super::{Interpolant, Readings, Reconstruct, ReconstructError, STRETCH, check_neighbours};
 use crate::error::ParameterError;
-use crate::measurement::Measurement;
 use crate::registry::{self, Entry};
 use nalgebra::{Cholesky, DMatrix, DVector};
 use serde::{Deserialize, Serialize};
@@ -82,15 +80,16 @@ impl ThinPlate {
         }
     }
 
-    fn build<const K: usize>(&self, m: &Measurement) -> Result<Box<dyn Brdf>, ReconstructError> {
+    fn build<const K: usize>(
+        &self,
+        r: &Readings<'_>,
+    ) -> Result<Box<dyn Interpolant>, ReconstructError> {
         let transform = self.values.with(self.epsilon);
-        let cloud = Cloud::<K>::new(KIND, m, &self.coordinates(), transform, FEWEST)?;
+        let cloud = Cloud::<K>::new(KIND, r, &self.coordinates(), transform, FEWEST)?;
         let rule = Local {
             neighbours: check_neighbours(self.neighbours, FEWEST)?,
         };
-        Ok(Box::new(ScatteredBrdf::new(
-            rule, cloud, transform, m.channels,
-        )))
+        Ok(Box::new(ScatteredInterpolant::new(rule, cloud, transform)))
     }
 }
 
@@ -113,11 +112,11 @@ impl Reconstruct for ThinPlate {
         self.coordinates().check()
     }
 
-    fn reconstruct(&self, m: &Measurement) -> Result<Box<dyn Brdf>, ReconstructError> {
+    fn interpolate(&self, r: &Readings<'_>) -> Result<Box<dyn Interpolant>, ReconstructError> {
         self.check()?;
-        match m.schedule.parametrization.axes().len() {
-            3 => self.build::<3>(m),
-            _ => self.build::<4>(m),
+        match r.schedule.parametrization.axes().len() {
+            3 => self.build::<3>(r),
+            _ => self.build::<4>(r),
         }
     }
 }

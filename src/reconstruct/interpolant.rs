@@ -1,0 +1,90 @@
+//! Readings, what interpolates them, and the BRDF that makes.
+//!
+//! Which readings are neighbours of a pair, and with which weights they enter, depends on where the
+//! readings are and not on what was read. So several values a pose (the channels of one material,
+//! or many materials at the same poses) are interpolated together, for one search and one set of
+//! weights a pair.
+
+use crate::brdf::{Brdf, Channels, Presence};
+use crate::geometry::{DirectionPair, Symmetry};
+use crate::measurement::{Measurement, Outcome};
+use crate::schedule::Schedule;
+use std::sync::Arc;
+
+/// Values at the poses of a schedule.
+#[derive(Clone, Copy)]
+pub struct Readings<'a> {
+    /// The poses.
+    pub schedule: &'a Arc<Schedule>,
+    /// Values per pose.
+    pub width: usize,
+    /// f_r in sr⁻¹, pose-major (`poses × width`); meaningless where there is no reading.
+    pub values: &'a [f64],
+    /// One a pose: whether there is a reading.
+    pub present: &'a [bool],
+}
+
+impl<'a> Readings<'a> {
+    /// The values of pose `i`, `None` if there is no reading.
+    #[inline]
+    pub fn value(&self, i: usize) -> Option<&'a [f64]> {
+        let values = &self.values[i * self.width..(i + 1) * self.width];
+        self.present[i].then_some(values)
+    }
+
+    /// Number of poses with a reading.
+    pub fn count(&self) -> usize {
+        self.present.iter().filter(|p| **p).count()
+    }
+}
+
+/// Whether each pose of a measurement has a reading.
+pub(super) fn present(measurement: &Measurement) -> Vec<bool> {
+    let outcomes = measurement.outcomes.iter();
+    outcomes.map(|&o| o == Outcome::Reading).collect()
+}
+
+/// A function of a pair through (or near) readings: f_r in sr⁻¹, `width` values a pair, finite and
+/// ≥ 0 above the horizon and 0 below.
+pub trait Interpolant: Send + Sync {
+    /// Values per pair.
+    fn width(&self) -> usize;
+
+    /// Writes the values at a pair (length `width`).
+    fn eval(&self, pair: &DirectionPair, out: &mut [f64]);
+
+    /// [`eval`](Self::eval) for many pairs: `out` is pair-major (`pairs × width`). One virtual call
+    /// per batch.
+    fn eval_batch(&self, pairs: &[DirectionPair], out: &mut [f64]);
+}
+
+/// An interpolant whose values are the channels of one material.
+pub(super) struct Interpolated {
+    pub interpolant: Box<dyn Interpolant>,
+    pub channels: Channels,
+    pub symmetry: Symmetry,
+}
+
+impl Brdf for Interpolated {
+    fn channels(&self) -> Channels {
+        self.channels
+    }
+
+    fn symmetry(&self) -> Symmetry {
+        self.symmetry
+    }
+
+    fn conserves_energy(&self) -> bool {
+        false
+    }
+
+    fn eval(&self, pair: &DirectionPair, out: &mut [f64]) -> Presence {
+        self.interpolant.eval(pair, out);
+        Presence::Present
+    }
+
+    fn eval_batch(&self, pairs: &[DirectionPair], out: &mut [f64], presence: &mut [Presence]) {
+        self.interpolant.eval_batch(pairs, out);
+        presence.fill(Presence::Present);
+    }
+}
