@@ -48,6 +48,10 @@ impl BrdfSpec for LambertSpec {
         Ok(self.albedo.check("albedo", 0.0, 1.0)?)
     }
 
+    fn is_constant(&self) -> bool {
+        true
+    }
+
     fn build(&self, channels: Channels) -> Result<Box<dyn Brdf>, BuildError> {
         self.check()?;
         Ok(Box::new(Lambert::new(self.albedo, channels)))

@@ -22,7 +22,7 @@
 
 use super::half_vector::unit_half;
 use super::microfacet::fresnel;
-use super::{Brdf, BrdfSpec, BuildError, Channels, Presence, Spectrum};
+use super::{Brdf, BrdfSpec, BuildError, Channels, Favours, Presence, Spectrum};
 use crate::error::in_closed;
 use crate::geometry::{DirectionPair, Symmetry};
 use crate::numeric::DENOMINATOR_FLOOR;
@@ -134,6 +134,13 @@ impl BrdfSpec for LowAbcSpec {
         in_closed("c", p.c, 0.0, 100.0)?;
         in_closed("ior", p.ior, 1.0, 1e3)?;
         Ok(())
+    }
+
+    fn favours(&self) -> Favours {
+        match self.surface {
+            Surface::Microfacet => Favours::HalfAngle,
+            Surface::Smooth => Favours::ProjectedHalf,
+        }
     }
 
     fn build(&self, channels: Channels) -> Result<Box<dyn Brdf>, BuildError> {

@@ -2,6 +2,7 @@
 //!
 //! Values are f_r in sr⁻¹ **without** the cosine.
 
+mod favours;
 mod half_vector;
 mod lambert;
 pub mod laws;
@@ -17,6 +18,7 @@ mod sum;
 mod test_functions;
 mod ward;
 
+pub use favours::Favours;
 pub use lambert::{Lambert, LambertSpec};
 pub use low_abc::{LowAbc, LowAbcParameters, LowAbcSpec, Surface};
 pub use oren_nayar::{OrenNayar, OrenNayarSpec};
@@ -157,6 +159,18 @@ pub trait BrdfSpec: std::fmt::Debug + Send + Sync {
     /// As [`build`](Self::build).
     fn symmetry(&self) -> Result<Symmetry, BuildError> {
         Ok(self.build(Channels::Luminance)?.symmetry())
+    }
+
+    /// The coordinates this truth favours by its formula, or by how it was tabulated; known without
+    /// building or reading it.
+    fn favours(&self) -> Favours {
+        Favours::Neither
+    }
+
+    /// True if f_r is one number above the horizon: it then favours no coordinates, and a lobe
+    /// that is added to it keeps what it favours.
+    fn is_constant(&self) -> bool {
+        false
     }
 
     /// Builds the BRDF for a scene in `channels`.

@@ -13,7 +13,7 @@
 //! rho_d + rho_s, and energy is conserved exactly when that is at most 1 in every channel.
 
 use super::half_vector::{Mixture, unit_half};
-use super::{Brdf, BrdfSpec, BuildError, Channels, Presence, SampleBrdf, Spectrum};
+use super::{Brdf, BrdfSpec, BuildError, Channels, Favours, Presence, SampleBrdf, Spectrum};
 use crate::error::in_closed;
 use crate::geometry::{Direction, DirectionPair, Symmetry};
 use crate::registry::{self, Entry};
@@ -72,6 +72,10 @@ impl BrdfSpec for PhongSpec {
         // The unit half vector is good to 1e-16: at n = 10⁶ the power still has 10 digits.
         in_closed("exponent", self.exponent, 0.0, 1e6)?;
         Ok(())
+    }
+
+    fn favours(&self) -> Favours {
+        Favours::HalfAngle
     }
 
     fn build(&self, channels: Channels) -> Result<Box<dyn Brdf>, BuildError> {

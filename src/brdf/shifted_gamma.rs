@@ -17,7 +17,7 @@
 //! parameters are grey, D, F and G are computed once.
 
 use super::half_vector::unit_half;
-use super::{Brdf, BrdfSpec, BuildError, Channels, Presence, Spectrum};
+use super::{Brdf, BrdfSpec, BuildError, Channels, Favours, Presence, Spectrum};
 use crate::geometry::{DirectionPair, Symmetry};
 use crate::numeric::{DENOMINATOR_FLOOR, luminance};
 use crate::registry::{self, Entry};
@@ -111,6 +111,10 @@ impl BrdfSpec for ShiftedGammaSpec {
         self.k.check("k", 0.0, 1e5)?;
         self.theta0_rad.check("theta0_rad", -10.0, 10.0)?;
         Ok(())
+    }
+
+    fn favours(&self) -> Favours {
+        Favours::HalfAngle
     }
 
     fn build(&self, channels: Channels) -> Result<Box<dyn Brdf>, BuildError> {

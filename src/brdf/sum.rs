@@ -5,7 +5,7 @@
 //! Where one component has no data the sum has none. It has the symmetries all its components have,
 //! and conserves energy if they do and the weights sum to at most 1 (to rounding).
 
-use super::{Brdf, BrdfSpec, BuildError, Channels, Presence, SampleBrdf};
+use super::{Brdf, BrdfSpec, BuildError, Channels, Favours, Presence, SampleBrdf};
 use crate::error::{ParameterError, in_closed};
 use crate::geometry::{Direction, DirectionPair, Symmetry};
 use crate::registry::{self, Entry, ReadError, Table};
@@ -118,6 +118,25 @@ impl BrdfSpec for SumSpec {
             c.brdf.check().map_err(|e| inside(j, e))?;
         }
         Ok(())
+    }
+
+    fn favours(&self) -> Favours {
+        // What is the same everywhere bends no isoline, and a weight of 0 adds nothing.
+        let terms = self.component.iter();
+        let mut said = terms
+            .filter(|c| c.weight > 0.0 && !c.brdf.is_constant())
+            .map(|c| c.brdf.favours());
+        let first = said.next().unwrap_or(Favours::Neither);
+        if said.all(|other| other == first) {
+            first
+        } else {
+            Favours::Neither
+        }
+    }
+
+    fn is_constant(&self) -> bool {
+        let mut terms = self.component.iter();
+        terms.all(|c| c.weight == 0.0 || c.brdf.is_constant())
     }
 
     fn build(&self, channels: Channels) -> Result<Box<dyn Brdf>, BuildError> {

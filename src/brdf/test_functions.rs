@@ -13,7 +13,7 @@
 //! **Errata** of the paper: one transcription prints S = 1 − |h|, which is F; and G as printed equals 1
 //! on the horizon, not 0: the isoline meant is (ω_i·n)(ω_o·n) = 0.
 
-use super::{Brdf, BrdfSpec, BuildError, Channels, Presence};
+use super::{Brdf, BrdfSpec, BuildError, Channels, Favours, Presence};
 use crate::geometry::{DirectionPair, Symmetry};
 use crate::registry::{self, Entry, ReadError, Table};
 use serde::{Deserialize, Serialize};
@@ -84,6 +84,13 @@ impl BrdfSpec for TestFunctionSpec {
 
     fn check(&self) -> Result<(), BuildError> {
         Ok(())
+    }
+
+    fn favours(&self) -> Favours {
+        match self {
+            TestFunctionSpec::S => Favours::ProjectedHalf,
+            TestFunctionSpec::F | TestFunctionSpec::G => Favours::Neither,
+        }
     }
 
     fn build(&self, channels: Channels) -> Result<Box<dyn Brdf>, BuildError> {

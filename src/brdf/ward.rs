@@ -12,7 +12,9 @@
 //! degree above the horizon, without bound. So energy conservation is not declared.
 
 use super::half_vector::{Mixture, from_scaled_slope, scaled_slope2, unit_half};
-use super::{Brdf, BrdfSpec, BuildError, Channels, Presence, Roughness, SampleBrdf, Spectrum};
+use super::{
+    Brdf, BrdfSpec, BuildError, Channels, Favours, Presence, Roughness, SampleBrdf, Spectrum,
+};
 use crate::geometry::{Direction, DirectionPair, Symmetry};
 use crate::numeric::DENOMINATOR_FLOOR;
 use crate::registry::{self, Entry};
@@ -68,6 +70,10 @@ impl BrdfSpec for WardSpec {
         self.rho_s.check("rho_s", 0.0, 1.0)?;
         self.alpha.check("alpha")?;
         Ok(())
+    }
+
+    fn favours(&self) -> Favours {
+        Favours::HalfAngle
     }
 
     fn build(&self, channels: Channels) -> Result<Box<dyn Brdf>, BuildError> {

@@ -5,7 +5,7 @@
 //! the error is the table's?" before an instrument is involved.
 
 use super::merl::{Interpolation, Merl, MerlError, MerlGrid, write_merl};
-use crate::brdf::{self, Brdf, BrdfSpec, BuildError, Channels};
+use crate::brdf::{self, Brdf, BrdfSpec, BuildError, Channels, Favours};
 use crate::error::ParameterError;
 use crate::geometry::Symmetry;
 use crate::registry::{self, Entry, ReadError, Table};
@@ -98,6 +98,11 @@ impl BrdfSpec for TabulatedSpec {
 
     fn symmetry(&self) -> Result<Symmetry, BuildError> {
         self.of.symmetry()
+    }
+
+    fn favours(&self) -> Favours {
+        let TableFormat::Merl = self.keys.format;
+        Favours::HalfDifferenceTable
     }
 
     fn build(&self, channels: Channels) -> Result<Box<dyn Brdf>, BuildError> {

@@ -25,7 +25,7 @@ pub use fresnel::{Fresnel, FresnelSpec};
 pub use ggx::{ENTRY as GGX, Ggx};
 
 use super::half_vector::{reflect, unit_half};
-use super::{Brdf, BrdfSpec, BuildError, Channels, Presence, Roughness, SampleBrdf};
+use super::{Brdf, BrdfSpec, BuildError, Channels, Favours, Presence, Roughness, SampleBrdf};
 use crate::geometry::{Direction, DirectionPair, Symmetry};
 use crate::numeric::DENOMINATOR_FLOOR;
 use crate::registry::{self, ReadError, Table};
@@ -130,6 +130,10 @@ impl<D: Distribution> BrdfSpec for MicrofacetSpec<D> {
         self.alpha.check("alpha")?;
         self.fresnel.check()?;
         Ok(())
+    }
+
+    fn favours(&self) -> Favours {
+        Favours::HalfAngle
     }
 
     fn build(&self, channels: Channels) -> Result<Box<dyn Brdf>, BuildError> {

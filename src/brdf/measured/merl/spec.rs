@@ -1,7 +1,7 @@
 //! A MERL file as a config names it.
 
 use super::{Merl, MerlError, check};
-use crate::brdf::{Brdf, BrdfSpec, BuildError, Channels};
+use crate::brdf::{Brdf, BrdfSpec, BuildError, Channels, Favours};
 use crate::geometry::Symmetry;
 use crate::registry::{self, Entry};
 use serde::{Deserialize, Serialize};
@@ -76,6 +76,10 @@ impl BrdfSpec for MerlSpec {
     fn symmetry(&self) -> Result<Symmetry, BuildError> {
         let grid = check(&self.path).map_err(|e| self.data_error(e))?;
         Ok(grid.symmetry(self.bilateral))
+    }
+
+    fn favours(&self) -> Favours {
+        Favours::HalfDifferenceTable
     }
 
     fn build(&self, channels: Channels) -> Result<Box<dyn Brdf>, BuildError> {

@@ -1,0 +1,126 @@
+//! Which coordinates a truth favours, so that no comparison of parametrizations hides its bias.
+
+use serde::{Deserialize, Serialize};
+
+/// The coordinates that a BRDF favours by its formula or by how it was tabulated.
+///
+/// A lobe that is a function of one coordinate is constant along all other axes: whoever samples
+/// along that axis needs fewer nodes than whoever does not, and a comparison on such a truth says
+/// as much about the truth as about the parametrization. Terms that all models of a kind share (Fresnel,
+/// shadowing, cosines) vary slowly and are left out of account.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Favours {
+    /// A lobe over theta_h (and phi_h): an axis of half/difference coordinates.
+    HalfAngle,
+    /// A lobe over |h_bar|: an axis of orthographic and hybrid coordinates (and of Stark's, squared).
+    ProjectedHalf,
+    /// No lobe that is constant along the axes of one parametrization.
+    Neither,
+    /// A table over half/difference coordinates, denser at small theta_h.
+    HalfDifferenceTable,
+    /// A table over spherical coordinates.
+    SphericalTable,
+}
+
+impl Favours {
+    /// Every answer, in the order of reports.
+    pub const ALL: [Favours; 5] = [
+        Favours::HalfAngle,
+        Favours::ProjectedHalf,
+        Favours::Neither,
+        Favours::HalfDifferenceTable,
+        Favours::SphericalTable,
+    ];
+
+    /// As reports print it: the coordinate, or the table.
+    pub fn name(self) -> &'static str {
+        match self {
+            Favours::HalfAngle => "theta_h",
+            Favours::ProjectedHalf => "h_bar",
+            Favours::Neither => "neither",
+            Favours::HalfDifferenceTable => "half-difference table",
+            Favours::SphericalTable => "spherical table",
+        }
+    }
+
+    /// One sentence about the bias, for a report.
+    pub fn reason(self) -> &'static str {
+        match self {
+            Favours::HalfAngle => {
+                "The lobe is a function of theta_h, an axis of half-difference coordinates: \
+                 it favours them."
+            }
+            Favours::ProjectedHalf => {
+                "The lobe is a function of |h_bar|, an axis of hybrid, orthographic and Stark's \
+                 coordinates: it favours them."
+            }
+            Favours::Neither => {
+                "No lobe is a function of theta_h or of |h_bar| alone: \
+                 no parametrization is favoured by construction."
+            }
+            Favours::HalfDifferenceTable => {
+                "The table was sampled in half-difference coordinates with a square root in theta_h: \
+                 it favours a grid in the same coordinates with the same warp."
+            }
+            Favours::SphericalTable => {
+                "The table was sampled in spherical coordinates: \
+                 it favours a grid in the same coordinates."
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::brdf;
+    use toml::de::DeTable;
+
+    #[test]
+    fn a_truth_says_what_its_formula_favours() {
+        let sum = |a: &str, b: &str| {
+            format!(
+                "kind = \"sum\"\ncomponent = [{{ weight = 0.5, brdf = {{ kind = \"{a}\" }} }}, \
+                 {{ weight = 0.5, brdf = {{ kind = \"{b}\" }} }}]"
+            )
+        };
+        let table = |of: &str| format!("kind = \"tabulated\"\nof = {{ kind = \"{of}\" }}");
+        let one = |kind: &str| format!("kind = \"{kind}\"");
+        for (text, want) in [
+            (one("lambert"), "neither"),
+            (one("oren-nayar"), "neither"),
+            (one("ggx"), "theta_h"),
+            (one("beckmann"), "theta_h"),
+            (one("ward"), "theta_h"),
+            (one("phong"), "theta_h"),
+            (one("shifted-gamma"), "theta_h"),
+            (one("low-abc"), "theta_h"),
+            (one("low-abc-smooth"), "h_bar"),
+            (one("test-f"), "neither"),
+            (one("test-s"), "h_bar"),
+            (one("test-g"), "neither"),
+            (sum("lambert", "ggx"), "theta_h"),
+            (sum("phong", "ggx"), "theta_h"),
+            (sum("lambert", "low-abc-smooth"), "h_bar"),
+            (sum("ggx", "low-abc-smooth"), "neither"),
+            (sum("ggx", "oren-nayar"), "neither"),
+            (sum("lambert", "lambert"), "neither"),
+            (table("low-abc-smooth"), "half-difference table"),
+            (
+                "kind = \"merl\"\npath = \"a\"".into(),
+                "half-difference table",
+            ),
+        ] {
+            let spec = brdf::read(DeTable::parse(&text).unwrap()).unwrap();
+            assert_eq!(spec.favours().name(), want, "{text}");
+        }
+    }
+
+    #[test]
+    fn a_component_without_weight_has_no_say() {
+        let text = "kind = \"sum\"\ncomponent = [{ weight = 1.0, brdf = { kind = \"ggx\" } }, \
+                    { weight = 0.0, brdf = { kind = \"test-s\" } }]";
+        let spec = brdf::read(DeTable::parse(text).unwrap()).unwrap();
+        assert_eq!(spec.favours(), brdf::Favours::HalfAngle);
+    }
+}
