@@ -5,6 +5,7 @@ use super::{ConfigArgs, SeedArgs, print};
 use crate::error::Error;
 use crate::experiment::moments::MomentsPlan;
 use crate::experiment::relations::RelationsPlan;
+use crate::experiment::study::StudyPlan;
 use crate::experiment::{Kind, Material, Plan, ScheduleKey, Source, route};
 use crate::geometry::{DirectionPair, Symmetry};
 use crate::instrument::{self, InstrumentSpec, Machine, Tag, footprint};
@@ -35,6 +36,7 @@ impl Check {
             Kind::Acquisition => {}
             Kind::Moments => return profiles(&MomentsPlan::read(&source)?),
             Kind::Relations => return relations(&RelationsPlan::read(&source)?),
+            Kind::Study => return study(&StudyPlan::read(&source)?),
         }
         let plan = super::plan(&source)?;
         if let Some(question) = &plan.question {
@@ -391,4 +393,30 @@ pub(super) fn words(symmetry: Symmetry) -> String {
     words.extend(symmetry.reciprocal.then_some("reciprocal"));
     words.extend(symmetry.bilateral.then_some("bilateral"));
     words.join(", ")
+}
+
+/// What a study would do.
+fn study(plan: &StudyPlan) -> Result<(), Error> {
+    let common = &plan.plan;
+    if let Some(question) = &common.question {
+        print(&format!("{}\n\n", question.trim()))?;
+    }
+    print(&materials(&common.materials, &common.missing))?;
+    let mut out = String::from("\nreconstructions\n");
+    for method in &plan.methods {
+        out += &format!("  {} in {} coordinates", method.name, method.coordinates);
+        if let Some(most) = method.up_to {
+            out += &format!(", up to {most}");
+        }
+        out += "\n";
+    }
+    let units = plan.units();
+    out += &format!(
+        "\n{} schedules, {} reconstructions of each of {} materials, {} rows\n",
+        units.len(),
+        plan.jobs_of(&units),
+        common.materials.len(),
+        plan.rows()
+    );
+    print(&out)
 }

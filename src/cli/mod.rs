@@ -8,6 +8,8 @@ mod brdf_args;
 mod check;
 mod list;
 mod measure;
+mod merge;
+mod moment_study;
 mod moments;
 mod progress;
 mod reconstruct;

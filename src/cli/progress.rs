@@ -18,7 +18,12 @@ impl Progress {
         let allowances = plan.allowances();
         let each = plan.jobs() / allowances.len();
         let works = allowances.iter().map(|&a| work(each, a));
-        let bar = ProgressBar::new(works.sum());
+        Self::with_length(works.sum(), quiet)
+    }
+
+    /// A bar of so many steps.
+    pub(super) fn with_length(steps: u64, quiet: bool) -> Self {
+        let bar = ProgressBar::new(steps);
         if quiet || !stderr().is_terminal() {
             bar.set_draw_target(ProgressDrawTarget::hidden());
             return Self { bar };
@@ -41,6 +46,18 @@ impl Progress {
             };
             self.bar.set_message(format!("{doing} {job}"));
         }
+    }
+
+    /// What is done now.
+    pub(super) fn say(&self, what: &str) {
+        if !self.bar.is_hidden() {
+            self.bar.set_message(what.to_owned());
+        }
+    }
+
+    /// So many steps of a bar [with a length](Self::with_length) are done.
+    pub(super) fn step(&self, steps: u64) {
+        self.bar.inc(steps);
     }
 
     pub(super) fn advance(&self, jobs: usize, allowance: Allowance) {

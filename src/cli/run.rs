@@ -3,6 +3,7 @@
 use super::progress::Progress;
 use super::{ConfigArgs, SeedArgs, ThreadArgs, print, say};
 use crate::error::Error;
+use crate::experiment::study::Shard;
 use crate::experiment::{
     self, Allowance, Failure, Input, Job, Kind, Material, Observer, Plan, Row, ScheduleKey, Stage,
 };
@@ -15,22 +16,28 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::SystemTime;
 
 /// Where runs go that name no folder.
-const RUNS: &str = "runs";
+pub(super) const RUNS: &str = "runs";
 
 #[derive(Debug, Args)]
 pub(super) struct Run {
     #[command(flatten)]
-    config: ConfigArgs,
+    pub(super) config: ConfigArgs,
     #[command(flatten)]
     seed: SeedArgs,
     #[command(flatten)]
     threads: ThreadArgs,
     /// Folder of the results [default: runs/NAME, or the next free NAME-2, NAME-3, …]
     #[arg(short, long, value_name = "DIR")]
-    output: Option<PathBuf>,
-    /// Replace a run that is in the output folder
-    #[arg(long, requires = "output")]
-    force: bool,
+    pub(super) output: Option<PathBuf>,
+    /// Replace a run that is in the output folder; a study makes rows again that are there
+    #[arg(long)]
+    pub(super) force: bool,
+    /// Of a study: only this part of its schedules, i/n with 1 <= i <= n
+    #[arg(long, value_name = "I/N")]
+    pub(super) shard: Option<Shard>,
+    /// Of a study: list what would be run, and what of it is done
+    #[arg(long)]
+    pub(super) list: bool,
     /// No progress bar and no notes on stderr; errors are still told
     #[arg(short, long)]
     quiet: bool,
@@ -44,8 +51,9 @@ impl Run {
         self.seed.apply(&mut source)?;
         match Kind::of(&source)? {
             Kind::Acquisition => {}
-            Kind::Moments => return self.study(&source, started),
+            Kind::Moments => return self.moment_study(&source, started),
             Kind::Relations => return self.relations(&source, started),
+            Kind::Study => return self.study(&source, started),
         }
         let plan = super::plan(&source)?;
         tell_missing(&plan.missing, self.quiet);
@@ -109,6 +117,7 @@ pub(super) struct End {
 impl Run {
     /// The folder of the results.
     pub(super) fn folder(&self, kind: Kind, resolved: &toml::Table) -> Result<RunFolder, Error> {
+        self.refuse_study_options(kind)?;
         match &self.output {
             Some(dir) => RunFolder::create(dir, self.force, kind, resolved),
             None => {
@@ -116,6 +125,24 @@ impl Run {
                 RunFolder::create_next(Path::new(RUNS), &stem.to_string_lossy(), kind, resolved)
             }
         }
+    }
+
+    /// Options that only a study knows.
+    fn refuse_study_options(&self, kind: Kind) -> Result<(), Error> {
+        let shard = self.shard.map(|_| "--shard");
+        if let Some(option) = shard.or(self.list.then_some("--list")) {
+            let message = format!(
+                "an experiment of kind {:?} has no such option; allowed: with {:?}",
+                kind.name(),
+                Kind::Study.name()
+            );
+            return Err(Error::config(option, message));
+        }
+        if self.force && self.output.is_none() {
+            let message = "there is nothing to replace in a new folder; allowed: with -o DIR";
+            return Err(Error::config("--force", message));
+        }
+        Ok(())
     }
 
     /// Says where the results are, or what kept them from being whole.

@@ -1,285 +1,128 @@
-//! `gonio run` of a moment experiment.
+//! `gonio run` of a config of kind `study`.
 
-use super::run::{End, Run, stop_on_ctrl_c, tell_missing};
+use super::progress::Progress;
+use super::run::{End, RUNS, Run, stop_on_ctrl_c, tell_missing};
 use super::{print, say};
 use crate::brdf::Brdf;
-#[cfg(feature = "exr")]
-use crate::brdf::BuildError;
 use crate::error::Error;
-use crate::experiment::moments::{
-    self, Group, MaterialProfiles, MomentsPlan, ProfileFits, at_bound,
-};
-use crate::experiment::{Failure, Input, Kind, Material, Source};
-#[cfg(feature = "exr")]
-use crate::lighting::Lighting;
-use crate::moments::{Clamping, ViewRange};
-use crate::report::{CORRELATIONS, FITS, MadeBy, Manifest, Outcome, RunFolder, SUMMARY};
-#[cfg(feature = "exr")]
-use crate::report::{FilterEllipse, file_stem, sphere, sphere_svg};
-use crate::report::{correlations_csv, fits_csv, study_table, summary_json};
-use std::io::Write;
+use crate::experiment::study::{self, Shard, StudyObserver, StudyPlan, StudyRow, StudySummary};
+use crate::experiment::{Failure, Material, Source};
+use crate::report::{MadeBy, Manifest, Outcome, StudyFolder};
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Instant, SystemTime};
 
 impl Run {
-    /// Runs a config of kind `moments`.
+    /// Runs a study, or goes on with it.
     pub(super) fn study(&self, source: &Source, started: SystemTime) -> Result<(), Error> {
-        let plan = MomentsPlan::read(source)?;
-        let stop = stop_on_ctrl_c()?;
-        let folder = self.folder(Kind::Moments, &plan.resolved)?;
-        tell_missing(&plan.missing, self.is_quiet());
-        for name in &plan.analysis.spheres {
-            if !self.is_quiet() && plan.materials.iter().all(|m| m.name != *name) {
-                say(&format!(
-                    "gonio: {name} of analysis.spheres is not among the materials; not drawn"
-                ));
-            }
+        let plan = StudyPlan::read(source)?;
+        tell_missing(&plan.plan.missing, self.is_quiet());
+        let dir = self.study_folder();
+        if self.list {
+            return list(&plan, self.shard, &dir);
         }
-        if let Some(question) = &plan.question {
+        let stop = stop_on_ctrl_c()?;
+        let folder = StudyFolder::open(&dir, self.force, &plan.resolved)?;
+        if let Some(question) = &plan.plan.question {
             print(&format!("{}\n\n", question.trim()))?;
         }
-        print(HEAD)?;
+        let known = folder.known();
+        let units = plan.shard(self.shard);
+        let jobs = plan.jobs_of(&units) * plan.plan.materials.len();
+        let clock = Instant::now();
         let mut desk = Desk {
-            plan: &plan,
+            progress: Progress::with_length(jobs as u64, self.is_quiet()),
             stop,
             folder,
-            range: plan
-                .analysis
-                .range()
-                .map_err(|e| Error::Internal(e.to_string()))?,
-            materials: Vec::new(),
-            fits: Vec::new(),
-            inputs: Vec::new(),
-            failures: Vec::new(),
-            #[cfg(feature = "exr")]
-            light: None,
         };
-        let begun = Instant::now();
-        let complete = moments::measure(&plan, &mut desk)?;
-        let profiles_seconds = begun.elapsed().as_secs_f64();
-        let begun = Instant::now();
-        let mut groups = desk.groups();
-        desk.folder.write_file(FITS, |out| fits_csv(&groups, out))?;
-        // A run that was stopped knows what its materials are, not what a group has in common that is
-        // not whole.
-        groups.retain(|group| complete || desk.is_whole(&group.name));
-        desk.write(&groups)?;
-        print(&study_table(&groups))?;
-        let analysis_seconds = begun.elapsed().as_secs_f64();
+        let summary = study::study(&plan, self.shard, &known, &mut desk)?;
+        desk.progress.finish();
+        let Desk { folder, .. } = desk;
+        let seconds = clock.elapsed().as_secs_f64();
         let outcome = Outcome {
-            rows: desk.folder.rows(),
-            failures: desk.failures,
-            seconds: serde_json::json!({
-                "profiles": profiles_seconds,
-                "analysis": analysis_seconds,
-            }),
-            interrupted: !complete,
+            rows: summary.rows,
+            failures: summary.failures.clone(),
+            seconds: serde_json::json!({ "run": seconds }),
+            interrupted: summary.interrupted,
+        };
+        let end = End {
+            rows: summary.rows,
+            failed: summary.failures.iter().map(|f| f.jobs).sum(),
+            jobs,
+            interrupted: summary.interrupted,
         };
         let made_by = MadeBy {
             resolved: &plan.resolved,
-            seeds: &[plan.seed],
-            missing: &plan.missing,
+            seeds: &plan.plan.seeds,
+            missing: &plan.plan.missing,
         };
-        let end = End {
-            rows: outcome.rows,
-            failed: outcome.failures.len(),
-            jobs: plan.materials.len(),
-            interrupted: !complete,
-        };
-        let manifest = Manifest::new(made_by, source, desk.inputs, outcome, started);
-        let path = desk.folder.finish(manifest)?;
+        let manifest = Manifest::new(made_by, source, summary.inputs.clone(), outcome, started);
+        let path = finish(folder, &summary, manifest)?;
         self.tell(&end, path)
     }
+
+    /// Where the results are: a study goes on in the folder of its config.
+    fn study_folder(&self) -> PathBuf {
+        if let Some(dir) = &self.output {
+            return dir.clone();
+        }
+        let stem = self.config.config.file_stem().unwrap_or("study".as_ref());
+        let mut name = stem.to_os_string();
+        if let Some(Shard { part, of }) = self.shard {
+            name.push(format!(".shard-{part}-of-{of}"));
+        }
+        Path::new(RUNS).join(name)
+    }
 }
 
-/// Pixels along each side of a sphere.
-#[cfg(feature = "exr")]
-const SPHERE: usize = 200;
+/// Writes what a study ends with, and prints its ranking.
+fn finish(
+    folder: StudyFolder,
+    summary: &StudySummary,
+    manifest: Manifest,
+) -> Result<PathBuf, Error> {
+    let report = (!summary.interrupted).then(String::new);
+    folder.finish(&summary.keys, manifest, report)
+}
 
-/// View elevation and azimuth (deg) of the filters that are drawn on it.
-#[cfg(feature = "exr")]
-const FILTERS: [(f64, f64); 3] = [(25.0, 150.0), (50.0, 30.0), (75.0, 270.0)];
+/// Prints every job and whether it is done.
+fn list(plan: &StudyPlan, shard: Option<Shard>, dir: &Path) -> Result<(), Error> {
+    let _ = (plan, shard, dir);
+    Ok(())
+}
 
-/// Where the news of a run arrive.
-struct Desk<'a> {
-    plan: &'a MomentsPlan,
+/// Where a study's news arrive.
+struct Desk {
+    progress: Progress,
     stop: Arc<AtomicBool>,
-    folder: RunFolder,
-    range: ViewRange,
-    materials: Vec<MaterialProfiles>,
-    /// Of each material those of its channels.
-    fits: Vec<Vec<ProfileFits>>,
-    inputs: Vec<Input>,
-    failures: Vec<Failure>,
-    /// Built when the first sphere needs it.
-    #[cfg(feature = "exr")]
-    light: Option<Box<dyn Lighting>>,
+    folder: StudyFolder,
 }
 
-impl Desk<'_> {
-    /// The materials of a group.
-    fn members(&self, group: &str) -> Vec<&MaterialProfiles> {
-        self.materials.iter().filter(|m| m.group == group).collect()
-    }
-
-    /// Every material of a group is there.
-    fn is_whole(&self, group: &str) -> bool {
-        let planned = self.plan.materials.iter().filter(|m| m.group() == group);
-        planned.count() == self.members(group).len()
-    }
-
-    /// What there is, put together by kind.
-    fn groups(&self) -> Vec<Group> {
-        let names = self.plan.groups().into_iter();
-        names
-            .map(|name| {
-                let members = self.members(&name);
-                let all = self.materials.iter().zip(&self.fits);
-                let fits = all.filter(|(m, _)| m.group == name);
-                let fits = fits.flat_map(|(_, fits)| fits.clone()).collect();
-                Group::new(name, &members, fits, self.range)
-            })
-            .filter(|group| !group.fits.is_empty())
-            .collect()
-    }
-
-    /// Draws a material on a sphere, with the filters of three views (Fig. 8 of Zubiaga et al.).
-    #[cfg(feature = "exr")]
-    fn sphere(&mut self, brdf: &dyn Brdf, of: &MaterialProfiles) -> Result<(), Error> {
-        let (name, profile) = (&of.material, &of.profiles[0]);
-        if self.light.is_none() {
-            let built = self.plan.lighting.build();
-            self.light = Some(built.map_err(|e| match e {
-                BuildError::Data { path, message } => Error::Data { path, message },
-                e => Error::config("lighting", e),
-            })?);
-        }
-        let Some(light) = &self.light else {
-            return Ok(());
-        };
-        let image = sphere(brdf, &**light, SPHERE);
-        let white = image.white();
-        let ellipse = |&(view, azimuth): &(f64, f64)| {
-            let near = |theta: &f64| (theta.to_degrees() - view).abs();
-            let views = profile.views.iter().enumerate();
-            let (i, theta_o) = views.min_by(|a, b| near(a.1).total_cmp(&near(b.1)))?;
-            FilterEllipse::new(
-                *theta_o,
-                f64::to_radians(azimuth),
-                &profile.slices[i].moments,
-            )
-        };
-        let ellipses: Vec<_> = FILTERS.iter().filter_map(ellipse).collect();
-        let title = format!("{name}: means and covariances of its slices");
-        let svg = sphere_svg(&title, &image, white, &ellipses)
-            .map_err(|e| Error::Internal(e.to_string()))?;
-        let stem = format!("sphere-{}", file_stem(name));
-        self.folder
-            .write_figure(format!("{stem}.svg"), |out| out.write_all(svg.as_bytes()))?;
-        self.folder
-            .write_figure(format!("{stem}.png"), |out| image.write_png(white, out))
-    }
-
-    #[cfg(not(feature = "exr"))]
-    fn sphere(&mut self, _brdf: &dyn Brdf, of: &MaterialProfiles) -> Result<(), Error> {
-        say(&format!(
-            "gonio: {}: this build draws no spheres",
-            of.material
-        ));
-        Ok(())
-    }
-
-    fn write(&mut self, groups: &[Group]) -> Result<(), Error> {
-        self.folder
-            .write_file(CORRELATIONS, |out| correlations_csv(groups, out))?;
-        self.folder
-            .write_file(SUMMARY, |out| summary_json(groups, out))?;
-        #[cfg(feature = "plots")]
-        for group in groups {
-            for sheet in crate::report::group_sheets(group, &self.members(&group.name)) {
-                let svg = crate::report::svg(&sheet.title, &sheet.panels, sheet.columns)?;
-                let name = format!("{}.svg", sheet.name);
-                self.folder
-                    .write_figure(name, |out| out.write_all(svg.as_bytes()))?;
-            }
-        }
-        Ok(())
-    }
-}
-
-/// A material of the table that is printed while materials are analysed.
-fn line(fits: &[ProfileFits], seconds: f64) -> String {
-    let Some(first) = fits.first() else {
-        return String::new();
-    };
-    let number = |v: Option<f64>| v.map_or("undefined".into(), |v| format!("{v:.4}"));
-    let knots = first.energy.as_ref().ok().and_then(|e| e.knots());
-    let knots = match knots {
-        Some(knots) => {
-            let fit = first.energy.as_ref().ok();
-            let bound = fit.map_or([false; 2], |fit| at_bound(fit, first.range));
-            let marks = [
-                if bound[0] { "≤" } else { "" },
-                if bound[1] { "≥" } else { "" },
-            ];
-            let [a, b] = knots.map(f64::to_degrees);
-            format!("{}{a:.1}° {}{b:.1}°", marks[0], marks[1])
-        }
-        None => "undetermined".into(),
-    };
-    format!(
-        "  {:<28} {:>10} {:>10} {:>14} {:>8.1} %{:>6} {seconds:>8.2} s\n",
-        first.material,
-        number(first.slope()),
-        number(first.average_variance()),
-        knots,
-        100.0 * first.clamped_share,
-        fits.iter().map(|f| f.unresolved).sum::<usize>(),
-    )
-}
-
-const HEAD: &str =
-    "  material                     mean slope   variance          knots   clamped  unresolved\n";
-
-impl moments::Desk for Desk<'_> {
+impl StudyObserver for Desk {
     fn cancelled(&self) -> bool {
         self.stop.load(Ordering::SeqCst)
     }
 
-    fn begins(&mut self, _material: &Material) {}
+    fn stage(&mut self, what: &str) {
+        self.progress.say(what);
+    }
 
-    fn profiles(
-        &mut self,
-        brdf: &dyn Brdf,
-        profiles: MaterialProfiles,
-        inputs: Vec<Input>,
-    ) -> Result<(), Error> {
-        let rows: Vec<_> = profiles.rows().collect();
-        self.folder.write_profiles(&rows)?;
-        self.inputs.extend(inputs);
-        let mut fits = Vec::with_capacity(profiles.profiles.len());
-        for (i, profile) in profiles.profiles.iter().enumerate() {
-            // Colours of a material share their shape: the first channel stands for all.
-            let horizon = (i == 0 && self.plan.analysis.horizon).then(|| {
-                let estimator = &*self.plan.moments.estimator;
-                Clamping::of(brdf, profile, estimator, self.range.ends()[1])
-            });
-            let horizon = horizon.transpose();
-            let horizon = horizon.map_err(|e| Error::Internal(e.to_string()))?;
-            fits.push(ProfileFits::new(&profiles, i, horizon, self.range));
-        }
-        print(&line(&fits, profiles.seconds.iter().sum()))?;
-        if self.plan.analysis.spheres.contains(&profiles.material) {
-            self.sphere(brdf, &profiles)?;
-        }
-        self.fits.push(fits);
-        self.materials.push(profiles);
+    fn loaded(&mut self, _material: &Material, _brdf: &dyn Brdf, _key: &str) -> Result<(), Error> {
         Ok(())
     }
 
-    fn failed(&mut self, failure: Failure) {
-        say(&format!("gonio: {}: {}", failure.job, failure.reason));
-        self.failures.push(failure);
+    fn rows(&mut self, rows: Vec<StudyRow>) -> Result<(), Error> {
+        self.folder.write_rows(rows)
+    }
+
+    fn failed(&mut self, failure: &Failure) {
+        let Failure { job, reason, .. } = failure;
+        self.progress
+            .aside(|| say(&format!("gonio: {job}: {reason}")));
+    }
+
+    fn advanced(&mut self, jobs: usize) {
+        self.progress.step(jobs as u64);
     }
 }

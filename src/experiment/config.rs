@@ -23,7 +23,7 @@ use std::fmt;
 use std::path::PathBuf;
 
 /// The keys of a config's top level.
-const KEYS: [&str; 20] = [
+pub(super) const KEYS: [&str; 20] = [
     "question",
     "experiment",
     "channels",
@@ -256,11 +256,16 @@ impl<'s> Config<'s> {
     /// [`Error::Config`] with the place of the first key that is unknown, missing or of another type.
     pub fn read(source: &'s Source) -> Result<Self, Error> {
         Kind::Acquisition.require(source)?;
-        Self::from_table(source, source.table()?).map_err(|e| source.error(e))
+        Self::from_table(source, source.table()?, &KEYS).map_err(|e| source.error(e))
     }
 
-    fn from_table(source: &'s Source, mut table: Table<'s>) -> Result<Self, ReadError> {
-        refuse_unknown(&table, &KEYS)?;
+    /// Reads the tables that kinds of experiments share; `keys` are those the kind allows.
+    pub(super) fn from_table(
+        source: &'s Source,
+        mut table: Table<'s>,
+        keys: &[&str],
+    ) -> Result<Self, ReadError> {
+        refuse_unknown(&table, keys)?;
         let materials = take_list(&mut table, "material", material)?;
         let parametrizations = take_list(&mut table, "parametrization", parametrization)?;
         let sample_sets = take_list(&mut table, "sample_set", |t| named(t, schedule::read))?;

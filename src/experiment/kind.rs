@@ -15,11 +15,18 @@ pub enum Kind {
     Moments,
     /// Moments of reflected radiance, rendered and predicted; [`relations`](super::relations).
     Relations,
+    /// Which coordinates to sample and to reconstruct in; [`study`](super::study).
+    Study,
 }
 
 impl Kind {
     /// Every kind.
-    pub const ALL: [Kind; 3] = [Kind::Acquisition, Kind::Moments, Kind::Relations];
+    pub const ALL: [Kind; 4] = [
+        Kind::Acquisition,
+        Kind::Moments,
+        Kind::Relations,
+        Kind::Study,
+    ];
 
     /// As configs write it.
     pub fn name(self) -> &'static str {
@@ -27,6 +34,7 @@ impl Kind {
             Kind::Acquisition => "acquisition",
             Kind::Moments => "moments",
             Kind::Relations => "relations",
+            Kind::Study => "study",
         }
     }
 
@@ -36,6 +44,9 @@ impl Kind {
             Kind::Acquisition => "measure at sample sets, reconstruct, compare (the default)",
             Kind::Moments => "moment profiles of BRDF slices, their fits and correlations",
             Kind::Relations => "moments of reflected radiance, rendered and predicted from moments",
+            Kind::Study => {
+                "the cross table of coordinates to sample and to reconstruct in; resumable, with a report"
+            }
         }
     }
 

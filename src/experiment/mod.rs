@@ -39,6 +39,7 @@ mod route;
 mod row;
 mod run;
 mod source;
+pub mod study;
 mod wording;
 
 pub use config::{Config, Named, Output, Quantity, Scalars, Schedules};

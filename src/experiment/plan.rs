@@ -8,6 +8,7 @@ use super::checks::{
 };
 use super::config::{Config, Output};
 use super::instruments::{self, PlannedInstrument};
+use super::kind::Kind;
 use super::materials::{self, Origins};
 use super::moments::MomentsTable;
 use super::resolved;
@@ -233,7 +234,7 @@ impl Plan {
         let tables = parametrizations.into_iter().map(|t| (t.name, t.warp));
         plan.parametrizations = plan.coordinates(source, tables.collect())?;
         plan.check_sample_sets(source)?;
-        plan.check_reconstructions(source)?;
+        plan.check_reconstructions(source, scalars.experiment)?;
         plan.resolved = resolver.finish(&plan);
         Ok(plan)
     }
@@ -338,7 +339,7 @@ impl Plan {
         Ok(())
     }
 
-    fn check_reconstructions(&self, source: &Source) -> Result<(), Error> {
+    fn check_reconstructions(&self, source: &Source, kind: Kind) -> Result<(), Error> {
         for (i, planned) in self.reconstructions.iter().enumerate() {
             let path = KeyPath::of("reconstruction").index(i);
             planned
@@ -346,7 +347,9 @@ impl Plan {
                 .check()
                 .map_err(|e| source.error_at(&below(&path, &e.key), e))?;
             let scattered = self.sample_sets.iter().find(|s| !s.set.is_grid());
-            if let (true, Some(scattered)) = (planned.method.needs_grid(), scattered) {
+            // A study uses every reconstruction where it can be used.
+            let everywhere = kind != Kind::Study && planned.method.needs_grid();
+            if let (true, Some(scattered)) = (everywhere, scattered) {
                 return Err(source.error_at(
                     &path,
                     format!(

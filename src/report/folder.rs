@@ -45,13 +45,13 @@ use std::io::{self, ErrorKind, Write};
 use std::path::{Path, PathBuf};
 use toml::Table;
 
-const CONFIG: &str = "config.toml";
-const CONFIG_HEAD: &str = "\
+pub(super) const CONFIG: &str = "config.toml";
+pub(super) const CONFIG_HEAD: &str = "\
 # Every key of this run with its value; running this file gives the same results.
 # Paths are relative to the folder that gonio is started in.
 
 ";
-const MANIFEST: &str = "manifest.json";
+pub(super) const MANIFEST: &str = "manifest.json";
 const SCHEDULES: &str = "schedules";
 const SLICES: &str = "slices";
 /// The folder of diagrams.
@@ -99,6 +99,8 @@ impl Growing {
                 let name = TableFile::NAMES[0];
                 Self::Table(TableFile::create(dir, name, ProfileRow::columns())?)
             }
+            // Has a folder of its own kind.
+            Kind::Study => return Err(io::Error::other(OTHER_KIND)),
             Kind::Relations => {
                 let name = TableFile::NAMES[1];
                 Self::Table(TableFile::create(dir, name, relations::columns())?)

@@ -5,6 +5,8 @@ mod folder;
 mod instruments;
 mod lobe;
 mod manifest;
+mod moment_figures;
+mod moment_study;
 mod plot;
 mod profiles;
 mod ranking;
@@ -15,7 +17,6 @@ mod slice;
 #[cfg(feature = "exr")]
 mod sphere;
 mod study;
-mod study_figures;
 #[cfg(feature = "plots")]
 mod svg;
 mod table;
@@ -27,6 +28,8 @@ pub use instruments::instruments;
 pub use lobe::lobe_svg;
 pub use lobe::{FlatSlice, Radius};
 pub use manifest::{MadeBy, Manifest, Outcome, Status};
+pub use moment_figures::{Sheet, group_sheets, material_sheet};
+pub use moment_study::{correlations_csv, fits_csv, study_table, summary_json};
 pub use plot::{Axis, Mark, Panel, Scale, Series};
 pub use profiles::{profiles_csv, profiles_json};
 pub use ranking::ranking;
@@ -36,8 +39,7 @@ pub use results::ResultFiles;
 pub use slice::{RESOLUTION, THETA_O_DEG, write_slice};
 #[cfg(feature = "exr")]
 pub use sphere::{FilterEllipse, SphereImage, sphere, sphere_svg};
-pub use study::{correlations_csv, fits_csv, study_table, summary_json};
-pub use study_figures::{Sheet, group_sheets, material_sheet};
+pub use study::{KnownRows, StudyFolder, read_rows};
 #[cfg(feature = "plots")]
 pub use svg::svg;
 pub use table::Table;

@@ -1,8 +1,8 @@
 //! What an experiment of kind `relations` leaves behind: a table for people, one for programs, and
 //! diagrams.
 
+use super::moment_figures::Sheet;
 use super::plot::{Axis, Mark, Panel, Series};
-use super::study_figures::Sheet;
 use crate::experiment::moments::{degrees, shown};
 use crate::experiment::relations::RelationRow;
 use crate::moments::relations::{AngleMoments, Prediction, Relation};

@@ -11,6 +11,7 @@ use crate::experiment::plan::{Material, Plan};
 use crate::experiment::relations::RelationsPlan;
 use crate::experiment::resolved::{insert_list, named, section};
 use crate::experiment::source::{KeyPath, Source};
+use crate::experiment::study::StudyPlan;
 use crate::lighting::{self, LightingSpec, SkySpec};
 use crate::moments::ViewRange;
 use crate::registry::{self, ReadError, Table};
@@ -198,19 +199,21 @@ impl MomentsPlan {
         match Kind::of(source)? {
             Kind::Moments => Self::read(source),
             Kind::Relations => Ok(RelationsPlan::read(source)?.base),
-            Kind::Acquisition => {
-                let plan = Plan::new(Config::read(source)?)?;
-                Ok(Self {
-                    question: plan.question,
-                    seed: plan.seeds[0],
-                    materials: plan.materials,
-                    missing: plan.missing,
-                    moments: plan.moments.unwrap_or_default(),
-                    analysis: AnalysisSpec::default(),
-                    lighting: Box::new(SkySpec::default()),
-                    resolved: plan.resolved,
-                })
-            }
+            Kind::Study => Ok(Self::of_plan(StudyPlan::read(source)?.plan)),
+            Kind::Acquisition => Ok(Self::of_plan(Plan::new(Config::read(source)?)?)),
+        }
+    }
+
+    fn of_plan(plan: Plan) -> Self {
+        Self {
+            question: plan.question,
+            seed: plan.seeds[0],
+            materials: plan.materials,
+            missing: plan.missing,
+            moments: plan.moments.unwrap_or_default(),
+            analysis: AnalysisSpec::default(),
+            lighting: Box::new(SkySpec::default()),
+            resolved: plan.resolved,
         }
     }
 

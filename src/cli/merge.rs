@@ -1,0 +1,1 @@
+//! `gonio merge`.

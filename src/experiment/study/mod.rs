@@ -1,0 +1,18 @@
+//! The parametrization study: which coordinates to sample in, and which to reconstruct in.
+//!
+//! The cross table sampling parametrization × warp × sample set × instrument × allowance × seed ×
+//! reconstruction × its coordinates × material × measure. Unlike an acquisition it goes schedule by
+//! schedule: all materials are measured at the same poses and reconstructed together, for one
+//! search of neighbours and one set of weights. Every row has a key, the hash of everything that
+//! determines it; what is there already is not done again.
+
+mod config;
+mod key;
+mod plan;
+mod row;
+mod run;
+
+pub use config::PictureSpec;
+pub use plan::{Choice, Shard, StudyMethod, StudyPlan, Unit};
+pub use row::{RowKey, StudyRow};
+pub use run::{StudyObserver, StudySummary, study};

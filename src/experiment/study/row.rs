@@ -1,0 +1,167 @@
+//! A line of the results of a study.
+
+use super::plan::Choice;
+use serde::{Deserialize, Serialize};
+
+/// The hash of everything that determines a row, 16 hexadecimal digits.
+pub type RowKey = String;
+
+/// One reconstruction of one material, compared with it under one measure. A cell is empty (JSON:
+/// null) where a quantity is not defined.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct StudyRow {
+    /// Hash of everything that determines this row.
+    pub key: RowKey,
+    /// Name of the material.
+    pub material: String,
+    /// What its truth is aligned with, or a table in; what it may favour.
+    pub truth: String,
+    /// Coordinates the sample set is uniform in.
+    pub parametrization: String,
+    /// Their warps, `axis:warp` joined by `;`, or `none`.
+    pub warp: String,
+    /// Name of the sample set.
+    pub sample_set: String,
+    /// Name of the instrument.
+    pub instrument: String,
+    /// Name of the reconstruction.
+    pub reconstruction: String,
+    /// Coordinates it works in; `own`: those of the sample set.
+    pub coordinates: String,
+    /// What the schedule was allowed.
+    pub allowed: String,
+    /// Distinct configurations that were allowed, or found.
+    pub budget: usize,
+    /// Poses that have a reading.
+    pub readings: usize,
+    /// Seed.
+    pub seed: u64,
+    /// Distribution of the test pairs.
+    pub measure: String,
+    /// RMS of (g − f) cos over RMS of f cos.
+    pub nrmse: Option<f64>,
+    /// Mean |ln((g + 1e-3)/(f + 1e-3))|.
+    pub log_relative: Option<f64>,
+    /// Mean |ln(1 + g cos) − ln(1 + f cos)|.
+    pub log1p: Option<f64>,
+    /// RMS of (g cos)^(1/3) − (f cos)^(1/3).
+    pub cbrt: Option<f64>,
+    /// Mean of |g − f| / max(f, 1e-3).
+    pub mean_relative: Option<f64>,
+    /// Maximum of |g − f| / max(f, 1e-3).
+    pub max_relative: Option<f64>,
+    /// Share of the poses the instrument can take.
+    pub reachable: f64,
+    /// Time the instrument takes for the schedule; the ideal one takes none.
+    pub instrument_seconds: Option<f64>,
+    /// Share of the points of the box that are no physical configuration.
+    pub unphysical_share: f64,
+    /// Test pairs compared.
+    pub pairs: usize,
+    /// Test pairs left out because the truth has no data there.
+    pub pairs_missing: usize,
+    /// Materials that were reconstructed together, with one search of neighbours.
+    pub stack: usize,
+    /// Wall time to make the schedule and the instrument's way through it.
+    pub plan_seconds: f64,
+    /// Wall time to measure the material.
+    pub measure_seconds: f64,
+    /// This material's share of the wall time to reconstruct the stack.
+    pub reconstruct_seconds: f64,
+    /// This material's share of the wall time to evaluate and compare the stack.
+    pub evaluate_seconds: f64,
+}
+
+impl StudyRow {
+    /// The columns, in order, and what they mean.
+    pub const COLUMNS: [(&str, &str); 30] = [
+        ("key", "hash of everything that determines the row"),
+        ("material", "name of the material"),
+        (
+            "truth",
+            "what the truth is aligned with or a table in, and may favour: theta_h, h_bar, neither, half-difference table, spherical table; anisotropic ones say so",
+        ),
+        (
+            "parametrization",
+            "coordinates the sample set is uniform in",
+        ),
+        ("warp", "their warps, `axis:warp` joined by `;`, or `none`"),
+        ("sample_set", "name of the sample set"),
+        ("instrument", "name of the instrument; ideal has no flaws"),
+        ("reconstruction", "name of the reconstruction"),
+        (
+            "coordinates",
+            "coordinates it works in; own: those of the sample set",
+        ),
+        (
+            "allowed",
+            "what the schedule was allowed: N poses (the budget itself), N readings or M minutes",
+        ),
+        (
+            "budget",
+            "distinct configurations that were allowed, or found for the readings or minutes that were",
+        ),
+        ("readings", "poses that have a reading"),
+        ("seed", "seed of the sample set"),
+        ("measure", "distribution of the test pairs"),
+        (
+            "nrmse",
+            "RMS of (g − f) cos over RMS of f cos; f truth, g reconstruction, cos = cos theta_i",
+        ),
+        ("log_relative", "mean |ln((g + 1e-3)/(f + 1e-3))|"),
+        ("log1p", "mean |ln(1 + g cos) − ln(1 + f cos)|"),
+        ("cbrt", "RMS of (g cos)^(1/3) − (f cos)^(1/3)"),
+        ("mean_relative", "mean of |g − f| / max(f, 1e-3)"),
+        ("max_relative", "maximum of |g − f| / max(f, 1e-3)"),
+        ("reachable", "share of the poses the instrument can take"),
+        (
+            "instrument_seconds",
+            "time the instrument takes for the schedule",
+        ),
+        (
+            "unphysical_share",
+            "share of the points of the box that are no physical configuration",
+        ),
+        ("pairs", "test pairs compared"),
+        (
+            "pairs_missing",
+            "test pairs left out because the truth has no data there",
+        ),
+        (
+            "stack",
+            "materials that were reconstructed together, with one search of neighbours",
+        ),
+        (
+            "plan_seconds",
+            "wall time to make the schedule and the instrument's way through it, made once for all materials",
+        ),
+        ("measure_seconds", "wall time to measure the material"),
+        (
+            "reconstruct_seconds",
+            "wall time to reconstruct the stack, over the number of its materials",
+        ),
+        (
+            "evaluate_seconds",
+            "wall time to evaluate and compare the stack, over the number of its materials; shared by the measures",
+        ),
+    ];
+
+    /// Everything but material, measure, allowance and seed.
+    pub fn choice(&self) -> Choice {
+        Choice {
+            parametrization: self.parametrization.clone(),
+            warp: self.warp.clone(),
+            sample_set: self.sample_set.clone(),
+            instrument: self.instrument.clone(),
+            reconstruction: self.reconstruction.clone(),
+            coordinates: self.coordinates.clone(),
+        }
+    }
+
+    /// Seconds of computing behind this row: measuring (where that is simulated), reconstructing,
+    /// evaluating.
+    pub fn seconds(&self) -> f64 {
+        self.measure_seconds + self.reconstruct_seconds + self.evaluate_seconds
+    }
+}
