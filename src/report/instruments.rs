@@ -1,10 +1,10 @@
 //! What an experiment with instruments found: errors at equal readings and at equal minutes, by
 //! instrument, with what was out of reach and what that cost.
 
-use super::ranking::geometric_mean;
 use super::table::error;
 use crate::experiment::Row;
 use crate::schedule::Unreachable;
+use crate::statistics::geometric_mean;
 
 /// More materials than this are told together, as a geometric mean.
 const ONE_BY_ONE: usize = 4;

@@ -2,11 +2,7 @@
 
 use super::table::error;
 use crate::experiment::Row;
-
-/// A material whose every error is below this is reconstructed exactly by every choice (Lambert on
-/// a grid): it says nothing about which is better, and its rounding errors would decide a geometric
-/// mean. Rounding itself is 1e-15.
-const EXACT: f64 = 1e-12;
+use crate::statistics::{EXACT, geometric_mean};
 
 /// A line of the ranking.
 #[derive(PartialEq)]
@@ -19,7 +15,8 @@ struct Choice<'a> {
 
 /// The geometric mean of `nrmse` over materials and seeds, by measure and budget; the best of each
 /// column is marked. A mean that lacks rows others have is in brackets and not marked. Materials
-/// that every choice reconstructs exactly are left out.
+/// that every choice reconstructs exactly (Lambert on a grid) are left out: they say nothing about
+/// which is better.
 pub fn ranking(rows: &[Row]) -> String {
     let mut out = String::new();
     let (mut materials, mut exact) = (vec![], vec![]);
@@ -107,25 +104,12 @@ struct Cell {
 
 impl Cell {
     fn of<'a>(rows: impl Iterator<Item = &'a Row>) -> Self {
-        let logs: Vec<f64> = rows
-            // An exact reconstruction among others that are not is as good as can be told.
-            .filter_map(|r| Some(r.nrmse?.max(EXACT).ln()))
-            .collect();
+        let errors: Vec<f64> = rows.filter_map(|r| r.nrmse).collect();
         Self {
-            mean: mean_of_logs(&logs),
-            rows: logs.len(),
+            mean: geometric_mean(&errors),
+            rows: errors.len(),
         }
     }
-}
-
-/// The geometric mean of positive numbers; those below [`EXACT`] count as that.
-pub(super) fn geometric_mean(values: &[f64]) -> Option<f64> {
-    let logs: Vec<f64> = values.iter().map(|v| v.max(EXACT).ln()).collect();
-    mean_of_logs(&logs)
-}
-
-fn mean_of_logs(logs: &[f64]) -> Option<f64> {
-    (!logs.is_empty()).then(|| (logs.iter().sum::<f64>() / logs.len() as f64).exp())
 }
 
 fn choice(row: &Row) -> Choice<'_> {

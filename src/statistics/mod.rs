@@ -1,4 +1,21 @@
 //! What figures measured on the same materials say about two choices, and how surely: paired
 //! ratios, intervals, tests, orders of convergence, and which factor explains how much.
 //!
-//! Knows nothing of reflectance: numbers in, numbers out.
+//! Knows nothing of reflectance: numbers in, numbers out. Errors are compared by their logarithms:
+//! materials differ by orders of magnitude, and what a choice changes is a factor.
+
+mod bootstrap;
+mod mean;
+mod order;
+mod paired;
+mod ranks;
+mod variance;
+mod wilcoxon;
+
+pub use bootstrap::{FEWEST, mean_interval};
+pub use mean::{EXACT, geometric_mean};
+pub use order::{Order, PooledOrder, order, pooled_order};
+pub use paired::{BAND, Paired, SIGNIFICANCE, Verdict};
+pub use ranks::mean_ranks;
+pub use variance::{Shares, variance_shares};
+pub use wilcoxon::{holm, signed_rank};

@@ -1,0 +1,48 @@
+//! Means of errors.
+
+/// An error below this is none: everything that reconstructs a material exactly ends up somewhere
+/// below it, by rounding (1e-15), and where would decide a geometric mean or a ratio.
+pub const EXACT: f64 = 1e-12;
+
+/// The geometric mean of non-negative errors; those below [`EXACT`], 0 among them, count as that.
+///
+/// `None` of no errors at all, and where one is negative or not finite: a mean that leaves out the
+/// worst says nothing.
+pub fn geometric_mean(errors: &[f64]) -> Option<f64> {
+    let logs: Option<Vec<f64>> = errors.iter().map(|e| log_error(*e)).collect();
+    Some(mean(&logs?)?.exp())
+}
+
+/// The logarithm of an error, under the floor of [`geometric_mean`].
+pub(super) fn log_error(error: f64) -> Option<f64> {
+    (error >= 0.0 && error.is_finite()).then(|| error.max(EXACT).ln())
+}
+
+/// The arithmetic mean; `None` of nothing.
+pub(super) fn mean(values: &[f64]) -> Option<f64> {
+    (!values.is_empty()).then(|| values.iter().sum::<f64>() / values.len() as f64)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn means_of_logs() {
+        // scipy.stats.gmean([0.02, 0.3, 1.7, 5e-4])
+        let mean = geometric_mean(&[0.02, 0.3, 1.7, 5e-4]).unwrap();
+        assert!((mean / 0.047_521_762_994_729_51 - 1.0).abs() < 1e-14);
+        // sqrt(1e-12 · 1)
+        let floored = geometric_mean(&[0.0, 1.0]).unwrap();
+        assert!((floored / 1e-6 - 1.0).abs() < 1e-14);
+        assert_eq!(geometric_mean(&[1e-300]), geometric_mean(&[0.0]));
+    }
+
+    #[test]
+    fn no_mean_where_an_error_is_none() {
+        for bad in [f64::NAN, f64::INFINITY, -1.0] {
+            assert_eq!(geometric_mean(&[1.0, bad]), None, "{bad}");
+        }
+        assert_eq!(geometric_mean(&[]), None);
+    }
+}

@@ -1,0 +1,133 @@
+//! How fast an error falls with the budget.
+
+use super::bootstrap::mean_interval;
+use super::mean::{EXACT, mean};
+
+/// A straight line through ln error against ln budget.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Order {
+    /// d ln error / d ln budget: −1/2 is what chance alone does; an interpolant of order k in d
+    /// dimensions comes to −k/d. Positive where more readings make it worse.
+    pub slope: f64,
+    /// The standard error of the slope, from the scatter about the line; `None` of two points.
+    pub standard_error: Option<f64>,
+    /// Points the line goes through.
+    pub points: usize,
+}
+
+/// The order of convergence of an error from (budget, error), by least squares.
+///
+/// Points with an error below [`EXACT`] are left out: rounding does not converge. `None` with fewer
+/// than two different budgets left, and where a budget is not positive and finite or an error
+/// negative or not finite.
+pub fn order(points: &[(f64, f64)]) -> Option<Order> {
+    let allowed = |(budget, error): &(f64, f64)| {
+        *budget > 0.0 && budget.is_finite() && *error >= 0.0 && error.is_finite()
+    };
+    if !points.iter().all(allowed) {
+        return None;
+    }
+    let told = points.iter().filter(|(_, error)| *error >= EXACT);
+    let (x, y): (Vec<f64>, Vec<f64>) = told.map(|(b, e)| (b.ln(), e.ln())).unzip();
+    if x.iter().all(|b| *b == x[0]) {
+        return None;
+    }
+    let (x_mean, y_mean) = (mean(&x)?, mean(&y)?);
+    let xy = || {
+        x.iter()
+            .map(|x| x - x_mean)
+            .zip(y.iter().map(|y| y - y_mean))
+    };
+    let spread: f64 = xy().map(|(x, _)| x * x).sum();
+    let slope = xy().map(|(x, y)| x * y).sum::<f64>() / spread;
+    let left: f64 = xy().map(|(x, y)| (y - slope * x).powi(2)).sum();
+    let standard_error = (x.len() > 2).then(|| (left / (x.len() - 2) as f64 / spread).sqrt());
+    Some(Order {
+        slope,
+        standard_error,
+        points: x.len(),
+    })
+}
+
+/// The slopes of several materials together.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PooledOrder {
+    /// The mean slope.
+    pub slope: f64,
+    /// Its 95 % interval over materials, see [`mean_interval`].
+    pub interval: Option<[f64; 2]>,
+    /// Materials.
+    pub n: usize,
+}
+
+/// The mean of slopes, one a material. `None` of no slopes and where one is not finite.
+pub fn pooled_order(slopes: &[f64], seed: u64) -> Option<PooledOrder> {
+    slopes.iter().all(|s| s.is_finite()).then_some(())?;
+    Some(PooledOrder {
+        slope: mean(slopes)?,
+        interval: mean_interval(slopes, seed),
+        n: slopes.len(),
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const BUDGETS: [f64; 5] = [250.0, 1000.0, 4000.0, 16_000.0, 64_000.0];
+
+    #[test]
+    fn power_laws_come_back() {
+        for slope in [-2.0, -0.5, 0.0, 0.25] {
+            let points = BUDGETS.map(|b| (b, 3.0 * b.powf(slope)));
+            let found = order(&points).unwrap();
+            assert!((found.slope - slope).abs() < 1e-13, "{found:?}");
+            assert!(found.standard_error.unwrap() < 1e-13);
+            let two = order(&points[1..3]).unwrap();
+            assert!((two.slope - slope).abs() < 1e-13);
+            assert_eq!((two.standard_error, two.points), (None, 2));
+        }
+    }
+
+    #[test]
+    fn as_scipy_has_it() {
+        // linregress(log([250, 1000, 4000, 16000, 64000]), log([0.5, 0.21, 0.13, 0.05, 0.031]))
+        let errors = [0.5, 0.21, 0.13, 0.05, 0.031];
+        let points: Vec<_> = BUDGETS.into_iter().zip(errors).collect();
+        let found = order(&points).unwrap();
+        assert!((found.slope + 0.504_678_263_822_091).abs() < 1e-14);
+        let error = found.standard_error.unwrap();
+        assert!((error / 0.030_756_245_393_194_95 - 1.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn exact_points_do_not_flatten_the_line() {
+        let mut points: Vec<_> = BUDGETS.map(|b| (b, 1.0 / b)).to_vec();
+        let whole = order(&points).unwrap();
+        points.extend([(1e6, 1e-15), (4e6, 0.0)]);
+        assert_eq!(order(&points), Some(whole));
+    }
+
+    #[test]
+    fn no_line_no_order() {
+        assert_eq!(order(&[]), None);
+        assert_eq!(order(&[(100.0, 0.5), (100.0, 0.4)]), None);
+        assert_eq!(order(&[(100.0, 0.5), (200.0, 0.0)]), None);
+        assert_eq!(order(&[(100.0, 0.5), (0.0, 0.5), (200.0, 0.4)]), None);
+        assert_eq!(order(&[(100.0, 0.5), (200.0, f64::NAN)]), None);
+        assert_eq!(order(&[(100.0, 0.5), (200.0, f64::INFINITY)]), None);
+    }
+
+    #[test]
+    fn pooled_over_materials() {
+        let slopes = [-0.5, -0.6, -0.4, -0.7, -0.45, -0.55];
+        let pooled = pooled_order(&slopes, 1).unwrap();
+        assert!((pooled.slope + 3.2 / 6.0).abs() < 1e-15);
+        assert_eq!(pooled.interval, mean_interval(&slopes, 1));
+        let [low, high] = pooled.interval.unwrap();
+        assert!(-0.7 < low && low < pooled.slope && pooled.slope < high && high < -0.4);
+        assert_eq!(pooled_order(&slopes[..5], 1).unwrap().interval, None);
+        assert_eq!(pooled_order(&[], 1), None);
+        assert_eq!(pooled_order(&[-0.5, f64::NAN], 1), None);
+    }
+}

@@ -1,0 +1,303 @@
+//! Two choices on the same materials: which is better, by how much, how surely.
+
+use super::bootstrap::mean_interval;
+use super::mean::{log_error, mean};
+use super::wilcoxon::{holm, signed_rank};
+use std::fmt::{self, Display, Formatter};
+
+/// The usual band: a ratio of errors from 1/1.01 to 1.01 is no difference.
+pub const BAND: f64 = 1.01;
+
+/// p-values below this are findings; intervals are of 95 %.
+pub const SIGNIFICANCE: f64 = 0.05;
+
+/// What can be said of the first of two choices.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Verdict {
+    /// Its errors are smaller.
+    Better,
+    /// Its errors are larger.
+    Worse,
+    /// Known to differ by no more than the band: an answer, not the lack of one.
+    Same,
+    /// The materials do not tell.
+    Undecided,
+}
+
+impl Display for Verdict {
+    fn fmt(&self, f: &mut Formatter) -> fmt::Result {
+        f.pad(match self {
+            Verdict::Better => "better",
+            Verdict::Worse => "worse",
+            Verdict::Same => "no difference",
+            Verdict::Undecided => "undecided",
+        })
+    }
+}
+
+/// A choice A against a choice B, by their errors on the same materials.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Paired {
+    /// Materials.
+    pub n: usize,
+    /// Geometric mean over materials of error of A / error of B; below 1 where A is better.
+    pub ratio: f64,
+    /// 95 % bootstrap interval of the ratio over materials, see [`mean_interval`]; `None` with too
+    /// few materials.
+    pub interval: Option<[f64; 2]>,
+    /// Two-sided Wilcoxon signed-rank test of the log ratios, see [`signed_rank`]; `None` with too few
+    /// ratios other than 1. Of several comparisons read together, see [`Paired::adjusted`].
+    pub p: Option<f64>,
+    /// Materials on which the error of A is below that of B by more than the band.
+    pub wins: usize,
+    /// Materials on which it is above by more than the band.
+    pub losses: usize,
+    /// The other materials.
+    pub ties: usize,
+    /// The largest ratio that is no difference, at least 1.
+    pub band: f64,
+}
+
+impl Paired {
+    /// Compares (error of A, error of B), a pair a material.
+    ///
+    /// Errors below [`super::EXACT`] count as that: two exact reconstructions are a tie. The order of
+    /// materials does not matter; A and B exchanged invert the ratio and its interval. `None` of no
+    /// pairs, where an error is negative or not finite, and of a band that is not finite or below 1.
+    pub fn new(pairs: &[(f64, f64)], band: f64, seed: u64) -> Option<Self> {
+        if !(band >= 1.0 && band.is_finite()) {
+            return None;
+        }
+        let log_ratio = |(a, b): &(f64, f64)| Some(log_error(*a)? - log_error(*b)?);
+        let mut logs = pairs.iter().map(log_ratio).collect::<Option<Vec<f64>>>()?;
+        // By size, which exchanging A and B keeps: the same sets of materials are then drawn.
+        logs.sort_by(|x, y| x.abs().total_cmp(&y.abs()).then(x.total_cmp(y)));
+        let (wins, losses) = (
+            logs.iter().filter(|l| **l < -band.ln()).count(),
+            logs.iter().filter(|l| **l > band.ln()).count(),
+        );
+        Some(Self {
+            n: logs.len(),
+            ratio: mean(&logs)?.exp(),
+            interval: mean_interval(&logs, seed).map(|ends| ends.map(f64::exp)),
+            p: signed_rank(&logs),
+            wins,
+            losses,
+            ties: logs.len() - wins - losses,
+            band,
+        })
+    }
+
+    /// What can be said of A:
+    ///
+    /// - *no difference*: the whole interval lies within the band, whatever p is: a difference that
+    ///   is sure and nothing to speak of does not matter;
+    /// - *better*, *worse*: the interval leaves out 1 and p is below [`SIGNIFICANCE`]. The interval
+    ///   asks for the mean of log ratios, the test for the side they lean to: one material of a
+    ///   hundred may carry the mean, and a hundredth of a percent on each may carry the test;
+    /// - else *undecided*, also where there is no interval or no p: six ratios other than 1 are the
+    ///   fewest that can tell.
+    pub fn verdict(&self) -> Verdict {
+        let Some([low, high]) = self.interval else {
+            return Verdict::Undecided;
+        };
+        if 1.0 / self.band <= low && high <= self.band {
+            return Verdict::Same;
+        }
+        match self.p {
+            Some(p) if p < SIGNIFICANCE && high < 1.0 => Verdict::Better,
+            Some(p) if p < SIGNIFICANCE && low > 1.0 => Verdict::Worse,
+            _ => Verdict::Undecided,
+        }
+    }
+
+    /// The same comparisons, read together: their p-values adjusted by [`holm`], and with them the
+    /// verdicts.
+    pub fn adjusted(comparisons: &[Self]) -> Vec<Self> {
+        let p: Vec<f64> = comparisons
+            .iter()
+            .map(|c| c.p.unwrap_or(f64::NAN))
+            .collect();
+        let with = |(c, p): (&Self, f64)| Self {
+            p: c.p.and(Some(p)),
+            ..*c
+        };
+        comparisons.iter().zip(holm(&p)).map(with).collect()
+    }
+}
+
+/// `0.842 [0.790, 0.901], p = 0.0031, 20 wins, 3 losses, 1 tie: better`.
+impl Display for Paired {
+    fn fmt(&self, f: &mut Formatter) -> fmt::Result {
+        write!(f, "{:.3}", self.ratio)?;
+        if let Some([low, high]) = self.interval {
+            write!(f, " [{low:.3}, {high:.3}]")?;
+        }
+        match self.p {
+            Some(p) if p < 1e-4 => write!(f, ", p < 0.0001")?,
+            Some(p) => write!(f, ", p = {p:.4}")?,
+            None => {}
+        }
+        let counts = [
+            (self.wins, "win", "wins"),
+            (self.losses, "loss", "losses"),
+            (self.ties, "tie", "ties"),
+        ];
+        for (count, one, many) in counts {
+            write!(f, ", {count} {}", if count == 1 { one } else { many })?;
+        }
+        write!(f, ": {}", self.verdict())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Errors of A and B whose log ratio is `shift` and scatters by up to ± `spread`.
+    fn pairs(n: u32, shift: f64, spread: f64) -> Vec<(f64, f64)> {
+        let pair = |k: u32| {
+            let base = 0.01 * (f64::from(k) * 0.7).sin().exp();
+            (base * (shift + spread * f64::from(k * k).sin()).exp(), base)
+        };
+        (1..=n).map(pair).collect()
+    }
+
+    fn verdict(n: u32, shift: f64, spread: f64) -> Verdict {
+        Paired::new(&pairs(n, shift, spread), BAND, 1)
+            .unwrap()
+            .verdict()
+    }
+
+    #[test]
+    fn four_verdicts() {
+        assert_eq!(verdict(24, -0.3, 0.4), Verdict::Better);
+        assert_eq!(verdict(24, 0.3, 0.4), Verdict::Worse);
+        assert_eq!(verdict(24, 0.0, 0.4), Verdict::Undecided);
+        assert_eq!(verdict(24, 0.0, 0.004), Verdict::Same);
+        // Sure, and within the band.
+        assert_eq!(verdict(24, 0.005, 0.001), Verdict::Same);
+        assert_eq!(verdict(24, 0.02, 0.001), Verdict::Worse);
+        // Too few to tell, however clear.
+        assert_eq!(verdict(5, -3.0, 0.1), Verdict::Undecided);
+        assert_eq!(verdict(6, -3.0, 0.1), Verdict::Better);
+    }
+
+    #[test]
+    fn mean_and_sign_must_agree() {
+        // A single material on which A is hopeless: the test leans to A, the mean does not.
+        let mut one = pairs(30, -0.1, 0.05);
+        one[7] = (1.0, 1e-6);
+        let one = Paired::new(&one, BAND, 1).unwrap();
+        assert!(one.p.unwrap() < 1e-4 && one.ratio > 1.0);
+        assert_eq!(one.verdict(), Verdict::Undecided);
+        // Five of thirty differ, all to one side: the mean leans, the sign cannot be tested.
+        let mut five = vec![(0.1, 0.1); 25];
+        five.extend(pairs(5, -2.0, 0.1));
+        let five = Paired::new(&five, BAND, 1).unwrap();
+        assert!(five.interval.unwrap()[1] < 1.0);
+        assert_eq!((five.p, five.verdict()), (None, Verdict::Undecided));
+    }
+
+    #[test]
+    fn known_ratios() {
+        let pairs = [
+            (1.0, 2.0),
+            (3.0, 1.5),
+            (0.1, 0.4),
+            (0.0, 1e-15),
+            (1.005, 1.0),
+        ];
+        let found = Paired::new(&pairs, BAND, 1).unwrap();
+        assert!((found.ratio / (0.25f64 * 1.005).powf(0.2) - 1.0).abs() < 1e-14);
+        assert_eq!((found.wins, found.losses, found.ties), (2, 1, 2));
+        assert_eq!((found.n, found.interval, found.p), (5, None, None));
+        // The interval is that of the log ratios, sorted by size.
+        let six: Vec<(f64, f64)> = [-0.1, 0.2, -0.3, 0.4, 0.5, -0.6f64]
+            .map(|l| (l.exp(), 1.0))
+            .to_vec();
+        let got = Paired::new(&six, BAND, 9).unwrap().interval.unwrap();
+        let logs = [-0.1, 0.2, -0.3, 0.4, 0.5, -0.6];
+        for (g, e) in got.iter().zip(mean_interval(&logs, 9).unwrap()) {
+            assert!((g.ln() - e).abs() < 1e-14, "{got:?}");
+        }
+    }
+
+    #[test]
+    fn exchanged_and_shuffled() {
+        let pairs = pairs(24, -0.1, 0.4);
+        let found = Paired::new(&pairs, BAND, 1).unwrap();
+        let swapped: Vec<_> = pairs.iter().map(|(a, b)| (*b, *a)).collect();
+        let back = Paired::new(&swapped, BAND, 1).unwrap();
+        let [low, high] = found.interval.unwrap();
+        let [low_back, high_back] = back.interval.unwrap();
+        for product in [found.ratio * back.ratio, low * high_back, high * low_back] {
+            assert!((product - 1.0).abs() < 1e-13, "{product}");
+        }
+        assert_eq!(
+            (found.p, found.wins, found.losses),
+            (back.p, back.losses, back.wins)
+        );
+        let mut turned = pairs.clone();
+        turned.reverse();
+        assert_eq!(Paired::new(&turned, BAND, 1), Some(found));
+    }
+
+    #[test]
+    fn refuses_what_is_no_error() {
+        for bad in [f64::NAN, f64::INFINITY, -0.1] {
+            assert_eq!(Paired::new(&[(0.1, bad)], BAND, 1), None);
+            assert_eq!(Paired::new(&[(bad, 0.1)], BAND, 1), None);
+            assert_eq!(Paired::new(&[(0.1, 0.1)], bad, 1), None);
+        }
+        assert_eq!(Paired::new(&[(0.1, 0.1)], 0.99, 1), None);
+        assert_eq!(Paired::new(&[], BAND, 1), None);
+    }
+
+    #[test]
+    fn many_comparisons_need_more() {
+        // Of one true difference in forty comparisons the true one stays, and false ones go.
+        let alone: Vec<Paired> = (0..40)
+            .map(|k| {
+                let wave = |i: u32| f64::from((i * i + 31 * k) * (i + 7)).sin();
+                let pair = |i| ((0.3 * wave(i)).exp() * if k == 0 { 0.7 } else { 1.0 }, 1.0);
+                Paired::new(&(1..=24).map(pair).collect::<Vec<_>>(), BAND, 1).unwrap()
+            })
+            .collect();
+        let together = Paired::adjusted(&alone);
+        let found = |list: &[Paired]| -> Vec<usize> {
+            (0..40)
+                .filter(|k| list[*k].verdict() != Verdict::Undecided)
+                .collect()
+        };
+        assert!(found(&alone).len() > 1, "no false finding to lose");
+        assert_eq!(found(&together), [0]);
+        let none = Paired::new(&[(0.1, 0.2)], BAND, 1).unwrap();
+        assert_eq!(Paired::adjusted(&[none]), [none]);
+    }
+
+    #[test]
+    fn texts() {
+        let found = Paired {
+            n: 24,
+            ratio: 0.842,
+            interval: Some([0.79, 0.9012]),
+            p: Some(0.003_06),
+            wins: 20,
+            losses: 3,
+            ties: 1,
+            band: BAND,
+        };
+        let text = "0.842 [0.790, 0.901], p = 0.0031, 20 wins, 3 losses, 1 tie: better";
+        assert_eq!(found.to_string(), text);
+        let found = Paired {
+            interval: None,
+            p: Some(1e-7),
+            ..found
+        };
+        let text = "0.842, p < 0.0001, 20 wins, 3 losses, 1 tie: undecided";
+        assert_eq!(found.to_string(), text);
+        assert_eq!(format!("[{:>9}]", Verdict::Worse), "[    worse]");
+        assert_eq!(Verdict::Same.to_string(), "no difference");
+    }
+}
