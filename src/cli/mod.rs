@@ -46,6 +46,8 @@ pub struct Cli {
 enum Command {
     /// Run an experiment: measure, reconstruct, compare
     Run(run::Run),
+    /// Put the parts of a study together
+    Merge(merge::Merge),
     /// Check a config as `run` would and print its plan, without measuring
     Check(check::Check),
     /// List what a config can name
@@ -77,6 +79,7 @@ impl Cli {
     pub fn run(self) -> Result<(), Error> {
         match self.command {
             Command::Run(command) => command.run(),
+            Command::Merge(command) => command.run(),
             Command::Check(command) => command.run(),
             Command::List(command) => command.run(),
             Command::Schedule(command) => command.run(),

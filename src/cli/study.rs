@@ -5,9 +5,10 @@ use super::run::{End, RUNS, Run, stop_on_ctrl_c, tell_missing};
 use super::{print, say};
 use crate::brdf::Brdf;
 use crate::error::Error;
-use crate::experiment::study::{self, Shard, StudyObserver, StudyPlan, StudyRow, StudySummary};
+use crate::experiment::study::{self, Findings, RowKey, Shard, StudyObserver, StudyPlan, StudyRow};
 use crate::experiment::{Failure, Material, Source};
-use crate::report::{MadeBy, Manifest, Outcome, StudyFolder};
+use crate::report::{MadeBy, Manifest, Outcome, ROWS, StudyFolder, read_rows, study_text};
+use std::collections::HashSet;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -58,7 +59,11 @@ impl Run {
             missing: &plan.plan.missing,
         };
         let manifest = Manifest::new(made_by, source, summary.inputs.clone(), outcome, started);
-        let path = finish(folder, &summary, manifest)?;
+        let path = if summary.interrupted || self.shard.is_some() {
+            folder.finish(&summary.keys, manifest, None)?
+        } else {
+            finish(&plan, folder, &summary.keys, manifest)?
+        };
         self.tell(&end, path)
     }
 
@@ -76,20 +81,42 @@ impl Run {
     }
 }
 
-/// Writes what a study ends with, and prints its ranking.
-fn finish(
+/// Prints what rows say, and writes it into their folder.
+pub(super) fn finish(
+    plan: &StudyPlan,
     folder: StudyFolder,
-    summary: &StudySummary,
+    keys: &[RowKey],
     manifest: Manifest,
 ) -> Result<PathBuf, Error> {
-    let report = (!summary.interrupted).then(String::new);
-    folder.finish(&summary.keys, manifest, report)
+    let (rows, _) = folder.sorted(keys);
+    let findings = Findings::new(&rows, plan.band);
+    print(&study_text(&findings))?;
+    folder.finish(keys, manifest, Some(String::new()))
 }
 
 /// Prints every job and whether it is done.
 fn list(plan: &StudyPlan, shard: Option<Shard>, dir: &Path) -> Result<(), Error> {
-    let _ = (plan, shard, dir);
-    Ok(())
+    let rows = if dir.join(ROWS).exists() {
+        read_rows(dir)?
+    } else {
+        Vec::new()
+    };
+    let known: HashSet<RowKey> = rows.into_iter().map(|r| r.key).collect();
+    let jobs = study::jobs(plan, shard)?;
+    let mut out = String::new();
+    let mut done = 0;
+    for job in &jobs {
+        let is_done = job.keys.iter().all(|k| known.contains(k));
+        done += usize::from(is_done);
+        let word = if is_done { "done" } else { "open" };
+        out += &format!("{word}  {}  {}\n", job.keys.join(" "), job.name);
+    }
+    out += &format!(
+        "{done} of {} jobs are done in {}\n",
+        jobs.len(),
+        dir.display()
+    );
+    print(&out)
 }
 
 /// Where a study's news arrive.

@@ -45,7 +45,8 @@ use std::io::{self, ErrorKind, Write};
 use std::path::{Path, PathBuf};
 use toml::Table;
 
-pub(super) const CONFIG: &str = "config.toml";
+/// The resolved config of a run.
+pub const CONFIG: &str = "config.toml";
 pub(super) const CONFIG_HEAD: &str = "\
 # Every key of this run with its value; running this file gives the same results.
 # Paths are relative to the folder that gonio is started in.

@@ -22,7 +22,7 @@ mod svg;
 mod table;
 
 pub use folder::file_stem;
-pub use folder::{CORRELATIONS, FITS, RunFolder, SUMMARY, schedule_stem};
+pub use folder::{CONFIG, CORRELATIONS, FITS, RunFolder, SUMMARY, schedule_stem};
 pub use instruments::instruments;
 #[cfg(feature = "plots")]
 pub use lobe::lobe_svg;
@@ -39,7 +39,7 @@ pub use results::ResultFiles;
 pub use slice::{RESOLUTION, THETA_O_DEG, write_slice};
 #[cfg(feature = "exr")]
 pub use sphere::{FilterEllipse, SphereImage, sphere, sphere_svg};
-pub use study::{KnownRows, StudyFolder, read_rows};
+pub use study::{ROWS, StudyFolder, read_rows, study_text};
 #[cfg(feature = "plots")]
 pub use svg::svg;
 pub use table::Table;

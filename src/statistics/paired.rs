@@ -88,6 +88,18 @@ impl Paired {
         })
     }
 
+    /// B against A.
+    #[must_use]
+    pub fn inverted(&self) -> Self {
+        Self {
+            ratio: 1.0 / self.ratio,
+            interval: self.interval.map(|[low, high]| [1.0 / high, 1.0 / low]),
+            wins: self.losses,
+            losses: self.wins,
+            ..*self
+        }
+    }
+
     /// What can be said of A:
     ///
     /// - *no difference*: the whole interval lies within the band, whatever p is: a difference that

@@ -1,7 +1,7 @@
 //! What a config of this kind says beyond that of an acquisition.
 
 use crate::brdf::Channels;
-use crate::error::{Error, ParameterError};
+use crate::error::{Error, ParameterError, in_closed};
 use crate::experiment::checks::distinct;
 use crate::experiment::config::{Config, KEYS, Output, take_list};
 use crate::experiment::kind::Kind;
@@ -14,7 +14,7 @@ use serde::{Deserialize, Serialize};
 use toml::de::{DeTable, DeValue};
 
 /// The keys of the top level that only this kind has.
-const OWN_KEYS: [&str; 2] = ["coordinates", "pictures"];
+const OWN_KEYS: [&str; 3] = ["band", "coordinates", "pictures"];
 
 /// The keys of a `[[reconstruction]]` that only this kind has.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -131,7 +131,12 @@ pub(super) struct StudyConfig<'s> {
     /// One a reconstruction.
     pub reach: Vec<Reach>,
     pub pictures: PictureSpec,
+    /// The largest ratio of errors that counts as no difference.
+    pub band: f64,
 }
+
+/// The default band: a twentieth. Less is nothing to choose an acquisition by.
+const BAND: f64 = 1.05;
 
 impl<'s> StudyConfig<'s> {
     pub fn read(source: &'s Source) -> Result<Self, Error> {
@@ -142,11 +147,13 @@ impl<'s> StudyConfig<'s> {
         let coordinates = take_list(&mut table, "coordinates", registry::parse).map_err(read)?;
         let pictures = PictureSpec::take(&mut table).map_err(read)?;
         let reach = take_reach(&mut table).map_err(read)?;
+        let band = take_band(source, &mut table)?;
         let common = Config::from_table(source, table, &keys).map_err(read)?;
         let config = Self {
             coordinates: coordinates.unwrap_or_default(),
             reach,
             pictures,
+            band,
             common,
         };
         config.check(source)?;
@@ -186,6 +193,20 @@ impl<'s> StudyConfig<'s> {
             distinct(source, "coordinates", &self.coordinates, Coordinates::label)?;
         }
         Ok(())
+    }
+}
+
+/// Takes `band`.
+fn take_band(source: &Source, config: &mut Table<'_>) -> Result<f64, Error> {
+    let Some(value) = config.get_mut().remove("band") else {
+        return Ok(BAND);
+    };
+    let path = KeyPath::of("band");
+    let value = f64::deserialize(toml::de::ValueDeserializer::from(value));
+    let value = value.map_err(|e| source.error_at(&path, format!("band: {}", e.message())))?;
+    match in_closed("band", value, 1.0, 10.0) {
+        Ok(band) => Ok(band),
+        Err(e) => Err(source.error_at(&path, e)),
     }
 }
 

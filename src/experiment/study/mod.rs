@@ -7,12 +7,14 @@
 //! determines it; what is there already is not done again.
 
 mod config;
+mod findings;
 mod key;
 mod plan;
 mod row;
 mod run;
 
 pub use config::PictureSpec;
-pub use plan::{Choice, Shard, StudyMethod, StudyPlan, Unit};
+pub use findings::{Cell, Duel, Duels, Explained, Factor, Findings, Line, Metric, Ranking, Scope};
+pub use plan::{Choice, Label, Shard, StudyMethod, StudyPlan, Unit};
 pub use row::{RowKey, StudyRow};
-pub use run::{StudyObserver, StudySummary, study};
+pub use run::{StudyJob, StudyObserver, StudySummary, jobs, study};

@@ -5,6 +5,7 @@ use crate::error::Error;
 use crate::experiment::checks::below;
 use crate::experiment::plan::{Allowance, Plan};
 use crate::experiment::resolved::{insert_list, section};
+use crate::experiment::row::IDEAL;
 use crate::experiment::source::{KeyPath, Source};
 use crate::reconstruct::{self, Coordinates, Reconstruct};
 use std::fmt;
@@ -62,6 +63,21 @@ pub struct Choice {
     pub coordinates: String,
 }
 
+/// What a row is of.
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+pub struct Label {
+    /// Material.
+    pub material: String,
+    /// Sampling and reconstruction.
+    pub choice: Choice,
+    /// What the schedule was allowed.
+    pub allowed: String,
+    /// Seed.
+    pub seed: u64,
+    /// Distribution of the test pairs.
+    pub measure: String,
+}
+
 /// A part of the schedules: `i/n`, 1 ≤ i ≤ n.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Shard {
@@ -96,6 +112,8 @@ pub struct StudyPlan {
     pub plan: Plan,
     /// Every reconstruction in each of its coordinates.
     pub methods: Vec<StudyMethod>,
+    /// The largest ratio of errors that counts as no difference.
+    pub band: f64,
     /// What is drawn.
     pub pictures: PictureSpec,
     /// The config with every default filled in.
@@ -113,6 +131,7 @@ impl StudyPlan {
             coordinates,
             reach,
             pictures,
+            band,
         } = StudyConfig::read(source)?;
         let plan = Plan::new(common)?;
         for (i, c) in coordinates.iter().enumerate().filter(|c| c.1.kind != OWN) {
@@ -173,10 +192,12 @@ impl StudyPlan {
                 }
             }
         }
+        resolved.insert("band".into(), band.into());
         resolved.insert("pictures".into(), pictures.resolved().into());
         let study = Self {
             plan,
             methods,
+            band,
             pictures,
             resolved,
         };
@@ -281,6 +302,36 @@ impl StudyPlan {
     /// Reconstructions of one material in some units.
     pub fn jobs_of(&self, units: &[Unit]) -> usize {
         units.iter().map(|u| self.methods_on(u).len()).sum()
+    }
+
+    /// What the rows of a complete run are of, in the order of results.
+    pub fn labels(&self) -> Vec<Label> {
+        let common = &self.plan;
+        let mut labels = Vec::new();
+        for material in &common.materials {
+            for unit in self.units() {
+                let coordinates = &common.parametrizations[unit.coordinates];
+                let instrument = unit.instrument.map(|i| common.instruments[i].name.clone());
+                for m in self.methods_on(&unit) {
+                    let choice = Choice {
+                        parametrization: coordinates.name().into(),
+                        warp: coordinates.warp.clone(),
+                        sample_set: common.sample_sets[unit.sample_set].name.clone(),
+                        instrument: instrument.clone().unwrap_or_else(|| IDEAL.into()),
+                        reconstruction: self.methods[m].name.clone(),
+                        coordinates: self.methods[m].coordinates.clone(),
+                    };
+                    labels.extend(common.measures.iter().map(|measure| Label {
+                        material: material.name.clone(),
+                        choice: choice.clone(),
+                        allowed: unit.allowance.to_string(),
+                        seed: unit.seed,
+                        measure: measure.name().into(),
+                    }));
+                }
+            }
+        }
+        labels
     }
 
     /// Rows of a complete run.

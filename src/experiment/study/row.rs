@@ -1,6 +1,6 @@
 //! A line of the results of a study.
 
-use super::plan::Choice;
+use super::plan::{Choice, Label};
 use serde::{Deserialize, Serialize};
 
 /// The hash of everything that determines a row, 16 hexadecimal digits.
@@ -156,6 +156,17 @@ impl StudyRow {
             instrument: self.instrument.clone(),
             reconstruction: self.reconstruction.clone(),
             coordinates: self.coordinates.clone(),
+        }
+    }
+
+    /// What it is of.
+    pub fn label(&self) -> Label {
+        Label {
+            material: self.material.clone(),
+            choice: self.choice(),
+            allowed: self.allowed.clone(),
+            seed: self.seed,
+            measure: self.measure.clone(),
         }
     }
 

@@ -20,13 +20,11 @@ use std::io::{self, BufWriter, ErrorKind, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 use toml::Table;
 
-const ROWS: &str = "results.jsonl";
+/// The file that a study goes on from.
+pub const ROWS: &str = "results.jsonl";
 const CSV: &str = "results.csv";
 const REPORT: &str = "report.html";
 const PICTURES: &str = "pictures";
-
-/// Rows by their keys.
-pub type KnownRows = HashMap<RowKey, StudyRow>;
 
 /// A study's folder while the study goes on.
 pub struct StudyFolder {
@@ -159,6 +157,24 @@ impl StudyFolder {
                 .map_err(|e| Error::output(path, format!("cannot write this file: {e}")))?;
         }
         self.files.insert(format!("{PICTURES}/{name}"));
+        Ok(())
+    }
+
+    /// Takes over the pictures of another folder.
+    ///
+    /// # Errors
+    /// [`Error::Output`].
+    pub fn copy_pictures(&mut self, from: &Path) -> Result<(), Error> {
+        let Ok(entries) = fs::read_dir(from.join(PICTURES)) else {
+            // A study without pictures.
+            return Ok(());
+        };
+        for entry in entries.flatten() {
+            let name = entry.file_name().to_string_lossy().into_owned();
+            let read = || fs::read(entry.path()).map_err(|e| self.failed(e));
+            let bytes = read()?;
+            self.write_picture(&name, || Ok(bytes))?;
+        }
         Ok(())
     }
 

@@ -1,0 +1,521 @@
+//! What the rows of a study say: rankings, duels between parametrizations, orders of convergence,
+//! and which factor explains how much.
+//!
+//! Everything is paired over materials. Errors of several seeds are averaged first (geometrically):
+//! seeds are no materials.
+
+use super::plan::{Choice, OWN};
+use super::row::StudyRow;
+use crate::statistics::{
+    Paired, PooledOrder, Shares, geometric_mean, order, pooled_order, variance_shares,
+};
+use std::collections::HashMap;
+
+/// Seed of the bootstrap: the same rows give the same intervals.
+const SEED: u64 = 1;
+
+/// The error that is compared.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Metric {
+    /// `nrmse`.
+    Nrmse,
+    /// `log_relative`.
+    LogRelative,
+}
+
+impl Metric {
+    /// Those of a report.
+    pub const ALL: [Metric; 2] = [Metric::Nrmse, Metric::LogRelative];
+
+    /// Its column.
+    pub fn name(self) -> &'static str {
+        match self {
+            Metric::Nrmse => "nrmse",
+            Metric::LogRelative => "log_relative",
+        }
+    }
+
+    fn of(self, row: &StudyRow) -> Option<f64> {
+        match self {
+            Metric::Nrmse => row.nrmse,
+            Metric::LogRelative => row.log_relative,
+        }
+    }
+}
+
+/// Which rows a finding is about.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Scope {
+    /// The error.
+    pub metric: Metric,
+    /// Distribution of the test pairs.
+    pub measure: String,
+    /// The truths; `None`: all of them.
+    pub truth: Option<String>,
+    /// Materials there are.
+    pub materials: usize,
+}
+
+/// A choice of a ranking at every allowance.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Line {
+    /// The choice.
+    pub choice: Choice,
+    /// One an allowance.
+    pub cells: Vec<Option<Cell>>,
+    /// Slope of ln error on ln readings, over materials.
+    pub order: Option<PooledOrder>,
+}
+
+/// A choice at an allowance.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Cell {
+    /// Geometric mean of the error over materials.
+    pub mean: f64,
+    /// Against the best choice of this allowance, p adjusted for their number; `None` of the best,
+    /// and where materials are missing.
+    pub against_best: Option<Paired>,
+    /// Place among the choices that have all materials, from 1.
+    pub place: Option<usize>,
+    /// Geometric mean of the readings.
+    pub readings: f64,
+    /// Geometric mean of the seconds of computing a material.
+    pub seconds: f64,
+    /// Geometric mean of the seconds of the instrument, where it has any.
+    pub instrument_seconds: Option<f64>,
+}
+
+/// Every choice, in the order of the rows.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Ranking {
+    /// What it is of.
+    pub scope: Scope,
+    /// In the order of the plan.
+    pub lines: Vec<Line>,
+}
+
+/// What two choices of a duel differ in.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Factor {
+    /// The coordinates that are sampled.
+    Sampling,
+    /// The coordinates that scattered readings are interpolated in.
+    Reconstruction,
+}
+
+/// One parametrization against another, all else equal.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Duel {
+    /// What differs.
+    pub factor: Factor,
+    /// The first.
+    pub a: Choice,
+    /// The second.
+    pub b: Choice,
+    /// One an allowance; ratios below 1: the first is better. p is adjusted over the allowances.
+    pub cells: Vec<Option<Paired>>,
+}
+
+/// All duels of a scope.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Duels {
+    /// What they are of.
+    pub scope: Scope,
+    /// In the order of the plan.
+    pub duels: Vec<Duel>,
+}
+
+/// Which factor explains how much of the variance of ln error.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Explained {
+    /// What it is of.
+    pub scope: Scope,
+    /// True of reconstructions in chosen coordinates, false of those in the schedule's own.
+    pub scattered: bool,
+    /// Names of the factors.
+    pub factors: Vec<&'static str>,
+    /// Their shares.
+    pub shares: Shares,
+}
+
+/// Everything a study says.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Findings {
+    /// The allowances, in the order of the plan.
+    pub allowances: Vec<String>,
+    /// The truths, each once.
+    pub truths: Vec<String>,
+    /// One a metric, measure and truth.
+    pub rankings: Vec<Ranking>,
+    /// One a metric, measure and truth.
+    pub duels: Vec<Duels>,
+    /// One a metric and measure, and one more where there are scattered reconstructions.
+    pub explained: Vec<Explained>,
+}
+
+/// Names in the order of their first appearance.
+struct Names<T> {
+    list: Vec<T>,
+    places: HashMap<T, usize>,
+}
+
+impl<T: Clone + Eq + std::hash::Hash> Names<T> {
+    fn new() -> Self {
+        Self {
+            list: Vec::new(),
+            places: HashMap::new(),
+        }
+    }
+
+    fn place(&mut self, name: T) -> usize {
+        let next = self.list.len();
+        let list = &mut self.list;
+        *self.places.entry(name.clone()).or_insert_with(|| {
+            list.push(name);
+            next
+        })
+    }
+}
+
+/// The rows, indexed.
+struct Index<'a> {
+    choices: Names<Choice>,
+    allowances: Names<&'a str>,
+    materials: Names<&'a str>,
+    measures: Names<&'a str>,
+    truths: Names<&'a str>,
+    /// Truth of each material.
+    truth_of: Vec<usize>,
+    /// Rows of several seeds by measure, choice, allowance, material.
+    rows: HashMap<[usize; 4], Vec<&'a StudyRow>>,
+    /// Position of the warps of each choice among those of its parametrization.
+    warp: Vec<usize>,
+}
+
+impl<'a> Index<'a> {
+    fn new(rows: &[&'a StudyRow]) -> Self {
+        let mut index = Self {
+            choices: Names::new(),
+            allowances: Names::new(),
+            materials: Names::new(),
+            measures: Names::new(),
+            truths: Names::new(),
+            truth_of: Vec::new(),
+            rows: HashMap::new(),
+            warp: Vec::new(),
+        };
+        for row in rows {
+            let truth = index.truths.place(&row.truth);
+            let material = index.materials.place(&row.material);
+            if material == index.truth_of.len() {
+                index.truth_of.push(truth);
+            }
+            let at = [
+                index.measures.place(&row.measure),
+                index.choices.place(row.choice()),
+                index.allowances.place(&row.allowed),
+                material,
+            ];
+            index.rows.entry(at).or_default().push(row);
+        }
+        let mut warps: HashMap<&str, Vec<&str>> = HashMap::new();
+        for choice in &index.choices.list {
+            let list = warps.entry(&choice.parametrization).or_default();
+            if !list.contains(&choice.warp.as_str()) {
+                list.push(&choice.warp);
+            }
+            let place = list.iter().position(|w| *w == choice.warp);
+            index.warp.push(place.unwrap_or_default());
+        }
+        index
+    }
+
+    /// Materials of a truth.
+    fn of_truth(&self, truth: Option<usize>) -> Vec<usize> {
+        let all = 0..self.materials.list.len();
+        all.filter(|&m| truth.is_none_or(|t| self.truth_of[m] == t))
+            .collect()
+    }
+
+    /// The mean over seeds of something of the rows; `None` where there is none or it is not
+    /// defined.
+    fn mean(&self, at: [usize; 4], of: impl Fn(&StudyRow) -> Option<f64>) -> Option<f64> {
+        let rows = self.rows.get(&at)?;
+        let values: Option<Vec<f64>> = rows.iter().map(|r| of(r)).collect();
+        geometric_mean(&values?)
+    }
+}
+
+impl Findings {
+    /// What rows say, with differences of less than `band` (a ratio above 1) counting as none.
+    pub fn new(rows: &[&StudyRow], band: f64) -> Self {
+        let index = Index::new(rows);
+        let mut findings = Self {
+            allowances: strings(&index.allowances.list),
+            truths: strings(&index.truths.list),
+            ..Self::default()
+        };
+        let truths = index.truths.list.len();
+        // One truth is all of them.
+        let each = (0..truths).filter(|_| truths > 1).map(Some);
+        let scopes: Vec<Option<usize>> = std::iter::once(None).chain(each).collect();
+        for metric in Metric::ALL {
+            for measure in 0..index.measures.list.len() {
+                for &truth in &scopes {
+                    let materials = index.of_truth(truth);
+                    let scope = Scope {
+                        metric,
+                        measure: index.measures.list[measure].into(),
+                        truth: truth.map(|t| index.truths.list[t].into()),
+                        materials: materials.len(),
+                    };
+                    let table = Table::new(&index, metric, measure, materials);
+                    findings.rankings.push(Ranking {
+                        lines: table.lines(band),
+                        scope: scope.clone(),
+                    });
+                    findings.duels.push(Duels {
+                        duels: table.duels(band),
+                        scope: scope.clone(),
+                    });
+                    if truth.is_none() {
+                        for scattered in [false, true] {
+                            findings
+                                .explained
+                                .extend(table.explained(&scope, scattered));
+                        }
+                    }
+                }
+            }
+        }
+        findings
+    }
+
+    /// The ranking of a scope.
+    pub fn ranking(&self, metric: Metric, measure: &str, truth: Option<&str>) -> Option<&Ranking> {
+        let is =
+            |s: &Scope| s.metric == metric && s.measure == measure && s.truth.as_deref() == truth;
+        self.rankings.iter().find(|r| is(&r.scope))
+    }
+}
+
+fn strings(list: &[&str]) -> Vec<String> {
+    list.iter().map(|s| (*s).to_owned()).collect()
+}
+
+/// Errors of one metric and measure over some materials.
+struct Table<'i, 'a> {
+    index: &'i Index<'a>,
+    measure: usize,
+    materials: Vec<usize>,
+    /// By choice, allowance and position in `materials`.
+    errors: Vec<Vec<Vec<Option<f64>>>>,
+}
+
+impl<'i, 'a> Table<'i, 'a> {
+    fn new(index: &'i Index<'a>, metric: Metric, measure: usize, materials: Vec<usize>) -> Self {
+        let choices = 0..index.choices.list.len();
+        let errors = choices.map(|c| {
+            let allowances = 0..index.allowances.list.len();
+            let of = |a| {
+                let of = |&m: &usize| index.mean([measure, c, a, m], |r| metric.of(r));
+                materials.iter().map(of).collect()
+            };
+            allowances.map(of).collect()
+        });
+        Self {
+            errors: errors.collect(),
+            index,
+            measure,
+            materials,
+        }
+    }
+
+    /// Errors at all materials, if all have one.
+    fn whole(&self, choice: usize, allowance: usize) -> Option<Vec<f64>> {
+        let errors: Option<Vec<f64>> = self.errors[choice][allowance].iter().copied().collect();
+        errors.filter(|e| !e.is_empty())
+    }
+
+    /// A mean over the materials that have it.
+    fn over(
+        &self,
+        choice: usize,
+        allowance: usize,
+        of: impl Fn(&StudyRow) -> Option<f64>,
+    ) -> Option<f64> {
+        let at = |&m: &usize| self.index.mean([self.measure, choice, allowance, m], &of);
+        let values: Vec<f64> = self.materials.iter().filter_map(at).collect();
+        geometric_mean(&values)
+    }
+
+    fn lines(&self, band: f64) -> Vec<Line> {
+        let choices = &self.index.choices.list;
+        let allowances = self.index.allowances.list.len();
+        let mut lines: Vec<Line> = choices
+            .iter()
+            .enumerate()
+            .map(|(c, choice)| Line {
+                choice: choice.clone(),
+                cells: (0..allowances).map(|a| self.cell(c, a)).collect(),
+                order: self.order(c),
+            })
+            .collect();
+        for a in 0..allowances {
+            self.place(&mut lines, a, band);
+        }
+        lines
+    }
+
+    fn cell(&self, c: usize, a: usize) -> Option<Cell> {
+        let errors: Vec<f64> = self.errors[c][a].iter().copied().flatten().collect();
+        Some(Cell {
+            mean: geometric_mean(&errors)?,
+            against_best: None,
+            place: None,
+            readings: self.over(c, a, |r| Some(r.readings as f64))?,
+            seconds: self.over(c, a, |r| Some(r.seconds()))?,
+            instrument_seconds: self.over(c, a, |r| r.instrument_seconds),
+        })
+    }
+
+    /// Slopes of the materials, pooled.
+    fn order(&self, c: usize) -> Option<PooledOrder> {
+        let slope = |i: usize| {
+            let points = (0..self.errors[c].len()).filter_map(|a| {
+                let at = [self.measure, c, a, self.materials[i]];
+                let readings = self.index.mean(at, |r| Some(r.readings as f64))?;
+                Some((readings, self.errors[c][a][i]?))
+            });
+            order(&points.collect::<Vec<_>>()).map(|o| o.slope)
+        };
+        let slopes: Vec<f64> = (0..self.materials.len()).filter_map(slope).collect();
+        pooled_order(&slopes, SEED)
+    }
+
+    /// Places at an allowance, and every choice against the best.
+    fn place(&self, lines: &mut [Line], a: usize, band: f64) {
+        let whole: Vec<Option<Vec<f64>>> = (0..lines.len()).map(|c| self.whole(c, a)).collect();
+        let mut order: Vec<usize> = (0..lines.len()).filter(|&c| whole[c].is_some()).collect();
+        let mean = |c: usize| lines[c].cells[a].map_or(f64::INFINITY, |cell| cell.mean);
+        order.sort_by(|&x, &y| mean(x).total_cmp(&mean(y)).then(x.cmp(&y)));
+        let Some((&best, others)) = order.split_first() else {
+            return;
+        };
+        let Some(of_best) = &whole[best] else {
+            return;
+        };
+        let compared: Vec<Option<Paired>> = others
+            .iter()
+            .map(|&c| paired(whole[c].as_deref()?, of_best, band))
+            .collect();
+        let compared = adjusted(&compared);
+        for (i, &c) in order.iter().enumerate() {
+            if let Some(cell) = &mut lines[c].cells[a] {
+                cell.place = Some(i + 1);
+                cell.against_best = i.checked_sub(1).and_then(|i| compared[i]);
+            }
+        }
+    }
+
+    /// Every two choices that differ in one parametrization only, the earlier one second.
+    fn duels(&self, band: f64) -> Vec<Duel> {
+        let choices = &self.index.choices.list;
+        let mut duels = Vec::new();
+        for (j, b) in choices.iter().enumerate() {
+            for (i, a) in choices.iter().enumerate().skip(j + 1) {
+                let same = a.sample_set == b.sample_set
+                    && a.instrument == b.instrument
+                    && a.reconstruction == b.reconstruction;
+                let alike = self.index.warp[i] == self.index.warp[j];
+                let factor = if same
+                    && alike
+                    && a.parametrization != b.parametrization
+                    && a.coordinates == b.coordinates
+                {
+                    Factor::Sampling
+                } else if same
+                    && a.parametrization == b.parametrization
+                    && a.warp == b.warp
+                    && a.coordinates != b.coordinates
+                {
+                    Factor::Reconstruction
+                } else {
+                    continue;
+                };
+                let cells = (0..self.index.allowances.list.len()).map(|at| {
+                    let (x, y) = (&self.errors[i][at], &self.errors[j][at]);
+                    let both = x.iter().zip(y).filter_map(|(x, y)| Some(((*x)?, (*y)?)));
+                    Paired::new(&both.collect::<Vec<_>>(), band, SEED)
+                });
+                duels.push(Duel {
+                    factor,
+                    a: a.clone(),
+                    b: b.clone(),
+                    cells: adjusted(&cells.collect::<Vec<_>>()),
+                });
+            }
+        }
+        duels
+    }
+
+    /// Shares of the variance, of the choices in their own coordinates or of the others.
+    fn explained(&self, scope: &Scope, scattered: bool) -> Option<Explained> {
+        let choices = &self.index.choices.list;
+        let mine: Vec<usize> = (0..choices.len())
+            .filter(|&c| (choices[c].coordinates != OWN) == scattered)
+            .collect();
+        let mut samplings = Names::new();
+        let mut methods = Names::new();
+        let mut coordinates = Names::new();
+        let mut rows: Vec<(Vec<usize>, f64)> = Vec::new();
+        for &c in &mine {
+            let choice = &choices[c];
+            let sampling = samplings.place(&choice.parametrization);
+            let mut levels = vec![sampling, self.index.warp[c]];
+            let method = (
+                &choice.sample_set,
+                &choice.instrument,
+                &choice.reconstruction,
+            );
+            levels.push(methods.place(method));
+            if scattered {
+                levels.push(coordinates.place(&choice.coordinates));
+            }
+            for (a, errors) in self.errors[c].iter().enumerate() {
+                for (m, error) in errors.iter().enumerate() {
+                    let Some(error) = error else {
+                        continue;
+                    };
+                    let mut levels = levels.clone();
+                    levels.extend([a, m]);
+                    // As exact as can be told, see `geometric_mean`.
+                    rows.push((levels, error.max(crate::statistics::EXACT).ln()));
+                }
+            }
+        }
+        let mut factors = vec!["parametrization", "warp", "reconstruction"];
+        factors.extend(scattered.then_some("coordinates"));
+        factors.extend(["budget", "material"]);
+        let rows: Vec<(&[usize], f64)> = rows.iter().map(|(l, e)| (l.as_slice(), *e)).collect();
+        Some(Explained {
+            scope: scope.clone(),
+            scattered,
+            factors,
+            shares: variance_shares(&rows)?,
+        })
+    }
+}
+
+fn paired(a: &[f64], b: &[f64], band: f64) -> Option<Paired> {
+    let pairs: Vec<(f64, f64)> = a.iter().copied().zip(b.iter().copied()).collect();
+    Paired::new(&pairs, band, SEED)
+}
+
+/// Comparisons that are read together, where there are any.
+fn adjusted(list: &[Option<Paired>]) -> Vec<Option<Paired>> {
+    let there: Vec<Paired> = list.iter().copied().flatten().collect();
+    let mut adjusted = Paired::adjusted(&there).into_iter();
+    let mut next = |p: &Option<Paired>| p.and_then(|_| adjusted.next());
+    list.iter().map(&mut next).collect()
+}

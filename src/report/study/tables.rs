@@ -1,0 +1,218 @@
+//! What a study prints at its end, as texts and as a table of its own.
+
+use crate::experiment::study::{
+    Choice, Duel, Duels, Explained, Factor, Findings, Metric, Ranking, Scope,
+};
+use crate::report::table::error;
+use crate::statistics::Paired;
+use std::fmt::Write as _;
+
+/// A parametrization with its warps.
+pub(super) fn sampling(choice: &Choice) -> String {
+    match choice.warp.as_str() {
+        "none" => choice.parametrization.clone(),
+        warp => format!("{} {warp}", choice.parametrization),
+    }
+}
+
+/// How a choice reconstructs; `sets` and `instruments`: whether there are several to be told apart.
+pub(super) fn method(choice: &Choice, findings: &Findings) -> String {
+    let several = |of: fn(&Choice) -> &String| {
+        let lines = findings.rankings.iter().flat_map(|r| &r.lines);
+        lines.map(|l| of(&l.choice)).any(|v| v != of(choice))
+    };
+    let mut parts = vec![choice.reconstruction.clone()];
+    if choice.coordinates != "own" {
+        parts.push(format!("in {}", choice.coordinates));
+    }
+    if several(|c| &c.sample_set) {
+        parts.push(format!("of {}", choice.sample_set));
+    }
+    if several(|c| &c.instrument) {
+        parts.push(format!("on {}", choice.instrument));
+    }
+    parts.join(" ")
+}
+
+/// The error of the best reconstruction of each sampling, duels with the first parametrization, and
+/// what explains how much; of all truths, by `nrmse`.
+pub fn study_text(findings: &Findings) -> String {
+    let mut out = String::new();
+    let of_all = |s: &Scope| s.metric == Metric::Nrmse && s.truth.is_none();
+    for ranking in findings.rankings.iter().filter(|r| of_all(&r.scope)) {
+        best_of_each(findings, ranking, &mut out);
+        let duels = findings.duels.iter().find(|d| d.scope == ranking.scope);
+        if let (Some(duels), Some(best)) = (duels, leader(ranking)) {
+            against_half_difference(findings, duels, &best, &mut out);
+        }
+    }
+    for explained in findings.explained.iter().filter(|e| of_all(&e.scope)) {
+        shares(explained, &mut out);
+    }
+    out
+}
+
+fn title(out: &mut String, text: &str, width: usize, allowances: &[String]) {
+    let _ = write!(out, "\n{text:<width$}");
+    for allowance in allowances {
+        let _ = write!(out, " {:>9} ", allowance.trim_end_matches(" poses"));
+    }
+    out.truncate(out.trim_end().len());
+    out.push('\n');
+}
+
+fn best_of_each(findings: &Findings, ranking: &Ranking, out: &mut String) {
+    let mut names: Vec<String> = Vec::new();
+    for line in &ranking.lines {
+        let name = sampling(&line.choice);
+        if !names.contains(&name) {
+            names.push(name);
+        }
+    }
+    let scope = &ranking.scope;
+    let text = format!("{}, {}", scope.metric.name(), scope.measure);
+    let width = names.iter().map(|n| n.chars().count() + 2).max();
+    let width = width.unwrap_or(0).max(text.len());
+    title(out, &text, width, &findings.allowances);
+    let cell = |name: &str, a: usize| {
+        let mine = ranking.lines.iter().filter(|l| sampling(&l.choice) == name);
+        let cells = mine.filter_map(|l| l.cells[a].filter(|c| c.place.is_some()));
+        cells.min_by(|x, y| x.mean.total_cmp(&y.mean))
+    };
+    for name in &names {
+        let _ = write!(out, "{:<width$}", format!("  {name}"));
+        for a in 0..findings.allowances.len() {
+            let best = cell(name, a);
+            let mark = match best {
+                Some(cell) if cell.place == Some(1) => '*',
+                _ => ' ',
+            };
+            let _ = write!(out, " {:>9}{mark}", error(best.map(|c| c.mean)));
+        }
+        out.truncate(out.trim_end().len());
+        out.push('\n');
+    }
+    let _ = writeln!(
+        out,
+        "Geometric mean over {} materials of the error of the best reconstruction; * best of its column.",
+        scope.materials
+    );
+}
+
+/// The choice with the best mean place, of those that are used at every allowance.
+pub(super) fn leader(ranking: &Ranking) -> Option<Choice> {
+    let places = |cells: &[Option<crate::experiment::study::Cell>]| {
+        let places: Option<Vec<usize>> = cells.iter().map(|c| c.as_ref()?.place).collect();
+        Some(places?.iter().sum::<usize>())
+    };
+    let all = ranking.lines.iter();
+    let placed = all.filter_map(|l| Some((places(&l.cells)?, &l.choice)));
+    placed.min_by_key(|(sum, _)| *sum).map(|(_, c)| c.clone())
+}
+
+/// What the duels of a report are against: the parametrization everybody knows, or the first.
+pub(super) const REFERENCE: &str = "half-difference";
+
+/// The duel as one against the reference, turned round if need be.
+pub(super) fn against(duel: &Duel, reference: &str) -> Option<(Choice, Vec<Option<Paired>>)> {
+    if duel.b.parametrization == reference {
+        return Some((duel.a.clone(), duel.cells.clone()));
+    }
+    let turned = |p: &Option<Paired>| p.map(|p| p.inverted());
+    (duel.a.parametrization == reference)
+        .then(|| (duel.b.clone(), duel.cells.iter().map(turned).collect()))
+}
+
+/// The parametrization that others are compared with.
+pub(super) fn reference(duels: &Duels) -> Option<String> {
+    let sides = || duels.duels.iter().flat_map(|d| [&d.b, &d.a]);
+    let known = sides().find(|c| c.parametrization == REFERENCE);
+    let chosen = known.or_else(|| sides().next());
+    chosen.map(|c| c.parametrization.clone())
+}
+
+fn against_half_difference(findings: &Findings, duels: &Duels, best: &Choice, out: &mut String) {
+    let Some(reference) = reference(duels) else {
+        return;
+    };
+    let mine = duels.duels.iter().filter(|d| {
+        d.factor == Factor::Sampling
+            && d.a.reconstruction == best.reconstruction
+            && d.a.coordinates == best.coordinates
+            && d.a.sample_set == best.sample_set
+            && d.a.instrument == best.instrument
+    });
+    let rows: Vec<_> = mine.filter_map(|d| against(d, &reference)).collect();
+    let scope = &duels.scope;
+    let text = format!(
+        "error / that of {reference}, {}, {}",
+        method(best, findings),
+        scope.measure
+    );
+    let width = rows
+        .iter()
+        .map(|r| sampling(&r.0).chars().count() + 2)
+        .max();
+    let Some(width) = width else {
+        return;
+    };
+    let _ = writeln!(out, "\n{text}");
+    for (choice, cells) in rows {
+        for (a, cell) in cells.iter().enumerate() {
+            let name = if a == 0 {
+                sampling(&choice)
+            } else {
+                String::new()
+            };
+            let allowance = &findings.allowances[a];
+            if let Some(cell) = cell {
+                let _ = writeln!(
+                    out,
+                    "{:<width$} {allowance:>12}  {cell}",
+                    format!("  {name}")
+                );
+            }
+        }
+    }
+    let _ = writeln!(
+        out,
+        "Ratio with its 95 % interval; warped against warped. p adjusted over the budgets (Holm)."
+    );
+}
+
+fn shares(explained: &Explained, out: &mut String) {
+    let Explained {
+        scope,
+        factors,
+        shares,
+        ..
+    } = explained;
+    let of = if explained.scattered {
+        "scattered readings"
+    } else {
+        "grids"
+    };
+    let _ = writeln!(
+        out,
+        "\nWhat explains the variance of ln {}, {}, {of}:",
+        scope.metric.name(),
+        scope.measure
+    );
+    for (name, share) in named_shares(factors, shares).into_iter().take(8) {
+        let _ = writeln!(out, "  {:>5.1} %  {name}", 100.0 * share);
+    }
+}
+
+/// Shares by name, the largest first.
+pub(super) fn named_shares(
+    factors: &[&str],
+    shares: &crate::statistics::Shares,
+) -> Vec<(String, f64)> {
+    let mains = factors.iter().zip(&shares.mains);
+    let mut named: Vec<(String, f64)> = mains.map(|(f, s)| ((*f).to_owned(), *s)).collect();
+    let pairs = shares.pairs.iter();
+    named.extend(pairs.map(|&(i, j, s)| (format!("{} × {}", factors[i], factors[j]), s)));
+    named.push(("rest".into(), shares.rest));
+    named.sort_by(|a, b| b.1.total_cmp(&a.1));
+    named
+}
