@@ -11,6 +11,7 @@ mod runs;
 mod schedules;
 #[cfg(all(feature = "exr", feature = "plots"))]
 mod slice;
+mod moment_study;
 mod study;
 
 use gonio::experiment::Row;
