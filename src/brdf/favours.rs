@@ -11,11 +11,11 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Favours {
-    /// A lobe over theta_h (and phi_h): an axis of half/difference coordinates.
+    /// A distribution of theta_h (and phi_h): an axis of half/difference coordinates.
     HalfAngle,
-    /// A lobe over |h_bar|: an axis of orthographic and hybrid coordinates (and of Stark's, squared).
+    /// A distribution of |h_bar|: an axis of orthographic and hybrid coordinates (and of Stark's, squared).
     ProjectedHalf,
-    /// No lobe that is constant along the axes of one parametrization.
+    /// Neither: no factor that dominates is constant along the axes of one parametrization.
     Neither,
     /// A table over half/difference coordinates, denser at small theta_h.
     HalfDifferenceTable,
@@ -48,15 +48,15 @@ impl Favours {
     pub fn reason(self) -> &'static str {
         match self {
             Favours::HalfAngle => {
-                "The lobe is a function of theta_h, an axis of half-difference coordinates: \
+                "What varies most is a function of theta_h, an axis of half-difference coordinates: \
                  it favours them."
             }
             Favours::ProjectedHalf => {
-                "The lobe is a function of |h_bar|, an axis of hybrid, orthographic and Stark's \
+                "What varies most is a function of |h_bar|, an axis of hybrid, orthographic and Stark's \
                  coordinates: it favours them."
             }
             Favours::Neither => {
-                "No lobe is a function of theta_h or of |h_bar| alone: \
+                "What varies most is no function of theta_h or of |h_bar| alone: \
                  no parametrization is favoured by construction."
             }
             Favours::HalfDifferenceTable => {
@@ -93,6 +93,11 @@ mod tests {
             (one("beckmann"), "theta_h"),
             (one("ward"), "theta_h"),
             (one("phong"), "theta_h"),
+            (one("sheen"), "theta_h"),
+            (
+                "kind = \"retro-reflective\"\nof = { kind = \"ggx\" }".into(),
+                "neither",
+            ),
             (one("shifted-gamma"), "theta_h"),
             (one("low-abc"), "theta_h"),
             (one("low-abc-smooth"), "h_bar"),

@@ -11,7 +11,9 @@ pub mod measured;
 pub mod microfacet;
 mod oren_nayar;
 mod phong;
+mod retro_reflective;
 mod roughness;
+mod sheen;
 mod shifted_gamma;
 mod spectrum;
 mod sum;
@@ -23,7 +25,9 @@ pub use lambert::{Lambert, LambertSpec};
 pub use low_abc::{LowAbc, LowAbcParameters, LowAbcSpec, Surface};
 pub use oren_nayar::{OrenNayar, OrenNayarSpec};
 pub use phong::{Phong, PhongSpec};
+pub use retro_reflective::{RetroReflective, RetroReflectiveSpec};
 pub use roughness::Roughness;
+pub use sheen::{Sheen, SheenSpec};
 pub use shifted_gamma::{ShiftedGamma, ShiftedGammaSpec};
 pub use spectrum::Spectrum;
 pub use sum::{ComponentSpec, Sum, SumSpec};
@@ -211,6 +215,8 @@ pub fn all() -> Vec<Entry<dyn BrdfSpec>> {
         low_abc::ENTRY,
         low_abc::SMOOTH,
         shifted_gamma::ENTRY,
+        sheen::ENTRY,
+        retro_reflective::ENTRY,
         test_functions::F,
         test_functions::S,
         test_functions::G,

@@ -1,0 +1,174 @@
+//! A material that sends back what another one mirrors: glass beads, cat's eyes, dust.
+//!
+//! f_r(ω_i, ω_o) = f(ω_i, R ω_o),  R ω_o = (−x, −y, z),  f the BRDF of the material `of`.
+//!
+//! The peak that f has at the mirror direction lies at the light itself. R is a half turn of one
+//! direction, which keeps cosines and solid angles: each directional albedo is that of f at R ω_o, so
+//! energy is conserved if f conserves it. Turns and mirrors of the sample commute with R, so f's
+//! isotropy and bilateral symmetry stay. Exchanging light and sensor gives f(R ω_i, ω_o) after
+//! f's own reciprocity, which is the same only if a half turn of the sample changes nothing:
+//! reciprocity stays if f is isotropic, or bilateral about both tangent axes.
+
+use super::{Brdf, BrdfSpec, BuildError, Channels, Presence, SampleBrdf};
+use crate::geometry::{Direction, DirectionPair, Symmetry};
+use crate::registry::{self, Entry, ReadError, Table};
+use glam::DVec3;
+use serde::Deserialize;
+use serde::de::IgnoredAny;
+use std::path::PathBuf;
+
+const KIND: &str = "retro-reflective";
+
+/// The registry entry.
+pub const ENTRY: Entry<dyn BrdfSpec> = Entry {
+    kind: KIND,
+    summary: "another material with its peak turned back to the light",
+    examples: &[
+        "of = { kind = \"ggx\", alpha = 0.3 }",
+        "of = { kind = \"ward\", alpha = [0.15, 0.4] }",
+    ],
+    read,
+};
+
+/// What a config says.
+#[derive(Debug)]
+pub struct RetroReflectiveSpec {
+    /// The material whose peak is turned.
+    pub of: Box<dyn BrdfSpec>,
+}
+
+/// The only key, taken out before; listed for the message about an unknown one.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Keys {
+    #[serde(rename = "of")]
+    _of: Option<IgnoredAny>,
+}
+
+fn read(mut table: Table<'_>) -> Result<Box<dyn BrdfSpec>, ReadError> {
+    let of = registry::take_table(&mut table, "of")?;
+    let span = table.span();
+    let Keys { .. } = registry::parse(table)?;
+    let Some(of) = of else {
+        let message = "of is missing from the retro-reflective material; allowed: the table of a \
+                       material, e.g. of = { kind = \"ggx\" }";
+        return Err(ReadError::at(span, message));
+    };
+    let of = super::read(of)?;
+    Ok(Box::new(RetroReflectiveSpec { of }))
+}
+
+impl BrdfSpec for RetroReflectiveSpec {
+    fn resolved(&self) -> toml::Table {
+        let mut table = toml::Table::new();
+        table.insert("kind".into(), KIND.into());
+        table.insert("of".into(), self.of.resolved().into());
+        table
+    }
+
+    fn label(&self) -> String {
+        format!("{KIND}-{}", self.of.label())
+    }
+
+    fn check(&self) -> Result<(), BuildError> {
+        self.of.check().map_err(inside)
+    }
+
+    fn symmetry(&self) -> Result<Symmetry, BuildError> {
+        Ok(symmetry(self.of.symmetry().map_err(inside)?))
+    }
+
+    fn is_constant(&self) -> bool {
+        self.of.is_constant()
+    }
+
+    fn build(&self, channels: Channels) -> Result<Box<dyn Brdf>, BuildError> {
+        let of = self.of.build(channels).map_err(inside)?;
+        Ok(Box::new(RetroReflective::new(of)))
+    }
+
+    fn inputs(&self) -> Vec<PathBuf> {
+        self.of.inputs()
+    }
+}
+
+/// The error of the material inside, with its key spelled from the outer table.
+fn inside(e: BuildError) -> BuildError {
+    match e {
+        BuildError::Parameter(mut e) => {
+            e.key = format!("of.{}", e.key);
+            e.into()
+        }
+        data => data,
+    }
+}
+
+/// What is left of the symmetries of the material inside.
+fn symmetry(of: Symmetry) -> Symmetry {
+    Symmetry {
+        reciprocal: of.reciprocal && (of.isotropic || of.bilateral),
+        ..of
+    }
+}
+
+/// A BRDF with its peak turned back to the light.
+pub struct RetroReflective {
+    of: Box<dyn Brdf>,
+}
+
+impl RetroReflective {
+    /// From the BRDF whose peak is turned.
+    pub fn new(of: Box<dyn Brdf>) -> Self {
+        Self { of }
+    }
+}
+
+/// The sensor direction turned by half about the normal.
+#[inline]
+fn turned(omega_o: Direction) -> Direction {
+    Direction::from_unit(omega_o.vector() * DVec3::new(-1.0, -1.0, 1.0))
+}
+
+#[inline]
+fn turned_pair(pair: &DirectionPair) -> DirectionPair {
+    DirectionPair::new(pair.omega_i, turned(pair.omega_o))
+}
+
+impl Brdf for RetroReflective {
+    fn channels(&self) -> Channels {
+        self.of.channels()
+    }
+
+    fn symmetry(&self) -> Symmetry {
+        symmetry(self.of.symmetry())
+    }
+
+    fn conserves_energy(&self) -> bool {
+        self.of.conserves_energy()
+    }
+
+    fn eval(&self, pair: &DirectionPair, out: &mut [f64]) -> Presence {
+        self.of.eval(&turned_pair(pair), out)
+    }
+
+    /// One batch of the BRDF inside, so that the virtual calls stay one per batch.
+    fn eval_batch(&self, pairs: &[DirectionPair], out: &mut [f64], presence: &mut [Presence]) {
+        let pairs: Vec<_> = pairs.iter().map(turned_pair).collect();
+        self.of.eval_batch(&pairs, out, presence);
+    }
+
+    fn as_sample(&self) -> Option<&dyn SampleBrdf> {
+        self.of.as_sample().is_some().then_some(self)
+    }
+}
+
+impl SampleBrdf for RetroReflective {
+    fn sample(&self, omega_o: Direction, u: [f64; 2]) -> Option<Direction> {
+        self.of.as_sample()?.sample(turned(omega_o), u)
+    }
+
+    fn pdf(&self, pair: &DirectionPair) -> f64 {
+        let of = self.of.as_sample();
+        of.map_or(0.0, |of| of.pdf(&turned_pair(pair)))
+    }
+}
