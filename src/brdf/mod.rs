@@ -222,6 +222,7 @@ pub fn all() -> Vec<Entry<dyn BrdfSpec>> {
         test_functions::G,
         sum::ENTRY,
         measured::MERL,
+        measured::UTIA,
         measured::TABULATED,
     ]
 }

@@ -13,7 +13,7 @@ const TABLES: [&str; 3] = ["moments", "seeds", "material"];
 /// A config, or one material without a config.
 #[derive(Debug, Args)]
 pub(super) struct BrdfArgs {
-    /// A config (*.toml), a MERL table (*.binary), or a kind of material (see `gonio list materials`)
+    /// A config (*.toml), a MERL table (*.binary), a UTIA table (*.bin), or a kind of material (see `gonio list materials`)
     #[arg(value_name = "CONFIG|BRDF")]
     target: String,
     /// Override a key of the config, or set one of the material (alpha=0.1) or of its moments
@@ -44,12 +44,13 @@ impl BrdfArgs {
             let text = format!("experiment = \"moments\"\n\n[[material]]\n{keys}\n");
             Source::new(self.target.as_str(), text)
         };
-        let is_file = matches!(extension, "toml" | "binary");
+        let is_file = matches!(extension, "toml" | "binary" | "bin");
         let mut source = match extension {
             "toml" => Source::read(Path::new(&self.target))?,
-            "binary" => {
+            "binary" | "bin" => {
+                let kind = if extension == "bin" { "utia" } else { "merl" };
                 let path = toml::Value::String(self.target.clone());
-                single(format!("kind = \"merl\"\npath = {path}"))
+                single(format!("kind = \"{kind}\"\npath = {path}"))
             }
             _ if kinds().any(|kind| kind == self.target) => {
                 single(format!("kind = \"{}\"", self.target))
@@ -57,8 +58,8 @@ impl BrdfArgs {
             _ => {
                 let kinds: Vec<_> = kinds().collect();
                 let message = format!(
-                    "this is neither a config (*.toml), a MERL table (*.binary) nor a kind of \
-                     material; allowed kinds: {}",
+                    "this is neither a config (*.toml), a MERL table (*.binary), a UTIA \
+                     table (*.bin) nor a kind of material; allowed kinds: {}",
                     kinds.join(", ")
                 );
                 return Err(Error::config(&self.target, message));

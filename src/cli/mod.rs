@@ -65,7 +65,7 @@ enum Command {
     /// Pictures of a material seen from chosen elevations
     #[cfg(all(feature = "exr", feature = "plots"))]
     Slice(slice::Slice),
-    /// Write a material of a config as a MERL .binary file
+    /// Write a material of a config as a MERL .binary or UTIA .bin file
     Tabulate(tabulate::Tabulate),
     /// Measure the program against the clock
     Bench(bench::Bench),

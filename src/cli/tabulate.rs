@@ -2,9 +2,18 @@
 
 use super::{ConfigArgs, ThreadArgs, build, choose_material, refuse_existing};
 use crate::brdf::measured::merl::{MerlError, MerlGrid, write_merl_file};
+use crate::brdf::measured::utia::{UtiaError, write_utia_file};
 use crate::error::Error;
-use clap::Args;
+use clap::{Args, ValueEnum};
 use std::path::PathBuf;
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum Format {
+    /// Isotropic, over half/difference angles
+    Merl,
+    /// Anisotropic, over elevations to 75° and azimuths
+    Utia,
+}
 
 #[derive(Debug, Args)]
 pub(super) struct Tabulate {
@@ -15,7 +24,10 @@ pub(super) struct Tabulate {
     /// The material, by its name; not needed if the config has only one
     #[arg(long, value_name = "NAME")]
     material: Option<String>,
-    /// The file to write, by custom NAME.binary
+    /// Format of the file
+    #[arg(long, value_enum, default_value = "merl")]
+    format: Format,
+    /// The file to write, by custom NAME.binary (merl) or NAME.bin (utia)
     #[arg(short, long, value_name = "FILE")]
     output: PathBuf,
     /// Replace a file that exists
@@ -31,11 +43,20 @@ impl Tabulate {
         let material = choose_material(&plan.materials, self.material.as_deref())?;
         refuse_existing(&self.output, self.force)?;
         let brdf = build(material, plan.channels)?;
-        let written =
-            MerlGrid::holding(&*brdf).and_then(|grid| write_merl_file(&*brdf, grid, &self.output));
-        written.map_err(|e| match e {
-            MerlError::Io(e) => Error::output(self.output, format!("cannot write this file: {e}")),
-            e => Error::config(format!("--material {}", material.name), e),
-        })
+        let unwritten = |e| Error::output(&self.output, format!("cannot write this file: {e}"));
+        let unsuited =
+            |e: &dyn std::fmt::Display| Error::config(format!("--material {}", material.name), e);
+        match self.format {
+            Format::Merl => MerlGrid::holding(&*brdf)
+                .and_then(|grid| write_merl_file(&*brdf, grid, &self.output))
+                .map_err(|e| match e {
+                    MerlError::Io(e) => unwritten(e),
+                    e => unsuited(&e),
+                }),
+            Format::Utia => write_utia_file(&*brdf, &self.output).map_err(|e| match e {
+                UtiaError::Io(e) => unwritten(e),
+                e => unsuited(&e),
+            }),
+        }
     }
 }

@@ -1,10 +1,10 @@
 //! BRDFs out: what a cell holds, what is refused, and that the bytes are always the same.
 
 use super::{cells, first, ulps};
+use gonio::brdf::measured::TabulatedSpec;
 use gonio::brdf::measured::merl::{
     Interpolation, Merl, MerlError, MerlGrid, write_merl, write_merl_file,
 };
-use gonio::brdf::measured::{TableFormat, TabulatedSpec};
 use gonio::brdf::{self, Brdf, BrdfSpec, Channels, Lambert, LambertSpec, Presence, Spectrum};
 use gonio::geometry::{DirectionPair, Symmetry};
 use gonio::registry;
@@ -305,7 +305,7 @@ fn a_material_that_does_not_fit_is_the_config_s_fault() {
         }
     }
     let of = Box::new(Brushed(LambertSpec::default()));
-    let spec = TabulatedSpec::new(of, TableFormat::Merl, Interpolation::Trilinear);
+    let spec = TabulatedSpec::merl(of, Interpolation::Trilinear);
     let error = spec.build(Channels::Luminance).err().unwrap();
     assert!(matches!(error, brdf::BuildError::Parameter(_)));
     assert!(error.to_string().contains("not isotropic"), "{error}");

@@ -2,11 +2,13 @@
 
 pub mod merl;
 mod tabulated;
+pub mod utia;
 
-pub use tabulated::{TableFormat, TabulatedSpec};
+pub use tabulated::TabulatedSpec;
 
 pub(super) use merl::ENTRY as MERL;
 pub(super) use tabulated::ENTRY as TABULATED;
+pub(super) use utia::ENTRY as UTIA;
 
 use super::BuildError;
 use std::path::{Path, PathBuf};

@@ -5,6 +5,7 @@
 //! the error is the table's?" before an instrument is involved.
 
 use super::merl::{Interpolation, Merl, MerlError, MerlGrid, write_merl};
+use super::utia::{FILE_LEN, Utia, UtiaError, write_utia};
 use crate::brdf::{self, Brdf, BrdfSpec, BuildError, Channels, Favours};
 use crate::error::ParameterError;
 use crate::geometry::Symmetry;
@@ -25,16 +26,19 @@ pub const ENTRY: Entry<dyn BrdfSpec> = Entry {
 /// The format of a table.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
-pub enum TableFormat {
+enum TableFormat {
     /// MERL: 90×90×180 cells, or 90×90×360 if the material is not reciprocal.
     #[default]
     Merl,
+    /// UTIA: 6×48 light directions × 6×48 sensor directions, to 75°.
+    Utia,
 }
 
 impl TableFormat {
     fn name(self) -> &'static str {
         match self {
             TableFormat::Merl => "merl",
+            TableFormat::Utia => "utia",
         }
     }
 }
@@ -44,7 +48,9 @@ impl TableFormat {
 #[serde(deny_unknown_fields, default)]
 struct Keys {
     format: TableFormat,
-    interpolation: Interpolation,
+    /// Of MERL tables only.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    interpolation: Option<Interpolation>,
 }
 
 /// What a config says.
@@ -55,11 +61,20 @@ pub struct TabulatedSpec {
 }
 
 impl TabulatedSpec {
-    /// A table of `of`.
-    pub fn new(of: Box<dyn BrdfSpec>, format: TableFormat, interpolation: Interpolation) -> Self {
+    /// A MERL table of `of`.
+    pub fn merl(of: Box<dyn BrdfSpec>, interpolation: Interpolation) -> Self {
         let keys = Keys {
-            format,
-            interpolation,
+            format: TableFormat::Merl,
+            interpolation: Some(interpolation),
+        };
+        Self { keys, of }
+    }
+
+    /// A UTIA table of `of`.
+    pub fn utia(of: Box<dyn BrdfSpec>) -> Self {
+        let keys = Keys {
+            format: TableFormat::Utia,
+            interpolation: None,
         };
         Self { keys, of }
     }
@@ -71,8 +86,20 @@ impl TabulatedSpec {
             return Err(ReadError::at(table.span(), message));
         };
         let of = brdf::read(of)?;
-        let keys = registry::parse(table)?;
-        Ok(Self { keys, of })
+        let span = table.span();
+        let Keys {
+            format,
+            interpolation,
+        } = registry::parse(table)?;
+        match (format, interpolation) {
+            (TableFormat::Merl, given) => Ok(Self::merl(of, given.unwrap_or_default())),
+            (TableFormat::Utia, None) => Ok(Self::utia(of)),
+            (TableFormat::Utia, Some(_)) => {
+                let message = "interpolation is a key of format \"merl\"; a table of format \"utia\" \
+                               is linear in its four angles";
+                Err(ReadError::at(span, message))
+            }
+        }
     }
 }
 
@@ -89,7 +116,7 @@ impl BrdfSpec for TabulatedSpec {
 
     fn check(&self) -> Result<(), BuildError> {
         self.of.check()?;
-        if self.symmetry()?.isotropic {
+        if self.keys.format == TableFormat::Utia || self.symmetry()?.isotropic {
             return Ok(());
         }
         let allowed = format!("another material: {}", MerlError::NotIsotropic);
@@ -97,22 +124,36 @@ impl BrdfSpec for TabulatedSpec {
     }
 
     fn symmetry(&self) -> Result<Symmetry, BuildError> {
-        self.of.symmetry()
+        Ok(match self.keys.format {
+            TableFormat::Merl => self.of.symmetry()?,
+            TableFormat::Utia => kept_by_utia(self.of.symmetry()?),
+        })
     }
 
     fn favours(&self) -> Favours {
-        let TableFormat::Merl = self.keys.format;
-        Favours::HalfDifferenceTable
+        match self.keys.format {
+            TableFormat::Merl => Favours::HalfDifferenceTable,
+            TableFormat::Utia => Favours::SphericalTable,
+        }
     }
 
     fn build(&self, channels: Channels) -> Result<Box<dyn Brdf>, BuildError> {
-        let TableFormat::Merl = self.keys.format;
         let brdf = self.of.build(channels)?;
-        let table = merl_of(brdf.as_ref(), channels).map_err(|e| {
-            // Memory neither fails nor runs over: what is left is a material that does not fit.
+        // Memory neither fails nor runs over: what is left is a material that does not fit.
+        let refused = |e: &dyn std::fmt::Display| {
             ParameterError::new("of", self.of.label(), format!("another material: {e}"))
-        })?;
-        Ok(Box::new(table.with_interpolation(self.keys.interpolation)))
+        };
+        match self.keys.format {
+            TableFormat::Merl => {
+                let table = merl_of(&*brdf, channels).map_err(|e| refused(&e))?;
+                let interpolation = self.keys.interpolation.unwrap_or_default();
+                Ok(Box::new(table.with_interpolation(interpolation)))
+            }
+            TableFormat::Utia => {
+                let table = utia_of(&*brdf, channels).map_err(|e| refused(&e))?;
+                Ok(Box::new(table))
+            }
+        }
     }
 
     fn inputs(&self) -> Vec<PathBuf> {
@@ -126,4 +167,20 @@ fn merl_of(brdf: &dyn Brdf, channels: Channels) -> Result<Merl, MerlError> {
     write_merl(brdf, grid, &mut bytes)?;
     let table = Merl::read(bytes.as_slice(), channels)?;
     Ok(table.with_bilateral(brdf.symmetry().bilateral))
+}
+
+fn utia_of(brdf: &dyn Brdf, channels: Channels) -> Result<Utia, UtiaError> {
+    let mut bytes = Vec::with_capacity(FILE_LEN as usize);
+    write_utia(brdf, &mut bytes)?;
+    let table = Utia::read(bytes.as_slice(), 1.0, channels)?;
+    Ok(table.with_symmetry(kept_by_utia(brdf.symmetry())))
+}
+
+/// The nodes are the same for light and sensor and on both sides of both tangent axes, so that
+/// exchanges and mirrors stay; a turn by less than a step falls between nodes.
+fn kept_by_utia(of: Symmetry) -> Symmetry {
+    Symmetry {
+        isotropic: false,
+        ..of
+    }
 }

@@ -1,0 +1,184 @@
+//! Anisotropic tables in the format of the UTIA database (Filip and Vávra 2014).
+//!
+//! A plane holds one channel of f_r over (theta_i, phi_i, theta_v, phi_v), v the sensor:
+//! elevations 0, 15, …, 75°, azimuths 0, 7.5, …, 352.5°; [`mod@file`] has the bytes.
+//!
+//! Between nodes the value is linear in each of the four angles, periodic in the azimuths. Nodes
+//! without data are left out and the weights of the others renormalised. Beyond 75° in either
+//! elevation nothing was measured, and nothing is made up: the pair is
+//! [`Presence::Missing`]. Below the horizon the value is 0.
+//!
+//! The format guarantees no symmetry and none is declared; the `symmetry` of a config says what is
+//! known about the sample.
+
+pub mod file;
+mod spec;
+
+pub use file::{FILE_LEN, UtiaError, check, write_utia, write_utia_file};
+pub use spec::{ENTRY, UtiaSpec};
+
+use crate::brdf::{Brdf, Channels, Presence};
+use crate::geometry::{Direction, DirectionPair, Symmetry};
+use std::f64::consts::PI;
+
+/// Nodes in elevation.
+pub const ELEVATIONS: usize = 6;
+/// Nodes in azimuth.
+pub const AZIMUTHS: usize = 48;
+/// Nodes of one direction.
+const DIRECTIONS: usize = ELEVATIONS * AZIMUTHS;
+/// Nodes of a plane.
+const NODES: usize = DIRECTIONS * DIRECTIONS;
+/// Steps of elevation and azimuth (rad): 15° and 7.5°.
+const STEP: [f64; 2] = [PI / 12.0, PI / 24.0];
+
+/// How far an elevation may lie beyond the last node, in steps, and still be on it: an angle
+/// that went through sines and cosines is good to a few 1e-16 rad.
+const SLACK: f64 = 1e-12;
+
+/// The planes of a table, in sr⁻¹; NaN where there is no data.
+#[derive(Clone, Debug)]
+enum Planes {
+    Luminance(Vec<f64>),
+    Rgb([Vec<f64>; 3]),
+}
+
+/// A UTIA table as a BRDF.
+#[derive(Clone, Debug)]
+pub struct Utia {
+    planes: Planes,
+    symmetry: Symmetry,
+}
+
+impl Utia {
+    fn new(planes: Planes) -> Self {
+        Self {
+            planes,
+            symmetry: Symmetry::NONE,
+        }
+    }
+
+    /// The same table, declared to have these symmetries; a fresh one has none. Look-ups do not use
+    /// them: they tell others what may be folded.
+    #[must_use]
+    pub fn with_symmetry(mut self, symmetry: Symmetry) -> Self {
+        self.symmetry = symmetry;
+        self
+    }
+}
+
+/// Position of the node (theta, phi) of light and of sensor in a plane.
+pub fn index([theta_i, phi_i]: [usize; 2], [theta_v, phi_v]: [usize; 2]) -> usize {
+    DIRECTIONS * (AZIMUTHS * theta_i + phi_i) + AZIMUTHS * theta_v + phi_v
+}
+
+/// The pair at a node of a plane.
+fn pair(node: usize) -> DirectionPair {
+    let direction = |d: usize| {
+        let (theta, phi) = (d / AZIMUTHS, d % AZIMUTHS);
+        Direction::from_spherical(theta as f64 * STEP[0], phi as f64 * STEP[1])
+    };
+    DirectionPair::new(direction(node / DIRECTIONS), direction(node % DIRECTIONS))
+}
+
+/// The four nodes around a direction, as positions among [`DIRECTIONS`], and their weights; `None`
+/// beyond the last elevation.
+#[inline]
+fn around(omega: Direction) -> Option<[(usize, f64); 4]> {
+    let last = (ELEVATIONS - 1) as f64;
+    let x = omega.theta() / STEP[0];
+    // Written so that NaN fails.
+    if !(x <= last + SLACK) {
+        return None;
+    }
+    let x = x.min(last);
+    let theta = (x as usize).min(ELEVATIONS - 2);
+    let u = x - theta as f64;
+    let y = omega.phi() / STEP[1];
+    let floor = y.floor();
+    let v = y - floor;
+    // phi is in [−π, π], so that floor is in −24 … 24.
+    let phi = (floor as i64).rem_euclid(AZIMUTHS as i64) as usize;
+    let next = if phi + 1 < AZIMUTHS { phi + 1 } else { 0 };
+    let (low, high) = (AZIMUTHS * theta, AZIMUTHS * (theta + 1));
+    Some([
+        (low + phi, (1.0 - u) * (1.0 - v)),
+        (low + next, (1.0 - u) * v),
+        (high + phi, u * (1.0 - v)),
+        (high + next, u * v),
+    ])
+}
+
+/// The interpolated value; `None` if no node with weight holds data.
+#[inline]
+fn look_up<const N: usize>(planes: [&[f64]; N], pair: &DirectionPair) -> Option<[f64; N]> {
+    if !pair.is_above_horizon() {
+        return Some([0.0; N]);
+    }
+    let (light, sensor) = (around(pair.omega_i)?, around(pair.omega_o)?);
+    let (mut sum, mut total) = ([0.0; N], 0.0);
+    for (i, u) in light {
+        for (v, w) in sensor {
+            let node = planes.map(|plane| plane[DIRECTIONS * i + v]);
+            let weight = u * w;
+            // A node of weight 0 may be the far side of the last elevation, or hold no data.
+            if weight > 0.0 && node.iter().all(|value| !value.is_nan()) {
+                total += weight;
+                for (sum, value) in sum.iter_mut().zip(node) {
+                    *sum += weight * value;
+                }
+            }
+        }
+    }
+    (total > 0.0).then(|| sum.map(|sum| sum / total))
+}
+
+#[inline]
+fn each<const N: usize>(
+    planes: [&[f64]; N],
+    pairs: &[DirectionPair],
+    out: &mut [f64],
+    presence: &mut [Presence],
+) {
+    let (out, _) = out.as_chunks_mut::<N>();
+    for ((pair, out), presence) in pairs.iter().zip(out).zip(presence) {
+        let found = look_up(planes, pair);
+        *presence = match found {
+            Some(_) => Presence::Present,
+            None => Presence::Missing,
+        };
+        *out = found.unwrap_or([0.0; N]);
+    }
+}
+
+impl Brdf for Utia {
+    fn channels(&self) -> Channels {
+        match self.planes {
+            Planes::Luminance(_) => Channels::Luminance,
+            Planes::Rgb(_) => Channels::Rgb,
+        }
+    }
+
+    fn symmetry(&self) -> Symmetry {
+        self.symmetry
+    }
+
+    fn conserves_energy(&self) -> bool {
+        false
+    }
+
+    fn eval(&self, pair: &DirectionPair, out: &mut [f64]) -> Presence {
+        let mut presence = [Presence::Missing];
+        self.eval_batch(std::slice::from_ref(pair), out, &mut presence);
+        presence[0]
+    }
+
+    fn eval_batch(&self, pairs: &[DirectionPair], out: &mut [f64], presence: &mut [Presence]) {
+        match &self.planes {
+            Planes::Luminance(plane) => each([plane.as_slice()], pairs, out, presence),
+            Planes::Rgb(planes) => {
+                each(planes.each_ref().map(Vec::as_slice), pairs, out, presence);
+            }
+        }
+    }
+}

@@ -1,0 +1,79 @@
+//! A UTIA file as a config names it.
+
+use super::{Utia, UtiaError, check};
+use crate::brdf::{Brdf, BrdfSpec, BuildError, Channels, Favours};
+use crate::error::in_left_open;
+use crate::geometry::Symmetry;
+use crate::registry::{self, Entry};
+use serde::{Deserialize, Serialize};
+use std::path::PathBuf;
+
+const KIND: &str = "utia";
+
+/// The registry entry. No examples: those must build on every machine, and this kind needs a file.
+pub const ENTRY: Entry<dyn BrdfSpec> = Entry {
+    kind: KIND,
+    summary: "measured anisotropic table to 75°, the UTIA .bin file at `path`; also scale",
+    examples: &[],
+    read: |table| Ok(Box::new(registry::parse::<UtiaSpec>(table)?)),
+};
+
+/// What a config says.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct UtiaSpec {
+    /// The file.
+    pub path: PathBuf,
+    /// From stored values to sr⁻¹, above 0 and at most 10⁶.
+    #[serde(default = "one")]
+    pub scale: f64,
+}
+
+fn one() -> f64 {
+    1.0
+}
+
+impl UtiaSpec {
+    fn data_error(&self, e: UtiaError) -> BuildError {
+        BuildError::Data {
+            path: self.path.clone(),
+            message: e.to_string(),
+        }
+    }
+}
+
+impl BrdfSpec for UtiaSpec {
+    fn resolved(&self) -> toml::Table {
+        registry::resolved(KIND, self)
+    }
+
+    fn label(&self) -> String {
+        match self.path.file_stem() {
+            Some(stem) => stem.to_string_lossy().into_owned(),
+            None => KIND.into(),
+        }
+    }
+
+    fn check(&self) -> Result<(), BuildError> {
+        in_left_open("scale", self.scale, 0.0, 1e6)?;
+        check(&self.path).map_err(|e| self.data_error(e))
+    }
+
+    fn symmetry(&self) -> Result<Symmetry, BuildError> {
+        Ok(Symmetry::NONE)
+    }
+
+    fn favours(&self) -> Favours {
+        Favours::SphericalTable
+    }
+
+    fn build(&self, channels: Channels) -> Result<Box<dyn Brdf>, BuildError> {
+        self.check()?;
+        let table = Utia::load(&self.path, self.scale, channels);
+        Ok(Box::new(table.map_err(|e| self.data_error(e))?))
+    }
+
+    fn inputs(&self) -> Vec<PathBuf> {
+        vec![self.path.clone()]
+    }
+}
