@@ -1,3 +1,52 @@
 //! What can be said about a BRDF and a parametrization before anything is measured: how far the
 //! isolines of one are from the axes of the other, which symmetries hold, and which pairs of
 //! directions a box of coordinates stands for.
+
+mod anisotropy;
+mod distortion;
+mod shares;
+
+pub use anisotropy::{Anisotropy, Quantiles, anisotropy, stretches};
+pub use distortion::{
+    Distortion, LATTICE, PHI_CELLS, SliceDistortion, Weight, distortion, gradient_shares,
+    slice_angles,
+};
+pub use shares::{Cell, Shares};
+
+use serde::Serialize;
+
+/// ε (sr⁻¹) of [`Scale::Log`], the floor of the metric `log_relative`.
+const FLOOR: f64 = 1e-3;
+
+/// What of a function is analysed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Scale {
+    /// f itself: for functions that mean their value, as F, S and G of Barla et al. do. Of a
+    /// glossy BRDF it sees the peak and nothing else.
+    Value,
+    /// ln(f + 1e-3 sr⁻¹): ratios, as the eye and the metric `log_relative` see a BRDF.
+    Log,
+}
+
+impl Scale {
+    /// Every scale.
+    pub const ALL: [Scale; 2] = [Scale::Value, Scale::Log];
+
+    /// Name in result files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Scale::Value => "value",
+            Scale::Log => "log",
+        }
+    }
+
+    /// The analysed number of a value f ≥ 0 (sr⁻¹).
+    #[inline]
+    pub fn of(self, f: f64) -> f64 {
+        match self {
+            Scale::Value => f,
+            Scale::Log => (f + FLOOR).ln(),
+        }
+    }
+}

@@ -1,0 +1,190 @@
+//! How a parametrization stretches small steps.
+//!
+//! The map from coordinates to the two spheres of directions, modulo a turn of the sample, has
+//! three singular values at each pair: the longest and the shortest way (rad) that a small step of
+//! a given length in coordinates can lead, each axis scaled to length 1 as a grid with equally many
+//! nodes along each would have it, and one between. Their ratio, the condition number, is 1 where
+//! the map is a similarity.
+//!
+//! They are found from [`forward`](crate::parametrization::Parametrization::forward), whose
+//! derivative along orthonormal tangents of both spheres is a 3 × 4 matrix that vanishes along the
+//! turn; its non-zero singular values are the reciprocals. With θ_i, θ_o the elevations and ℓ the
+//! lengths of the axes, σ₁ σ₂ σ₃ √(sin² θ_i + sin² θ_o) = J ℓ₁ ℓ₂ ℓ₃, J the Jacobian: the turn by
+//! dφ moves both directions by sin θ dφ.
+
+use crate::geometry::{Direction, DirectionPair, Symmetry};
+use crate::numeric::wrap_angle;
+use crate::parametrization::{Parametrization, ParametrizationEntry};
+use glam::DVec3;
+use nalgebra::Matrix3x4;
+use rayon::prelude::*;
+
+/// Step of the central differences (rad): its square and its share of a rounding, 1e-16 over it,
+/// are both below 1e-10.
+const STEP: f64 = 1e-6;
+
+/// Median and 95 % point.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Quantiles {
+    /// Half of the values are below it.
+    pub median: f64,
+    /// 95 % of the values are below it.
+    pub p95: f64,
+}
+
+impl Quantiles {
+    /// Of values in any order; `None` of none.
+    fn of(mut values: Vec<f64>) -> Option<Self> {
+        values.sort_by(f64::total_cmp);
+        let at = |p: f64| {
+            let place = (p * (values.len() - 1) as f64).round() as usize;
+            values[place]
+        };
+        (!values.is_empty()).then(|| Self {
+            median: at(0.5),
+            p95: at(0.95),
+        })
+    }
+}
+
+/// How a parametrization stretches steps, over a set of pairs.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Anisotropy {
+    /// Condition number, ≥ 1.
+    pub condition: Quantiles,
+    /// Relative difference of the product of the singular values from the Jacobian.
+    pub jacobian_error: Quantiles,
+    /// Pairs that were looked at.
+    pub pairs: usize,
+    /// Pairs left out: at a pole or on the horizon, where there is no derivative.
+    pub skipped: usize,
+}
+
+/// Anisotropy of the 3-D form of a parametrization for BRDFs with every symmetry, over `pairs`;
+/// `None` if no pair has a derivative.
+pub fn anisotropy(entry: &ParametrizationEntry, pairs: &[DirectionPair]) -> Option<Anisotropy> {
+    // Derivatives must not see the folds, lengths are those of the folded axes.
+    let open = entry.form(Symmetry {
+        isotropic: true,
+        ..Symmetry::NONE
+    });
+    let lengths: Vec<f64> = entry
+        .axes(Symmetry::FULL)
+        .iter()
+        .map(|a| a.length())
+        .collect();
+    let lengths = [lengths[0], lengths[1], lengths[2]];
+    let found: Vec<Option<(f64, f64)>> = pairs
+        .par_iter()
+        .map(|pair| {
+            let [long, middle, short] = stretches(&*open, lengths, pair)?;
+            let turn = pair.omega_i.sin_theta().hypot(pair.omega_o.sin_theta());
+            let volume = open.jacobian(&open.forward(pair)) * lengths.iter().product::<f64>();
+            let error = (long * middle * short * turn / volume - 1.0).abs();
+            Some((long / short, error))
+        })
+        .collect();
+    let (conditions, errors): (Vec<f64>, Vec<f64>) = found.iter().flatten().copied().unzip();
+    Some(Anisotropy {
+        pairs: conditions.len(),
+        skipped: pairs.len() - conditions.len(),
+        condition: Quantiles::of(conditions)?,
+        jacobian_error: Quantiles::of(errors)?,
+    })
+}
+
+/// The singular values (rad) of the map from coordinates, axes scaled to length 1, to pairs modulo
+/// a turn of the sample, descending. `open` is an isotropic form without folds. `None` at poles
+/// and on the horizon.
+pub fn stretches(
+    open: &dyn Parametrization,
+    lengths: [f64; 3],
+    pair: &DirectionPair,
+) -> Option<[f64; 3]> {
+    let tangents = |d: Direction| {
+        let v = d.vector();
+        let (a, b) = v.any_orthonormal_pair();
+        [a, b]
+    };
+    let (i, o) = (pair.omega_i, pair.omega_o);
+    let step = |d: Direction, by: DVec3| {
+        let moved = Direction::try_new(d.vector() + by)?;
+        (moved.cos_theta() > 0.0).then_some(moved)
+    };
+    let mut matrix = Matrix3x4::zeros();
+    for column in 0..4 {
+        let moved = |by: f64| {
+            Some(match column {
+                0 | 1 => DirectionPair::new(step(i, by * tangents(i)[column])?, o),
+                _ => DirectionPair::new(i, step(o, by * tangents(o)[column - 2])?),
+            })
+        };
+        let ahead = open.forward(&moved(STEP)?);
+        let behind = open.forward(&moved(-STEP)?);
+        for row in 0..3 {
+            let difference = ahead[row] - behind[row];
+            let difference = if row == 2 {
+                wrap_angle(difference)
+            } else {
+                difference
+            };
+            matrix[(row, column)] = difference / (2.0 * STEP * lengths[row]);
+        }
+    }
+    let mut values = matrix.singular_values();
+    values.as_mut_slice().sort_by(f64::total_cmp);
+    let [a, b, c] = [values[0], values[1], values[2]];
+    // NaN fails.
+    (a > 0.0 && c.is_finite()).then(|| [1.0 / a, 1.0 / b, 1.0 / c])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::metrics::{Measure, MetricsSpec, test_pairs};
+    use crate::parametrization::{all, find};
+    use std::f64::consts::FRAC_PI_2;
+
+    #[test]
+    fn the_product_is_the_jacobian() {
+        let spec = MetricsSpec {
+            pairs: 2000,
+            ..Default::default()
+        };
+        let pairs = test_pairs(Measure::Cosine, &spec).unwrap();
+        for entry in all() {
+            let found = anisotropy(&entry, &pairs).unwrap();
+            assert_eq!(found.pairs + found.skipped, 2000);
+            assert!(found.skipped < 5, "{}: {found:?}", entry.name);
+            // Central differences of step 1e-6: 1e-10 for a coordinate of size 1, more by the
+            // condition number near poles.
+            assert!(
+                found.jacobian_error.median < 1e-8,
+                "{}: {found:?}",
+                entry.name
+            );
+            assert!(found.jacobian_error.p95 < 1e-6, "{}: {found:?}", entry.name);
+            assert!(found.condition.median >= 1.0);
+        }
+    }
+
+    #[test]
+    fn spherical_stretches_have_a_closed_form() {
+        // Elevations move each direction by their own angle. The difference of azimuths, with the
+        // turn taken out, moves the pair by sin θ_i sin θ_o/√(sin² θ_i + sin² θ_o).
+        let open = find("spherical").unwrap().form(Symmetry {
+            isotropic: true,
+            ..Symmetry::NONE
+        });
+        let lengths = [FRAC_PI_2, FRAC_PI_2, 1.0];
+        for (ti, to, phi) in [(0.3_f64, 0.9_f64, 1.0), (1.2, 1.1, -2.0), (0.05, 1.4, 3.0)] {
+            let pair = DirectionPair::from_spherical(ti, phi, to, 0.0);
+            let [si, so] = [ti.sin(), to.sin()];
+            let want = si * so / si.hypot(so);
+            let got = stretches(&*open, lengths, &pair).unwrap();
+            for (got, want) in got.into_iter().zip([FRAC_PI_2, FRAC_PI_2, want]) {
+                assert!((got - want).abs() < 1e-7, "{got} {want}");
+            }
+        }
+    }
+}

@@ -1,0 +1,229 @@
+//! How far the isolines of a BRDF are from the axes of a parametrization (Barla et al. 2015,
+//! Figs. 2-5, as numbers).
+//!
+//! On a slice of fixed azimuth the first two axes span a plane. If isolines run along an axis, the
+//! function depends on the other axis alone: that one explains all of its variance, and all of the
+//! energy of its gradient lies along it. Both shares are invariant under a change of units, and
+//! the share of the variance, but for how nodes are weighed, also under warps of the axes.
+
+use super::{Cell, Scale, Shares};
+use crate::brdf::Brdf;
+use crate::geometry::DirectionPair;
+use crate::metrics::{self, Values};
+use crate::numeric::GRAZING_COS;
+use crate::parametrization::{Axis, AxisKind, Coords, Parametrization};
+
+/// Nodes along each of the first two axes, in the middle of equal cells.
+pub const LATTICE: usize = 64;
+
+/// Cells along the azimuth, for what is said about all slices together.
+pub const PHI_CELLS: usize = 16;
+
+/// Slices of fixed azimuth.
+const SLICES: usize = 4;
+
+/// What a node of the lattice counts.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Weight {
+    /// Each the same: what a picture of the slice shows, or a grid of measurements.
+    Coordinates,
+    /// The Jacobian: the steradians² it stands for, the same set of pairs whatever the
+    /// parametrization.
+    SolidAngle,
+}
+
+impl Weight {
+    /// Every weight.
+    pub const ALL: [Weight; 2] = [Weight::Coordinates, Weight::SolidAngle];
+
+    /// Name in result files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Weight::Coordinates => "coordinates",
+            Weight::SolidAngle => "solid-angle",
+        }
+    }
+}
+
+/// One slice of fixed azimuth.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SliceDistortion {
+    /// The third coordinate (rad).
+    pub phi: f64,
+    /// Share of the lattice that is above the horizon and has data.
+    pub physical: f64,
+    /// Shares of the variance; `None` if the function is constant on this slice.
+    pub shares: Option<Shares>,
+    /// Mean squared derivative along each of the two axes, each axis of length 1.
+    pub gradient: [f64; 2],
+}
+
+/// How a BRDF lies in a parametrization.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Distortion {
+    /// Slices at [`slice_angles`].
+    pub slices: Vec<SliceDistortion>,
+    /// Share of the 3-D lattice that is above the horizon and has data.
+    pub physical: f64,
+    /// Shares of the variance over all azimuths, by functions that are the same on every slice:
+    /// 1 − `both` is the share that changes with the azimuth. `None` if the function is constant.
+    pub shares: Option<Shares>,
+    /// Mean squared derivative along each of the three axes, each axis of length 1.
+    pub gradient: [f64; 3],
+}
+
+/// Share of the gradient's energy that lies along each axis; `None` if there is none.
+pub fn gradient_shares<const N: usize>(gradient: &[f64; N]) -> Option<[f64; N]> {
+    let total: f64 = gradient.iter().sum();
+    (total > 0.0).then(|| gradient.map(|g| g / total))
+}
+
+/// The azimuths of the slices (rad): four from end to end of a mirrored axis, 0°, 30°, 60°, 90° of
+/// a half-vector chart and 0°, 60°, 120°, 180° of the spherical one; of a periodic axis the
+/// starts of equal quarters.
+pub fn slice_angles(axis: &Axis) -> [f64; SLICES] {
+    let steps = match axis.kind {
+        AxisKind::Mirrored => SLICES - 1,
+        AxisKind::Periodic | AxisKind::Radial => SLICES,
+    };
+    std::array::from_fn(|i| axis.range[0] + axis.length() * i as f64 / steps as f64)
+}
+
+/// Measures the distortion of `brdf`, in luminance, in the 3-D form of a parametrization. An
+/// anisotropic BRDF is seen with its half vector (spherical: its view) at azimuth 0.
+///
+/// # Panics
+/// If `form` has four axes.
+pub fn distortion(
+    brdf: &dyn Brdf,
+    scale: Scale,
+    form: &dyn Parametrization,
+    weight: Weight,
+) -> Distortion {
+    let axes = form.axes();
+    assert_eq!(axes.len(), 3, "slices are those of an isotropic form");
+    let view = View {
+        brdf,
+        scale,
+        form,
+        weight,
+    };
+    let slices = slice_angles(&axes[2]).into_iter().map(|phi| {
+        let plane = view.nodes(&[phi]);
+        let [first, second, _] = plane.gradient();
+        SliceDistortion {
+            phi,
+            physical: plane.physical(),
+            shares: plane.shares(),
+            gradient: [first, second],
+        }
+    });
+    let slices = slices.collect();
+    let cell = |i: usize| axes[2].range[0] + axes[2].length() * (i as f64 + 0.5) / PHI_CELLS as f64;
+    let block = view.nodes(&std::array::from_fn::<_, PHI_CELLS, _>(cell));
+    Distortion {
+        slices,
+        physical: block.physical(),
+        shares: block.shares(),
+        gradient: block.gradient(),
+    }
+}
+
+/// What is looked at, and how.
+struct View<'a> {
+    brdf: &'a dyn Brdf,
+    scale: Scale,
+    form: &'a dyn Parametrization,
+    weight: Weight,
+}
+
+impl View<'_> {
+    /// The nodes of the slices at these azimuths.
+    fn nodes(&self, azimuths: &[f64]) -> Block {
+        let axes = self.form.axes();
+        let at = |axis: usize, i: usize| {
+            axes[axis].range[0] + axes[axis].length() * (i as f64 + 0.5) / LATTICE as f64
+        };
+        let mut places = Vec::new();
+        let mut pairs: Vec<DirectionPair> = Vec::new();
+        for (slice, &phi) in azimuths.iter().enumerate() {
+            for i in 0..LATTICE {
+                for j in 0..LATTICE {
+                    let coords: Coords = [at(0, i), at(1, j), phi, 0.0];
+                    // On the horizon itself a BRDF is 0 by convention, which is no isoline.
+                    let pair = self.form.inverse(&coords).filter(|pair| {
+                        pair.omega_i.cos_theta() > GRAZING_COS
+                            && pair.omega_o.cos_theta() > GRAZING_COS
+                    });
+                    let weight = match self.weight {
+                        Weight::Coordinates => 1.0,
+                        Weight::SolidAngle => self.form.jacobian(&coords),
+                    };
+                    if let Some(pair) = pair.filter(|_| weight.is_finite()) {
+                        places.push(([slice, i, j], weight));
+                        pairs.push(pair);
+                    }
+                }
+            }
+        }
+        let values: Values = metrics::evaluate(self.brdf, &pairs);
+        let mut nodes = vec![None; azimuths.len() * LATTICE * LATTICE];
+        for (index, ([slice, i, j], weight)) in places.into_iter().enumerate() {
+            let value = values.get(index).map(|f| (weight, self.scale.of(f)));
+            nodes[(slice * LATTICE + i) * LATTICE + j] = value;
+        }
+        Block {
+            slices: azimuths.len(),
+            nodes,
+        }
+    }
+}
+
+/// Weight and value of every node that has one, slice after slice.
+struct Block {
+    slices: usize,
+    nodes: Vec<Option<(f64, f64)>>,
+}
+
+impl Block {
+    fn physical(&self) -> f64 {
+        self.nodes.iter().flatten().count() as f64 / self.nodes.len() as f64
+    }
+
+    fn shares(&self) -> Option<Shares> {
+        let cells = self.nodes.iter().enumerate().filter_map(|(index, node)| {
+            let (weight, value) = (*node)?;
+            let place = [index / LATTICE % LATTICE, index % LATTICE];
+            Some(Cell {
+                place,
+                weight,
+                value,
+            })
+        });
+        Shares::of([LATTICE; 2], &cells.collect::<Vec<_>>())
+    }
+
+    /// Mean squared difference quotients along the first axis, the second and the azimuth, over
+    /// neighbours that are both there, each weighed by their mean weight.
+    fn gradient(&self) -> [f64; 3] {
+        let strides = [LATTICE, 1, LATTICE * LATTICE];
+        let counts = [LATTICE, LATTICE, self.slices];
+        std::array::from_fn(|axis| {
+            let (mut energy, mut total) = (0.0, 0.0);
+            for (index, node) in self.nodes.iter().enumerate() {
+                if index / strides[axis] % counts[axis] + 1 == counts[axis] {
+                    continue;
+                }
+                if let (Some((w, v)), Some((x, next))) = (node, self.nodes[index + strides[axis]]) {
+                    let slope = (next - v) * counts[axis] as f64;
+                    energy += 0.5 * (w + x) * slope * slope;
+                    total += 0.5 * (w + x);
+                }
+            }
+            if total > 0.0 { energy / total } else { 0.0 }
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests;

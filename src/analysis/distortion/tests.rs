@@ -1,0 +1,164 @@
+//! Functions whose isolines are known.
+
+use super::*;
+use crate::brdf::{Channels, Presence};
+use crate::geometry::Symmetry;
+use crate::parametrization::find;
+use std::f64::consts::PI;
+
+/// Any function of a pair.
+struct Function<F>(F);
+
+impl<F: Fn(&DirectionPair) -> f64 + Send + Sync> Brdf for Function<F> {
+    fn channels(&self) -> Channels {
+        Channels::Luminance
+    }
+    fn symmetry(&self) -> Symmetry {
+        Symmetry::FULL
+    }
+    fn conserves_energy(&self) -> bool {
+        false
+    }
+    fn eval(&self, pair: &DirectionPair, out: &mut [f64]) -> Presence {
+        out[0] = (self.0)(pair);
+        Presence::Present
+    }
+}
+
+fn measured(
+    name: &str,
+    weight: Weight,
+    f: impl Fn(&DirectionPair) -> f64 + Send + Sync,
+) -> Distortion {
+    let form = find(name).unwrap().form(Symmetry::FULL);
+    distortion(&Function(f), Scale::Value, &*form, weight)
+}
+
+/// Every share of a function that one axis explains wholly.
+fn aligned(found: &Distortion, axis: usize) {
+    let slices = found.slices.iter().map(|s| (s.shares, s.gradient.to_vec()));
+    for (shares, gradient) in slices.chain([(found.shares, found.gradient.to_vec())]) {
+        let shares = shares.unwrap();
+        assert!((shares.axis[axis] - 1.0).abs() < 1e-12, "{shares:?}");
+        assert!((shares.additive - 1.0).abs() < 1e-10, "{shares:?}");
+        assert!((shares.both - 1.0).abs() < 1e-12, "{shares:?}");
+        assert!(shares.axis[1 - axis] < 0.9, "{shares:?}");
+        for (i, energy) in gradient.iter().enumerate() {
+            // Rounding of 1e-16 over a 64th, squared.
+            assert_eq!(i == axis, *energy > 1e-20, "{gradient:?}");
+        }
+    }
+}
+
+#[test]
+fn the_test_functions_lie_along_the_axes_they_are_made_of() {
+    for weight in Weight::ALL {
+        let s = |p: &DirectionPair| 1.0 - p.half().truncate().length();
+        let f = |p: &DirectionPair| 1.0 - p.half_and_back().0.length();
+        for name in ["hybrid", "orthographic", "stark"] {
+            aligned(&measured(name, weight, s), 0);
+        }
+        for name in ["hybrid", "half-difference", "stark"] {
+            aligned(&measured(name, weight, f), 1);
+        }
+    }
+}
+
+#[test]
+fn the_grazing_function_is_a_sum_where_k_lies_in_the_tangent_plane() {
+    // G = 1 − h_z² + k_z² and k_z = 0 at 90°, which leaves |h_bar|² + |k|².
+    let g = |p: &DirectionPair| 1.0 - p.omega_i.cos_theta() * p.omega_o.cos_theta();
+    for name in ["hybrid", "orthographic", "stark"] {
+        let found = measured(name, Weight::Coordinates, g);
+        let shares: Vec<f64> = found
+            .slices
+            .iter()
+            .map(|s| s.shares.unwrap().additive)
+            .collect();
+        assert!((shares[3] - 1.0).abs() < 1e-10, "{shares:?}");
+        assert!(shares[0] < 0.9999, "{shares:?}");
+    }
+}
+
+#[test]
+fn what_changes_with_the_azimuth_is_not_explained_by_two_axes() {
+    // Every θ_i, θ_o and azimuth is physical: independent factors.
+    let turn = |p: &DirectionPair| {
+        let cos = |d: crate::geometry::Direction| d.phi().cos();
+        2.0 + cos(p.omega_i)
+    };
+    let form = find("spherical").unwrap().form(Symmetry::FULL);
+    // The form holds the sensor at azimuth 0.
+    let found = distortion(&Function(turn), Scale::Value, &*form, Weight::Coordinates);
+    let shares = found.shares.unwrap();
+    assert!(shares.both < 1e-20, "{shares:?}");
+    assert!(found.slices.iter().all(|s| s.shares.is_none()));
+    assert_eq!(found.physical, 1.0);
+    // ∫ sin² over [0, π], in units of the axis: π²/2.
+    let half = 0.5 * PI * PI;
+    // Difference quotients over cells of π/16: sinc² = 1 − (π/16)²/12; 15 of 16 cells.
+    assert!(
+        (found.gradient[2] / half - 1.0).abs() < 0.08,
+        "{:?}",
+        found.gradient
+    );
+    assert!(found.gradient[0] < 1e-20 && found.gradient[1] < 1e-20);
+}
+
+#[test]
+fn slices_lie_from_end_to_end() {
+    let angles = |name: &str, symmetry: Symmetry| {
+        slice_angles(&find(name).unwrap().axes(symmetry)[2]).map(f64::to_degrees)
+    };
+    let near = |got: [f64; 4], want: [f64; 4]| {
+        let miss = got.iter().zip(want).map(|(g, w)| (g - w).abs());
+        assert!(miss.fold(0.0, f64::max) < 1e-12, "{got:?}");
+    };
+    near(angles("hybrid", Symmetry::FULL), [0.0, 30.0, 60.0, 90.0]);
+    near(
+        angles("spherical", Symmetry::FULL),
+        [0.0, 60.0, 120.0, 180.0],
+    );
+    let reciprocal = Symmetry {
+        bilateral: false,
+        ..Symmetry::FULL
+    };
+    near(angles("hybrid", reciprocal), [0.0, 45.0, 90.0, 135.0]);
+}
+
+#[test]
+fn shares_of_a_separable_logarithm_add_up() {
+    let f = |p: &DirectionPair| {
+        let (h, k) = p.half_and_back();
+        (3.0 * h.truncate().length_squared() - 2.0 * k.length_squared()).exp() - 1e-3
+    };
+    let form = find("stark").unwrap().form(Symmetry::FULL);
+    let found = distortion(&Function(f), Scale::Log, &*form, Weight::SolidAngle);
+    assert!((found.shares.unwrap().additive - 1.0).abs() < 1e-9);
+    // Linear along both axes: slopes 3 and 2, and none along the azimuth.
+    for (got, want) in found.gradient.into_iter().zip([9.0, 4.0, 0.0]) {
+        assert!((got - want).abs() < 1e-9, "{got} {want}");
+    }
+    assert_eq!(gradient_shares(&[9.0, 4.0, 0.0]).unwrap()[2], 0.0);
+    assert_eq!(gradient_shares(&[0.0, 0.0]), None);
+}
+
+#[test]
+fn the_lattice_is_physical_where_the_form_is() {
+    // Shares of the isotropic box above the horizon, from independent Monte Carlo.
+    let one = |_: &DirectionPair| 1.0;
+    for (name, share) in [
+        ("half-difference", 0.617),
+        ("orthographic", 0.583),
+        ("hybrid", 0.698),
+    ] {
+        let found = measured(name, Weight::Coordinates, one);
+        // Cells of a 64th and a 16th along the edge.
+        assert!(
+            (found.physical - share).abs() < 0.004,
+            "{name}: {}",
+            found.physical
+        );
+        assert_eq!(found.shares, None);
+    }
+}
