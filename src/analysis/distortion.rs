@@ -56,6 +56,10 @@ pub struct SliceDistortion {
     pub shares: Option<Shares>,
     /// Mean squared derivative along each of the two axes, each axis of length 1.
     pub gradient: [f64; 2],
+    /// Mean squared deviation from the average over all azimuths at the same place, in units of
+    /// the variance over all azimuths: how far this slice is from the typical one. `None` if the
+    /// function is constant.
+    pub deviation: Option<f64>,
 }
 
 /// How a BRDF lies in a parametrization.
@@ -89,6 +93,9 @@ pub fn slice_angles(axis: &Axis) -> [f64; SLICES] {
     std::array::from_fn(|i| axis.range[0] + axis.length() * i as f64 / steps as f64)
 }
 
+/// The whole of both axes.
+const WHOLE: [[f64; 2]; 2] = [[0.0, 1.0]; 2];
+
 /// Measures the distortion of `brdf`, in luminance, in the 3-D form of a parametrization. An
 /// anisotropic BRDF is seen with its half vector (spherical: its view) at azimuth 0.
 ///
@@ -100,6 +107,21 @@ pub fn distortion(
     form: &dyn Parametrization,
     weight: Weight,
 ) -> Distortion {
+    distortion_within(brdf, scale, form, weight, WHOLE)
+}
+
+/// [`distortion`] on a part of the plane of the first two axes: `window` is where it starts and
+/// ends along each, as shares of the axis. Derivatives are those per whole axis.
+///
+/// # Panics
+/// If `form` has four axes.
+pub fn distortion_within(
+    brdf: &dyn Brdf,
+    scale: Scale,
+    form: &dyn Parametrization,
+    weight: Weight,
+    window: [[f64; 2]; 2],
+) -> Distortion {
     let axes = form.axes();
     assert_eq!(axes.len(), 3, "slices are those of an isotropic form");
     let view = View {
@@ -107,7 +129,11 @@ pub fn distortion(
         scale,
         form,
         weight,
+        window,
     };
+    let cell = |i: usize| axes[2].range[0] + axes[2].length() * (i as f64 + 0.5) / PHI_CELLS as f64;
+    let block = view.nodes(&std::array::from_fn::<_, PHI_CELLS, _>(cell));
+    let typical = block.typical();
     let slices = slice_angles(&axes[2]).into_iter().map(|phi| {
         let plane = view.nodes(&[phi]);
         let [first, second, _] = plane.gradient();
@@ -116,13 +142,11 @@ pub fn distortion(
             physical: plane.physical(),
             shares: plane.shares(),
             gradient: [first, second],
+            deviation: block.variance().map(|v| plane.deviation(&typical) / v),
         }
     });
-    let slices = slices.collect();
-    let cell = |i: usize| axes[2].range[0] + axes[2].length() * (i as f64 + 0.5) / PHI_CELLS as f64;
-    let block = view.nodes(&std::array::from_fn::<_, PHI_CELLS, _>(cell));
     Distortion {
-        slices,
+        slices: slices.collect(),
         physical: block.physical(),
         shares: block.shares(),
         gradient: block.gradient(),
@@ -135,6 +159,7 @@ struct View<'a> {
     scale: Scale,
     form: &'a dyn Parametrization,
     weight: Weight,
+    window: [[f64; 2]; 2],
 }
 
 impl View<'_> {
@@ -142,7 +167,9 @@ impl View<'_> {
     fn nodes(&self, azimuths: &[f64]) -> Block {
         let axes = self.form.axes();
         let at = |axis: usize, i: usize| {
-            axes[axis].range[0] + axes[axis].length() * (i as f64 + 0.5) / LATTICE as f64
+            let [start, end] = self.window[axis];
+            let share = start + (end - start) * (i as f64 + 0.5) / LATTICE as f64;
+            axes[axis].range[0] + axes[axis].length() * share
         };
         let mut places = Vec::new();
         let mut pairs: Vec<DirectionPair> = Vec::new();
@@ -172,8 +199,12 @@ impl View<'_> {
             let value = values.get(index).map(|f| (weight, self.scale.of(f)));
             nodes[(slice * LATTICE + i) * LATTICE + j] = value;
         }
+        let [x, y] = self
+            .window
+            .map(|[start, end]| LATTICE as f64 / (end - start));
         Block {
             slices: azimuths.len(),
+            per_axis: [x, y, azimuths.len() as f64],
             nodes,
         }
     }
@@ -182,10 +213,51 @@ impl View<'_> {
 /// Weight and value of every node that has one, slice after slice.
 struct Block {
     slices: usize,
+    /// Steps between nodes in the whole of each axis.
+    per_axis: [f64; 3],
     nodes: Vec<Option<(f64, f64)>>,
 }
 
 impl Block {
+    /// The average of all slices at each place.
+    fn typical(&self) -> Vec<Option<f64>> {
+        let place = |place: usize| {
+            let slices = self.nodes.iter().skip(place).step_by(LATTICE * LATTICE);
+            let (w, s) = slices
+                .flatten()
+                .fold((0.0, 0.0), |(w, s), (x, v)| (w + x, s + x * v));
+            (w > 0.0).then(|| s / w)
+        };
+        (0..LATTICE * LATTICE).map(place).collect()
+    }
+
+    /// Weighted mean of the squares of what `of` makes of each value and its place.
+    fn mean_square(&self, of: impl Fn(usize, f64) -> Option<f64>) -> f64 {
+        let (mut square, mut total) = (0.0, 0.0);
+        for (index, node) in self.nodes.iter().enumerate() {
+            if let Some((w, d)) =
+                node.and_then(|(w, v)| Some((w, of(index % (LATTICE * LATTICE), v)?)))
+            {
+                square += w * d * d;
+                total += w;
+            }
+        }
+        if total > 0.0 { square / total } else { 0.0 }
+    }
+
+    /// Variance of the values; `None` if it is rounding.
+    fn variance(&self) -> Option<f64> {
+        self.shares()?;
+        let nodes = self.nodes.iter().flatten();
+        let (w, s) = nodes.fold((0.0, 0.0), |(w, s), (x, v)| (w + x, s + x * v));
+        Some(self.mean_square(|_, v| Some(v - s / w)))
+    }
+
+    /// Mean squared deviation from what is typical of each place.
+    fn deviation(&self, typical: &[Option<f64>]) -> f64 {
+        self.mean_square(|place, v| typical[place].map(|t| v - t))
+    }
+
     fn physical(&self) -> f64 {
         self.nodes.iter().flatten().count() as f64 / self.nodes.len() as f64
     }
@@ -215,7 +287,7 @@ impl Block {
                     continue;
                 }
                 if let (Some((w, v)), Some((x, next))) = (node, self.nodes[index + strides[axis]]) {
-                    let slope = (next - v) * counts[axis] as f64;
+                    let slope = (next - v) * self.per_axis[axis];
                     energy += 0.5 * (w + x) * slope * slope;
                     total += 0.5 * (w + x);
                 }

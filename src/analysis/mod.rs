@@ -4,13 +4,15 @@
 
 mod anisotropy;
 mod distortion;
+mod reduction;
 mod shares;
 
 pub use anisotropy::{Anisotropy, Quantiles, anisotropy, stretches};
 pub use distortion::{
-    Distortion, LATTICE, PHI_CELLS, SliceDistortion, Weight, distortion, gradient_shares,
-    slice_angles,
+    Distortion, LATTICE, PHI_CELLS, SliceDistortion, Weight, distortion, distortion_within,
+    gradient_shares, slice_angles,
 };
+pub use reduction::{Averaging, reduced};
 pub use shares::{Cell, Shares};
 
 use serde::Serialize;

@@ -162,3 +162,41 @@ fn the_lattice_is_physical_where_the_form_is() {
         assert_eq!(found.shares, None);
     }
 }
+
+#[test]
+fn a_window_looks_at_its_part() {
+    // (sigma, alpha) of Stark's chart: x + 5 y on [0, 1/4] × [1/4, 3/4], where all is physical at 90°.
+    let f = |p: &DirectionPair| {
+        let (h, k) = p.half_and_back();
+        h.truncate().length_squared() + 5.0 * k.length_squared()
+    };
+    let form = find("stark").unwrap().form(Symmetry::FULL);
+    let window = [[0.0, 0.25], [0.25, 0.75]];
+    let found = distortion_within(
+        &Function(f),
+        Scale::Value,
+        &*form,
+        Weight::Coordinates,
+        window,
+    );
+    assert_eq!(found.slices[3].physical, 1.0);
+    let shares = found.slices[3].shares.unwrap();
+    // Variances of two uniform variables: 1²/4²/12 and 5²/2²/12.
+    let (x, y) = (1.0 / 16.0, 25.0 / 4.0);
+    assert!((shares.axis[0] - x / (x + y)).abs() < 1e-12, "{shares:?}");
+    let [a, b] = found.slices[3].gradient;
+    assert!((a - 1.0).abs() < 1e-9 && (b - 25.0).abs() < 1e-9, "{a} {b}");
+}
+
+#[test]
+fn slices_of_a_wave_deviate_as_its_cosine_does() {
+    // cos 2φ on [0, π]: variance 1/2 over all azimuths, average 0, at 0°, 60°, 120°, 180°
+    // cos² of 1, 1/4, 1/4, 1.
+    let wave = |p: &DirectionPair| 2.0 + (2.0 * p.omega_i.phi()).cos();
+    let found = measured("spherical", Weight::Coordinates, wave);
+    for (slice, want) in found.slices.iter().zip([2.0, 0.5, 0.5, 2.0]) {
+        let got = slice.deviation.unwrap();
+        // Rounding of a sum of 65 536 terms.
+        assert!((got - want).abs() < 1e-11, "{got} {want}");
+    }
+}

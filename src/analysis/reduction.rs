@@ -1,0 +1,267 @@
+//! Two coordinates instead of three: the average of a BRDF over the azimuth.
+//!
+//! Barla et al. 2015 (section 3) say that reducing a BRDF to two dimensions by projection gives
+//! the same approximation in hybrid and in half/difference coordinates. The curves along which one
+//! averages are indeed the same, (|h_bar|, |k|) and (theta_h, theta_d) being functions of each
+//! other, but the azimuths run along them at different speeds:
+//! tan phi_d = cos theta_h tan(phi_k − phi_h). So the claim holds for a projection that does not
+//! know the coordinates, and not for the average over equal steps of an azimuth. In half/difference
+//! coordinates the two agree, because J does not depend on phi_d.
+
+use crate::brdf::Brdf;
+use crate::geometry::DirectionPair;
+use crate::metrics::{self, Values};
+use crate::parametrization::{Axis, Coords, Parametrization};
+use crate::sampling::gauss_legendre;
+use rayon::prelude::*;
+use serde::Serialize;
+
+/// Nodes of the quadrature along the azimuth.
+const NODES: usize = 32;
+
+/// Pairs that are reduced together: their nodes fill some megabytes.
+const CHUNK: usize = 2048;
+
+/// How the values at one place of the first two axes are averaged.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Averaging {
+    /// Over equal steps of the azimuth, as a grid of measurements would.
+    Uniform,
+    /// Over d omega_i d omega_o: the same whatever the coordinates.
+    SolidAngle,
+    /// Over cos θ_i cos θ_o d omega_i d omega_o: the same whatever the coordinates; the best
+    /// approximation in the mean square over a diffuse room.
+    Cosine,
+}
+
+impl Averaging {
+    /// Every averaging.
+    pub const ALL: [Averaging; 3] = [Averaging::Uniform, Averaging::SolidAngle, Averaging::Cosine];
+
+    /// Name in result files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Averaging::Uniform => "uniform",
+            Averaging::SolidAngle => "solid-angle",
+            Averaging::Cosine => "cosine",
+        }
+    }
+}
+
+/// The luminance (sr⁻¹) at `pairs` of the approximation of `brdf` that does not depend on the
+/// third coordinate of `form`: the average over the physical part of that axis.
+/// Missing where the table has no data on the whole of it.
+///
+/// Along the axis the physical part is looked for between the pair's own azimuth, which is
+/// physical, and the ends; in every parametrization of [`all`](crate::parametrization::all) it is
+/// in one piece if the axis is folded by reciprocity and mirror symmetry.
+///
+/// # Panics
+/// If `form` has four axes, or is not folded by every symmetry.
+pub fn reduced(
+    brdf: &dyn Brdf,
+    form: &dyn Parametrization,
+    averaging: Averaging,
+    pairs: &[DirectionPair],
+) -> Values {
+    let axes = form.axes();
+    let s = form.symmetry();
+    assert!(axes.len() == 3 && s.reciprocal && s.bilateral);
+    let rule = gauss_legendre(NODES);
+    let mut reduced = Values::default();
+    for pairs in pairs.chunks(CHUNK) {
+        let fibres: Vec<Fibre> = pairs
+            .par_iter()
+            .map(|pair| Fibre::through(form, &axes[2], averaging, pair, &rule))
+            .collect();
+        let nodes: Vec<DirectionPair> = fibres.iter().flat_map(|f| &f.nodes).copied().collect();
+        let values = metrics::evaluate(brdf, &nodes);
+        let mut first = 0;
+        let mut slab = Values::default();
+        for fibre in &fibres {
+            let (mut sum, mut total) = (0.0, 0.0);
+            for (i, weight) in fibre.weights.iter().enumerate() {
+                if let Some(value) = values.get(first + i) {
+                    sum += weight * value;
+                    total += weight;
+                }
+            }
+            first += fibre.nodes.len();
+            slab.missing.push(!(total > 0.0));
+            slab.luminance
+                .push(if total > 0.0 { sum / total } else { 0.0 });
+        }
+        if !slab.missing.contains(&true) {
+            slab.missing.clear();
+        }
+        reduced.append(slab);
+    }
+    reduced
+}
+
+/// The configurations that share the first two coordinates of a pair.
+struct Fibre {
+    nodes: Vec<DirectionPair>,
+    weights: Vec<f64>,
+}
+
+impl Fibre {
+    fn through(
+        form: &dyn Parametrization,
+        azimuth: &Axis,
+        averaging: Averaging,
+        pair: &DirectionPair,
+        rule: &[(f64, f64)],
+    ) -> Self {
+        let [x, y, own, _] = form.forward(pair);
+        let at = |phi: f64| -> Coords { [x, y, phi, 0.0] };
+        let physical = |phi: f64| form.inverse(&at(phi)).is_some();
+        let [lo, hi] = azimuth.range.map(|end| last(own, end, physical));
+        let mut fibre = Self {
+            nodes: Vec::with_capacity(rule.len()),
+            weights: Vec::with_capacity(rule.len()),
+        };
+        for (t, w) in rule {
+            let phi = 0.5 * (lo + hi) + 0.5 * (hi - lo) * t;
+            // Rounding may put a node of a short piece below the horizon.
+            let Some(node) = form.inverse(&at(phi)) else {
+                continue;
+            };
+            let measure = match averaging {
+                Averaging::Uniform => 1.0,
+                Averaging::SolidAngle => form.jacobian(&at(phi)),
+                Averaging::Cosine => {
+                    form.jacobian(&at(phi)) * node.omega_i.cos_theta() * node.omega_o.cos_theta()
+                }
+            };
+            if measure.is_finite() {
+                fibre.nodes.push(node);
+                fibre.weights.push(w * measure);
+            }
+        }
+        // A pole, where the Jacobian vanishes and every azimuth is one configuration.
+        if !(fibre.weights.iter().sum::<f64>() > 0.0) {
+            fibre = Self {
+                nodes: vec![*pair],
+                weights: vec![1.0],
+            };
+        }
+        fibre
+    }
+}
+
+/// The last physical azimuth on the way from `inside` to `end`.
+fn last(inside: f64, end: f64, physical: impl Fn(f64) -> bool) -> f64 {
+    if physical(end) {
+        return end;
+    }
+    let (mut good, mut bad) = (inside, end);
+    // 2^-50 of π/2 is rounding.
+    for _ in 0..50 {
+        let middle = 0.5 * (good + bad);
+        if physical(middle) {
+            good = middle;
+        } else {
+            bad = middle;
+        }
+    }
+    good
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::brdf::BrdfSpec;
+    use crate::brdf::{Channels, Lambert, Spectrum, TestFunctionSpec};
+    use crate::geometry::Symmetry;
+    use crate::metrics::{Measure, MetricsSpec, test_pairs};
+    use crate::parametrization::find;
+
+    fn pairs() -> Vec<DirectionPair> {
+        let spec = MetricsSpec {
+            pairs: 500,
+            ..Default::default()
+        };
+        test_pairs(Measure::Cosine, &spec).unwrap()
+    }
+
+    fn of(brdf: &dyn Brdf, name: &str, averaging: Averaging) -> Vec<f64> {
+        let form = find(name).unwrap().form(Symmetry::FULL);
+        let values = reduced(brdf, &*form, averaging, &pairs());
+        assert!(values.missing.is_empty());
+        values.luminance
+    }
+
+    fn worst(a: &[f64], b: &[f64]) -> f64 {
+        let miss = a.iter().zip(b).map(|(a, b)| (a - b).abs());
+        miss.fold(0.0, f64::max)
+    }
+
+    #[test]
+    fn functions_of_two_coordinates_stay() {
+        let s = TestFunctionSpec::S.build(Channels::Luminance).unwrap();
+        let truth = metrics::evaluate(&*s, &pairs()).luminance;
+        for name in ["half-difference", "hybrid", "orthographic", "stark"] {
+            for averaging in Averaging::ALL {
+                let miss = worst(&of(&*s, name, averaging), &truth);
+                // Orthographic square roots near the horizon keep 8 digits.
+                assert!(miss < 1e-7, "{name} {averaging:?}: {miss}");
+            }
+        }
+        let lambert = Lambert::new(Spectrum::Grey(0.5), Channels::Luminance);
+        for value in of(&lambert, "spherical", Averaging::Uniform) {
+            assert!((value * std::f64::consts::PI - 0.5).abs() < 1e-12);
+        }
+    }
+
+    #[test]
+    fn the_grazing_function_has_closed_averages() {
+        // G = 1 − h_z² + k_z². Half/difference: k_z² = |k|² sin² θ_h cos² φ_d; hybrid:
+        // |k|² |h_bar|² cos² Δ/(h_z² + |h_bar|² cos² Δ). Averaged over a whole circle:
+        // |k|² sin² θ_h/2 and |k|² (1 − cos θ_h).
+        let g = TestFunctionSpec::G.build(Channels::Luminance).unwrap();
+        let half = of(&*g, "half-difference", Averaging::Uniform);
+        let hybrid = of(&*g, "hybrid", Averaging::Uniform);
+        let mut whole = 0;
+        for ((pair, half), hybrid) in pairs().iter().zip(half).zip(hybrid) {
+            let (h, k) = pair.half_and_back();
+            let cos = h.z / h.length();
+            let sin2 = 1.0 - cos * cos;
+            // The circle is whole if k_z stays below h_z.
+            if k.length() * sin2.sqrt() > h.z {
+                continue;
+            }
+            whole += 1;
+            let flat = 1.0 - h.z * h.z;
+            let kk = k.length_squared();
+            assert!((half - flat - 0.5 * kk * sin2).abs() < 1e-12);
+            // Poles of the integrand at a distance acosh-like in cos θ_h: fast but not at once.
+            assert!((hybrid - flat - kk * (1.0 - cos)).abs() < 1e-6, "{hybrid}");
+        }
+        assert!(whole > 200);
+    }
+
+    #[test]
+    fn projections_that_know_no_coordinates_agree() {
+        let g = TestFunctionSpec::G.build(Channels::Luminance).unwrap();
+        for averaging in [Averaging::SolidAngle, Averaging::Cosine] {
+            let half = of(&*g, "half-difference", averaging);
+            let hybrid = of(&*g, "hybrid", averaging);
+            let miss = worst(&half, &hybrid);
+            assert!(miss < 1e-5, "{averaging:?}: {miss}");
+        }
+        let uniform = worst(
+            &of(&*g, "half-difference", Averaging::Uniform),
+            &of(&*g, "hybrid", Averaging::Uniform),
+        );
+        assert!(uniform > 0.01, "{uniform}");
+        // J of half/difference does not depend on φ_d.
+        let a = of(&*g, "half-difference", Averaging::Uniform);
+        let b = of(&*g, "half-difference", Averaging::SolidAngle);
+        assert!(worst(&a, &b) < 1e-13);
+        // Stark's coordinates are the squares of the hybrid ones: same curves, same azimuth.
+        let c = of(&*g, "hybrid", Averaging::Uniform);
+        assert!(worst(&c, &of(&*g, "stark", Averaging::Uniform)) < 1e-10);
+    }
+}
