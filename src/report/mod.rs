@@ -7,6 +7,7 @@ mod lobe;
 mod manifest;
 mod moment_figures;
 mod moment_study;
+pub mod pictures;
 mod plot;
 mod profiles;
 mod ranking;

@@ -132,12 +132,12 @@ fn shade(nodes: &[(DVec3, [f64; 3])], frame: &Frame, lighting: &dyn Lighting) ->
 }
 
 /// From the camera's frame (x right, y up, z towards it) to that of the light.
-fn world(v: DVec3) -> DVec3 {
+pub(super) fn world(v: DVec3) -> DVec3 {
     DVec3::new(v.z, v.x, v.y)
 }
 
 /// The local frame of a point of the sphere, in the camera's.
-struct Frame {
+pub(super) struct Frame {
     t: DVec3,
     b: DVec3,
     n: DVec3,
@@ -145,7 +145,7 @@ struct Frame {
 
 impl Frame {
     /// At a place of the unit disk, x to the right and y up.
-    fn at(x: f64, y: f64) -> Self {
+    pub fn at(x: f64, y: f64) -> Self {
         let sin = x.hypot(y);
         let cos = (1.0 - sin * sin).max(0.0).sqrt();
         // In the middle every tangent is right.
@@ -164,8 +164,13 @@ impl Frame {
         }
     }
 
-    fn camera(&self, local: DVec3) -> DVec3 {
+    pub fn camera(&self, local: DVec3) -> DVec3 {
         local.x * self.t + local.y * self.b + local.z * self.n
+    }
+
+    /// Back from [`camera`](Self::camera).
+    pub fn local(&self, v: DVec3) -> DVec3 {
+        DVec3::new(v.dot(self.t), v.dot(self.b), v.dot(self.n))
     }
 }
 
