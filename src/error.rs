@@ -101,6 +101,16 @@ pub enum Error {
         /// The run's folder.
         path: PathBuf,
     },
+    /// Parts of a study are missing; the rows of the others are kept.
+    #[error("only {rows} of {of} rows are there; they are in {}", path.display())]
+    Incomplete {
+        /// Rows there are.
+        rows: usize,
+        /// Rows of the whole.
+        of: usize,
+        /// The folder.
+        path: PathBuf,
+    },
     /// A check found a violation.
     #[error("{0}")]
     Violation(String),
@@ -119,14 +129,14 @@ pub enum Error {
 
 impl Error {
     /// Exit code: 1 internal; 2 usage, config or output folder; 3 input data; 4 infeasible plan; 5 some jobs
-    /// failed; 6 a check found a violation; 130 interrupted.
+    /// failed or are missing; 6 a check found a violation; 130 interrupted.
     pub fn exit_code(&self) -> u8 {
         match self {
             Error::Internal(_) => 1,
             Error::Config { .. } | Error::Output { .. } => 2,
             Error::Data { .. } => 3,
             Error::Infeasible { .. } => 4,
-            Error::JobsFailed { .. } => 5,
+            Error::JobsFailed { .. } | Error::Incomplete { .. } => 5,
             Error::Violation(_) => 6,
             Error::Interrupted { .. } => 130,
         }

@@ -93,7 +93,7 @@ impl Merge {
         };
         let outcome = Outcome {
             rows: found,
-            interrupted: found < labels.len(),
+            incomplete: found < labels.len(),
             ..Outcome::default()
         };
         let manifest = Manifest::new(made_by, &source, Vec::new(), outcome, started);
@@ -104,7 +104,11 @@ impl Merge {
             path.display()
         ))?;
         if found < labels.len() {
-            return Err(Error::Interrupted { rows: found, path });
+            return Err(Error::Incomplete {
+                rows: found,
+                of: labels.len(),
+                path,
+            });
         }
         Ok(())
     }

@@ -35,7 +35,7 @@ use std::path::{Path, PathBuf};
 #[command(name = "gonio", version, arg_required_else_help = true)]
 #[command(
     after_help = "Exit codes: 0 done; 1 internal error; 2 usage, config or output folder; \
-    3 input data; 4 infeasible plan; 5 some jobs failed; 6 a check found a violation; 130 interrupted."
+    3 input data; 4 infeasible plan; 5 some jobs failed or are missing; 6 a check found a violation; 130 interrupted."
 )]
 pub struct Cli {
     #[command(subcommand)]

@@ -75,6 +75,7 @@ impl Run {
                 "analysis": analysis_seconds,
             }),
             interrupted: !complete,
+            ..Outcome::default()
         };
         let made_by = MadeBy {
             resolved: &plan.resolved,

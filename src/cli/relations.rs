@@ -42,6 +42,7 @@ impl Run {
             failures: desk.failures,
             seconds: serde_json::json!({ "relations": seconds }),
             interrupted: !complete,
+            ..Outcome::default()
         };
         let made_by = MadeBy {
             resolved: &plan.resolved,

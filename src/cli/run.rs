@@ -85,6 +85,7 @@ impl Run {
             failures: summary.failures.clone(),
             seconds: serde_json::to_value(summary.seconds).unwrap_or_default(),
             interrupted: summary.interrupted,
+            ..Outcome::default()
         };
         let manifest = Manifest::new(made_by, &source, desk.inputs, outcome, started);
         let path = desk.folder.finish(manifest)?;

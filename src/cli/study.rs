@@ -46,6 +46,7 @@ impl Run {
             failures: summary.failures.clone(),
             seconds: serde_json::json!({ "run": seconds }),
             interrupted: summary.interrupted,
+            ..Outcome::default()
         };
         let end = End {
             rows: summary.rows,

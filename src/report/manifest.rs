@@ -14,6 +14,8 @@ pub enum Status {
     Interrupted,
     /// Some jobs failed; the rows of the others are there.
     FailedJobs,
+    /// Parts are missing from what was put together.
+    Incomplete,
 }
 
 /// What of a plan a manifest holds.
@@ -38,6 +40,8 @@ pub struct Outcome {
     pub seconds: serde_json::Value,
     /// True if it was stopped before its end.
     pub interrupted: bool,
+    /// True if parts are missing.
+    pub incomplete: bool,
 }
 
 /// The manifest's fields.
@@ -91,6 +95,7 @@ impl Manifest {
             gonio: env!("CARGO_PKG_VERSION"),
             status: match &outcome {
                 o if o.interrupted => Status::Interrupted,
+                o if o.incomplete => Status::Incomplete,
                 o if o.failures.is_empty() => Status::Complete,
                 _ => Status::FailedJobs,
             },

@@ -5,13 +5,13 @@ mod bench;
 mod configs;
 mod files;
 mod instruments;
+mod moment_study;
 mod moments;
 mod readme;
 mod runs;
 mod schedules;
 #[cfg(all(feature = "exr", feature = "plots"))]
 mod slice;
-mod moment_study;
 mod study;
 
 use gonio::experiment::Row;

@@ -1,0 +1,190 @@
+//! `gonio run` of a study: it goes on where it was, in parts or whole, and ends the same.
+
+use super::{Bench, timeless};
+use std::fs;
+
+/// A study that takes a moment.
+const STUDY: &str = r#"
+question = "Which coordinates?"
+experiment = "study"
+budgets = [60, 150]
+
+[[material]]
+kind = "ggx"
+alpha = 0.3
+
+[[material]]
+kind = "low-abc-smooth"
+
+[[parametrization]]
+kind = "half-difference"
+
+[[parametrization]]
+kind = "hybrid"
+
+[[sample_set]]
+kind = "grid"
+
+[[reconstruction]]
+kind = "multilinear"
+
+[[reconstruction]]
+kind = "inverse-distance"
+
+[[coordinates]]
+kind = "own"
+
+[[coordinates]]
+kind = "spherical"
+
+[metrics]
+pairs = 200
+
+[pictures]
+draw = false
+"#;
+
+/// 2 materials × 2 parametrizations × 2 budgets × 3 reconstructions × 2 measures.
+const ROWS: usize = 48;
+
+fn bench() -> Bench {
+    let bench = Bench::new();
+    fs::write(bench.path("c.toml"), STUDY).unwrap();
+    bench
+}
+
+#[test]
+fn a_run_goes_on_where_it_was() {
+    let bench = bench();
+    let text = bench.good(&["run", "c.toml", "-q"]);
+    assert!(text.starts_with("Which coordinates?"), "{text}");
+    for part in [
+        "nrmse, cosine",
+        "nrmse, lobe",
+        "* best of its column",
+        "What explains",
+    ] {
+        assert!(text.contains(part), "{part}: {text}");
+    }
+    let whole = bench.read("runs/c/results.csv");
+    assert_eq!(whole.lines().count(), 1 + ROWS);
+    for name in [
+        "config.toml",
+        "manifest.json",
+        "report.html",
+        "results.jsonl",
+    ] {
+        assert!(bench.path("runs/c").join(name).exists(), "{name}");
+    }
+    assert_eq!(bench.manifest("runs/c")["status"], "complete");
+    // Nothing is left to do: every byte is as it was, the seconds of the rows too.
+    assert_eq!(bench.good(&["run", "c.toml", "-q"]), text);
+    assert_eq!(bench.read("runs/c/results.csv"), whole);
+    // After a crash in the middle of a line.
+    let rows = bench.read("runs/c/results.jsonl");
+    let cut = rows.match_indices('\n').nth(20).unwrap().0 + 30;
+    fs::write(bench.path("runs/c/results.jsonl"), &rows[..cut]).unwrap();
+    fs::remove_file(bench.path("runs/c/manifest.json")).unwrap();
+    let list = bench.good(&["run", "c.toml", "--list"]);
+    assert_eq!(
+        list.lines().filter(|l| l.starts_with("open  ")).count(),
+        14,
+        "{list}"
+    );
+    assert!(
+        list.ends_with("10 of 24 jobs are done in runs/c\n"),
+        "{list}"
+    );
+    assert_eq!(bench.good(&["run", "c.toml", "-q"]), text);
+    let again = bench.read("runs/c/results.csv");
+    assert_eq!(timeless(&again), timeless(&whole));
+    let kept = |csv: &str| -> Vec<String> { csv.lines().map(String::from).collect() };
+    let (before, after) = (kept(&whole), kept(&again));
+    // What was there has its old seconds.
+    assert!(before.iter().filter(|l| after.contains(l)).count() > 20);
+    // A larger question: the old rows are part of the answer.
+    bench.good(&["run", "c.toml", "-q", "--set", "budgets=[60, 150, 300]"]);
+    let more = bench.read("runs/c/results.csv");
+    assert_eq!(more.lines().count(), 1 + ROWS * 3 / 2);
+    assert!(after.iter().all(|l| more.contains(l.as_str())));
+    // And back: rows of the larger question are kept, not shown.
+    bench.good(&["run", "c.toml", "-q"]);
+    assert_eq!(bench.read("runs/c/results.csv"), again);
+    let rows = bench.read("runs/c/results.jsonl");
+    assert_eq!(rows.lines().count(), ROWS * 3 / 2);
+    // --force makes them all again.
+    bench.good(&["run", "c.toml", "-q", "--force"]);
+    assert_eq!(bench.read("runs/c/results.jsonl").lines().count(), ROWS);
+}
+
+#[test]
+fn parts_make_up_the_whole() {
+    let bench = bench();
+    bench.good(&["run", "c.toml", "-q", "-o", "whole"]);
+    for part in ["1/3", "2/3", "3/3"] {
+        bench.good(&["run", "c.toml", "-q", "--shard", part]);
+    }
+    let parts = [1, 2, 3].map(|i| format!("runs/c.shard-{i}-of-3"));
+    for part in &parts {
+        assert!(!bench.path(part).join("report.html").exists());
+    }
+    let [a, b, c] = parts.each_ref().map(String::as_str);
+    let text = bench.good(&["merge", a, b, c, "-o", "merged"]);
+    assert!(text.ends_with("48 of 48 rows are in merged\n"), "{text}");
+    let [whole, merged] = ["whole", "merged"].map(|d| bench.read(&format!("{d}/results.csv")));
+    assert_eq!(timeless(&merged), timeless(&whole));
+    // Without a part: what is there is there, and the exit code says that it is not all.
+    let output = bench.gonio(&["merge", a, c, "-o", "some"]);
+    assert_eq!(output.status.code(), Some(5));
+    let rows = bench.read("some/results.csv").lines().count() - 1;
+    assert!(0 < rows && rows < ROWS);
+    assert_eq!(bench.manifest("some")["status"], "incomplete");
+    // The missing part, put to it.
+    bench.good(&["merge", a, b, c, "-o", "some", "--force"]);
+    assert_eq!(timeless(&bench.read("some/results.csv")), timeless(&whole));
+    // Parts of something else.
+    bench.good(&[
+        "run",
+        "c.toml",
+        "-q",
+        "-o",
+        "other",
+        "--set",
+        "metrics.pairs=100",
+    ]);
+    let refusal = bench.refused(&["merge", a, "other", "-o", "no"], 3);
+    assert!(refusal.contains("other/config.toml") && refusal.contains("another config"));
+    assert!(!bench.path("no").exists());
+    assert!(
+        bench
+            .refused(&["merge", "nowhere", "-o", "no"], 3)
+            .contains("nowhere")
+    );
+}
+
+#[test]
+fn other_peoples_files_are_left_alone() {
+    let bench = bench();
+    bench.good(&["run", "small.toml", "-q", "-o", "acquisition"]);
+    let before = bench.read("acquisition/results.jsonl");
+    for force in [&[][..], &["--force"]] {
+        let args = [&["run", "c.toml", "-q", "-o", "acquisition"], force].concat();
+        let refusal = bench.gonio(&args);
+        assert!(matches!(refusal.status.code(), Some(2 | 3)));
+        assert_eq!(bench.read("acquisition/results.jsonl"), before);
+    }
+    fs::write(bench.path("file"), "mine").unwrap();
+    assert!(
+        bench
+            .refused(&["run", "c.toml", "-o", "file"], 2)
+            .contains("no folder")
+    );
+    for (args, option) in [
+        (&["run", "small.toml", "--shard", "1/2"][..], "--shard"),
+        (&["run", "small.toml", "--list"], "--list"),
+        (&["run", "small.toml", "--force"], "--force"),
+    ] {
+        assert!(bench.refused(args, 2).contains(option));
+    }
+    assert!(!bench.path("runs").exists());
+}
