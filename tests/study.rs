@@ -162,9 +162,6 @@ fn rows_are_those_of_an_acquisition_to_the_bit() {
         assert_eq!(errors, others, "{label}");
         assert_eq!((row.readings, row.pairs), (other.readings, other.pairs));
     }
-    // Three isotropic materials shared their weights.
-    let isotropic = together.iter().filter(|r| r.truth != "anisotropic");
-    assert!(isotropic.clone().count() > 0 && isotropic.clone().all(|r| r.stack == 3));
 }
 
 #[test]
@@ -204,7 +201,6 @@ pairs = 300
     assert_eq!(rows.len(), 2);
     let of = |name: &str| rows.iter().find(|r| r.material == name).unwrap();
     let (table, lambert) = (&rows[0], of("lambert"));
-    assert_eq!((table.stack, lambert.stack), (1, 1));
     assert!(table.readings < lambert.readings && table.pairs_missing > 0);
     assert!(lambert.nrmse.unwrap() < 1e-12 && lambert.pairs_missing == 0);
 }

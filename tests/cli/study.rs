@@ -97,7 +97,7 @@ fn a_run_goes_on_where_it_was() {
     );
     assert_eq!(bench.good(&["run", "c.toml", "-q"]), text);
     let again = bench.read("runs/c/results.csv");
-    assert_eq!(timeless(&again), timeless(&whole));
+    assert!(timeless(&again) == timeless(&whole));
     let kept = |csv: &str| -> Vec<String> { csv.lines().map(String::from).collect() };
     let (before, after) = (kept(&whole), kept(&again));
     // What was there has its old seconds.
@@ -132,7 +132,7 @@ fn parts_make_up_the_whole() {
     let text = bench.good(&["merge", a, b, c, "-o", "merged"]);
     assert!(text.ends_with("48 of 48 rows are in merged\n"), "{text}");
     let [whole, merged] = ["whole", "merged"].map(|d| bench.read(&format!("{d}/results.csv")));
-    assert_eq!(timeless(&merged), timeless(&whole));
+    assert!(timeless(&merged) == timeless(&whole));
     // Without a part: what is there is there, and the exit code says that it is not all.
     let output = bench.gonio(&["merge", a, c, "-o", "some"]);
     assert_eq!(output.status.code(), Some(5));
@@ -141,7 +141,7 @@ fn parts_make_up_the_whole() {
     assert_eq!(bench.manifest("some")["status"], "incomplete");
     // The missing part, put to it.
     bench.good(&["merge", a, b, c, "-o", "some", "--force"]);
-    assert_eq!(timeless(&bench.read("some/results.csv")), timeless(&whole));
+    assert!(timeless(&bench.read("some/results.csv")) == timeless(&whole));
     // Parts of something else.
     bench.good(&[
         "run",

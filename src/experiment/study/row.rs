@@ -61,8 +61,6 @@ pub struct StudyRow {
     pub pairs: usize,
     /// Test pairs left out because the truth has no data there.
     pub pairs_missing: usize,
-    /// Materials that were reconstructed together, with one search of neighbours.
-    pub stack: usize,
     /// Wall time to make the schedule and the instrument's way through it.
     pub plan_seconds: f64,
     /// Wall time to measure the material.
@@ -75,7 +73,7 @@ pub struct StudyRow {
 
 impl StudyRow {
     /// The columns, in order, and what they mean.
-    pub const COLUMNS: [(&str, &str); 30] = [
+    pub const COLUMNS: [(&str, &str); 29] = [
         ("key", "hash of everything that determines the row"),
         ("material", "name of the material"),
         (
@@ -127,10 +125,6 @@ impl StudyRow {
         (
             "pairs_missing",
             "test pairs left out because the truth has no data there",
-        ),
-        (
-            "stack",
-            "materials that were reconstructed together, with one search of neighbours",
         ),
         (
             "plan_seconds",
