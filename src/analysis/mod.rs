@@ -3,11 +3,13 @@
 //! directions a box of coordinates stands for.
 
 mod anisotropy;
+mod claims;
 mod distortion;
 mod reduction;
 mod shares;
 
 pub use anisotropy::{Anisotropy, Quantiles, anisotropy, stretches};
+pub use claims::{Claim, Verdict, on_material, on_test_functions};
 pub use distortion::{
     Distortion, LATTICE, PHI_CELLS, SliceDistortion, Weight, distortion, distortion_within,
     gradient_shares, slice_angles,

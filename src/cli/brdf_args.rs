@@ -1,9 +1,10 @@
 //! The argument CONFIG|BRDF of commands that look at materials.
 
-use crate::brdf;
+use super::say;
+use crate::brdf::{self, Brdf, Channels};
 use crate::error::Error;
 use crate::experiment::moments::MomentsPlan;
-use crate::experiment::{Kind, Source};
+use crate::experiment::{Kind, Material, Source};
 use clap::Args;
 use std::path::Path;
 
@@ -32,6 +33,15 @@ impl BrdfArgs {
             target: target.into(),
             set: Vec::new(),
             material: None,
+        }
+    }
+
+    /// The same where it may be left out.
+    pub(super) fn new(target: String, set: Vec<String>, material: Option<String>) -> Self {
+        Self {
+            target,
+            set,
+            material,
         }
     }
 
@@ -84,6 +94,38 @@ impl BrdfArgs {
             source.set("quantities=[\"moments\"]", "quantities".into())?;
         }
         Ok(source)
+    }
+
+    /// The materials, each with its BRDF in luminance: `visit` is called for one after the other.
+    /// One that cannot be built is told on stderr, and left out if there are others.
+    ///
+    /// # Errors
+    /// What `visit` returns; the reason, if no material can be built; else how many cannot.
+    pub(super) fn each(
+        &self,
+        results: &Path,
+        mut visit: impl FnMut(&Material, &dyn Brdf) -> Result<(), Error>,
+    ) -> Result<(), Error> {
+        let materials = self.plan(&self.source()?)?.materials;
+        let mut failed = 0;
+        for material in &materials {
+            match super::build(material, Channels::Luminance) {
+                Ok(brdf) => visit(material, &*brdf)?,
+                Err(e) if materials.len() == 1 => return Err(e),
+                Err(e) => {
+                    say(&format!("gonio: {}: {e}", material.name));
+                    failed += 1;
+                }
+            }
+        }
+        if failed == 0 {
+            return Ok(());
+        }
+        Err(Error::JobsFailed {
+            failed,
+            jobs: materials.len(),
+            path: results.to_owned(),
+        })
     }
 
     /// The materials, and what of their moments is asked for.

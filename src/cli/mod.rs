@@ -6,11 +6,14 @@
 mod bench;
 mod brdf_args;
 mod check;
+mod claims;
+mod distortion;
 mod list;
 mod measure;
 mod merge;
 mod moment_study;
 mod moments;
+mod output;
 mod progress;
 mod reconstruct;
 mod relations;
@@ -66,6 +69,11 @@ enum Command {
     #[cfg(all(feature = "exr", feature = "plots"))]
     Slice(slice::Slice),
     /// Write a material of a config as a MERL .binary or UTIA .bin file
+    /// How far the isolines of a material are from the axes of each parametrization
+    Distortion(distortion::Distortion),
+    /// What Barla et al. 2015 say of the parametrizations, and whether it is so
+    Claims(claims::Claims),
+    /// Write a material of a config as a MERL .binary file
     Tabulate(tabulate::Tabulate),
     /// Measure the program against the clock
     Bench(bench::Bench),
@@ -89,6 +97,8 @@ impl Cli {
             Command::Moments(command) => command.run(),
             #[cfg(all(feature = "exr", feature = "plots"))]
             Command::Slice(command) => command.run(),
+            Command::Distortion(command) => command.run(),
+            Command::Claims(command) => command.run(),
             Command::Tabulate(command) => command.run(),
             Command::Bench(command) => command.run(),
         }

@@ -1,6 +1,8 @@
 //! What people and programs read after a run: the printed table, the files of a run's folder,
 //! pictures of slices.
 
+mod claims;
+mod distortion;
 mod folder;
 mod instruments;
 mod lobe;
@@ -22,6 +24,11 @@ mod study;
 mod svg;
 mod table;
 
+pub use claims::{claims_csv, claims_json, claims_table};
+pub use distortion::{
+    ReductionRow, SharesRow, StretchRow, reduction_table, rows_csv, rows_json, shares_table,
+    stretch_table,
+};
 pub use folder::file_stem;
 pub use folder::{CONFIG, CORRELATIONS, FITS, RunFolder, SUMMARY, schedule_stem};
 pub use instruments::instruments;

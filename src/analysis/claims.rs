@@ -1,0 +1,230 @@
+//! What Barla, Belcour and Pacanowski 2015 say of the parametrizations, and whether it is so.
+//!
+//! Most of their statements are read off pictures. Each row here is one of them in our words, with
+//! what is measured, the criterion and the numbers. The pictures show slices in equal steps of the
+//! coordinates, so distortions weigh nodes by [`Weight::Coordinates`] unless a row says otherwise.
+//! Shares of a variance are ranked where they differ by more than a tenth of a percent.
+
+mod figures;
+mod identities;
+mod materials;
+#[cfg(test)]
+mod tests;
+
+use super::{Distortion, Scale, Weight, distortion};
+use crate::brdf::{Brdf, BrdfSpec, BuildError, Channels, TestFunctionSpec};
+use crate::geometry::{DirectionPair, Symmetry};
+use crate::metrics::{Measure, MetricsSpec, test_pairs};
+use crate::parametrization::{self, Parametrization};
+use serde::Serialize;
+use std::sync::Arc;
+
+pub use materials::on_material;
+
+/// What becomes of a statement.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Verdict {
+    /// As stated.
+    Holds,
+    /// In some of the cases it speaks of.
+    HoldsPartly,
+    /// Not so.
+    DoesNotHold,
+}
+
+impl Verdict {
+    /// Name in result files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Verdict::Holds => "holds",
+            Verdict::HoldsPartly => "holds partly",
+            Verdict::DoesNotHold => "does not hold",
+        }
+    }
+
+    /// Holds if all of the cases do, partly if some do.
+    fn of(cases: &[bool]) -> Self {
+        if cases.iter().all(|c| *c) {
+            Verdict::Holds
+        } else if cases.contains(&true) {
+            Verdict::HoldsPartly
+        } else {
+            Verdict::DoesNotHold
+        }
+    }
+}
+
+/// A statement and what was measured of it.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Claim {
+    /// A name to cite it by.
+    pub id: &'static str,
+    /// Where it stands in the paper.
+    pub place: &'static str,
+    /// The BRDF it was measured on; `None` if it needs none but the test functions.
+    pub material: Option<String>,
+    /// The statement, in our words.
+    pub statement: &'static str,
+    /// What is measured, and when the statement holds.
+    pub criterion: &'static str,
+    /// What was found: names, with their units, and values.
+    pub numbers: Vec<(String, f64)>,
+    /// The outcome.
+    pub verdict: Verdict,
+    /// By how much, as a phrase.
+    pub finding: String,
+}
+
+/// What of a claim is known before it is measured.
+struct Statement {
+    id: &'static str,
+    place: &'static str,
+    statement: &'static str,
+    criterion: &'static str,
+}
+
+impl Statement {
+    /// The claim, measured: it holds, partly, or not, as all, some or none of the cases do.
+    fn found(self, cases: &[bool], numbers: Vec<(String, f64)>, finding: String) -> Claim {
+        Claim {
+            id: self.id,
+            place: self.place,
+            material: None,
+            statement: self.statement,
+            criterion: self.criterion,
+            numbers,
+            verdict: Verdict::of(cases),
+            finding,
+        }
+    }
+}
+
+/// What is exact on paper is so up to this: 1e-8 is what square roots near the horizon keep.
+const EXACT: f64 = 1e-7;
+
+/// One axis that explains less than this of a function's variance on a slice is not aligned with
+/// it to the eye.
+const ALIGNED: f64 = 0.95;
+
+/// Shares of a variance that differ by less are the same: a tenth of a percent is no isoline.
+const TOLD_APART: f64 = 1e-3;
+
+/// True if one share is larger than others, and told apart from them.
+fn above(share: f64, others: &[f64]) -> bool {
+    others.iter().all(|o| share > o + TOLD_APART)
+}
+
+/// True if one share is smaller than others, and told apart from them.
+fn below(share: f64, others: &[f64]) -> bool {
+    others.iter().all(|o| share < o - TOLD_APART)
+}
+
+/// The charts that the paper compares.
+const COMPARED: [&str; 3] = ["half-difference", "orthographic", "hybrid"];
+
+/// A chart that the paper compares, for isotropic BRDFs: folded by every symmetry, or by none.
+fn form(name: &str, folded: bool) -> Arc<dyn Parametrization> {
+    let symmetry = Symmetry {
+        isotropic: true,
+        reciprocal: folded,
+        bilateral: folded,
+    };
+    let entry = parametrization::find(name);
+    // A constant of this module names it.
+    match entry {
+        Some(entry) => entry.form(symmetry),
+        None => unreachable!("{name} is no parametrization"),
+    }
+}
+
+/// The test functions, and pairs to try identities on.
+struct Bench {
+    functions: [Box<dyn Brdf>; 3],
+    pairs: Vec<DirectionPair>,
+}
+
+/// Place of a test function in [`Bench::functions`].
+const F: usize = 0;
+const S: usize = 1;
+const G: usize = 2;
+
+impl Bench {
+    fn new() -> Result<Self, BuildError> {
+        let [f, s, g] = [
+            TestFunctionSpec::F,
+            TestFunctionSpec::S,
+            TestFunctionSpec::G,
+        ];
+        let build = |spec: TestFunctionSpec| spec.build(Channels::Luminance);
+        Ok(Self {
+            functions: [build(f)?, build(s)?, build(g)?],
+            pairs: test_pairs(
+                Measure::Cosine,
+                &MetricsSpec {
+                    mask_deg: 90.0,
+                    ..MetricsSpec::default()
+                },
+            )?,
+        })
+    }
+
+    fn distortion(&self, function: usize, chart: &str) -> Distortion {
+        let form = form(chart, true);
+        let brdf = &*self.functions[function];
+        distortion(brdf, Scale::Value, &*form, Weight::Coordinates)
+    }
+}
+
+/// The claims that need no data: on identities, and on the functions F, S and G.
+///
+/// # Errors
+/// None, but those that building the test functions could have.
+pub fn on_test_functions() -> Result<Vec<Claim>, BuildError> {
+    let bench = Bench::new()?;
+    let mut claims = figures::claims(&bench);
+    claims.extend(identities::claims(&bench)?);
+    Ok(claims)
+}
+
+/// Share that one axis explains on each slice, 0 where there is nothing to explain.
+fn on_slices(distortion: &Distortion, axis: usize) -> Vec<f64> {
+    let slices = distortion.slices.iter();
+    slices
+        .map(|s| s.shares.map_or(0.0, |s| s.axis[axis]))
+        .collect()
+}
+
+/// Share of the variance that changes with the azimuth.
+fn changes(distortion: &Distortion) -> f64 {
+    distortion.shares.map_or(0.0, |s| 1.0 - s.both)
+}
+
+fn smallest(values: &[f64]) -> f64 {
+    values.iter().copied().fold(f64::INFINITY, f64::min)
+}
+
+fn largest(values: impl IntoIterator<Item = f64>) -> f64 {
+    values.into_iter().fold(f64::NEG_INFINITY, f64::max)
+}
+
+/// Numbers of each slice, named after it.
+fn per_slice(name: &str, distortion: &Distortion, values: &[f64]) -> Vec<(String, f64)> {
+    let slices = distortion.slices.iter().zip(values);
+    slices
+        .map(|(slice, value)| (format!("{name}_{:.0}deg", slice.phi.to_degrees()), *value))
+        .collect()
+}
+
+/// Numbers of each chart the paper compares, named after it.
+fn per_chart(name: &str, values: [f64; 3]) -> Vec<(String, f64)> {
+    let charts = COMPARED.iter().zip(values);
+    charts
+        .map(|(chart, value)| (format!("{name}_{chart}"), value))
+        .collect()
+}
+
+/// "12.3 %".
+fn percent(share: f64) -> String {
+    format!("{:.1} %", 100.0 * share)
+}

@@ -1,0 +1,310 @@
+//! Statements under Figs. 1 and 2 and in section 3, on the functions F, S and G.
+
+use super::{
+    ALIGNED, Bench, COMPARED, Claim, EXACT, F, G, S, Statement, above, below, changes, form,
+    largest, on_slices, per_chart, per_slice, percent, smallest,
+};
+use crate::analysis::LATTICE;
+use crate::geometry::{Direction, DirectionPair};
+use crate::parametrization::view_centered;
+use std::f64::consts::{FRAC_PI_2, PI};
+
+pub(super) fn claims(bench: &Bench) -> Vec<Claim> {
+    let mut claims = vec![back_isolines(bench), mirror_isolines()];
+    let aligned = [
+        (
+            "f-aligned-half-difference",
+            F,
+            "half-difference",
+            1,
+            "F is aligned with theta_d",
+        ),
+        ("f-aligned-hybrid", F, "hybrid", 1, "F is aligned with |k|"),
+        (
+            "s-aligned-orthographic",
+            S,
+            "orthographic",
+            0,
+            "S is aligned with |h_bar|, orthographic",
+        ),
+        (
+            "s-aligned-hybrid",
+            S,
+            "hybrid",
+            0,
+            "S is aligned with |h_bar|, hybrid",
+        ),
+    ];
+    for (id, function, chart, axis, statement) in aligned {
+        let shares = on_slices(&bench.distortion(function, chart), axis);
+        let least = smallest(&shares);
+        let stated = Statement {
+            id,
+            place: "Fig. 2, section 3",
+            statement,
+            criterion: "the axis alone explains all of the variance on every slice",
+        };
+        claims.push(stated.found(
+            &[1.0 - least < EXACT],
+            vec![("least_share".into(), least)],
+            format!("share {least:.9} on the worst slice"),
+        ));
+    }
+    claims.extend([
+        f_bends(bench),
+        s_distorted(bench),
+        s_independent(bench),
+        g_horizon(bench),
+        g_ranking(bench),
+        g_circular(bench),
+    ]);
+    claims
+}
+
+fn back_isolines(bench: &Bench) -> Claim {
+    // The angle between light and view is 2 theta_d, |k| its sine; |k_bar| is |h_bar| of the same
+    // light and a view turned by half a turn.
+    let [half, orthographic, hybrid] = COMPARED.map(|name| form(name, false));
+    let miss = bench.pairs.iter().map(|pair| {
+        let view = Direction::from_spherical(pair.omega_o.theta(), pair.omega_o.phi() + PI);
+        let turned = DirectionPair::new(pair.omega_i, view);
+        let theta_d = 0.5 * pair.separation();
+        let by = [
+            half.forward(pair)[1] - theta_d,
+            hybrid.forward(pair)[1] - theta_d.sin(),
+            orthographic.forward(pair)[1] - orthographic.forward(&turned)[0],
+        ];
+        largest(by.map(f64::abs))
+    });
+    let miss = largest(miss);
+    Statement {
+        id: "back-isolines-concentric",
+        place: "Fig. 1",
+        statement: "isolines of theta_d and |k| are concentric about the back direction, with \
+                    different spacing; those of |k_bar| are as distorted as those of |h_bar|",
+        criterion: "theta_d is half the angle between the directions, |k| its sine, and |k_bar| is \
+                    |h_bar| with the view turned by 180°, over 20 000 pairs",
+    }
+    .found(
+        &[miss < EXACT],
+        vec![("largest_difference".into(), miss)],
+        format!("exact: largest difference {miss:.1e}"),
+    )
+}
+
+fn mirror_isolines() -> Claim {
+    const VIEW: f64 = 75.0;
+    const ACROSS: f64 = 15.0;
+    // Extent towards the normal of the isoline through a point beside the mirror direction.
+    let aspect = |chart: &str, across: f64| {
+        let form = form(chart, false);
+        let view = VIEW.to_radians();
+        let first = |theta: f64, phi: f64| {
+            let light = view_centered(theta - view, phi);
+            form.forward(&DirectionPair::new(light, view_centered(view, 0.0)))[0]
+        };
+        let level = first(0.0, across.to_radians());
+        let (mut inside, mut outside) = (0.0, FRAC_PI_2);
+        for _ in 0..60 {
+            let middle = 0.5 * (inside + outside);
+            if first(middle, 0.0) < level {
+                inside = middle;
+            } else {
+                outside = middle;
+            }
+        }
+        inside.to_degrees() / across
+    };
+    let [theta_h, h_bar] = ["half-difference", "hybrid"].map(|c| aspect(c, ACROSS));
+    let [small_theta_h, small_h_bar] = ["half-difference", "hybrid"].map(|c| aspect(c, 0.01));
+    Statement {
+        id: "mirror-isolines-pinched",
+        place: "Fig. 1, section 2",
+        statement: "at grazing views isolines of theta_h are pinched about the mirror direction, \
+                    those of |h_bar| less so",
+        criterion: "at a view of 75°, the extent of an isoline towards the normal over that across \
+                    the plane of incidence: nearer to 1 for |h_bar|, at 15° across and at 0.01°",
+    }
+    .found(
+        &[h_bar < 0.99 * theta_h, small_h_bar < 0.99 * small_theta_h],
+        vec![
+            ("aspect_theta_h".into(), theta_h),
+            ("aspect_h_bar".into(), h_bar),
+            ("aspect_small_theta_h".into(), small_theta_h),
+            ("aspect_small_h_bar".into(), small_h_bar),
+        ],
+        format!(
+            "15° wide isolines are {theta_h:.2} and {h_bar:.2} times as long as wide, small ones \
+             {small_theta_h:.2} and {small_h_bar:.2}: about a narrow peak both are 1/cos 75°"
+        ),
+    )
+}
+
+fn f_bends(bench: &Bench) -> Claim {
+    let found = bench.distortion(F, "orthographic");
+    let shares = on_slices(&found, 1);
+    // Along the anti-diagonal |k_bar| falls where |h_bar| rises: F rises with both.
+    let form = form("orthographic", true);
+    let value = |x: f64, y: f64| {
+        let pair = form.inverse(&[x, y, 0.0, 0.0])?;
+        Some(pair.back().length())
+    };
+    let step = 1.0 / LATTICE as f64;
+    let nodes = (1..LATTICE).flat_map(|i| (1..LATTICE).map(move |j| (i, j)));
+    let slopes: Vec<bool> = nodes
+        .filter_map(|(i, j)| {
+            let [x, y] = [i as f64 * step, j as f64 * step];
+            let here = value(x, y)?;
+            Some((value(x + step, y)? - here) * (value(x, y + step)? - here) > 0.0)
+        })
+        .collect();
+    let falling = slopes.iter().filter(|s| **s).count() as f64 / slopes.len() as f64;
+    let mut numbers = per_slice("share_k_bar", &found, &shares);
+    numbers.push(("falling_isolines_0deg".into(), falling));
+    let less = shares[..3].iter().all(|s| *s < 1.0 - EXACT);
+    Statement {
+        id: "f-bends-orthographic",
+        place: "Fig. 2, section 3",
+        statement: "in orthographic coordinates isolines of F bend towards the anti-diagonal when \
+                    phi_k departs from 90°",
+        criterion: "|k_bar| alone explains F at 90° and less elsewhere, and at 0° isolines fall with \
+                    |h_bar|",
+    }
+    .found(
+        &[1.0 - shares[3] < EXACT && less, falling > 0.99],
+        numbers,
+        format!(
+            "|k_bar| explains {} of F at 90° and {} at 0°; {} of the isolines fall there",
+            percent(shares[3]),
+            percent(shares[0]),
+            percent(falling)
+        ),
+    )
+}
+
+fn s_distorted(bench: &Bench) -> Claim {
+    let found = bench.distortion(S, "half-difference");
+    let shares = on_slices(&found, 0);
+    let cases: Vec<bool> = shares.iter().map(|s| *s < ALIGNED).collect();
+    let finding = format!(
+        "theta_h explains {} of S at 0°, 30°, 60° and 90°",
+        shares
+            .iter()
+            .map(|s| percent(*s))
+            .collect::<Vec<_>>()
+            .join(", ")
+    );
+    Statement {
+        id: "s-distorted-half-difference",
+        place: "Fig. 2, section 3",
+        statement: "S is significantly distorted in half/difference coordinates",
+        criterion: "theta_h alone explains less than 95 % of its variance on every slice",
+    }
+    .found(&cases, per_slice("share_theta_h", &found, &shares), finding)
+}
+
+fn s_independent(bench: &Bench) -> Claim {
+    let change = changes(&bench.distortion(S, "half-difference"));
+    Statement {
+        id: "s-independent-of-phi-d",
+        place: "section 3",
+        statement: "and that independently of phi_d",
+        criterion: "no share of its variance changes with phi_d (|h_bar| = sin theta_h cos theta_d)",
+    }
+    .found(
+        &[change.abs() < EXACT],
+        vec![("share_changing_with_phi_d".into(), change)],
+        format!("{change:.1e} of the variance changes with phi_d"),
+    )
+}
+
+fn g_horizon(bench: &Bench) -> Claim {
+    let g = &*bench.functions[G];
+    let lights = (0..8).map(|i| view_centered(0.2 * i as f64 - 0.7, 0.3));
+    let horizon = view_centered(FRAC_PI_2 - 1e-9, 0.0);
+    let values = lights.filter_map(|light| g.luminance(&DirectionPair::new(light, horizon)));
+    let value = largest(values);
+    Statement {
+        id: "g-zero-on-the-horizon",
+        place: "section 3",
+        statement: "the 0-isoline of G is the horizon",
+        criterion: "G = 0 where a direction lies on the horizon",
+    }
+    .found(
+        &[value.abs() < EXACT],
+        vec![("g_on_the_horizon".into(), value)],
+        format!("G is {value:.3} there; the product of cosines is 0"),
+    )
+}
+
+fn g_ranking(bench: &Bench) -> Claim {
+    let found = COMPARED.map(|chart| bench.distortion(G, chart));
+    let change = [0, 1, 2].map(|i| changes(&found[i]));
+    let bent = [0, 1, 2].map(|i| found[i].shares.map_or(0.0, |s| 1.0 - s.additive));
+    let apart = [0, 1, 2].map(|i| {
+        let best = found[i].shares.map_or(0.0, |s| s.axis[0].max(s.axis[1]));
+        1.0 - best
+    });
+    let most = |v: [f64; 3]| above(v[0], &v[1..]);
+    let least = |v: [f64; 3]| below(v[2], &v[..2]);
+    let mut numbers = per_chart("changes_with_azimuth", change);
+    numbers.extend(per_chart("beyond_a_sum_of_two_axes", bent));
+    numbers.extend(per_chart("beyond_the_best_axis", apart));
+    let cases: Vec<bool> = [change, bent, apart]
+        .iter()
+        .flat_map(|v| [most(*v), least(*v)])
+        .collect();
+    let shown = |v: [f64; 3]| v.map(percent).join(", ");
+    let finding = format!(
+        "half/difference, orthographic, hybrid: {} of G changes with the azimuth, {} is no sum of \
+         functions of the first two axes, {} is not explained by the best axis",
+        shown(change),
+        shown(bent),
+        shown(apart)
+    );
+    Statement {
+        id: "g-ranking",
+        place: "Fig. 2, section 3",
+        statement: "every parametrization distorts G, half/difference most and hybrid least",
+        criterion: "in each of three shares of the variance half/difference has the largest and \
+                    hybrid the smallest: what changes with the azimuth, what is no sum of functions \
+                    of the first two axes, what the best axis leaves",
+    }
+    .found(&cases, numbers, finding)
+}
+
+fn g_circular(bench: &Bench) -> Claim {
+    let g = &*bench.functions[G];
+    let miss = |chart: &str, delta: f64| {
+        let form = form(chart, true);
+        let nodes = (0..LATTICE).flat_map(|i| (0..LATTICE).map(move |j| [i, j]));
+        let nodes = nodes.map(|n| n.map(|i| (i as f64 + 0.5) / LATTICE as f64));
+        largest(nodes.filter_map(|[x, y]| {
+            let value = g.luminance(&form.inverse(&[x, y, delta, 0.0])?)?;
+            Some((value - x * x - y * y).abs())
+        }))
+    };
+    let [orthographic, hybrid] = ["orthographic", "hybrid"].map(|c| miss(c, FRAC_PI_2));
+    let [orthographic_0, hybrid_0] = ["orthographic", "hybrid"].map(|c| miss(c, 0.0));
+    Statement {
+        id: "g-circular-at-90",
+        place: "Fig. 2, section 3",
+        statement: "isolines of G are circular in orthographic and hybrid coordinates at phi_k = 90°",
+        criterion: "G is the square of the distance from the corner at 90° (how far it is from it \
+                    at 0° is told for comparison)",
+    }
+    .found(
+        &[orthographic < EXACT, hybrid < EXACT],
+        vec![
+            ("largest_difference_orthographic_90deg".into(), orthographic),
+            ("largest_difference_hybrid_90deg".into(), hybrid),
+            ("largest_difference_orthographic_0deg".into(), orthographic_0),
+            ("largest_difference_hybrid_0deg".into(), hybrid_0),
+        ],
+        format!(
+            "exact at 90° (largest difference {:.1e}); at 0° off by up to {orthographic_0:.2} \
+             and {hybrid_0:.2}",
+            orthographic.max(hybrid)
+        ),
+    )
+}

@@ -1,0 +1,280 @@
+//! Statements of section 3 and of the appendix that are equations.
+
+use super::{Bench, COMPARED, Claim, EXACT, G, Statement, form, largest, per_chart, percent};
+use crate::analysis::{Averaging, LATTICE, reduced};
+use crate::brdf::{Brdf, BuildError};
+use crate::geometry::DirectionPair;
+use crate::metrics::{self, Values};
+use crate::numeric::wrap_angle;
+use std::f64::consts::{FRAC_PI_2, PI};
+
+pub(super) fn claims(bench: &Bench) -> Result<Vec<Claim>, BuildError> {
+    Ok(vec![
+        equal_at_90(),
+        reciprocity(bench),
+        length_of_k(bench),
+        length_of_h_bar(bench),
+        cosines(bench),
+        theta_k(bench),
+        phi_k(bench),
+        slices(),
+        projection(bench),
+    ])
+}
+
+fn equal_at_90() -> Claim {
+    let [orthographic, hybrid] = ["orthographic", "hybrid"].map(|name| form(name, true));
+    let nodes = (0..LATTICE).flat_map(|i| (0..LATTICE).map(move |j| [i, j]));
+    let nodes = nodes.map(|n| n.map(|i| (i as f64 + 0.5) / LATTICE as f64));
+    let miss = largest(nodes.filter_map(|[x, y]| {
+        let pair = hybrid.inverse(&[x, y, FRAC_PI_2, 0.0])?;
+        let [h, k, delta, _] = orthographic.forward(&pair);
+        Some(
+            (h - x)
+                .abs()
+                .max((k - y).abs())
+                .max((delta - FRAC_PI_2).abs()),
+        )
+    }));
+    Statement {
+        id: "orthographic-is-hybrid-at-90",
+        place: "section 3",
+        statement: "orthographic and hybrid coordinates are identical at phi_k = 90°",
+        criterion: "the coordinates of 64 × 64 pairs of that slice agree",
+    }
+    .found(
+        &[miss < EXACT],
+        vec![("largest_difference".into(), miss)],
+        format!("exact: largest difference {miss:.1e}"),
+    )
+}
+
+fn reciprocity(bench: &Bench) -> Claim {
+    let miss = COMPARED.map(|name| {
+        let form = form(name, false);
+        largest(bench.pairs.iter().map(|pair| {
+            let [a, b] = [form.forward(pair), form.forward(&pair.swapped())];
+            let turn = wrap_angle(b[2] - a[2] - PI).abs();
+            // An azimuth about a short vector is as uncertain as that vector is short.
+            largest([(a[0] - b[0]).abs(), (a[1] - b[1]).abs(), turn * a[0] * a[1]])
+        }))
+    });
+    let worst = largest(miss);
+    Statement {
+        id: "reciprocity-is-half-a-turn",
+        place: "section 2",
+        statement: "exchanging light and sensor turns phi_d, or phi_k, by 180°",
+        criterion: "and changes nothing else, over 20 000 pairs",
+    }
+    .found(
+        &miss.map(|m| m < EXACT),
+        per_chart("largest_difference", miss),
+        format!("exact: largest difference {worst:.1e}"),
+    )
+}
+
+fn length_of_k(bench: &Bench) -> Claim {
+    let half = form("half-difference", false);
+    let miss = largest(bench.pairs.iter().map(|pair| {
+        let theta_d = half.forward(pair)[1];
+        let kk = pair.back().length_squared();
+        (theta_d.cos().powi(2) - (1.0 - kk)).abs()
+    }));
+    Statement {
+        id: "cos-theta-d",
+        place: "section 3, appendix",
+        statement: "cos² theta_d = 1 − |k|²",
+        criterion: "over 20 000 pairs",
+    }
+    .found(
+        &[miss < EXACT],
+        vec![("largest_difference".into(), miss)],
+        format!("exact: largest difference {miss:.1e}"),
+    )
+}
+
+fn length_of_h_bar(bench: &Bench) -> Claim {
+    let half = form("half-difference", false);
+    let [mut printed, mut appendix] = [0.0_f64; 2];
+    for pair in &bench.pairs {
+        let [theta_h, theta_d, ..] = half.forward(pair);
+        let hh = pair.half().truncate().length_squared();
+        let (sin, cos) = (theta_h.sin(), theta_d.cos());
+        printed = printed.max((hh - sin * cos).abs());
+        appendix = appendix.max((hh - sin * sin * cos * cos).abs());
+    }
+    Statement {
+        id: "length-of-h-bar",
+        place: "section 3, appendix",
+        statement: "|h_bar|² is sin theta_h cos theta_d (section 3), or the square of that (appendix)",
+        criterion: "each over 20 000 pairs",
+    }
+    .found(
+        &[printed < EXACT, appendix < EXACT],
+        vec![
+            ("largest_difference_section_3".into(), printed),
+            ("largest_difference_appendix".into(), appendix),
+        ],
+        format!("section 3 is off by up to {printed:.2}; the appendix is exact"),
+    )
+}
+
+fn cosines(bench: &Bench) -> Claim {
+    let miss = largest(bench.pairs.iter().map(|pair| {
+        let (h, k) = pair.half_and_back();
+        let kk = k.length_squared();
+        // |k|² (1 + cos² theta_k), with |k|² cos² theta_k = k_z².
+        let printed = 1.0 - h.truncate().length_squared() - kk - k.z * k.z;
+        (pair.omega_i.cos_theta() * pair.omega_o.cos_theta() - printed).abs()
+    }));
+    Statement {
+        id: "product-of-cosines",
+        place: "section 3, appendix",
+        statement: "(omega_i·n)(omega_o·n) = 1 − |h_bar|² − |k|² (1 + cos² theta_k)",
+        criterion: "over 20 000 pairs",
+    }
+    .found(
+        &[miss < EXACT],
+        vec![("largest_difference".into(), miss)],
+        format!("exact: largest difference {miss:.1e}"),
+    )
+}
+
+fn theta_k(bench: &Bench) -> Claim {
+    let hybrid = form("hybrid", false);
+    let other = bench.pairs.iter().filter(|pair| {
+        let [h_bar, _, delta, _] = hybrid.forward(pair);
+        let (h, k) = pair.half_and_back();
+        let printed = (-h.z / (h_bar * delta.cos())).atan();
+        let true_angle = k.truncate().length().atan2(k.z);
+        (printed - true_angle).abs() > 1e-3
+    });
+    let share = other.count() as f64 / bench.pairs.len() as f64;
+    Statement {
+        id: "theta-k",
+        place: "appendix",
+        statement: "theta_k is the inverse tangent of −h_z / (|h_bar| cos(phi_h − phi_k))",
+        criterion: "it is the angle of k for every one of 20 000 pairs; partly if for some",
+    }
+    .found(
+        &[share == 0.0, share < 1.0],
+        vec![("share_on_the_other_branch".into(), share)],
+        format!(
+            "{} of all pairs take the other branch: k changes sign, light and sensor are exchanged",
+            percent(share)
+        ),
+    )
+}
+
+fn phi_k(bench: &Bench) -> Claim {
+    let [half, _, hybrid] = COMPARED.map(|name| form(name, false));
+    let mut off: Vec<f64> = bench
+        .pairs
+        .iter()
+        .map(|pair| wrap_angle(hybrid.forward(pair)[2] - half.forward(pair)[2]).abs())
+        .collect();
+    off.sort_by(f64::total_cmp);
+    let (median, most) = (off[off.len() / 2], off[off.len() - 1]);
+    Statement {
+        id: "phi-k-is-a-sum",
+        place: "section 3, appendix",
+        statement: "phi_k = phi_h + phi_d",
+        criterion: "over 20 000 pairs, cosine-distributed",
+    }
+    .found(
+        &[most < EXACT],
+        vec![
+            ("median_difference_deg".into(), median.to_degrees()),
+            ("largest_difference_deg".into(), most.to_degrees()),
+        ],
+        format!(
+            "off by {:.1}° in the median, {:.0}° at most",
+            median.to_degrees(),
+            most.to_degrees()
+        ),
+    )
+}
+
+fn slices() -> Claim {
+    let [half, _, hybrid] = COMPARED.map(|name| form(name, false));
+    let spread = |delta: f64| {
+        let nodes = (0..LATTICE).flat_map(|i| (0..LATTICE).map(move |j| [i, j]));
+        let nodes = nodes.map(|n| n.map(|i| (i as f64 + 0.5) / LATTICE as f64));
+        let ends = nodes.filter_map(|[x, y]| {
+            let pair = hybrid.inverse(&[x, y, delta, 0.0])?;
+            Some(half.forward(&pair)[2])
+        });
+        let [lo, hi] = ends.fold([f64::INFINITY, f64::NEG_INFINITY], |[a, b], v| {
+            [a.min(v), b.max(v)]
+        });
+        (hi - lo).to_degrees()
+    };
+    let angles: [f64; 4] = [0.0, 30.0, 60.0, 90.0];
+    let spreads = angles.map(|a| spread(a.to_radians()));
+    let numbers = angles.iter().zip(spreads);
+    let numbers = numbers.map(|(a, s)| (format!("spread_of_phi_d_at_{a}deg_deg"), s));
+    Statement {
+        id: "slices-correspond",
+        place: "section 3",
+        statement: "any slice in hybrid coordinates is a warped slice in half/difference coordinates",
+        criterion: "phi_d is the same all over a hybrid slice, at phi_k − phi_h of 0°, 30°, 60° and 90°",
+    }
+    .found(
+        &spreads.map(|s| s < 1e-4),
+        numbers.collect(),
+        format!(
+            "at 0° and 90°; phi_d spreads over {:.1}° at 30° and {:.1}° at 60°",
+            spreads[1], spreads[2]
+        ),
+    )
+}
+
+fn projection(bench: &Bench) -> Claim {
+    let claim = projections(&*bench.functions[G], &bench.pairs);
+    Claim {
+        material: Some("test-g".into()),
+        ..claim
+    }
+}
+
+/// Two-dimensional approximations of one BRDF in both coordinates.
+pub(super) fn projections(brdf: &dyn Brdf, pairs: &[DirectionPair]) -> Claim {
+    let forms = ["half-difference", "hybrid"].map(|name| form(name, true));
+    let truth = metrics::evaluate(brdf, pairs);
+    let of = |averaging: Averaging| {
+        let [a, b] = [0, 1].map(|i| reduced(brdf, &*forms[i], averaging, pairs));
+        let error = |from: &Values, to: &Values| {
+            let errors = metrics::compare(pairs, from, to);
+            errors.nrmse.unwrap_or(0.0)
+        };
+        (error(&truth, &a), error(&truth, &b), error(&a, &b))
+    };
+    let [uniform, solid, cosine] = Averaging::ALL.map(of);
+    let mut numbers = Vec::new();
+    for (averaging, (half, hybrid, apart)) in Averaging::ALL.iter().zip([uniform, solid, cosine]) {
+        let name = averaging.name();
+        numbers.push((format!("nrmse_{name}_half-difference"), half));
+        numbers.push((format!("nrmse_{name}_hybrid"), hybrid));
+        numbers.push((format!("nrmse_{name}_between"), apart));
+    }
+    // Two quadratures of a measured table, linear between nodes, agree to some 1e-4.
+    let same = |(half, hybrid, apart): (f64, f64, f64)| apart < 1e-3 + 0.01 * half.max(hybrid);
+    Statement {
+        id: "projection-to-two-dimensions",
+        place: "section 3",
+        statement: "reducing a BRDF to two dimensions by projection gives the same approximation in \
+                    hybrid and half/difference coordinates",
+        criterion: "normalised RMS between the two averages over the azimuth below 1e-3 and a \
+                    hundredth of their errors: over equal steps of it, over solid angle, over \
+                    cosine-weighted solid angle",
+    }
+    .found(
+        &[uniform, solid, cosine].map(same),
+        numbers,
+        format!(
+            "over equal steps errors are {:.4} and {:.4} and the two differ by {:.4}; over solid \
+             angle both err by {:.4} and differ by {:.1e}",
+            uniform.0, uniform.1, uniform.2, solid.0, solid.2
+        ),
+    )
+}

@@ -1,0 +1,194 @@
+//! Statements under Figs. 3 to 5, each made of one measured material, on any BRDF.
+//!
+//! Of ln(f + 1e-3 sr⁻¹): the isolines of the pictures follow the luminance over many decades.
+
+use super::identities::projections;
+use super::{
+    COMPARED, Claim, Distortion, Statement, above, below, changes, form, on_slices, per_chart,
+    per_slice, percent,
+};
+use crate::analysis::{Scale, Shares, Weight, distortion, distortion_within};
+use crate::brdf::{Brdf, BuildError};
+use crate::metrics::{Measure, MetricsSpec, test_pairs};
+
+/// The part about the top left corner of a slice: the first third of the first axis, the last of
+/// the second.
+const CORNER: [[f64; 2]; 2] = [[0.0, 1.0 / 3.0], [2.0 / 3.0, 1.0]];
+
+/// The claims on materials, measured on one.
+///
+/// # Errors
+/// None, but those that choosing the test pairs could have.
+pub fn on_material(name: &str, brdf: &dyn Brdf) -> Result<Vec<Claim>, BuildError> {
+    let of = |weight: Weight| {
+        COMPARED.map(|chart| distortion(brdf, Scale::Log, &*form(chart, true), weight))
+    };
+    let [pictures, solid] = [Weight::Coordinates, Weight::SolidAngle].map(of);
+    let corner = COMPARED.map(|chart| {
+        let form = form(chart, true);
+        distortion_within(brdf, Scale::Log, &*form, Weight::Coordinates, CORNER)
+    });
+    let pairs = test_pairs(Measure::Cosine, &MetricsSpec::default())?;
+    let claims = [
+        like_s(&pictures, &solid),
+        corner_stable(&corner),
+        typical_slices(&pictures),
+        least_change(&pictures, &solid),
+        aligns_best(&pictures, &solid),
+        projections(brdf, &pairs),
+    ];
+    let named = claims.into_iter().map(|claim| Claim {
+        material: Some(name.into()),
+        ..claim
+    });
+    Ok(named.collect())
+}
+
+/// Share explained over all azimuths by what `of` names, in each chart.
+fn shares(found: &[Distortion; 3], of: fn(&Shares) -> f64) -> [f64; 3] {
+    [0, 1, 2].map(|i| found[i].shares.as_ref().map_or(0.0, of))
+}
+
+fn like_s(pictures: &[Distortion; 3], solid: &[Distortion; 3]) -> Claim {
+    let slices = [0, 1, 2].map(|i| on_slices(&pictures[i], 0));
+    let overall = shares(pictures, |s| s.axis[0]);
+    let by_solid = shares(solid, |s| s.axis[0]);
+    let mut numbers = per_chart("share_of_first_axis", overall);
+    numbers.extend(per_chart("share_of_first_axis_by_solid_angle", by_solid));
+    let more = |i: usize| {
+        let mut slices = slices[i].iter().zip(&slices[0]);
+        slices.all(|(s, half)| above(*s, &[*half]))
+    };
+    let shown = |v: [f64; 3]| v.map(percent).join(", ");
+    Statement {
+        id: "isolines-like-s",
+        place: "Fig. 3 (gold-metallic-paint3)",
+        statement: "isolines are like those of S: distorted in half/difference coordinates whatever \
+                    phi_d, not in the others",
+        criterion: "|h_bar| alone explains more of ln f than theta_h alone: on every slice, in \
+                    orthographic and in hybrid coordinates, and over all pairs by solid angle",
+    }
+    .found(
+        &[
+            more(1),
+            more(2),
+            above(by_solid[1].min(by_solid[2]), &by_solid[..1]),
+        ],
+        numbers,
+        format!(
+            "half/difference, orthographic, hybrid: the first axis explains {}; by solid angle {}",
+            shown(overall),
+            shown(by_solid)
+        ),
+    )
+}
+
+fn corner_stable(corner: &[Distortion; 3]) -> Claim {
+    let change = [0, 1, 2].map(|i| changes(&corner[i]));
+    Statement {
+        id: "sheen-corner-stable",
+        place: "Fig. 4 (colonial-maple-223)",
+        statement: "about the top left corner, isolines are stable over phi_d in half/difference \
+                    coordinates, distorted in orthographic ones away from 90°, and hybrid \
+                    coordinates keep distortions least",
+        criterion: "share of the variance of ln f within the first third of the first axis and the \
+                    last of the second that changes with the azimuth: orthographic largest, hybrid \
+                    smallest",
+    }
+    .found(
+        &[
+            above(change[1], &[change[0], change[2]]),
+            below(change[2], &change[..2]),
+        ],
+        per_chart("corner_changes_with_azimuth", change),
+        format!(
+            "half/difference, orthographic, hybrid: {} changes with the azimuth",
+            change.map(percent).join(", ")
+        ),
+    )
+}
+
+fn typical_slices(pictures: &[Distortion; 3]) -> Claim {
+    let deviations = |i: usize| -> Vec<f64> {
+        let slices = pictures[i].slices.iter();
+        slices.map(|s| s.deviation.unwrap_or(0.0)).collect()
+    };
+    let [half, orthographic] = [deviations(0), deviations(1)];
+    let mut numbers = per_slice("deviation_half-difference", &pictures[0], &half);
+    numbers.extend(per_slice(
+        "deviation_orthographic",
+        &pictures[1],
+        &orthographic,
+    ));
+    let most = |values: &[f64], at: usize| {
+        let mut others = values.iter().enumerate().filter(|(i, _)| *i != at);
+        others.all(|(_, v)| above(values[at], &[*v]))
+    };
+    Statement {
+        id: "exceptional-slices",
+        place: "Fig. 5 (pink-felt)",
+        statement: "half/difference coordinates are distorted most at phi_d = 90°, orthographic ones \
+                    at phi_k = 0°",
+        criterion: "mean squared deviation of ln f on a slice from the average over all azimuths is \
+                    largest there among 0°, 30°, 60°, 90°",
+    }
+    .found(
+        &[most(&half, 3), most(&orthographic, 0)],
+        numbers,
+        format!(
+            "half/difference: {} at 90°, {} at 0°; orthographic: {} at 0°, {} at 90° of the variance",
+            percent(half[3]),
+            percent(half[0]),
+            percent(orthographic[0]),
+            percent(orthographic[3])
+        ),
+    )
+}
+
+fn least_change(pictures: &[Distortion; 3], solid: &[Distortion; 3]) -> Claim {
+    let [change, by_solid] = [pictures, solid].map(|found| [0, 1, 2].map(|i| changes(&found[i])));
+    let mut numbers = per_chart("changes_with_azimuth", change);
+    numbers.extend(per_chart("changes_with_azimuth_by_solid_angle", by_solid));
+    let least = |v: [f64; 3]| below(v[2], &v[..2]);
+    let shown = |v: [f64; 3]| v.map(percent).join(", ");
+    Statement {
+        id: "hybrid-changes-least",
+        place: "Fig. 5 (pink-felt)",
+        statement: "hybrid coordinates are the best trade-off: slices change little across phi_k",
+        criterion: "the share of the variance of ln f that changes with the azimuth is smallest in \
+                    hybrid coordinates, in equal steps of the coordinates and by solid angle",
+    }
+    .found(
+        &[least(change), least(by_solid)],
+        numbers,
+        format!(
+            "half/difference, orthographic, hybrid: {}; by solid angle {}",
+            shown(change),
+            shown(by_solid)
+        ),
+    )
+}
+
+fn aligns_best(pictures: &[Distortion; 3], solid: &[Distortion; 3]) -> Claim {
+    let [sum, by_solid] = [pictures, solid].map(|found| shares(found, |s| s.additive));
+    let mut numbers = per_chart("share_of_a_sum", sum);
+    numbers.extend(per_chart("share_of_a_sum_by_solid_angle", by_solid));
+    let most = |v: [f64; 3]| above(v[2], &v[..2]);
+    let shown = |v: [f64; 3]| v.map(percent).join(", ");
+    Statement {
+        id: "hybrid-aligns-best",
+        place: "section 4",
+        statement: "hybrid coordinates are better aligned with common materials",
+        criterion: "a sum of functions of the first two axes explains more of the variance of ln f \
+                    than in the others, in equal steps of the coordinates and by solid angle",
+    }
+    .found(
+        &[most(sum), most(by_solid)],
+        numbers,
+        format!(
+            "half/difference, orthographic, hybrid: {}; by solid angle {}",
+            shown(sum),
+            shown(by_solid)
+        ),
+    )
+}

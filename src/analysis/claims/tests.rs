@@ -1,0 +1,118 @@
+//! Verdicts that follow from the equations, and verdicts on materials made to have them.
+
+use super::*;
+use crate::brdf::{Lambert, Spectrum};
+use crate::registry;
+
+fn verdict(claims: &[Claim], id: &str) -> Verdict {
+    claims.iter().find(|c| c.id == id).unwrap().verdict
+}
+
+fn number(claims: &[Claim], id: &str, name: &str) -> f64 {
+    let claim = claims.iter().find(|c| c.id == id).unwrap();
+    let found = claim.numbers.iter().find(|(n, _)| n == name);
+    found.unwrap_or_else(|| panic!("{claim:?}")).1
+}
+
+#[test]
+fn equations_are_judged_as_the_algebra_says() {
+    let claims = on_test_functions().unwrap();
+    for id in [
+        "orthographic-is-hybrid-at-90",
+        "reciprocity-is-half-a-turn",
+        "cos-theta-d",
+        "product-of-cosines",
+        "back-isolines-concentric",
+        "f-aligned-half-difference",
+        "f-aligned-hybrid",
+        "f-bends-orthographic",
+        "s-aligned-orthographic",
+        "s-aligned-hybrid",
+        "s-independent-of-phi-d",
+        "g-circular-at-90",
+    ] {
+        assert_eq!(verdict(&claims, id), Verdict::Holds, "{id}");
+    }
+    for id in ["g-zero-on-the-horizon", "phi-k-is-a-sum"] {
+        assert_eq!(verdict(&claims, id), Verdict::DoesNotHold, "{id}");
+    }
+    for id in [
+        "length-of-h-bar",
+        "theta-k",
+        "slices-correspond",
+        "projection-to-two-dimensions",
+        "mirror-isolines-pinched",
+    ] {
+        assert_eq!(verdict(&claims, id), Verdict::HoldsPartly, "{id}");
+    }
+    // Half of all pairs; 20 000 of them have a standard error of 0.0035.
+    let share = number(&claims, "theta-k", "share_on_the_other_branch");
+    assert!((share - 0.5).abs() < 0.01, "{share}");
+    // Small isolines of both are ellipses of axes 1 : cos 75°.
+    for name in ["aspect_small_theta_h", "aspect_small_h_bar"] {
+        let aspect = number(&claims, "mirror-isolines-pinched", name);
+        assert!(
+            (aspect * 75_f64.to_radians().cos() - 1.0).abs() < 0.01,
+            "{aspect}"
+        );
+    }
+    // G − |h_bar|² − |k|² = k_z², and |k_z| = |cos θ_i − cos θ_o|/2 is a half at most.
+    let at_0 = number(
+        &claims,
+        "g-circular-at-90",
+        "largest_difference_hybrid_0deg",
+    );
+    assert!(at_0 > 0.24 && at_0 < 0.25, "{at_0}");
+}
+
+#[test]
+fn claims_are_named_once_and_say_what_they_measure() {
+    let mut claims = on_test_functions().unwrap();
+    let lambert = Lambert::new(Spectrum::Grey(0.5), Channels::Luminance);
+    claims.extend(on_material("matte", &lambert).unwrap());
+    let mut names: Vec<_> = claims.iter().map(|c| (c.id, c.material.clone())).collect();
+    names.sort();
+    let count = names.len();
+    names.dedup();
+    assert_eq!(names.len(), count);
+    for claim in &claims {
+        assert!(
+            !claim.numbers.is_empty() && !claim.finding.is_empty(),
+            "{claim:?}"
+        );
+        assert!(
+            claim.numbers.iter().all(|(_, v)| v.is_finite()),
+            "{claim:?}"
+        );
+    }
+}
+
+#[test]
+fn lobes_of_theta_h_are_not_like_s_and_lobes_of_h_bar_are() {
+    let of = |kind: &str| {
+        let entries = crate::brdf::all();
+        let entry = entries.iter().find(|e| e.kind == kind).unwrap();
+        let spec = registry::read_text(entry, "").unwrap();
+        let brdf = spec.build(Channels::Luminance).unwrap();
+        on_material(kind, &*brdf).unwrap()
+    };
+    // S is a function of |h_bar| by construction; F of theta_d, which both charts keep.
+    let s = of("test-s");
+    assert_eq!(verdict(&s, "isolines-like-s"), Verdict::Holds);
+    assert_eq!(
+        number(
+            &s,
+            "hybrid-changes-least",
+            "changes_with_azimuth_orthographic"
+        ),
+        0.0
+    );
+    let f = of("test-f");
+    assert_ne!(verdict(&f, "isolines-like-s"), Verdict::Holds);
+    let change = number(
+        &f,
+        "hybrid-changes-least",
+        "changes_with_azimuth_orthographic",
+    );
+    assert!(change > 1e-3, "{change}");
+}

@@ -1,0 +1,180 @@
+//! `gonio distortion`.
+
+use super::ThreadArgs;
+use super::brdf_args::BrdfArgs;
+use super::output::OutputArgs;
+use crate::analysis::{self, Averaging, Scale, Weight};
+use crate::brdf::Brdf;
+use crate::error::Error;
+use crate::geometry::{DirectionPair, Symmetry};
+use crate::metrics::{self, Measure, MetricsSpec};
+use crate::parametrization;
+use crate::report::{
+    ReductionRow, SharesRow, StretchRow, reduction_table, rows_csv, rows_json, shares_table,
+    stretch_table,
+};
+use clap::{Args, ValueEnum};
+use serde::Serialize;
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum Table {
+    /// Share of the variance that one axis explains, and two; energy of the gradient along each
+    Shares,
+    /// Errors of the average over the azimuth, in each parametrization
+    Reduction,
+    /// Longest over shortest way of a small step in coordinates; the same for every material
+    Stretch,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum ScaleArg {
+    /// f, in 1/sr
+    Value,
+    /// ln(f + 1e-3)
+    Log,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum WeightArg {
+    /// Nodes in equal steps of the coordinates count the same
+    Coordinates,
+    /// Nodes count as the steradians² they stand for
+    SolidAngle,
+}
+
+#[derive(Debug, Args)]
+pub(super) struct Distortion {
+    #[command(flatten)]
+    brdf: BrdfArgs,
+    #[command(flatten)]
+    threads: ThreadArgs,
+    /// What is measured
+    #[arg(long, value_enum, default_value = "shares")]
+    table: Table,
+    /// For shares: of what number [default: value for the test functions, log for the others]
+    #[arg(long, value_enum)]
+    scale: Option<ScaleArg>,
+    /// For shares: what a node counts
+    #[arg(long, value_enum, default_value = "coordinates")]
+    weight: WeightArg,
+    #[command(flatten)]
+    output: OutputArgs,
+}
+
+impl Distortion {
+    pub(super) fn run(self) -> Result<(), Error> {
+        self.threads.apply()?;
+        self.output.check()?;
+        match self.table {
+            Table::Shares => self.shares(),
+            Table::Reduction => self.reduction(),
+            Table::Stretch => self.stretch(),
+        }
+    }
+
+    fn shares(&self) -> Result<(), Error> {
+        let mut rows = Vec::new();
+        let weight = match self.weight {
+            WeightArg::Coordinates => Weight::Coordinates,
+            WeightArg::SolidAngle => Weight::SolidAngle,
+        };
+        let outcome = self.brdf.each(self.output.place(), |material, brdf| {
+            let scale = match self.scale {
+                Some(ScaleArg::Value) => Scale::Value,
+                Some(ScaleArg::Log) => Scale::Log,
+                None if is_test_function(&material.spec.resolved()) => Scale::Value,
+                None => Scale::Log,
+            };
+            for entry in parametrization::all() {
+                let form = entry.form(Symmetry {
+                    isotropic: true,
+                    ..material.symmetry
+                });
+                let found = analysis::distortion(brdf, scale, &*form, weight);
+                rows.extend(SharesRow::of(
+                    &material.name,
+                    entry.name,
+                    form.axes(),
+                    (scale, weight),
+                    &found,
+                ));
+            }
+            Ok(())
+        });
+        self.write(rows, |r| shares_table(r), outcome)
+    }
+
+    fn reduction(&self) -> Result<(), Error> {
+        let pairs = pairs()?;
+        let mut rows = Vec::new();
+        let outcome = self.brdf.each(self.output.place(), |material, brdf| {
+            rows.extend(reductions(&material.name, brdf, &pairs));
+            Ok(())
+        });
+        self.write(rows, |r| reduction_table(r), outcome)
+    }
+
+    fn stretch(&self) -> Result<(), Error> {
+        let pairs = pairs()?;
+        let entries = parametrization::all();
+        let rows = entries.iter().filter_map(|entry| {
+            let found = analysis::anisotropy(entry, &pairs)?;
+            Some(StretchRow::new(entry.name, &found))
+        });
+        self.write(rows.collect(), |r| stretch_table(r), Ok(()))
+    }
+
+    /// Writes what there is, unless nothing could be measured.
+    fn write<T: Serialize>(
+        &self,
+        rows: Vec<T>,
+        text: impl FnOnce(&Vec<T>) -> String,
+        outcome: Result<(), Error>,
+    ) -> Result<(), Error> {
+        if matches!(outcome, Ok(()) | Err(Error::JobsFailed { .. })) {
+            self.output.write(
+                &rows,
+                text,
+                |r, out| rows_csv(r, out),
+                |r, out| rows_json(r, out),
+            )?;
+        }
+        outcome
+    }
+}
+
+/// True for F, S and G, which mean their value.
+fn is_test_function(resolved: &toml::Table) -> bool {
+    let kind = resolved.get("kind").and_then(|k| k.as_str());
+    kind.is_some_and(|k| k.starts_with("test-"))
+}
+
+fn pairs() -> Result<Vec<DirectionPair>, Error> {
+    metrics::test_pairs(Measure::Cosine, &MetricsSpec::default())
+        .map_err(|e| Error::Internal(e.to_string()))
+}
+
+/// The approximations of one material in every parametrization.
+fn reductions(material: &str, brdf: &dyn Brdf, pairs: &[DirectionPair]) -> Vec<ReductionRow> {
+    let truth = metrics::evaluate(brdf, pairs);
+    let entries = parametrization::all();
+    let mut rows = Vec::new();
+    for averaging in Averaging::ALL {
+        let of = |entry: &parametrization::ParametrizationEntry| {
+            analysis::reduced(brdf, &*entry.form(Symmetry::FULL), averaging, pairs)
+        };
+        let half = entries.iter().find(|e| e.name == "half-difference").map(of);
+        for entry in &entries {
+            let values = of(entry);
+            let from = half.as_ref().unwrap_or(&truth);
+            rows.push(ReductionRow::new(
+                material,
+                entry.name,
+                averaging,
+                &metrics::compare(pairs, &truth, &values),
+                &metrics::compare(pairs, from, &values),
+            ));
+        }
+    }
+    rows
+}

@@ -1,0 +1,69 @@
+//! Tables that are printed for people, or written for programs.
+
+use super::{print, refuse_existing};
+use crate::error::Error;
+use crate::files::write_atomically;
+use clap::{Args, ValueEnum};
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(super) enum Format {
+    /// For people
+    Text,
+    Csv,
+    Json,
+}
+
+/// How, and where to.
+#[derive(Debug, Args)]
+pub(super) struct OutputArgs {
+    /// Format of the table
+    #[arg(long, value_enum, default_value = "text")]
+    format: Format,
+    /// Write the table to this file instead of printing it
+    #[arg(short, long, value_name = "FILE")]
+    output: Option<PathBuf>,
+    /// Replace the file if it exists
+    #[arg(long, requires = "output")]
+    force: bool,
+}
+
+impl OutputArgs {
+    /// Refuses to replace a file unless told to; before anything is computed.
+    pub(super) fn check(&self) -> Result<(), Error> {
+        self.output
+            .as_ref()
+            .map_or(Ok(()), |path| refuse_existing(path, self.force))
+    }
+
+    /// Where results go, for messages.
+    pub(super) fn place(&self) -> &Path {
+        self.output.as_deref().unwrap_or(Path::new("stdout"))
+    }
+
+    /// Prints or writes rows.
+    pub(super) fn write<R>(
+        &self,
+        rows: &R,
+        text: impl FnOnce(&R) -> String,
+        csv: impl FnOnce(&R, &mut Vec<u8>) -> io::Result<()>,
+        json: impl FnOnce(&R, &mut Vec<u8>) -> io::Result<()>,
+    ) -> Result<(), Error> {
+        let mut bytes = Vec::new();
+        let made = match self.format {
+            Format::Text => bytes.write_all(text(rows).as_bytes()),
+            Format::Csv => csv(rows, &mut bytes),
+            Format::Json => json(rows, &mut bytes),
+        };
+        made.map_err(|e| Error::Internal(e.to_string()))?;
+        match &self.output {
+            Some(path) => write_atomically(path, |out| out.write_all(&bytes))
+                .map_err(|e| Error::output(path, format!("cannot write this file: {e}"))),
+            None => {
+                let text = String::from_utf8(bytes).map_err(|e| Error::Internal(e.to_string()))?;
+                print(&text)
+            }
+        }
+    }
+}
