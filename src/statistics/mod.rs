@@ -12,7 +12,7 @@ mod ranks;
 mod variance;
 mod wilcoxon;
 
-pub use bootstrap::{FEWEST, mean_interval};
+pub use bootstrap::{Bootstrap, FEWEST};
 pub use mean::{EXACT, geometric_mean};
 pub use order::{Order, PooledOrder, order, pooled_order};
 pub use paired::{BAND, Paired, SIGNIFICANCE, Verdict};

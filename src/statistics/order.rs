@@ -1,6 +1,6 @@
 //! How fast an error falls with the budget.
 
-use super::bootstrap::mean_interval;
+use super::bootstrap::Bootstrap;
 use super::mean::{EXACT, mean};
 
 /// A straight line through ln error against ln budget.
@@ -54,18 +54,18 @@ pub fn order(points: &[(f64, f64)]) -> Option<Order> {
 pub struct PooledOrder {
     /// The mean slope.
     pub slope: f64,
-    /// Its 95 % interval over materials, see [`mean_interval`].
+    /// Its 95 % interval over materials, see [`Bootstrap::mean_interval`].
     pub interval: Option<[f64; 2]>,
     /// Materials.
     pub n: usize,
 }
 
 /// The mean of slopes, one a material. `None` of no slopes and where one is not finite.
-pub fn pooled_order(slopes: &[f64], seed: u64) -> Option<PooledOrder> {
+pub fn pooled_order(slopes: &[f64], bootstrap: &Bootstrap) -> Option<PooledOrder> {
     slopes.iter().all(|s| s.is_finite()).then_some(())?;
     Some(PooledOrder {
         slope: mean(slopes)?,
-        interval: mean_interval(slopes, seed),
+        interval: bootstrap.mean_interval(slopes),
         n: slopes.len(),
     })
 }
@@ -121,13 +121,18 @@ mod tests {
     #[test]
     fn pooled_over_materials() {
         let slopes = [-0.5, -0.6, -0.4, -0.7, -0.45, -0.55];
-        let pooled = pooled_order(&slopes, 1).unwrap();
+        let pooled = pooled_order(&slopes, &Bootstrap::new(1)).unwrap();
         assert!((pooled.slope + 3.2 / 6.0).abs() < 1e-15);
-        assert_eq!(pooled.interval, mean_interval(&slopes, 1));
+        assert_eq!(pooled.interval, Bootstrap::new(1).mean_interval(&slopes));
         let [low, high] = pooled.interval.unwrap();
         assert!(-0.7 < low && low < pooled.slope && pooled.slope < high && high < -0.4);
-        assert_eq!(pooled_order(&slopes[..5], 1).unwrap().interval, None);
-        assert_eq!(pooled_order(&[], 1), None);
-        assert_eq!(pooled_order(&[-0.5, f64::NAN], 1), None);
+        assert_eq!(
+            pooled_order(&slopes[..5], &Bootstrap::new(1))
+                .unwrap()
+                .interval,
+            None
+        );
+        assert_eq!(pooled_order(&[], &Bootstrap::new(1)), None);
+        assert_eq!(pooled_order(&[-0.5, f64::NAN], &Bootstrap::new(1)), None);
     }
 }

@@ -1,6 +1,6 @@
 //! Two choices on the same materials: which is better, by how much, how surely.
 
-use super::bootstrap::mean_interval;
+use super::bootstrap::Bootstrap;
 use super::mean::{log_error, mean};
 use super::wilcoxon::{holm, signed_rank};
 use std::fmt::{self, Display, Formatter};
@@ -42,7 +42,7 @@ pub struct Paired {
     pub n: usize,
     /// Geometric mean over materials of error of A / error of B; below 1 where A is better.
     pub ratio: f64,
-    /// 95 % bootstrap interval of the ratio over materials, see [`mean_interval`]; `None` with too
+    /// 95 % bootstrap interval of the ratio over materials, see [`Bootstrap::mean_interval`]; `None` with too
     /// few materials.
     pub interval: Option<[f64; 2]>,
     /// Two-sided Wilcoxon signed-rank test of the log ratios, see [`signed_rank`]; `None` with too few
@@ -64,7 +64,7 @@ impl Paired {
     /// Errors below [`super::EXACT`] count as that: two exact reconstructions are a tie. The order of
     /// materials does not matter; A and B exchanged invert the ratio and its interval. `None` of no
     /// pairs, where an error is negative or not finite, and of a band that is not finite or below 1.
-    pub fn new(pairs: &[(f64, f64)], band: f64, seed: u64) -> Option<Self> {
+    pub fn new(pairs: &[(f64, f64)], band: f64, bootstrap: &Bootstrap) -> Option<Self> {
         if !(band >= 1.0 && band.is_finite()) {
             return None;
         }
@@ -79,7 +79,9 @@ impl Paired {
         Some(Self {
             n: logs.len(),
             ratio: mean(&logs)?.exp(),
-            interval: mean_interval(&logs, seed).map(|ends| ends.map(f64::exp)),
+            interval: bootstrap
+                .mean_interval(&logs)
+                .map(|ends| ends.map(f64::exp)),
             p: signed_rank(&logs),
             wins,
             losses,
@@ -176,7 +178,7 @@ mod tests {
     }
 
     fn verdict(n: u32, shift: f64, spread: f64) -> Verdict {
-        Paired::new(&pairs(n, shift, spread), BAND, 1)
+        Paired::new(&pairs(n, shift, spread), BAND, &Bootstrap::new(1))
             .unwrap()
             .verdict()
     }
@@ -200,13 +202,13 @@ mod tests {
         // A single material on which A is hopeless: the test leans to A, the mean does not.
         let mut one = pairs(30, -0.1, 0.05);
         one[7] = (1.0, 1e-6);
-        let one = Paired::new(&one, BAND, 1).unwrap();
+        let one = Paired::new(&one, BAND, &Bootstrap::new(1)).unwrap();
         assert!(one.p.unwrap() < 1e-4 && one.ratio > 1.0);
         assert_eq!(one.verdict(), Verdict::Undecided);
         // Five of thirty differ, all to one side: the mean leans, the sign cannot be tested.
         let mut five = vec![(0.1, 0.1); 25];
         five.extend(pairs(5, -2.0, 0.1));
-        let five = Paired::new(&five, BAND, 1).unwrap();
+        let five = Paired::new(&five, BAND, &Bootstrap::new(1)).unwrap();
         assert!(five.interval.unwrap()[1] < 1.0);
         assert_eq!((five.p, five.verdict()), (None, Verdict::Undecided));
     }
@@ -220,7 +222,7 @@ mod tests {
             (0.0, 1e-15),
             (1.005, 1.0),
         ];
-        let found = Paired::new(&pairs, BAND, 1).unwrap();
+        let found = Paired::new(&pairs, BAND, &Bootstrap::new(1)).unwrap();
         assert!((found.ratio / (0.25f64 * 1.005).powf(0.2) - 1.0).abs() < 1e-14);
         assert_eq!((found.wins, found.losses, found.ties), (2, 1, 2));
         assert_eq!((found.n, found.interval, found.p), (5, None, None));
@@ -228,9 +230,15 @@ mod tests {
         let six: Vec<(f64, f64)> = [-0.1, 0.2, -0.3, 0.4, 0.5, -0.6f64]
             .map(|l| (l.exp(), 1.0))
             .to_vec();
-        let got = Paired::new(&six, BAND, 9).unwrap().interval.unwrap();
+        let got = Paired::new(&six, BAND, &Bootstrap::new(9))
+            .unwrap()
+            .interval
+            .unwrap();
         let logs = [-0.1, 0.2, -0.3, 0.4, 0.5, -0.6];
-        for (g, e) in got.iter().zip(mean_interval(&logs, 9).unwrap()) {
+        for (g, e) in got
+            .iter()
+            .zip(Bootstrap::new(9).mean_interval(&logs).unwrap())
+        {
             assert!((g.ln() - e).abs() < 1e-14, "{got:?}");
         }
     }
@@ -238,9 +246,9 @@ mod tests {
     #[test]
     fn exchanged_and_shuffled() {
         let pairs = pairs(24, -0.1, 0.4);
-        let found = Paired::new(&pairs, BAND, 1).unwrap();
+        let found = Paired::new(&pairs, BAND, &Bootstrap::new(1)).unwrap();
         let swapped: Vec<_> = pairs.iter().map(|(a, b)| (*b, *a)).collect();
-        let back = Paired::new(&swapped, BAND, 1).unwrap();
+        let back = Paired::new(&swapped, BAND, &Bootstrap::new(1)).unwrap();
         let [low, high] = found.interval.unwrap();
         let [low_back, high_back] = back.interval.unwrap();
         for product in [found.ratio * back.ratio, low * high_back, high * low_back] {
@@ -252,18 +260,18 @@ mod tests {
         );
         let mut turned = pairs.clone();
         turned.reverse();
-        assert_eq!(Paired::new(&turned, BAND, 1), Some(found));
+        assert_eq!(Paired::new(&turned, BAND, &Bootstrap::new(1)), Some(found));
     }
 
     #[test]
     fn refuses_what_is_no_error() {
         for bad in [f64::NAN, f64::INFINITY, -0.1] {
-            assert_eq!(Paired::new(&[(0.1, bad)], BAND, 1), None);
-            assert_eq!(Paired::new(&[(bad, 0.1)], BAND, 1), None);
-            assert_eq!(Paired::new(&[(0.1, 0.1)], bad, 1), None);
+            assert_eq!(Paired::new(&[(0.1, bad)], BAND, &Bootstrap::new(1)), None);
+            assert_eq!(Paired::new(&[(bad, 0.1)], BAND, &Bootstrap::new(1)), None);
+            assert_eq!(Paired::new(&[(0.1, 0.1)], bad, &Bootstrap::new(1)), None);
         }
-        assert_eq!(Paired::new(&[(0.1, 0.1)], 0.99, 1), None);
-        assert_eq!(Paired::new(&[], BAND, 1), None);
+        assert_eq!(Paired::new(&[(0.1, 0.1)], 0.99, &Bootstrap::new(1)), None);
+        assert_eq!(Paired::new(&[], BAND, &Bootstrap::new(1)), None);
     }
 
     #[test]
@@ -273,7 +281,12 @@ mod tests {
             .map(|k| {
                 let wave = |i: u32| f64::from((i * i + 31 * k) * (i + 7)).sin();
                 let pair = |i| ((0.3 * wave(i)).exp() * if k == 0 { 0.7 } else { 1.0 }, 1.0);
-                Paired::new(&(1..=24).map(pair).collect::<Vec<_>>(), BAND, 1).unwrap()
+                Paired::new(
+                    &(1..=24).map(pair).collect::<Vec<_>>(),
+                    BAND,
+                    &Bootstrap::new(1),
+                )
+                .unwrap()
             })
             .collect();
         let together = Paired::adjusted(&alone);
@@ -284,7 +297,7 @@ mod tests {
         };
         assert!(found(&alone).len() > 1, "no false finding to lose");
         assert_eq!(found(&together), [0]);
-        let none = Paired::new(&[(0.1, 0.2)], BAND, 1).unwrap();
+        let none = Paired::new(&[(0.1, 0.2)], BAND, &Bootstrap::new(1)).unwrap();
         assert_eq!(Paired::adjusted(&[none]), [none]);
     }
 

@@ -7,8 +7,9 @@
 use super::plan::{Choice, OWN};
 use super::row::StudyRow;
 use crate::statistics::{
-    Paired, PooledOrder, Shares, geometric_mean, order, pooled_order, variance_shares,
+    Bootstrap, Paired, PooledOrder, Shares, geometric_mean, order, pooled_order, variance_shares,
 };
+use rayon::iter::{IntoParallelIterator, ParallelIterator};
 use std::collections::HashMap;
 
 /// Seed of the bootstrap: the same rows give the same intervals.
@@ -259,34 +260,42 @@ impl Findings {
         // One truth is all of them.
         let each = (0..truths).filter(|_| truths > 1).map(Some);
         let scopes: Vec<Option<usize>> = std::iter::once(None).chain(each).collect();
+        let mut tables = Vec::new();
         for metric in Metric::ALL {
             for measure in 0..index.measures.list.len() {
-                for &truth in &scopes {
-                    let materials = index.of_truth(truth);
-                    let scope = Scope {
-                        metric,
-                        measure: index.measures.list[measure].into(),
-                        truth: truth.map(|t| index.truths.list[t].into()),
-                        materials: materials.len(),
-                    };
-                    let table = Table::new(&index, metric, measure, materials);
-                    findings.rankings.push(Ranking {
-                        lines: table.lines(band),
-                        scope: scope.clone(),
-                    });
-                    findings.duels.push(Duels {
-                        duels: table.duels(band),
-                        scope: scope.clone(),
-                    });
-                    if truth.is_none() {
-                        for scattered in [false, true] {
-                            findings
-                                .explained
-                                .extend(table.explained(&scope, scattered));
-                        }
-                    }
-                }
+                tables.extend(scopes.iter().map(|&truth| (metric, measure, truth)));
             }
+        }
+        // The draws are the same for every table.
+        let bootstrap = Bootstrap::new(SEED);
+        let found: Vec<_> = tables
+            .into_par_iter()
+            .map(|(metric, measure, truth)| {
+                let materials = index.of_truth(truth);
+                let scope = Scope {
+                    metric,
+                    measure: index.measures.list[measure].into(),
+                    truth: truth.map(|t| index.truths.list[t].into()),
+                    materials: materials.len(),
+                };
+                let table = Table::new(&index, &bootstrap, metric, measure, materials);
+                let ranking = Ranking {
+                    lines: table.lines(band),
+                    scope: scope.clone(),
+                };
+                let duels = Duels {
+                    duels: table.duels(band),
+                    scope: scope.clone(),
+                };
+                let kinds = [false, true].into_iter().filter(|_| truth.is_none());
+                let explained = kinds.filter_map(|scattered| table.explained(&scope, scattered));
+                (ranking, duels, explained.collect::<Vec<_>>())
+            })
+            .collect();
+        for (ranking, duels, explained) in found {
+            findings.rankings.push(ranking);
+            findings.duels.push(duels);
+            findings.explained.extend(explained);
         }
         findings
     }
@@ -306,6 +315,7 @@ fn strings(list: &[&str]) -> Vec<String> {
 /// Errors of one metric and measure over some materials.
 struct Table<'i, 'a> {
     index: &'i Index<'a>,
+    bootstrap: &'i Bootstrap,
     measure: usize,
     materials: Vec<usize>,
     /// By choice, allowance and position in `materials`.
@@ -313,7 +323,13 @@ struct Table<'i, 'a> {
 }
 
 impl<'i, 'a> Table<'i, 'a> {
-    fn new(index: &'i Index<'a>, metric: Metric, measure: usize, materials: Vec<usize>) -> Self {
+    fn new(
+        index: &'i Index<'a>,
+        bootstrap: &'i Bootstrap,
+        metric: Metric,
+        measure: usize,
+        materials: Vec<usize>,
+    ) -> Self {
         let choices = 0..index.choices.list.len();
         let errors = choices.map(|c| {
             let allowances = 0..index.allowances.list.len();
@@ -326,6 +342,7 @@ impl<'i, 'a> Table<'i, 'a> {
         Self {
             errors: errors.collect(),
             index,
+            bootstrap,
             measure,
             materials,
         }
@@ -390,7 +407,7 @@ impl<'i, 'a> Table<'i, 'a> {
             order(&points.collect::<Vec<_>>()).map(|o| o.slope)
         };
         let slopes: Vec<f64> = (0..self.materials.len()).filter_map(slope).collect();
-        pooled_order(&slopes, SEED)
+        pooled_order(&slopes, self.bootstrap)
     }
 
     /// Places at an allowance, and every choice against the best.
@@ -407,7 +424,7 @@ impl<'i, 'a> Table<'i, 'a> {
         };
         let compared: Vec<Option<Paired>> = others
             .iter()
-            .map(|&c| paired(whole[c].as_deref()?, of_best, band))
+            .map(|&c| self.paired(whole[c].as_deref()?, of_best, band))
             .collect();
         let compared = adjusted(&compared);
         for (i, &c) in order.iter().enumerate() {
@@ -416,6 +433,11 @@ impl<'i, 'a> Table<'i, 'a> {
                 cell.against_best = i.checked_sub(1).and_then(|i| compared[i]);
             }
         }
+    }
+
+    fn paired(&self, a: &[f64], b: &[f64], band: f64) -> Option<Paired> {
+        let pairs: Vec<(f64, f64)> = a.iter().copied().zip(b.iter().copied()).collect();
+        Paired::new(&pairs, band, self.bootstrap)
     }
 
     /// Every two choices that differ in one parametrization only, the earlier one second.
@@ -446,7 +468,7 @@ impl<'i, 'a> Table<'i, 'a> {
                 let cells = (0..self.index.allowances.list.len()).map(|at| {
                     let (x, y) = (&self.errors[i][at], &self.errors[j][at]);
                     let both = x.iter().zip(y).filter_map(|(x, y)| Some(((*x)?, (*y)?)));
-                    Paired::new(&both.collect::<Vec<_>>(), band, SEED)
+                    Paired::new(&both.collect::<Vec<_>>(), band, self.bootstrap)
                 });
                 duels.push(Duel {
                     factor,
@@ -505,11 +527,6 @@ impl<'i, 'a> Table<'i, 'a> {
             shares: variance_shares(&rows)?,
         })
     }
-}
-
-fn paired(a: &[f64], b: &[f64], band: f64) -> Option<Paired> {
-    let pairs: Vec<(f64, f64)> = a.iter().copied().zip(b.iter().copied()).collect();
-    Paired::new(&pairs, band, SEED)
 }
 
 /// Comparisons that are read together, where there are any.
