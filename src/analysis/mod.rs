@@ -54,3 +54,10 @@ impl Scale {
         }
     }
 }
+mod alignment;
+mod symmetry;
+
+pub use alignment::{Alignment, alignment};
+pub use symmetry::{
+    Deviation, Deviations, SYMMETRY_TOLERANCE, Saving, deviations, savings, symmetry_pairs,
+};

@@ -1,0 +1,279 @@
+//! Whether a lobe is a function of theta_h, of |h_bar|, or of something between.
+//!
+//! The width of a lobe that is a function of theta_h is the same at every theta_d; one over
+//! |h_bar| = sin theta_h cos theta_d grows wider as cos theta_d falls. So the *alignment* q of a
+//! BRDF is the exponent of
+//!
+//! sin(half width in theta_h) ∝ (cos theta_d)^−q,
+//!
+//! exactly 0 for any function of theta_h and exactly 1 for any function of |h_bar|.
+//!
+//! At each theta_d from 0 to 60° in steps of 5° the luminance is averaged over phi_d (and over phi_h
+//! if the BRDF is anisotropic) as a function of theta_h, as far as no elevation exceeds 80°
+//! (theta_h + theta_d ≤ 80°). The smallest of all these averages is the diffuse floor, the
+//! same for every slice. The half width is where the average first falls to half of its
+//! value at theta_h = 0, both above the floor: a factor that depends on theta_d alone (Fresnel)
+//! drops out, and shadowing hardly varies within a narrow lobe. q is the slope of a least-squares
+//! line, with the standard error that its residuals give.
+//!
+//! Wide lobes are seen whole at small theta_d only: fewer slices count, and the error says so.
+
+use crate::brdf::{Brdf, Presence};
+use crate::geometry::{DirectionPair, Symmetry};
+use crate::parametrization::{Form, HalfDifference, Parametrization};
+use rayon::prelude::*;
+use std::f64::consts::TAU;
+
+/// Steps in theta_d, and their size (degrees).
+const SLICES: usize = 13;
+const STEP_DEG: f64 = 5.0;
+
+/// The largest elevation: beyond it measured tables are unreliable, and models diverge.
+const HORIZON_DEG: f64 = 80.0;
+
+/// Azimuths an average is taken over. None lies in a mirror plane, where tables may have seams.
+const PHI_D: usize = 24;
+const PHI_H: usize = 12;
+
+/// The narrowest half width that is looked for (rad): a tenth of the narrowest model's.
+const NARROWEST: f64 = 1e-7;
+
+/// Ratio of neighbouring theta_h of the search.
+const RATIO: f64 = 1.1;
+
+/// A slice whose peak is less than this times the floor has no lobe.
+const CONTRAST: f64 = 1.1;
+
+/// Slices a line needs.
+const MIN_SLICES: usize = 5;
+
+/// Bisections of an interval whose ends differ by [`RATIO`]: to the last digits.
+const BISECTIONS: usize = 45;
+
+/// How the width of a lobe changes with theta_d.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Alignment {
+    /// The exponent: 0 for a lobe over theta_h, 1 for one over |h_bar|.
+    pub q: f64,
+    /// Standard error of q, from the residuals.
+    pub standard_error: f64,
+    /// Root mean square residual of the logarithm of the width.
+    pub residual: f64,
+    /// Half width at theta_d = 0 (rad), of the line.
+    pub half_width: f64,
+    /// Slices with a lobe that is seen down to half its height, of 13.
+    pub slices: usize,
+}
+
+/// The alignment of a BRDF; `None` if there is no lobe at theta_h = 0 in at least five slices: a
+/// diffuse material, a rim, or a lobe too wide to be seen whole.
+pub fn alignment(brdf: &dyn Brdf) -> Option<Alignment> {
+    let slices: Vec<Slice<'_>> = (0..SLICES)
+        .into_par_iter()
+        .map(|i| Slice::new(brdf, i as f64 * STEP_DEG))
+        .collect();
+    let averages = slices.iter().flat_map(|s| &s.averages);
+    let floor = averages.map(|(_, g)| *g).fold(f64::INFINITY, f64::min);
+    let points: Vec<[f64; 2]> = slices
+        .par_iter()
+        .filter_map(|slice| {
+            let width = slice.half_width(floor)?;
+            Some([slice.theta_d.cos().ln(), width.sin().ln()])
+        })
+        .collect();
+    line(&points)
+}
+
+/// The least-squares line of ln sin(width) over ln cos(theta_d).
+fn line(points: &[[f64; 2]]) -> Option<Alignment> {
+    if points.len() < MIN_SLICES {
+        return None;
+    }
+    let n = points.len() as f64;
+    let mean = |k: usize| points.iter().map(|p| p[k]).sum::<f64>() / n;
+    let [x, y] = [mean(0), mean(1)];
+    let sum = |f: &dyn Fn(f64, f64) -> f64| points.iter().map(|p| f(p[0] - x, p[1] - y)).sum();
+    let (xx, xy): (f64, f64) = (sum(&|x, _| x * x), sum(&|x, y| x * y));
+    let slope = xy / xx;
+    let residuals: f64 = sum(&|x, y| (y - slope * x).powi(2));
+    Some(Alignment {
+        q: -slope,
+        standard_error: (residuals / (n - 2.0) / xx).sqrt(),
+        residual: (residuals / n).sqrt(),
+        half_width: (y - slope * x).exp().min(1.0).asin(),
+        slices: points.len(),
+    })
+}
+
+/// The average over azimuths at one theta_d.
+struct Slice<'a> {
+    brdf: &'a dyn Brdf,
+    form: Form<HalfDifference>,
+    theta_d: f64,
+    /// (theta_h, average), from 0 up.
+    averages: Vec<(f64, f64)>,
+}
+
+impl<'a> Slice<'a> {
+    fn new(brdf: &'a dyn Brdf, theta_d_deg: f64) -> Self {
+        let symmetry = Symmetry {
+            isotropic: brdf.symmetry().isotropic,
+            ..Symmetry::NONE
+        };
+        let mut slice = Self {
+            brdf,
+            form: Form::new(HalfDifference, symmetry),
+            theta_d: theta_d_deg.to_radians(),
+            averages: Vec::new(),
+        };
+        let last = (HORIZON_DEG - theta_d_deg).to_radians();
+        let steps = std::iter::successors(Some(NARROWEST), |theta| Some(theta * RATIO));
+        let thetas = steps.take_while(|theta| *theta < last).chain([last]);
+        slice.averages = std::iter::once(0.0)
+            .chain(thetas)
+            .filter_map(|theta_h| Some((theta_h, slice.average(theta_h)?)))
+            .collect();
+        slice
+    }
+
+    /// Mean luminance over the azimuths; `None` if half of them have no data.
+    fn average(&self, theta_h: f64) -> Option<f64> {
+        let isotropic = self.form.symmetry().isotropic;
+        let turns = if isotropic { 1 } else { PHI_H };
+        let azimuth = |k: usize, n: usize| TAU * (k as f64 + 0.5) / n as f64;
+        let coords = (0..turns * PHI_D).map(|k| {
+            let phi_d = azimuth(k % PHI_D, PHI_D);
+            if isotropic {
+                [theta_h, self.theta_d, phi_d, 0.0]
+            } else {
+                [theta_h, azimuth(k / PHI_D, PHI_H), self.theta_d, phi_d]
+            }
+        });
+        let pairs: Vec<DirectionPair> = coords.filter_map(|c| self.form.inverse(&c)).collect();
+        let channels = self.brdf.channels();
+        let mut values = vec![0.0; pairs.len() * channels.count()];
+        let mut presence = vec![Presence::Missing; pairs.len()];
+        self.brdf.eval_batch(&pairs, &mut values, &mut presence);
+        let found = values.chunks_exact(channels.count()).zip(presence);
+        let (sum, count) = found
+            .filter(|(_, presence)| *presence == Presence::Present)
+            .fold((0.0, 0), |(sum, count), (values, _)| {
+                (sum + channels.luminance(values), count + 1)
+            });
+        (2 * count > turns * PHI_D).then(|| sum / count as f64)
+    }
+
+    /// Where the average first falls to half of what it has at theta_h = 0 above `floor`.
+    fn half_width(&self, floor: f64) -> Option<f64> {
+        let &(first, peak) = self.averages.first()?;
+        // Without data at the peak there is nothing to take half of.
+        if first > 0.0 || !(peak > CONTRAST * floor) {
+            return None;
+        }
+        let half = 0.5 * (peak + floor);
+        let crossing = self.averages.windows(2).find(|pair| pair[1].1 <= half)?;
+        let (mut low, mut high) = (crossing[0].0, crossing[1].0);
+        if low == 0.0 {
+            return None;
+        }
+        for _ in 0..BISECTIONS {
+            let middle = 0.5 * (low + high);
+            if self.average(middle)? <= half {
+                high = middle;
+            } else {
+                low = middle;
+            }
+        }
+        Some(0.5 * (low + high))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::brdf::{self, Channels};
+    use toml::de::DeTable;
+
+    /// A lobe over (theta_h, |h_bar|) on a floor, times a factor of theta_d.
+    struct Lobe<F>(F);
+
+    impl<F: Fn(f64, f64) -> f64 + Send + Sync> Brdf for Lobe<F> {
+        fn channels(&self) -> Channels {
+            Channels::Luminance
+        }
+        fn symmetry(&self) -> Symmetry {
+            Symmetry::FULL
+        }
+        fn conserves_energy(&self) -> bool {
+            false
+        }
+        fn eval(&self, pair: &DirectionPair, out: &mut [f64]) -> Presence {
+            let h = pair.half();
+            let h_bar = h.x.hypot(h.y);
+            out[0] = self.0(h_bar.atan2(h.z), h_bar);
+            Presence::Present
+        }
+    }
+
+    fn model(text: &str) -> Box<dyn Brdf> {
+        let spec = brdf::read(DeTable::parse(text).unwrap()).unwrap();
+        spec.build(Channels::Luminance).unwrap()
+    }
+
+    fn gauss(x: f64) -> f64 {
+        (-x * x).exp()
+    }
+
+    #[test]
+    fn functions_of_one_coordinate_have_their_exponent() {
+        for width in [1e-5, 0.01, 0.1] {
+            let half_width = width * 2f64.ln().sqrt();
+            for base in [0.0, 0.3] {
+                let angle = alignment(&Lobe(|t: f64, _| base + gauss(t / width))).unwrap();
+                let length = alignment(&Lobe(|_, l: f64| base + gauss(l / width))).unwrap();
+                // Rounding of the half vector, of size 1e-16, against the width.
+                let tolerance = 1e-15 / width + 1e-9;
+                assert!(angle.q.abs() < tolerance, "{width}: {angle:?}");
+                assert!((length.q - 1.0).abs() < tolerance, "{width}: {length:?}");
+                assert_eq!((angle.slices, length.slices), (13, 13));
+                assert!((angle.half_width / half_width - 1.0).abs() < 1e-6);
+                assert!((length.half_width / half_width.asin() - 1.0).abs() < 1e-6);
+            }
+        }
+        // Between the two: sin(theta_h) = |h_bar|/cos(theta_d), so that this is q = 1/2.
+        let between = |t: f64, l: f64| gauss((t.sin() * l).sqrt() / 0.05);
+        let found = alignment(&Lobe(between)).unwrap();
+        assert!((found.q - 0.5).abs() < 1e-9, "{found:?}");
+    }
+
+    #[test]
+    fn models_have_the_exponent_of_their_formula() {
+        // Shadowing, Fresnel and cosines move the exponents by the squared width of the lobe.
+        for (text, want, tolerance) in [
+            ("kind = \"ggx\"\nalpha = 0.02", 0.0, 0.01),
+            ("kind = \"beckmann\"\nalpha = 0.05", 0.0, 0.02),
+            ("kind = \"ward\"\nalpha = 0.05", 0.0, 0.02),
+            ("kind = \"ward\"\nalpha = [0.02, 0.06]", 0.0, 0.02),
+            ("kind = \"phong\"\nexponent = 1000", 0.0, 1e-6),
+            ("kind = \"shifted-gamma\"", 0.0, 0.1),
+            ("kind = \"low-abc-smooth\"\nb = 3000.0\nc = 1.5", 1.0, 0.01),
+        ] {
+            let found = alignment(&*model(text)).unwrap();
+            println!("{text}: {found:?}");
+            assert!((found.q - want).abs() < tolerance, "{text}: {found:?}");
+        }
+    }
+
+    #[test]
+    fn without_a_lobe_there_is_no_exponent() {
+        for text in [
+            "kind = \"lambert\"",
+            "kind = \"oren-nayar\"",
+            "kind = \"sheen\"",
+            "kind = \"retro-reflective\"\nof = { kind = \"ggx\", alpha = 0.05 }",
+        ] {
+            let found = alignment(&*model(text));
+            assert_eq!(found, None, "{text}");
+        }
+    }
+}
