@@ -23,6 +23,7 @@ mod schema;
 #[cfg(all(feature = "exr", feature = "plots"))]
 mod slice;
 mod study;
+mod symmetry;
 mod tabulate;
 
 use crate::brdf::{Brdf, BuildError, Channels};
@@ -68,6 +69,8 @@ enum Command {
     /// Pictures of a material seen from chosen elevations
     #[cfg(all(feature = "exr", feature = "plots"))]
     Slice(slice::Slice),
+    /// Symmetries of a material, by how much it misses them and what they save
+    Symmetry(symmetry::SymmetryArgs),
     /// Write a material of a config as a MERL .binary or UTIA .bin file
     /// How far the isolines of a material are from the axes of each parametrization
     Distortion(distortion::Distortion),
@@ -99,6 +102,7 @@ impl Cli {
             Command::Slice(command) => command.run(),
             Command::Distortion(command) => command.run(),
             Command::Claims(command) => command.run(),
+            Command::Symmetry(command) => command.run(),
             Command::Tabulate(command) => command.run(),
             Command::Bench(command) => command.run(),
         }

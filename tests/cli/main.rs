@@ -13,6 +13,7 @@ mod schedules;
 #[cfg(all(feature = "exr", feature = "plots"))]
 mod slice;
 mod study;
+mod symmetry;
 
 use gonio::experiment::Row;
 use std::fs;
