@@ -20,6 +20,9 @@ pub const RESOLUTION: usize = 256;
 /// Elevation of the sensor, degrees.
 pub const THETA_O_DEG: f64 = 45.0;
 
+/// Channels of an image.
+pub(super) type Channels32 = SmallVec<[AnyChannel<FlatSamples>; 4]>;
+
 /// Writes the slice of a material and of its reconstruction.
 ///
 /// # Errors
@@ -53,8 +56,16 @@ pub fn write_slice(
         }
         list.push(channel(layer, "A", plane.pixels.iter().map(|p| p.alpha)));
     }
-    let size = (RESOLUTION, RESOLUTION);
-    let image = Image::from_channels(size, AnyChannels::sort(list));
+    write_channels([RESOLUTION; 2], list, out)
+}
+
+/// An image of all these channels as OpenEXR.
+pub(super) fn write_channels(
+    [width, height]: [usize; 2],
+    list: Channels32,
+    out: &mut (impl Write + Seek),
+) -> io::Result<()> {
+    let image = Image::from_channels((width, height), AnyChannels::sort(list));
     image
         .write()
         .non_parallel()
@@ -62,7 +73,12 @@ pub fn write_slice(
         .map_err(io::Error::other)
 }
 
-fn channel(layer: &str, name: &str, values: impl Iterator<Item = f64>) -> AnyChannel<FlatSamples> {
+/// A channel of a layer, 32 bits, row after row from the top.
+pub(super) fn channel(
+    layer: &str,
+    name: &str,
+    values: impl Iterator<Item = f64>,
+) -> AnyChannel<FlatSamples> {
     // A value past the range of f32 is shown as its largest: infinity would spread in viewers.
     let limit = f64::from(f32::MAX);
     let samples = values.map(|v| v.clamp(-limit, limit) as f32).collect();

@@ -15,11 +15,12 @@ use crate::lighting::Lighting;
 use crate::moments::Moments;
 use crate::numeric::luminance;
 use crate::parametrization::view_centered;
+use exr::prelude::{Image, SpecificChannels, WritableImage};
 use glam::DVec3;
 use rayon::prelude::*;
 use std::f64::consts::{PI, TAU};
 use std::fmt::Write as _;
-use std::io::{self, Write};
+use std::io::{self, Seek, Write};
 
 /// The picture of a sphere that fills its square.
 #[derive(Clone, Debug, PartialEq)]
@@ -190,27 +191,51 @@ impl SphereImage {
     /// # Errors
     /// Whatever `out` reports.
     pub fn write_png(&self, white: f64, out: &mut impl Write) -> io::Result<()> {
-        let encoded = |v: f64| {
-            let v = (v / white).clamp(0.0, 1.0);
-            let v = if v <= 0.003_130_8 {
-                12.92 * v
-            } else {
-                1.055 * v.powf(1.0 / 2.4) - 0.055
-            };
-            (255.0 * v).round() as u8
-        };
+        let encoded = |v: f64| encoded(v / white);
         let pixel = |p: &Option<[f64; 3]>| p.map_or([255; 3], |rgb| rgb.map(encoded));
         let bytes: Vec<u8> = self.pixels.iter().flat_map(pixel).collect();
         write_rgb(&bytes, self.resolution, out)
     }
 }
 
-/// Writes a square of sRGB pixels as PNG.
-pub(super) fn write_rgb(bytes: &[u8], side: usize, out: &mut impl Write) -> io::Result<()> {
+impl SphereImage {
+    /// Writes an OpenEXR file with linear `R`, `G`, `B` and `A`: 1 on the sphere.
+    ///
+    /// # Errors
+    /// Whatever `out` reports.
+    pub fn write_exr(&self, out: &mut (impl Write + Seek)) -> io::Result<()> {
+        let size = (self.resolution, self.resolution);
+        let limit = f64::from(f32::MAX);
+        let pixel = |p: exr::math::Vec2<usize>| {
+            let pixel = self.pixels[p.y() * self.resolution + p.x()];
+            // Infinity would spread in viewers.
+            let [r, g, b] = pixel.unwrap_or_default().map(|v| v.min(limit) as f32);
+            (r, g, b, f32::from(u8::from(pixel.is_some())))
+        };
+        let image = Image::from_channels(size, SpecificChannels::rgba(pixel));
+        let writer = image.write().non_parallel();
+        writer.to_buffered(out).map_err(io::Error::other)
+    }
+}
+
+/// A linear value, 1 is white, in sRGB.
+pub(super) fn encoded(v: f64) -> u8 {
+    let v = v.clamp(0.0, 1.0);
+    let v = if v <= 0.003_130_8 {
+        12.92 * v
+    } else {
+        1.055 * v.powf(1.0 / 2.4) - 0.055
+    };
+    (255.0 * v).round() as u8
+}
+
+/// Writes sRGB pixels, `width` to a row, as PNG.
+pub(super) fn write_rgb(bytes: &[u8], width: usize, out: &mut impl Write) -> io::Result<()> {
     use image::{ExtendedColorType, ImageEncoder, codecs::png::PngEncoder};
-    let side = u32::try_from(side).map_err(io::Error::other)?;
+    let size = [width, bytes.len() / (3 * width.max(1))].map(u32::try_from);
+    let [width, height] = [size[0], size[1]].map(|s| s.map_err(io::Error::other));
     PngEncoder::new(out)
-        .write_image(bytes, side, side, ExtendedColorType::Rgb8)
+        .write_image(bytes, width?, height?, ExtendedColorType::Rgb8)
         .map_err(io::Error::other)
 }
 
@@ -340,7 +365,7 @@ fn escaped(text: &str) -> String {
     text.replace('>', "&gt;").replace('"', "&quot;")
 }
 
-fn base64(bytes: &[u8]) -> String {
+pub(super) fn base64(bytes: &[u8]) -> String {
     const LETTERS: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
     let mut out = String::with_capacity(bytes.len().div_ceil(3) * 4);
     for three in bytes.chunks(3) {

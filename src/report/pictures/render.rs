@@ -48,16 +48,28 @@ pub fn render_sphere(
     resolution: usize,
     samples: usize,
 ) -> SphereImage {
+    let [image] = render_spheres([brdf], lighting, resolution, samples);
+    image
+}
+
+/// The spheres of several BRDFs, as [`render_sphere`] draws them, but by the same points: where
+/// BRDFs agree pictures agree to the last digit, and noise hides no difference.
+pub fn render_spheres<const N: usize>(
+    brdfs: [&dyn Brdf; N],
+    lighting: &dyn Lighting,
+    resolution: usize,
+    samples: usize,
+) -> [SphereImage; N] {
     let resolution = resolution.clamp(1, 4096);
     let points = samples.clamp(2, 1 << 16).div_ceil(2) as u64;
     let light = light_table(lighting);
     let views = (0..VIEWS).into_par_iter();
     let lobes: Vec<_> = views
-        .map(|i| lobe_table(brdf, FRAC_PI_2 * (i as f64 + 0.5) / VIEWS as f64))
+        .map(|i| lobe_table(&brdfs, FRAC_PI_2 * (i as f64 + 0.5) / VIEWS as f64))
         .collect();
     let centre = |i: usize| (2.0 * i as f64 + 1.0) / resolution as f64 - 1.0;
     let rows = (0..resolution).into_par_iter().map(|row| {
-        let mut shader = Shader::new(brdf, lighting, &light);
+        let mut shader = Shader::new(brdfs, lighting, &light);
         let y = -centre(row);
         let pixels = (0..resolution).map(|column| {
             let x = centre(column);
@@ -77,10 +89,11 @@ pub fn render_sphere(
         pixels.collect::<Vec<_>>()
     });
     let rows: Vec<_> = rows.collect();
-    SphereImage {
+    let pixels = rows.concat();
+    std::array::from_fn(|i| SphereImage {
         resolution,
-        pixels: rows.concat(),
-    }
+        pixels: pixels.iter().map(|p| p.map(|all| all[i])).collect(),
+    })
 }
 
 /// Where light comes from: luminance times solid angle.
@@ -114,7 +127,7 @@ fn light_table(lighting: &dyn Lighting) -> Distribution {
 }
 
 /// What a view's lobe is about the mirror direction: f_r cos θ_i times solid angle.
-fn lobe_table(brdf: &dyn Brdf, theta_o: f64) -> Distribution {
+fn lobe_table(brdfs: &[&dyn Brdf], theta_o: f64) -> Distribution {
     const FIRST: f64 = 1e-7;
     let widest = 4f64.to_radians();
     let mut gammas = vec![0.0, FIRST];
@@ -134,21 +147,23 @@ fn lobe_table(brdf: &dyn Brdf, theta_o: f64) -> Distribution {
         })
     });
     let cells: Vec<DVec3> = cells.collect();
-    let n = brdf.channels().count();
     let above: Vec<_> = (0..cells.len()).filter(|&i| cells[i].z > 0.0).collect();
     let pair = |&i: &usize| DirectionPair::new(Direction::from_unit(cells[i]), omega_o);
     let pairs: Vec<_> = above.iter().map(pair).collect();
-    let mut values = vec![0.0; n * pairs.len()];
-    let mut presence = vec![Presence::Missing; pairs.len()];
-    brdf.eval_batch(&pairs, &mut values, &mut presence);
     let angle = |cell: usize| {
         let ring = cell / SECTORS;
         (edges[ring + 1] - edges[ring]) * TAU / SECTORS as f64
     };
     let mut weights = vec![0.0; cells.len()];
-    for ((&i, f), presence) in above.iter().zip(values.chunks_exact(n)).zip(presence) {
-        if presence == Presence::Present {
-            weights[i] = brdf.channels().luminance(f) * cells[i].z * angle(i);
+    for brdf in brdfs {
+        let n = brdf.channels().count();
+        let mut values = vec![0.0; n * pairs.len()];
+        let mut presence = vec![Presence::Missing; pairs.len()];
+        brdf.eval_batch(&pairs, &mut values, &mut presence);
+        for ((&i, f), presence) in above.iter().zip(values.chunks_exact(n)).zip(presence) {
+            if presence == Presence::Present {
+                weights[i] += brdf.channels().luminance(f) * cells[i].z * angle(i);
+            }
         }
     }
     let total: f64 = weights.iter().sum();
@@ -180,34 +195,34 @@ fn to_mirror(d: DVec3, omega_o: Direction) -> DVec3 {
     DVec3::new(o.z * d.x + o.x * d.z, d.y, o.z * d.z - o.x * d.x)
 }
 
-/// What one thread shades with.
-struct Shader<'a> {
-    brdf: &'a dyn Brdf,
+/// What a row of pixels is shaded with.
+struct Shader<'a, const N: usize> {
+    brdfs: [&'a dyn Brdf; N],
     lighting: &'a dyn Lighting,
     light: &'a Distribution,
-    channels: usize,
     pairs: Vec<DirectionPair>,
-    /// Towards the light in its own frame, and cos θ_i over the mean density.
+    /// Towards the light in its own frame, and cos θ_i over twice the mean density.
     towards: Vec<(Direction, f64)>,
+    radiance: Vec<[f64; 3]>,
     values: Vec<f64>,
     presence: Vec<Presence>,
 }
 
-impl<'a> Shader<'a> {
-    fn new(brdf: &'a dyn Brdf, lighting: &'a dyn Lighting, light: &'a Distribution) -> Self {
+impl<'a, const N: usize> Shader<'a, N> {
+    fn new(brdfs: [&'a dyn Brdf; N], lighting: &'a dyn Lighting, light: &'a Distribution) -> Self {
         Self {
-            brdf,
+            brdfs,
             lighting,
             light,
-            channels: brdf.channels().count(),
             pairs: Vec::new(),
             towards: Vec::new(),
+            radiance: Vec::new(),
             values: Vec::new(),
             presence: Vec::new(),
         }
     }
 
-    fn pixel(&mut self, lobe: &Lobe<'_>, frame: &Frame, seed: u64, points: u64) -> [f64; 3] {
+    fn pixel(&mut self, lobe: &Lobe<'_>, frame: &Frame, seed: u64, points: u64) -> [[f64; 3]; N] {
         let omega_o = lobe.omega_o;
         self.pairs.clear();
         self.towards.clear();
@@ -218,7 +233,8 @@ impl<'a> Shader<'a> {
             let local = from_mirror(about, omega_o);
             if local.z > 0.0 {
                 let towards = world(frame.camera(local));
-                self.push(local, omega_o, towards, of_lobe + self.light.pdf(towards));
+                let of_light = self.light.pdf(towards);
+                self.push(local, omega_o, towards, of_lobe + of_light);
             }
             let (towards, of_light) = self.light.sample([u, v]);
             let local = frame.local(from_world(towards));
@@ -227,25 +243,34 @@ impl<'a> Shader<'a> {
                 self.push(local, omega_o, towards, of_light + of_lobe);
             }
         }
-        let n = self.channels;
+        self.radiance.clear();
+        for (towards, weight) in &self.towards {
+            let light = self.lighting.radiance(*towards);
+            self.radiance
+                .push(light.map(|v| v * weight / points as f64));
+        }
+        std::array::from_fn(|i| self.reflected(i))
+    }
+
+    /// What a BRDF makes of the light of a pixel.
+    fn reflected(&mut self, i: usize) -> [f64; 3] {
+        let brdf = self.brdfs[i];
+        let n = brdf.channels().count();
         self.values.clear();
         self.values.resize(n * self.pairs.len(), 0.0);
         self.presence.clear();
         self.presence.resize(self.pairs.len(), Presence::Missing);
-        self.brdf
-            .eval_batch(&self.pairs, &mut self.values, &mut self.presence);
+        brdf.eval_batch(&self.pairs, &mut self.values, &mut self.presence);
         let mut sum = [0.0; 3];
-        let found = self.towards.iter().zip(self.values.chunks_exact(n));
-        for ((&(towards, weight), f), presence) in found.zip(&self.presence) {
-            if *presence == Presence::Missing {
-                continue;
-            }
-            let light = self.lighting.radiance(towards);
-            for channel in 0..3 {
-                sum[channel] += weight * f[channel % n] * light[channel];
+        let found = self.radiance.iter().zip(self.values.chunks_exact(n));
+        for ((light, f), presence) in found.zip(&self.presence) {
+            if *presence == Presence::Present {
+                for channel in 0..3 {
+                    sum[channel] += f[channel % n] * light[channel];
+                }
             }
         }
-        sum.map(|v| v / points as f64)
+        sum
     }
 
     /// A direction drawn with a density that is the sum of both tables'.

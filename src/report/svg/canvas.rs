@@ -52,6 +52,8 @@ impl Lettering {
 /// A picture under construction; x to the right and y down, in pixels.
 pub(in crate::report) struct Canvas<'a> {
     backend: SVGBackend<'a>,
+    /// Tags of pictures, which lie below everything else.
+    images: String,
 }
 
 impl Canvas<'_> {
@@ -65,12 +67,19 @@ impl Canvas<'_> {
         let mut text = String::new();
         let mut canvas = Canvas {
             backend: SVGBackend::with_string(&mut text, units.into()),
+            images: String::new(),
         };
         let corners = [[0.0, 0.0], [width, 0.0], [width, height], [0.0, height]];
         canvas.area(&corners, [255; 3], 1.0)?;
         body(&mut canvas)?;
         canvas.backend.present().map_err(failed)?;
+        let images = std::mem::take(&mut canvas.images);
         drop(canvas);
+        // The paper is drawn first.
+        if let Some(paper) = text.find("/>") {
+            text.insert_str(paper + 2, &images);
+        }
+        let text = subscripts(&text);
         // The first tag gives the size in units; what is shown has one pixel per ten of them.
         let rest = text.find('>').map_or("", |end| &text[end..]);
         let [w, h] = units;
@@ -78,6 +87,18 @@ impl Canvas<'_> {
             "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{width}\" height=\"{height}\" \
              viewBox=\"0 0 {w} {h}\" stroke-linejoin=\"round\" stroke-linecap=\"round\"{rest}"
         ))
+    }
+
+    /// A PNG below everything that is drawn, stretched to a size from its upper left corner.
+    #[cfg(feature = "exr")]
+    pub fn image(&mut self, at: [f64; 2], size: [f64; 2], png: &[u8]) {
+        let [x, y] = at.map(|v| (v * UNITS).round());
+        let [w, h] = size.map(|v| (v * UNITS).round());
+        self.images += &format!(
+            "\n<image x=\"{x}\" y=\"{y}\" width=\"{w}\" height=\"{h}\" \
+             preserveAspectRatio=\"none\" href=\"data:image/png;base64,{}\"/>",
+            crate::report::sphere::base64(png)
+        );
     }
 
     /// A line through points.
@@ -174,6 +195,41 @@ impl Canvas<'_> {
             .draw_text(&text, &style, units(at))
             .map_err(failed)
     }
+}
+
+/// Sets the letter after a Greek one and an underscore lower: `θ_h` reads as in print.
+fn subscripts(svg: &str) -> String {
+    let mut out = String::with_capacity(svg.len());
+    for (i, part) in svg.split('>').enumerate() {
+        if i > 0 {
+            out.push('>');
+        }
+        let end = part.find('<').unwrap_or(part.len());
+        let (text, tag) = part.split_at(end);
+        let mut before = None;
+        for piece in text.split('_') {
+            let greek = before.is_some_and(|c| ('α'..='ω').contains(&c));
+            match piece.chars().next() {
+                Some(index) if greek && index.is_ascii_lowercase() => {
+                    // What follows is raised again, by the same length in its own size.
+                    out += &format!(
+                        "<tspan dy=\"0.3em\" font-size=\"70%\">{index}</tspan>\
+                         <tspan dy=\"-0.21em\">{}</tspan>",
+                        &piece[index.len_utf8()..]
+                    );
+                }
+                _ => {
+                    if before.is_some() {
+                        out.push('_');
+                    }
+                    out += piece;
+                }
+            }
+            before = piece.chars().next_back().or(Some('_'));
+        }
+        out += tag;
+    }
+    out
 }
 
 fn style(ink: Ink, opacity: f64, width: f64) -> ShapeStyle {

@@ -194,3 +194,23 @@ fn one_legend_serves_panels_that_share_it() {
     assert_eq!(names(&drawn(&[one.clone(), one.clone(), one.clone()])), 1);
     assert_eq!(names(&drawn(&[one.clone(), other])), 2);
 }
+
+#[test]
+fn greek_letters_have_indices_and_names_keep_their_underscores() {
+    let text = |text: &str| {
+        super::Canvas::draw([50.0, 20.0], |canvas| {
+            let how = super::Lettering::new(10.0, super::Align::Start);
+            canvas.text([0.0, 10.0], text, how)
+        })
+        .unwrap()
+    };
+    let symbols = text("cos θ_i cos θ_o = 1");
+    for index in ["i", "o"] {
+        assert!(symbols.contains(&format!("font-size=\"70%\">{index}</tspan>")));
+    }
+    assert!(symbols.contains("> cos θ<") && symbols.contains("> = 1"));
+    assert!(!symbols.contains('_'));
+    for plain in ["theta_h_deg", "a_b θ _c", "_"] {
+        assert!(text(plain).contains(plain), "{plain}");
+    }
+}

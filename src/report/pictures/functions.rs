@@ -1,0 +1,158 @@
+//! The test functions of Barla et al. 2015 on the hemisphere and in slices (their Fig. 2).
+
+use super::dome::{Dome, From};
+use super::plot::{BELOW, LEFT, Plane, Plot, middles, text, text_upwards};
+use crate::brdf::{Brdf, BrdfSpec, Channels, TestFunctionSpec};
+use crate::error::Error;
+use crate::geometry::DirectionPair;
+use crate::parametrization::ParametrizationEntry;
+use crate::report::svg::canvas::{Align, Canvas, Ink, Lettering};
+
+const SIDE: f64 = 170.0;
+const PIXELS: usize = 256;
+const MARGIN: f64 = 16.0;
+const NAME: f64 = 26.0;
+const STEP: [f64; 2] = [LEFT + SIDE + 12.0, 26.0 + SIDE + BELOW + 4.0];
+
+/// S, G and F with their inks.
+const FUNCTIONS: [(TestFunctionSpec, Ink, &str); 3] = [
+    (TestFunctionSpec::S, [255, 60, 40], "S = 1 − |h\u{304}|"),
+    (
+        TestFunctionSpec::G,
+        [70, 110, 255],
+        "G = 1 − cos θ_i cos θ_o",
+    ),
+    (TestFunctionSpec::F, [255, 255, 255], "F = 1 − cos θ_d"),
+];
+
+/// The test functions S (red), G (blue) and F (white): on the hemisphere seen along the mirror
+/// direction, at each view elevation (degrees, in [0, 90)), and below it in the plane of the first two
+/// axes of each parametrization, at each azimuth (degrees), where that is physical. Isolines
+/// every 0.1.
+///
+/// # Errors
+/// [`Error::Internal`] if drawing fails, which it should not.
+pub fn test_functions_svg(
+    parametrizations: &[ParametrizationEntry],
+    theta_o_deg: &[f64],
+    phi_deg: &[f64],
+) -> Result<String, Error> {
+    let planes: Vec<_> = parametrizations.iter().map(Plane::of).collect();
+    let functions = FUNCTIONS.map(|(spec, ink, _)| (spec.build(Channels::Luminance), ink));
+    let functions = functions.map(|(f, ink)| f.map(|f| (f, ink)));
+    let functions: Result<Vec<_>, _> = functions.into_iter().collect();
+    let functions = functions.map_err(|e| Error::Internal(e.to_string()))?;
+    let columns = theta_o_deg.len().max(phi_deg.len()) as f64;
+    let width = 2.0 * MARGIN + NAME + columns * STEP[0];
+    let top = 70.0;
+    let rows = top + STEP[1] - 26.0;
+    let height = rows + planes.len() as f64 * STEP[1] + MARGIN;
+    Canvas::draw([width, height], |canvas| {
+        text(canvas, [0.5 * width, 24.0], "Test functions", 17.0, true)?;
+        let mut at = [0.5 * width - 260.0, 48.0];
+        for (_, ink, name) in FUNCTIONS {
+            let [x, y] = at;
+            let box_ = [
+                [x, y - 6.0],
+                [x + 22.0, y - 6.0],
+                [x + 22.0, y + 6.0],
+                [x, y + 6.0],
+            ];
+            canvas.area(&box_, [0; 3], 1.0)?;
+            canvas.line(&[[x + 2.0, y], [x + 20.0, y]], ink, 2.4)?;
+            canvas.text([x + 28.0, y], name, Lettering::new(12.5, Align::Start))?;
+            at[0] += 180.0;
+        }
+        let x = |i: usize| MARGIN + NAME + LEFT + i as f64 * STEP[0];
+        let side = [MARGIN + 0.5 * NAME - 4.0, top + 20.0 + 0.5 * SIDE];
+        text_upwards(canvas, side, "hemisphere", 13.0)?;
+        for (i, theta) in theta_o_deg.iter().enumerate() {
+            let plot = Plot {
+                at: [x(i), top + 20.0],
+                side: SIDE,
+            };
+            let title = format!("θ_o = {theta}°");
+            text(canvas, [x(i) + 0.5 * SIDE, top + 8.0], &title, 12.5, false)?;
+            let dome = Dome::new(From::Mirror, theta.to_radians());
+            draw(canvas, &plot, &functions, &dome.pairs(PIXELS))?;
+            dome.outline(canvas, &plot)?;
+        }
+        for (j, plane) in planes.iter().enumerate() {
+            let y = rows + j as f64 * STEP[1] + 26.0;
+            let side = [MARGIN + 0.5 * NAME - 4.0, y + 0.5 * SIDE];
+            text_upwards(canvas, side, plane.name, 13.0)?;
+            for (i, phi) in phi_deg.iter().enumerate() {
+                let plot = Plot {
+                    at: [x(i), y],
+                    side: SIDE,
+                };
+                let title = format!("{} = {phi}°", plane.azimuth);
+                text(canvas, [x(i) + 0.5 * SIDE, y - 11.0], &title, 12.5, false)?;
+                let phi = phi.to_radians();
+                let pair = |p| plane.form().inverse(&plane.coords(p, phi));
+                let pairs: Vec<_> = middles(PIXELS).map(pair).collect();
+                draw(canvas, &plot, &functions, &pairs)?;
+                plot.axes(canvas, plane, Some(phi))?;
+            }
+        }
+        Ok(())
+    })
+}
+
+fn draw(
+    canvas: &mut Canvas<'_>,
+    plot: &Plot,
+    functions: &[(Box<dyn Brdf>, Ink)],
+    pairs: &[Option<DirectionPair>],
+) -> Result<(), Error> {
+    let value = |f: &dyn Brdf, pair: &Option<DirectionPair>| f.luminance(pair.as_ref()?);
+    let values = functions.iter().map(|(f, ink)| {
+        let values: Vec<_> = pairs.iter().map(|p| value(&**f, p)).collect();
+        (values, ink)
+    });
+    let values: Vec<_> = values.collect();
+    let pixel = |i: usize| {
+        if pairs[i].is_none() {
+            return [255; 3];
+        }
+        // Colours add as lights do; a power keeps them apart, as each is near 1 somewhere.
+        let mut sum = [0.0f64; 3];
+        for (values, ink) in &values {
+            let v = values[i].unwrap_or(0.0).powi(2);
+            for c in 0..3 {
+                sum[c] += 0.45 * v * f64::from(ink[c]);
+            }
+        }
+        sum.map(|c| c.min(255.0) as u8)
+    };
+    let pixels: Vec<_> = (0..pairs.len()).map(pixel).collect();
+    plot.raster(canvas, &pixels)?;
+    for (values, ink) in &values {
+        for i in 1..10 {
+            plot.isolines(canvas, values, 0.1 * f64::from(i), **ink, 0.9)?;
+        }
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::parametrization;
+
+    #[test]
+    fn a_plate_has_every_view_and_slice() {
+        let charts: Vec<_> = ["hybrid", "spherical"]
+            .into_iter()
+            .filter_map(parametrization::find)
+            .collect();
+        let svg = test_functions_svg(&charts, &[20.0], &[0.0, 90.0]).unwrap();
+        assert_eq!(svg.matches("<image").count(), 1 + 2 * 2);
+        assert!(svg.contains("|h\u{304}|") && svg.contains("Δφ") && !svg.contains("NaN"));
+        for (_, [r, g, b], _) in FUNCTIONS {
+            // Its isolines, beside the key.
+            let ink = format!("#{r:02X}{g:02X}{b:02X}");
+            assert!(svg.matches(&ink).count() > 20, "{ink}");
+        }
+    }
+}

@@ -1,0 +1,161 @@
+//! What parametrizations look like on the hemisphere of light directions (Fig. 1 of Barla et al.
+//! 2015).
+
+use super::dome::{Dome, From};
+use super::plot::{BELOW, LEFT, Plane, Plot, middles, symbol, text, text_upwards};
+use crate::error::Error;
+use crate::geometry::DirectionPair;
+use crate::parametrization::{Axis, ParametrizationEntry, Unit};
+use crate::report::svg::canvas::{Canvas, Ink};
+
+const SIDE: f64 = 150.0;
+const PIXELS: usize = 200;
+const MARGIN: f64 = 16.0;
+const GAP: f64 = 12.0;
+const NAME: f64 = 26.0;
+const RED: Ink = [255, 165, 150];
+const GREEN: Ink = [165, 255, 150];
+
+/// A row a parametrization: its colours in the square of its first two axes (the first is red, the
+/// second green), then the hemisphere seen along the mirror direction and along the sensor
+/// ("back") for each view elevation (degrees, in [0, 90)). Isolines every 10° or 0.1.
+///
+/// # Errors
+/// [`Error::Internal`] if drawing fails, which it should not.
+pub fn hemispheres_svg(
+    parametrizations: &[ParametrizationEntry],
+    theta_o_deg: &[f64],
+) -> Result<String, Error> {
+    let planes: Vec<_> = parametrizations.iter().map(Plane::of).collect();
+    let views = theta_o_deg.len() as f64;
+    let row = SIDE + BELOW + GAP;
+    let top = 92.0;
+    let first = MARGIN + NAME + LEFT;
+    let mirror = first + SIDE + 3.0 * GAP;
+    let back = mirror + views * (SIDE + GAP) + 2.0 * GAP;
+    let width = back + views * (SIDE + GAP) + MARGIN - GAP;
+    let height = top + planes.len() as f64 * row + 24.0 + MARGIN;
+    Canvas::draw([width, height], |canvas| {
+        let middle = 0.5 * width;
+        let title = "Coordinates on the hemisphere of light directions";
+        text(canvas, [middle, 24.0], title, 17.0, true)?;
+        text(canvas, [first + 0.5 * SIDE, 58.0], "colours", 13.0, true)?;
+        let groups = [
+            (mirror, From::Mirror, "seen along the mirror direction"),
+            (back, From::Back, "seen along the sensor (back direction)"),
+        ];
+        for (x, _, name) in groups {
+            let middle = x + 0.5 * (views * (SIDE + GAP) - GAP);
+            text(canvas, [middle, 54.0], name, 13.0, true)?;
+            for (i, theta) in theta_o_deg.iter().enumerate() {
+                let middle = x + i as f64 * (SIDE + GAP) + 0.5 * SIDE;
+                text(
+                    canvas,
+                    [middle, 76.0],
+                    &format!("θ_o = {theta}°"),
+                    12.5,
+                    false,
+                )?;
+            }
+        }
+        for (j, plane) in planes.iter().enumerate() {
+            let y = top + j as f64 * row;
+            let at = [MARGIN + 0.5 * NAME - 4.0, y + 0.5 * SIDE];
+            text_upwards(canvas, at, plane.name, 13.0)?;
+            let plot = |x: f64| Plot {
+                at: [x, y],
+                side: SIDE,
+            };
+            let key = plot(first);
+            let values: Vec<_> = middles(PIXELS).map(|p| Some(p)).collect();
+            colours(canvas, &key, plane, &values)?;
+            key.axes(canvas, plane, None)?;
+            for (x, from, _) in groups {
+                for (i, theta) in theta_o_deg.iter().enumerate() {
+                    let plot = plot(x + i as f64 * (SIDE + GAP));
+                    let dome = Dome::new(from, theta.to_radians());
+                    let values: Vec<_> =
+                        dome.pairs(PIXELS).iter().map(|p| place(plane, p)).collect();
+                    colours(canvas, &plot, plane, &values)?;
+                    dome.outline(canvas, &plot)?;
+                }
+            }
+        }
+        let says = |plane: &Plane| {
+            format!(
+                "{}: {}, {}",
+                plane.name,
+                symbol(plane.x.symbol),
+                symbol(plane.y.symbol)
+            )
+        };
+        let axes: Vec<_> = planes.iter().map(says).collect();
+        let caption = format!(
+            "red: first axis, green: second axis, isolines every 10° or 0.1   ({})   \
+             dot: mirror direction, circle: sensor, cross: normal",
+            axes.join("; ")
+        );
+        text(
+            canvas,
+            [middle, height - MARGIN - 4.0],
+            &caption,
+            11.5,
+            false,
+        )
+    })
+}
+
+/// Places along the first two axes, in [0, 1].
+fn place(plane: &Plane, pair: &Option<DirectionPair>) -> Option<[f64; 2]> {
+    let coords = plane.form().forward(pair.as_ref()?);
+    let along = |axis: &Axis, v: f64| (v - axis.range[0]) / axis.length();
+    Some([along(&plane.x, coords[0]), along(&plane.y, coords[1])])
+}
+
+fn colours(
+    canvas: &mut Canvas<'_>,
+    plot: &Plot,
+    plane: &Plane,
+    values: &[Option<[f64; 2]>],
+) -> Result<(), Error> {
+    let colour = |v: &Option<[f64; 2]>| match v {
+        // Bent a little, so that small coordinates are not all black.
+        Some([r, g]) => [(225.0 * r.powf(0.8)) as u8, (195.0 * g.powf(0.8)) as u8, 0],
+        None => [255; 3],
+    };
+    let pixels: Vec<_> = values.iter().map(colour).collect();
+    plot.raster(canvas, &pixels)?;
+    for (axis, which, ink) in [(&plane.x, 0, RED), (&plane.y, 1, GREEN)] {
+        let along: Vec<_> = values.iter().map(|v| v.map(|v| v[which])).collect();
+        let steps = match axis.unit {
+            Unit::Radian => 9,
+            Unit::One => 10,
+        };
+        for i in 1..steps {
+            let level = f64::from(i) / f64::from(steps);
+            plot.isolines(canvas, &along, level, ink, 0.9)?;
+        }
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::parametrization;
+
+    #[test]
+    fn a_plate_has_a_key_and_two_hemispheres_a_view() {
+        let svg = hemispheres_svg(&parametrization::all(), &[0.0, 45.0]).unwrap();
+        let rows = parametrization::all().len();
+        assert_eq!(svg.matches("<image").count(), rows * 5);
+        assert!(svg.starts_with("<svg") && svg.ends_with("</svg>\n") && !svg.contains("NaN"));
+        for entry in parametrization::all() {
+            assert!(svg.contains(entry.name));
+        }
+        assert_eq!(
+            svg,
+            hemispheres_svg(&parametrization::all(), &[0.0, 45.0]).unwrap()
+        );
+    }
+}

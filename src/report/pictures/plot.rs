@@ -1,0 +1,336 @@
+//! Squares with a raster, isolines and axes, which the plates are put together from.
+
+use super::contours::isolines;
+use crate::error::Error;
+use crate::geometry::Symmetry;
+use crate::parametrization::{Axis, Coords, Parametrization, ParametrizationEntry, Unit};
+use crate::report::sphere::write_rgb;
+use crate::report::svg::canvas::{Align, Canvas, Ink, Lettering};
+use std::f64::consts::FRAC_PI_2;
+use std::sync::Arc;
+
+pub(super) const FRAME: Ink = [110, 110, 110];
+const DARK: Ink = [30, 30, 30];
+const TICK: f64 = 10.0;
+const LABEL: f64 = 12.5;
+
+/// Room that a plot with axes needs to the left of its square and below it, pixels.
+pub(super) const LEFT: f64 = 54.0;
+pub(super) const BELOW: f64 = 42.0;
+
+/// The first two axes of a parametrization, and planes of it.
+pub(super) struct Plane {
+    form: Arc<dyn Parametrization>,
+    pub name: &'static str,
+    pub x: Axis,
+    pub y: Axis,
+    /// Symbol of the azimuth that is fixed; the first azimuth is 0.
+    pub azimuth: String,
+}
+
+impl Plane {
+    pub fn of(entry: &ParametrizationEntry) -> Self {
+        let form = entry.form(Symmetry::FULL);
+        let [x, y, _] = form.axes() else {
+            unreachable!("isotropic forms have three axes");
+        };
+        // phi_h is 0, so that their difference is phi_k.
+        let azimuth = match form.axes()[2].symbol {
+            "delta" => "φ_k".into(),
+            other => symbol(other),
+        };
+        Self {
+            name: entry.name,
+            x: *x,
+            y: *y,
+            azimuth,
+            form,
+        }
+    }
+
+    /// Coordinates of a point of the square, both parts in [0, 1].
+    pub fn coords(&self, [u, v]: [f64; 2], phi: f64) -> Coords {
+        let along = |axis: &Axis, t: f64| axis.range[0] + t * axis.length();
+        [along(&self.x, u), along(&self.y, v), phi, 0.0]
+    }
+
+    /// The parametrization itself.
+    pub fn form(&self) -> &dyn Parametrization {
+        &*self.form
+    }
+
+    /// The upper edge of what is physical: for each place on the first axis the largest on the
+    /// second, in [0, 1].
+    fn edge(&self, phi: f64) -> Vec<[f64; 2]> {
+        const STEPS: usize = 240;
+        let inside = |p| self.form.inverse(&self.coords(p, phi)).is_some();
+        let mut edge = Vec::with_capacity(STEPS + 2);
+        for i in 0..=STEPS {
+            // Closer at the end, where circles are steep.
+            let u = (FRAC_PI_2 * i as f64 / STEPS as f64).sin().min(1.0 - 1e-9);
+            let [mut lo, mut hi] = [0.0, 1.0];
+            for _ in 0..40 {
+                let middle = 0.5 * (lo + hi);
+                if inside([u, middle]) {
+                    lo = middle;
+                } else {
+                    hi = middle;
+                }
+            }
+            edge.push([u, lo]);
+        }
+        edge.push([1.0, 0.0]);
+        edge
+    }
+}
+
+/// As it is printed.
+pub(super) fn symbol(symbol: &str) -> String {
+    match symbol {
+        "h_bar" => "|h\u{304}|".into(),
+        "k_bar" => "|k\u{304}|".into(),
+        "k" => "|k|".into(),
+        "sigma" => "σ = |h\u{304}|²".into(),
+        "alpha" => "α = |k|²".into(),
+        other => {
+            let text = other.replace("theta", "θ").replace("delta_phi", "Δφ");
+            text.replace("phi", "φ")
+        }
+    }
+}
+
+/// The same with its unit.
+fn label(axis: &Axis) -> String {
+    match axis.unit {
+        Unit::Radian => format!("{} (°)", symbol(axis.symbol)),
+        Unit::One => symbol(axis.symbol),
+    }
+}
+
+/// A square of a plate.
+#[derive(Clone, Copy)]
+pub(super) struct Plot {
+    /// Upper left corner.
+    pub at: [f64; 2],
+    pub side: f64,
+}
+
+impl Plot {
+    /// Where a point of the unit square lies, the second coordinate upwards.
+    pub fn place(&self, [u, v]: [f64; 2]) -> [f64; 2] {
+        [
+            self.at[0] + u * self.side,
+            self.at[1] + (1.0 - v) * self.side,
+        ]
+    }
+
+    /// Square pixels, row after row from the top, all over the plot.
+    pub fn raster(&self, canvas: &mut Canvas<'_>, pixels: &[[u8; 3]]) -> Result<(), Error> {
+        let columns = pixels.len().isqrt();
+        let mut png = Vec::new();
+        write_rgb(&pixels.concat(), columns, &mut png)
+            .map_err(|e| Error::Internal(format!("cannot draw: {e}")))?;
+        canvas.image(self.at, [self.side; 2], &png);
+        Ok(())
+    }
+
+    /// Lines where values at the pixels' centres are `level`.
+    pub fn isolines(
+        &self,
+        canvas: &mut Canvas<'_>,
+        values: &[Option<f64>],
+        level: f64,
+        ink: Ink,
+        width: f64,
+    ) -> Result<(), Error> {
+        let columns = values.len().isqrt();
+        for line in isolines(values, columns, level) {
+            let place = |[x, y]: [f64; 2]| {
+                let [u, v] = [x, y].map(|i| (i + 0.5) / columns as f64);
+                self.place([u, 1.0 - v])
+            };
+            let line: Vec<_> = line.into_iter().map(place).collect();
+            canvas.line(&thinned(&line), ink, width)?;
+        }
+        Ok(())
+    }
+
+    /// A line through points of the unit square.
+    pub fn line(
+        &self,
+        canvas: &mut Canvas<'_>,
+        points: &[[f64; 2]],
+        ink: Ink,
+        width: f64,
+    ) -> Result<(), Error> {
+        let points: Vec<_> = points.iter().map(|p| self.place(*p)).collect();
+        canvas.line(&points, ink, width)
+    }
+
+    /// Paper over what is not physical, the edge of it, frame, ticks and names of axes.
+    pub fn axes(
+        &self,
+        canvas: &mut Canvas<'_>,
+        plane: &Plane,
+        phi: Option<f64>,
+    ) -> Result<(), Error> {
+        if let Some(phi) = phi {
+            let edge = plane.edge(phi);
+            let mut outside: Vec<_> = edge.iter().map(|p| self.place(*p)).collect();
+            outside.push(self.place([1.0, 1.0]));
+            outside.push(self.place([0.0, 1.0]));
+            canvas.area(&outside, [255; 3], 1.0)?;
+            self.line(canvas, &edge, DARK, 1.3)?;
+        }
+        let corners = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0], [0.0, 0.0]];
+        self.line(canvas, &corners, FRAME, 0.8)?;
+        for (axis, horizontal) in [(&plane.x, true), (&plane.y, false)] {
+            let ticks: &[(f64, &str)] = match axis.unit {
+                Unit::Radian => &[
+                    (0.0, "0"),
+                    (1.0 / 3.0, "30"),
+                    (2.0 / 3.0, "60"),
+                    (1.0, "90"),
+                ],
+                Unit::One => &[(0.0, "0"), (0.25, ""), (0.5, "0.5"), (0.75, ""), (1.0, "1")],
+            };
+            for &(t, text) in ticks {
+                let [x, y] = self.place(if horizontal { [t, 0.0] } else { [0.0, t] });
+                let ends = if horizontal {
+                    [[x, y], [x, y + 4.0]]
+                } else {
+                    [[x, y], [x - 4.0, y]]
+                };
+                canvas.line(&ends, FRAME, 0.8)?;
+                if horizontal {
+                    let how = Lettering::new(TICK, Align::Middle);
+                    canvas.text([x, y + 11.0], text, how)?;
+                } else {
+                    canvas.text([x - 7.0, y], text, Lettering::new(TICK, Align::End))?;
+                }
+            }
+            let mut how = Lettering::new(LABEL, Align::Middle);
+            let [x, y] = self.place(if horizontal { [0.5, 0.0] } else { [0.0, 0.5] });
+            if horizontal {
+                canvas.text([x, y + 27.0], &label(axis), how)?;
+            } else {
+                how.upwards = true;
+                canvas.text([x - 33.0, y], &label(axis), how)?;
+            }
+        }
+        Ok(())
+    }
+}
+
+/// The line without points that lie on it to a twelfth of a pixel (Ramer, Douglas and Peucker).
+fn thinned(line: &[[f64; 2]]) -> Vec<[f64; 2]> {
+    const OFF: f64 = 1.0 / 12.0;
+    let Some(last) = line.len().checked_sub(1) else {
+        return Vec::new();
+    };
+    let mut kept = vec![false; line.len()];
+    kept[0] = true;
+    kept[last] = true;
+    let mut open = vec![[0, last]];
+    while let Some([from, to]) = open.pop() {
+        let [a, b] = [line[from], line[to]];
+        let d = [b[0] - a[0], b[1] - a[1]];
+        let length = d[0].hypot(d[1]);
+        let off = |p: [f64; 2]| {
+            let e = [p[0] - a[0], p[1] - a[1]];
+            // The ends of a closed line are one point.
+            if length > 0.0 {
+                (d[0] * e[1] - d[1] * e[0]).abs() / length
+            } else {
+                e[0].hypot(e[1])
+            }
+        };
+        let between = from + 1..to;
+        let Some(farthest) = between.max_by(|&i, &k| off(line[i]).total_cmp(&off(line[k]))) else {
+            continue;
+        };
+        if off(line[farthest]) > OFF {
+            kept[farthest] = true;
+            open.extend([[from, farthest], [farthest, to]]);
+        }
+    }
+    let points = line.iter().zip(kept).filter(|(_, kept)| *kept);
+    points.map(|(p, _)| *p).collect()
+}
+
+/// The middles of the pixels of a square, row after row from the top.
+pub(super) fn middles(side: usize) -> impl Iterator<Item = [f64; 2]> {
+    let middle = move |i: usize| (i as f64 + 0.5) / side as f64;
+    (0..side * side).map(move |i| [middle(i % side), 1.0 - middle(i / side)])
+}
+
+/// A text whose middle is there.
+pub(super) fn text(
+    canvas: &mut Canvas<'_>,
+    at: [f64; 2],
+    text: &str,
+    size: f64,
+    bold: bool,
+) -> Result<(), Error> {
+    let mut how = Lettering::new(size, Align::Middle);
+    how.bold = bold;
+    canvas.text(at, text, how)
+}
+
+/// A text that is read from below.
+pub(super) fn text_upwards(
+    canvas: &mut Canvas<'_>,
+    at: [f64; 2],
+    text: &str,
+    size: f64,
+) -> Result<(), Error> {
+    let mut how = Lettering::new(size, Align::Middle);
+    how.bold = true;
+    how.upwards = true;
+    canvas.text(at, text, how)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::parametrization;
+
+    #[test]
+    fn the_edge_of_the_horizon_is_where_formulas_put_it() {
+        let edge =
+            |name: &str, phi: f64| Plane::of(&parametrization::find(name).unwrap()).edge(phi);
+        // In the plane of incidence the outer direction is θ_h + θ_d from the normal, and the
+        // longer projection |h̄| + |k̄|; across it |h̄|² + |k̄|² = 1, and |k| = |k̄|.
+        for [u, v] in edge("half-difference", 0.0) {
+            assert!((u + v - 1.0).abs() < 1e-6 || u == 1.0);
+        }
+        for [u, v] in edge("orthographic", 0.0) {
+            assert!((u + v - 1.0).abs() < 1e-6 || u == 1.0);
+        }
+        for name in ["orthographic", "hybrid"] {
+            for [u, v] in edge(name, FRAC_PI_2) {
+                assert!((u * u + v * v - 1.0).abs() < 1e-6 || u == 1.0);
+            }
+        }
+        for [_, v] in edge("spherical", 0.3) {
+            assert!(v > 1.0 - 1e-6 || v == 0.0);
+        }
+    }
+
+    #[test]
+    fn thin_lines_are_the_same_lines() {
+        let arc = |i: usize| {
+            let (s, c) = (0.01 * i as f64).sin_cos();
+            [80.0 * c, 80.0 * s]
+        };
+        let line: Vec<_> = (0..=628).map(arc).collect();
+        let thin = thinned(&line);
+        assert!(thin.len() < 120 && thin[0] == line[0] && thin.last() == line.last());
+        for w in thin.windows(2) {
+            let middle = [0, 1].map(|d| 0.5 * (w[0][d] + w[1][d]));
+            assert!((middle[0].hypot(middle[1]) - 80.0).abs() < 0.1);
+        }
+        assert_eq!(thinned(&[[0.0, 0.0], [1.0, 1.0], [3.0, 3.0]]).len(), 2);
+        assert!(thinned(&[]).is_empty());
+    }
+}

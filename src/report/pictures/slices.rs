@@ -1,0 +1,431 @@
+//! A BRDF in the planes of the first two axes of parametrizations (Figs. 3 to 5 of Barla et al.
+//! 2015, bottom).
+
+use super::plot::{BELOW, FRAME, LEFT, Plane, Plot, middles, text, text_upwards};
+use crate::brdf::{Brdf, Channels, Presence};
+use crate::error::Error;
+use crate::numeric::luminance;
+use crate::parametrization::ParametrizationEntry;
+use crate::report::slice::{Channels32, channel, write_channels};
+use crate::report::sphere::{encoded, write_rgb};
+use crate::report::svg::canvas::{Align, Canvas, Ink, Lettering, fitted};
+use rayon::prelude::*;
+use std::io::{self, Seek, Write};
+
+const SIDE: f64 = 190.0;
+const MARGIN: f64 = 16.0;
+const NAME: f64 = 26.0;
+const STEP: [f64; 2] = [LEFT + SIDE + 12.0, 26.0 + SIDE + BELOW + 4.0];
+
+/// Most isolines from the darkest to the brightest.
+const LEVELS: f64 = 24.0;
+
+/// What a pixel of a plane holds.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Pixel {
+    /// A direction lies below the horizon.
+    Outside,
+    /// The BRDF has no data here.
+    Missing,
+    /// f_r in R, G, B, sr⁻¹.
+    Value([f64; 3]),
+}
+
+/// Planes of a BRDF: one a parametrization and azimuth.
+pub struct BrdfSlices {
+    planes: Vec<Plane>,
+    phi_deg: Vec<f64>,
+    resolution: usize,
+    channels: Channels,
+    /// Planes of the first parametrization first; row after row from the top.
+    pixels: Vec<Vec<Pixel>>,
+}
+
+impl BrdfSlices {
+    /// Looks at the middles of `resolution` × `resolution` equal cells (clamped to [2, 1024]) of
+    /// each plane: first axis to the right, second upwards, azimuth as given (degrees), first
+    /// azimuth 0 for BRDFs that are not isotropic.
+    pub fn new(
+        brdf: &dyn Brdf,
+        parametrizations: &[ParametrizationEntry],
+        phi_deg: &[f64],
+        resolution: usize,
+    ) -> Self {
+        let resolution = resolution.clamp(2, 1024);
+        let planes: Vec<_> = parametrizations.iter().map(Plane::of).collect();
+        let each = planes
+            .iter()
+            .flat_map(|p| phi_deg.iter().map(move |phi| (p, phi)));
+        let each: Vec<_> = each.collect();
+        let look = |(plane, phi): (&Plane, &f64)| look(brdf, plane, phi.to_radians(), resolution);
+        Self {
+            pixels: each.into_par_iter().map(look).collect(),
+            planes,
+            phi_deg: phi_deg.to_vec(),
+            resolution,
+            channels: brdf.channels(),
+        }
+    }
+
+    /// Every luminance above 0, from small to large.
+    fn shown(&self) -> Vec<f64> {
+        let values = self.pixels.iter().flatten().filter_map(|p| match p {
+            Pixel::Value(rgb) => Some(luminance(*rgb)).filter(|v| *v > 0.0),
+            _ => None,
+        });
+        let mut values: Vec<_> = values.collect();
+        values.sort_by(f64::total_cmp);
+        values
+    }
+
+    /// A row a parametrization, a column an azimuth. Values are tone-mapped by luminance
+    /// (x/(1 + x), x relative to the logarithmic mean of all planes); isolines of luminance have the
+    /// same levels in all, equal steps of the logarithm. Hatched: no data.
+    ///
+    /// # Errors
+    /// [`Error::Internal`] if drawing fails, which it should not.
+    pub fn svg(&self, title: &str) -> Result<String, Error> {
+        let shown = self.shown();
+        let tone = Tone::of(&shown);
+        let (levels, step) = levels(&shown);
+        let columns = self.phi_deg.len() as f64;
+        let width = 2.0 * MARGIN + NAME + columns.max(2.0) * STEP[0];
+        let top = 48.0;
+        let below = top + self.planes.len() as f64 * STEP[1];
+        Canvas::draw([width, below + 70.0], |canvas| {
+            let fits = fitted(title, 18.5, width - 2.0 * MARGIN);
+            text(canvas, [0.5 * width, 24.0], &fits, 17.0, true)?;
+            for (j, plane) in self.planes.iter().enumerate() {
+                let y = top + j as f64 * STEP[1] + 26.0;
+                let side = [MARGIN + 0.5 * NAME - 4.0, y + 0.5 * SIDE];
+                text_upwards(canvas, side, plane.name, 13.0)?;
+                for (i, phi) in self.phi_deg.iter().enumerate() {
+                    let x = MARGIN + NAME + LEFT + i as f64 * STEP[0];
+                    let plot = Plot {
+                        at: [x, y],
+                        side: SIDE,
+                    };
+                    let title = format!("{} = {phi}°", plane.azimuth);
+                    text(canvas, [x + 0.5 * SIDE, y - 11.0], &title, 12.5, false)?;
+                    let pixels = &self.pixels[j * self.phi_deg.len() + i];
+                    self.raster(canvas, &plot, pixels, &tone)?;
+                    let logs: Vec<_> = pixels.iter().map(log).collect();
+                    for level in &levels {
+                        plot.isolines(canvas, &logs, level.ln(), tone.ink(*level), 0.8)?;
+                    }
+                    plot.axes(canvas, plane, Some(phi.to_radians()))?;
+                }
+            }
+            let ends = [shown.first(), shown.last()];
+            let [Some(lo), Some(hi)] = ends else {
+                return text(
+                    canvas,
+                    [0.5 * width, below + 20.0],
+                    "all is black",
+                    12.0,
+                    false,
+                );
+            };
+            key(
+                canvas,
+                [0.5 * width, below + 14.0],
+                [*lo, *hi],
+                &tone,
+                &levels,
+                step,
+            )
+        })
+    }
+
+    fn raster(
+        &self,
+        canvas: &mut Canvas<'_>,
+        plot: &Plot,
+        pixels: &[Pixel],
+        tone: &Tone,
+    ) -> Result<(), Error> {
+        let colour = |(i, pixel): (usize, &Pixel)| match pixel {
+            Pixel::Outside => [255; 3],
+            Pixel::Value(rgb) => tone.colour(*rgb),
+            Pixel::Missing if (i % self.resolution + i / self.resolution) % 10 < 5 => [150; 3],
+            Pixel::Missing => [190; 3],
+        };
+        let colours: Vec<_> = pixels.iter().enumerate().map(colour).collect();
+        plot.raster(canvas, &colours)
+    }
+
+    /// Writes one OpenEXR file with a layer a plane, named `hybrid.phi_30` (22.5° is `22p5`), each with `Y` or linear
+    /// `R`, `G`, `B` (f_r, sr⁻¹), and `A`: 1 where there is a value.
+    ///
+    /// # Errors
+    /// Whatever `out` reports.
+    pub fn write_exr(&self, out: &mut (impl Write + Seek)) -> io::Result<()> {
+        let names: &[&str] = match self.channels {
+            Channels::Luminance => &["Y"],
+            Channels::Rgb => &["R", "G", "B"],
+        };
+        let mut list = Channels32::new();
+        let planes = self
+            .planes
+            .iter()
+            .flat_map(|p| self.phi_deg.iter().map(move |phi| (p, phi)));
+        for ((plane, phi), pixels) in planes.zip(&self.pixels) {
+            // A second point would begin a layer of its own.
+            let phi = phi.to_string().replace('.', "p");
+            let layer = format!("{}.phi_{phi}", plane.name);
+            for (c, name) in names.iter().enumerate() {
+                let value = |p: &Pixel| match p {
+                    Pixel::Value(rgb) => rgb[c],
+                    _ => 0.0,
+                };
+                list.push(channel(&layer, name, pixels.iter().map(value)));
+            }
+            let alpha = |p: &Pixel| f64::from(u8::from(matches!(p, Pixel::Value(_))));
+            list.push(channel(&layer, "A", pixels.iter().map(alpha)));
+        }
+        write_channels([self.resolution; 2], list, out)
+    }
+}
+
+fn look(brdf: &dyn Brdf, plane: &Plane, phi: f64, resolution: usize) -> Vec<Pixel> {
+    let n = brdf.channels().count();
+    let pair = |p| plane.form().inverse(&plane.coords(p, phi));
+    let pairs: Vec<_> = middles(resolution).map(pair).collect();
+    let inside: Vec<_> = pairs.iter().flatten().copied().collect();
+    let mut values = vec![0.0; n * inside.len()];
+    let mut presence = vec![Presence::Missing; inside.len()];
+    brdf.eval_batch(&inside, &mut values, &mut presence);
+    let mut found = values.chunks_exact(n).zip(presence);
+    let pixel = |pair: &Option<_>| {
+        if pair.is_none() {
+            return Pixel::Outside;
+        }
+        match found.next() {
+            Some((v, Presence::Present)) => Pixel::Value(std::array::from_fn(|c| v[c % n])),
+            _ => Pixel::Missing,
+        }
+    };
+    pairs.iter().map(pixel).collect()
+}
+
+fn log(pixel: &Pixel) -> Option<f64> {
+    match pixel {
+        // Black is darker than any level.
+        Pixel::Value(rgb) => Some(luminance(*rgb).max(1e-300).ln()),
+        _ => None,
+    }
+}
+
+/// Levels that rise by the same factor from the darkest to the brightest, and the factor.
+fn levels(shown: &[f64]) -> (Vec<f64>, f64) {
+    let [Some(lo), Some(hi)] = [shown.get(shown.len() / 100), shown.last()] else {
+        return (Vec::new(), 1.0);
+    };
+    let factors: [f64; 11] = [1.05, 1.1, 1.2, 1.5, 2.0, 3.0, 5.0, 10.0, 100.0, 1e4, 1e8];
+    let all = (hi / lo).ln();
+    let fits = factors.into_iter().find(|f| all / f.ln() <= LEVELS);
+    let factor = fits.unwrap_or(1e16);
+    let [first, last] = [lo, hi].map(|v| v.ln() / factor.ln());
+    let steps = first.ceil() as i32..=last.floor() as i32;
+    (steps.map(|k| factor.powi(k)).collect(), factor)
+}
+
+/// Reinhard's global operator (2002).
+struct Tone {
+    /// Luminance that is shown as half of white.
+    middle: f64,
+}
+
+impl Tone {
+    fn of(shown: &[f64]) -> Self {
+        let logs: f64 = shown.iter().map(|v| v.ln()).sum();
+        Self {
+            middle: 1.6 * (logs / shown.len().max(1) as f64).exp(),
+        }
+    }
+
+    /// Displayed luminance, 1 is white.
+    fn map(&self, v: f64) -> f64 {
+        v / (self.middle + v)
+    }
+
+    fn colour(&self, rgb: [f64; 3]) -> [u8; 3] {
+        let v = luminance(rgb);
+        let scale = if v > 0.0 { self.map(v) / v } else { 0.0 };
+        rgb.map(|c| encoded(c * scale))
+    }
+
+    /// A line that is seen on its own level.
+    fn ink(&self, level: f64) -> Ink {
+        if self.map(level) < 0.2 {
+            [225; 3]
+        } else {
+            [25; 3]
+        }
+    }
+}
+
+/// The greys of luminances, and the levels.
+fn key(
+    canvas: &mut Canvas<'_>,
+    [middle, y]: [f64; 2],
+    [lo, hi]: [f64; 2],
+    tone: &Tone,
+    levels: &[f64],
+    factor: f64,
+) -> Result<(), Error> {
+    const LENGTH: f64 = 520.0;
+    const STEPS: usize = 256;
+    let left = middle - 0.5 * LENGTH;
+    // One value has a key of its own as well.
+    let all = (hi / lo).ln().max(1e-6);
+    let at = |i: usize| lo * (all * (i as f64 + 0.5) / STEPS as f64).exp();
+    let greys = (0..STEPS).flat_map(|i| [encoded(tone.map(at(i))); 3]);
+    let greys: Vec<u8> = greys.collect();
+    let mut png = Vec::new();
+    write_rgb(&greys, STEPS, &mut png).map_err(|e| Error::Internal(format!("cannot draw: {e}")))?;
+    canvas.image([left, y], [LENGTH, 14.0], &png);
+    let (right, below) = (left + LENGTH, y + 14.0);
+    let corners = [
+        [left, y],
+        [right, y],
+        [right, below],
+        [left, below],
+        [left, y],
+    ];
+    canvas.line(&corners, FRAME, 0.8)?;
+    let mut free = f64::NEG_INFINITY;
+    for level in levels {
+        let x = left + LENGTH * (level / lo).ln() / all;
+        canvas.line(&[[x, y], [x, below]], tone.ink(*level), 1.0)?;
+        let text = number(*level);
+        let room = 3.2 * text.chars().count() as f64 + 4.0;
+        if x - room >= free {
+            canvas.line(&[[x, below], [x, below + 3.0]], FRAME, 0.8)?;
+            canvas.text(
+                [x, below + 11.0],
+                &text,
+                Lettering::new(10.0, Align::Middle),
+            )?;
+            free = x + room;
+        }
+    }
+    let caption = format!(
+        "luminance of the BRDF (sr⁻¹); isolines {factor} times apart, the same in all; \
+         white: below the horizon, hatched: no data"
+    );
+    text(canvas, [middle, below + 30.0], &caption, 11.5, false)
+}
+
+/// Two digits that count.
+fn number(v: f64) -> String {
+    let digits = v.log10().floor();
+    if !(-3.0..4.0).contains(&digits) {
+        return format!("{v:.1e}");
+    }
+    let decimals = (1.0 - digits).max(0.0) as usize;
+    let text = format!("{v:.decimals$}");
+    match text.contains('.') {
+        true => text.trim_end_matches('0').trim_end_matches('.').into(),
+        false => text,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::brdf::{BrdfSpec, TestFunctionSpec};
+    use crate::geometry::{DirectionPair, Symmetry};
+    use crate::parametrization;
+    use exr::prelude::{ReadChannels, ReadLayers};
+
+    fn charts(names: &[&str]) -> Vec<ParametrizationEntry> {
+        let found = names
+            .iter()
+            .map(|name| parametrization::find(name).unwrap());
+        found.collect()
+    }
+
+    #[test]
+    fn files_hold_the_function_of_the_axes() {
+        // 1 − |h̄| is 1 − the first coordinate, whatever the others are.
+        let s = TestFunctionSpec::S.build(Channels::Luminance).unwrap();
+        let slices = BrdfSlices::new(&*s, &charts(&["hybrid", "orthographic"]), &[0.0, 22.5], 32);
+        let mut file = io::Cursor::new(Vec::new());
+        slices.write_exr(&mut file).unwrap();
+        file.set_position(0);
+        let image = exr::prelude::read()
+            .no_deep_data()
+            .largest_resolution_level()
+            .all_channels()
+            .first_valid_layer()
+            .all_attributes()
+            .from_buffered(file)
+            .unwrap();
+        let list = &image.layer_data.channel_data.list;
+        assert_eq!(list.len(), 2 * 2 * 2);
+        let values = |name: &str| {
+            let channel = list.iter().find(|c| c.name.to_string() == name).unwrap();
+            let value = |i| channel.sample_data.value_by_flat_index(i).to_f32();
+            (0..32 * 32).map(value).collect::<Vec<_>>()
+        };
+        for plane in ["hybrid.phi_0", "orthographic.phi_22p5"] {
+            let (y, a) = (values(&format!("{plane}.Y")), values(&format!("{plane}.A")));
+            let mut inside = 0;
+            for i in 0..32 * 32 {
+                let h_bar = ((i % 32) as f32 + 0.5) / 32.0;
+                assert!(a[i] == 0.0 || (y[i] - (1.0 - h_bar)).abs() < 1e-5);
+                inside += usize::from(a[i] == 1.0);
+            }
+            assert!((400..900).contains(&inside), "{inside}");
+            // The lower left is mirror reflection at the normal, the upper right is no pair.
+            assert!(a[31 * 32] == 1.0 && a[31] == 0.0);
+        }
+    }
+
+    #[test]
+    fn plates_show_every_slice_with_the_same_levels() {
+        let s = TestFunctionSpec::S.build(Channels::Luminance).unwrap();
+        let slices = BrdfSlices::new(&*s, &charts(&["half-difference"]), &[0.0, 60.0], 64);
+        let svg = slices.svg("S & co").unwrap();
+        assert_eq!(svg.matches("<image").count(), 2 + 1);
+        assert!(svg.contains("S &amp; co") && !svg.contains("NaN"));
+        let shown: Vec<f64> = (1..=1000).map(f64::from).collect();
+        let (levels, factor) = levels(&shown);
+        assert!((8..=24).contains(&levels.len()));
+        for w in levels.windows(2) {
+            assert!((w[1] / w[0] / factor - 1.0).abs() < 1e-12);
+        }
+        assert!(levels[0] >= 11.0 && levels[levels.len() - 1] <= 1000.0);
+    }
+
+    /// Has no data for light from the left, and is black.
+    struct Half;
+
+    impl Brdf for Half {
+        fn channels(&self) -> Channels {
+            Channels::Luminance
+        }
+        fn symmetry(&self) -> Symmetry {
+            Symmetry::NONE
+        }
+        fn conserves_energy(&self) -> bool {
+            true
+        }
+        fn eval(&self, pair: &DirectionPair, out: &mut [f64]) -> Presence {
+            out[0] = 0.0;
+            if pair.omega_i.theta() > 0.7 {
+                return Presence::Missing;
+            }
+            Presence::Present
+        }
+    }
+
+    #[test]
+    fn black_and_missing_data_are_pictures_too() {
+        let slices = BrdfSlices::new(&Half, &charts(&["spherical"]), &[0.0], 20);
+        let count = |p: Pixel| slices.pixels[0].iter().filter(|q| **q == p).count();
+        assert!(count(Pixel::Missing) > 150 && count(Pixel::Value([0.0; 3])) > 150);
+        assert!(slices.svg("black").unwrap().contains("all is black"));
+    }
+}
