@@ -2,12 +2,15 @@
 //! isolines of one are from the axes of the other, which symmetries hold, and which pairs of
 //! directions a box of coordinates stands for.
 
+mod alignment;
 mod anisotropy;
 mod claims;
 mod distortion;
 mod reduction;
 mod shares;
+mod symmetry;
 
+pub use alignment::{Alignment, alignment};
 pub use anisotropy::{Anisotropy, Quantiles, anisotropy, stretches};
 pub use claims::{Claim, Verdict, on_material, on_test_functions};
 pub use distortion::{
@@ -16,6 +19,9 @@ pub use distortion::{
 };
 pub use reduction::{Averaging, reduced};
 pub use shares::{Cell, Shares};
+pub use symmetry::{
+    Deviation, Deviations, SYMMETRY_TOLERANCE, Saving, deviations, savings, symmetry_pairs,
+};
 
 use serde::Serialize;
 
@@ -54,10 +60,3 @@ impl Scale {
         }
     }
 }
-mod alignment;
-mod symmetry;
-
-pub use alignment::{Alignment, alignment};
-pub use symmetry::{
-    Deviation, Deviations, SYMMETRY_TOLERANCE, Saving, deviations, savings, symmetry_pairs,
-};
