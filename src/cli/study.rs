@@ -7,6 +7,8 @@ use crate::brdf::Brdf;
 use crate::error::Error;
 use crate::experiment::study::{self, Findings, RowKey, Shard, StudyObserver, StudyPlan, StudyRow};
 use crate::experiment::{Failure, Material, Source};
+#[cfg(all(feature = "exr", feature = "plots"))]
+use crate::report::Studio;
 use crate::report::{MadeBy, Manifest, Outcome, ROWS, StudyFolder, read_rows, study_text};
 use std::collections::HashSet;
 use std::path::{Path, PathBuf};
@@ -36,7 +38,15 @@ impl Run {
             progress: Progress::with_length(jobs as u64, self.is_quiet()),
             stop,
             folder,
+            #[cfg(all(feature = "exr", feature = "plots"))]
+            studio: plan.pictures.draw.then(|| Studio::new(&plan)).transpose()?,
+            #[cfg(not(all(feature = "exr", feature = "plots")))]
+            plan: std::marker::PhantomData,
         };
+        #[cfg(all(feature = "exr", feature = "plots"))]
+        if let Some(studio) = &desk.studio {
+            studio.general(&mut desk.folder)?;
+        }
         let summary = study::study(&plan, self.shard, &known, &mut desk)?;
         desk.progress.finish();
         let Desk { folder, .. } = desk;
@@ -121,13 +131,18 @@ fn list(plan: &StudyPlan, shard: Option<Shard>, dir: &Path) -> Result<(), Error>
 }
 
 /// Where a study's news arrive.
-struct Desk {
+struct Desk<'a> {
     progress: Progress,
     stop: Arc<AtomicBool>,
     folder: StudyFolder,
+    /// `None` where nothing is drawn.
+    #[cfg(all(feature = "exr", feature = "plots"))]
+    studio: Option<Studio<'a>>,
+    #[cfg(not(all(feature = "exr", feature = "plots")))]
+    plan: std::marker::PhantomData<&'a StudyPlan>,
 }
 
-impl StudyObserver for Desk {
+impl StudyObserver for Desk<'_> {
     fn cancelled(&self) -> bool {
         self.stop.load(Ordering::SeqCst)
     }
@@ -136,6 +151,24 @@ impl StudyObserver for Desk {
         self.progress.say(what);
     }
 
+    #[cfg(all(feature = "exr", feature = "plots"))]
+    fn wants(&self, material: &Material, key: &str) -> bool {
+        let studio = self.studio.as_ref();
+        studio.is_some_and(|s| s.wants(&self.folder, material, key))
+    }
+
+    #[cfg(all(feature = "exr", feature = "plots"))]
+    fn loaded(&mut self, material: &Material, brdf: &dyn Brdf, key: &str) -> Result<(), Error> {
+        let Some(studio) = &self.studio else {
+            return Ok(());
+        };
+        self.progress.say(&format!("drawing {}", material.name));
+        let stop = Arc::clone(&self.stop);
+        let cancelled = || stop.load(Ordering::SeqCst);
+        studio.material(&mut self.folder, material, brdf, key, &cancelled)
+    }
+
+    #[cfg(not(all(feature = "exr", feature = "plots")))]
     fn loaded(&mut self, _material: &Material, _brdf: &dyn Brdf, _key: &str) -> Result<(), Error> {
         Ok(())
     }

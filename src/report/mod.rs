@@ -48,6 +48,8 @@ pub use slice::{RESOLUTION, THETA_O_DEG, write_slice};
 #[cfg(feature = "exr")]
 pub use sphere::{FilterEllipse, SphereImage, sphere, sphere_svg};
 pub use study::{ROWS, StudyFolder, read_rows, study_text};
+#[cfg(all(feature = "exr", feature = "plots"))]
+pub use study::{Shown, Studio, general_pictures};
 #[cfg(feature = "plots")]
 pub use svg::svg;
 pub use table::Table;

@@ -35,7 +35,12 @@ pub trait StudyObserver {
     /// What is done now, for people.
     fn stage(&mut self, what: &str);
 
-    /// A material that has rows to be made is there; asked for what is drawn of it.
+    /// True if a material shall be [`loaded`](Self::loaded) though all its rows are there.
+    fn wants(&self, _material: &Material, _key: &str) -> bool {
+        false
+    }
+
+    /// A material is there; `key` is the hash of what it is. Asked before its rows are made.
     ///
     /// # Errors
     /// End the study.
@@ -65,6 +70,8 @@ pub struct StudySummary {
     pub failures: Vec<Failure>,
     /// The files of the materials.
     pub inputs: Vec<Input>,
+    /// What each material is, as a hash; `None` of one that cannot be read.
+    pub materials: Vec<Option<String>>,
     /// True if the observer asked to stop before the end.
     pub interrupted: bool,
 }
@@ -181,10 +188,12 @@ impl<'a> Runner<'a> {
                         let keys = measures.map(|&m| key::of_row(&identity, &task.hash, m));
                         self.summary.keys.extend(keys);
                     }
+                    self.summary.materials.push(Some(identity.hash_text()));
                     self.identities.push(Some(identity));
                 }
                 Err(reason) => {
                     self.fail(&material.name, reason, self.jobs_of_material());
+                    self.summary.materials.push(None);
                     self.identities.push(None);
                 }
             }
@@ -209,15 +218,20 @@ impl<'a> Runner<'a> {
                 continue;
             };
             let mut tasks = self.tasks.iter().flatten();
-            if !tasks.any(|task| self.wanted(identity, task)) {
+            let key = identity.hash_text();
+            let rows = tasks.any(|task| self.wanted(identity, task));
+            if !rows && !self.observer.wants(material, &key) {
                 self.observer.advanced(self.jobs_of_material());
                 continue;
             }
             self.begin(&format!("loading {}", material.name))?;
             match material.spec.build(self.plan.plan.channels) {
                 Ok(brdf) => {
-                    self.observer
-                        .loaded(material, &*brdf, &identity.hash_text())?;
+                    self.observer.loaded(material, &*brdf, &key)?;
+                    if !rows {
+                        self.observer.advanced(self.jobs_of_material());
+                        continue;
+                    }
                     let at = |pairs: &Vec<DirectionPair>| metrics::evaluate(&*brdf, pairs);
                     truths.push(Truth {
                         material,

@@ -178,6 +178,11 @@ impl StudyFolder {
         Ok(())
     }
 
+    /// True if a picture is there.
+    pub fn has_picture(&self, name: &str) -> bool {
+        self.dir.join(PICTURES).join(name).exists()
+    }
+
     /// The bytes of a picture that is there.
     pub fn picture(&self, name: &str) -> Option<Vec<u8>> {
         fs::read(self.dir.join(PICTURES).join(name)).ok()

@@ -1,0 +1,186 @@
+//! What a study draws: its parametrizations, and of every material its slices and, on a sphere, what
+//! is left of it when it is reconstructed.
+
+use super::folder::StudyFolder;
+use crate::brdf::Brdf;
+use crate::error::Error;
+use crate::experiment::Material;
+use crate::experiment::study::{StudyPlan, sketch};
+use crate::lighting::Lighting;
+use crate::parametrization::{ParametrizationEntry, find};
+use crate::report::folder::file_stem;
+use crate::report::pictures::{BrdfSlices, Comparison, hemispheres_svg, test_functions_svg};
+use std::io::{self, Cursor};
+
+/// Azimuths of slices, degrees, as in the figures of Barla et al. (2015).
+const PHI_DEG: [f64; 4] = [0.0, 30.0, 60.0, 90.0];
+
+/// Elevations of views, degrees.
+const THETA_O_DEG: [f64; 3] = [10.0, 40.0, 70.0];
+
+/// Pixels along a side of a slice.
+const RESOLUTION: usize = 128;
+
+const HEMISPHERES: &str = "hemispheres.svg";
+const FUNCTIONS: &str = "functions.svg";
+
+/// A picture of a report, as a file of the study's folder.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Shown {
+    /// Its name in the folder of pictures.
+    pub file: String,
+    /// What it shows.
+    pub caption: String,
+}
+
+/// The pictures of a study itself.
+pub fn general_pictures() -> Vec<Shown> {
+    vec![
+        Shown {
+            file: HEMISPHERES.into(),
+            caption: "The first two axes of each parametrization on the hemisphere of light directions, for three views; the last pictures are turned to the back direction."
+                .into(),
+        },
+        Shown {
+            file: FUNCTIONS.into(),
+            caption: "The test functions S = 1 − |h_bar| (red), G = 1 − cos theta_i cos theta_o (blue) and F = 1 − cos theta_d (white), on the hemisphere and in slices of each parametrization."
+                .into(),
+        },
+    ]
+}
+
+/// Draws what a study shows, unless it is there.
+pub struct Studio<'a> {
+    plan: &'a StudyPlan,
+    lighting: Box<dyn Lighting>,
+    parametrizations: Vec<ParametrizationEntry>,
+}
+
+impl<'a> Studio<'a> {
+    /// A studio under the light of the plan.
+    ///
+    /// # Errors
+    /// [`Error::Config`] if it cannot be built.
+    pub fn new(plan: &'a StudyPlan) -> Result<Self, Error> {
+        let spec = &plan.pictures.lighting;
+        let lighting = spec
+            .build()
+            .map_err(|e| Error::config("pictures.lighting", e))?;
+        let mut names: Vec<&str> = Vec::new();
+        for c in &plan.plan.parametrizations {
+            if !names.contains(&c.name()) {
+                names.push(c.name());
+            }
+        }
+        Ok(Self {
+            plan,
+            lighting,
+            parametrizations: names.into_iter().filter_map(find).collect(),
+        })
+    }
+
+    /// Draws the parametrizations.
+    ///
+    /// # Errors
+    /// [`Error::Output`].
+    pub fn general(&self, folder: &mut StudyFolder) -> Result<(), Error> {
+        let all = &self.parametrizations;
+        folder.write_picture(HEMISPHERES, || {
+            hemispheres_svg(all, &THETA_O_DEG).map(String::into_bytes)
+        })?;
+        folder.write_picture(FUNCTIONS, || {
+            test_functions_svg(all, &THETA_O_DEG, &PHI_DEG).map(String::into_bytes)
+        })
+    }
+
+    /// The pictures of a material that a report shows; `key` tells its contents from others'.
+    pub fn of_material(&self, material: &Material, key: &str) -> Vec<Shown> {
+        let stem = stem(material, key);
+        let mut shown = vec![Shown {
+            file: format!("{stem}.slices.svg"),
+            caption: "Slices at four azimuths with isolines of luminance.".into(),
+        }];
+        for coordinates in &self.plan.plan.parametrizations {
+            let label = coordinates.label();
+            shown.push(Shown {
+                file: format!("{stem}.{}.svg", file_stem(&label)),
+                caption: format!(
+                    "Truth, reconstruction from {} readings uniform in {label}, and their difference.",
+                    self.plan.pictures.budget
+                ),
+            });
+        }
+        shown
+    }
+
+    /// True if a picture of a material is missing.
+    pub fn wants(&self, folder: &StudyFolder, material: &Material, key: &str) -> bool {
+        let mut shown = self.of_material(material, key).into_iter();
+        shown.any(|s| !folder.has_picture(&s.file))
+    }
+
+    /// Draws a material, until `cancelled`.
+    ///
+    /// # Errors
+    /// [`Error::Output`].
+    pub fn material(
+        &self,
+        folder: &mut StudyFolder,
+        material: &Material,
+        brdf: &dyn Brdf,
+        key: &str,
+        cancelled: &dyn Fn() -> bool,
+    ) -> Result<(), Error> {
+        let stem = stem(material, key);
+        let name = format!("{stem}.slices");
+        if !folder.has_picture(&format!("{name}.svg")) {
+            let slices = BrdfSlices::new(brdf, &self.parametrizations, &PHI_DEG, RESOLUTION);
+            let title = format!("{}: slices and isolines", material.name);
+            folder.write_picture(&format!("{name}.exr"), || {
+                encoded(|out| slices.write_exr(out))
+            })?;
+            folder.write_picture(&format!("{name}.svg"), || {
+                slices.svg(&title).map(String::into_bytes)
+            })?;
+        }
+        for (i, coordinates) in self.plan.plan.parametrizations.iter().enumerate() {
+            if cancelled() {
+                return Ok(());
+            }
+            let label = coordinates.label();
+            let name = format!("{stem}.{}", file_stem(&label));
+            if folder.has_picture(&format!("{name}.svg")) {
+                continue;
+            }
+            // Too few readings for a schedule of this symmetry: there is nothing to show.
+            let Some((reconstruction, method)) = sketch(self.plan, material, brdf, i)? else {
+                continue;
+            };
+            let spec = &self.plan.pictures;
+            let (side, samples) = (spec.resolution, spec.samples);
+            let made = Comparison::new(brdf, &*reconstruction, &*self.lighting, side, samples);
+            let title = format!("{}, {label}, {method} of {}", material.name, spec.budget);
+            folder.write_picture(&format!("{name}.exr"), || {
+                encoded(|out| made.write_exr(out))
+            })?;
+            folder.write_picture(&format!("{name}.png"), || {
+                encoded(|out| made.write_png(out))
+            })?;
+            folder.write_picture(&format!("{name}.svg"), || {
+                made.svg(&title).map(String::into_bytes)
+            })?;
+        }
+        Ok(())
+    }
+}
+
+fn stem(material: &Material, key: &str) -> String {
+    format!("{}.{key}", file_stem(&material.name))
+}
+
+/// The bytes of a file.
+fn encoded(write: impl FnOnce(&mut Cursor<Vec<u8>>) -> io::Result<()>) -> Result<Vec<u8>, Error> {
+    let mut out = Cursor::new(Vec::new());
+    write(&mut out).map_err(|e| Error::Internal(format!("cannot draw: {e}")))?;
+    Ok(out.into_inner())
+}
