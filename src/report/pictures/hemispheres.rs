@@ -67,7 +67,7 @@ pub fn hemispheres_svg(
                 side: SIDE,
             };
             let key = plot(first);
-            let values: Vec<_> = middles(PIXELS).map(|p| Some(p)).collect();
+            let values: Vec<_> = middles(PIXELS).map(Some).collect();
             colours(canvas, &key, plane, &values)?;
             key.axes(canvas, plane, None)?;
             for (x, from, _) in groups {
