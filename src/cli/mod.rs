@@ -14,6 +14,8 @@ mod merge;
 mod moment_study;
 mod moments;
 mod output;
+#[cfg(all(feature = "exr", feature = "plots"))]
+mod picture;
 mod progress;
 mod reconstruct;
 mod relations;
@@ -76,6 +78,9 @@ enum Command {
     Distortion(distortion::Distortion),
     /// What Barla et al. 2015 say of the parametrizations, and whether it is so
     Claims(claims::Claims),
+    /// Pictures of parametrizations, materials and reconstructions
+    #[cfg(all(feature = "exr", feature = "plots"))]
+    Picture(picture::Picture),
     /// Write a material of a config as a MERL .binary file
     Tabulate(tabulate::Tabulate),
     /// Measure the program against the clock
@@ -103,6 +108,8 @@ impl Cli {
             Command::Distortion(command) => command.run(),
             Command::Claims(command) => command.run(),
             Command::Symmetry(command) => command.run(),
+            #[cfg(all(feature = "exr", feature = "plots"))]
+            Command::Picture(command) => command.run(),
             Command::Tabulate(command) => command.run(),
             Command::Bench(command) => command.run(),
         }

@@ -7,6 +7,7 @@ mod files;
 mod instruments;
 mod moment_study;
 mod moments;
+mod picture;
 mod readme;
 mod runs;
 mod schedules;

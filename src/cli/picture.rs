@@ -1,0 +1,410 @@
+//! `gonio picture`.
+
+use super::brdf_args::BrdfArgs;
+use super::{ThreadArgs, build, choose_material, print, refuse_existing, say};
+use crate::brdf::{Brdf, BuildError, Channels};
+use crate::error::Error;
+use crate::files::write_atomically;
+use crate::instrument::{Ideal, Instrument};
+use crate::lighting::{self, Lighting, LightingSpec, MapSpec};
+use crate::parametrization::{self, ParametrizationEntry};
+use crate::reconstruct;
+use crate::registry;
+use crate::report::file_stem;
+use crate::report::pictures::{
+    BrdfSlices, Comparison, hemispheres_svg, render_sphere, test_functions_svg,
+};
+use crate::schedule;
+use clap::{Args, Subcommand};
+use std::fs::{self, File};
+use std::io::{self, BufWriter, Write};
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+#[derive(Debug, Args)]
+#[command(after_help = "\
+  gonio picture hemispheres -o pictures
+  gonio picture slices gold-metallic-paint3.binary -o pictures
+  gonio picture sphere ggx --set alpha=0.05 --lighting panorama.exr -o pictures
+  gonio picture compare ggx --budget 1000 --parametrization hybrid -o pictures")]
+pub(super) struct Picture {
+    #[command(subcommand)]
+    what: What,
+}
+
+#[derive(Debug, Subcommand)]
+enum What {
+    /// Parametrizations on the hemisphere of light directions: hemispheres.svg
+    Hemispheres(Hemispheres),
+    /// The test functions S, G and F on the hemisphere and in slices: functions.svg
+    Functions(Functions),
+    /// A material in slices of each parametrization, with isolines: NAME_slices.svg and .exr
+    Slices(Slices),
+    /// A sphere of a material under distant light: NAME_sphere.png and .exr
+    Sphere(Sphere),
+    /// A material, its reconstruction and the difference: NAME_….svg, .png and .exr
+    Compare(Compare),
+}
+
+impl Picture {
+    pub(super) fn run(self) -> Result<(), Error> {
+        match self.what {
+            What::Hemispheres(picture) => picture.run(),
+            What::Functions(picture) => picture.run(),
+            What::Slices(picture) => picture.run(),
+            What::Sphere(picture) => picture.run(),
+            What::Compare(picture) => picture.run(),
+        }
+    }
+}
+
+/// Where files go.
+#[derive(Debug, Args)]
+struct Folder {
+    /// The folder to write into
+    #[arg(short, long, value_name = "DIR")]
+    output: PathBuf,
+    /// Replace files that exist
+    #[arg(long)]
+    force: bool,
+}
+
+impl Folder {
+    /// Paths of files that may be written: one for each ending.
+    fn free<const N: usize>(&self, stem: &str, endings: [&str; N]) -> Result<[PathBuf; N], Error> {
+        let paths = endings.map(|ending| self.output.join(format!("{stem}.{ending}")));
+        for path in &paths {
+            refuse_existing(path, self.force)?;
+        }
+        Ok(paths)
+    }
+
+    fn make(&self) -> Result<(), Error> {
+        fs::create_dir_all(&self.output)
+            .map_err(|e| Error::output(&self.output, format!("cannot make this folder: {e}")))
+    }
+}
+
+fn write(
+    path: &Path,
+    body: impl FnOnce(&mut BufWriter<File>) -> io::Result<()>,
+) -> Result<(), Error> {
+    write_atomically(path, body)
+        .map_err(|e| Error::output(path, format!("cannot write this file: {e}")))?;
+    print(&format!("{}\n", path.display()))
+}
+
+/// The parametrizations of a plate.
+#[derive(Debug, Args)]
+struct Charts {
+    /// A parametrization, a row; may be given several times
+    #[arg(long = "parametrization", value_name = "NAME",
+        default_values = ["half-difference", "orthographic", "hybrid"])]
+    names: Vec<String>,
+}
+
+impl Charts {
+    fn entries(&self) -> Result<Vec<ParametrizationEntry>, Error> {
+        self.names.iter().map(|name| entry(name)).collect()
+    }
+}
+
+fn entry(name: &str) -> Result<ParametrizationEntry, Error> {
+    parametrization::find(name).ok_or_else(|| {
+        let all = parametrization::all();
+        let all: Vec<_> = all.iter().map(|e| e.name).collect();
+        let message = format!(
+            "{name:?} is no parametrization; allowed: {}",
+            all.join(", ")
+        );
+        Error::config("--parametrization", message)
+    })
+}
+
+/// View elevations, each a picture in a row.
+#[derive(Debug, Args)]
+struct Views {
+    /// View elevation in degrees, in [0, 90); may be given several times
+    #[arg(long = "view-deg", value_name = "DEG", default_values_t = [10.0, 40.0, 70.0])]
+    views: Vec<f64>,
+}
+
+impl Views {
+    fn checked(&self) -> Result<&[f64], Error> {
+        match self.views.iter().find(|v| !(0.0..90.0).contains(*v)) {
+            Some(view) => {
+                let message = format!("{view} is no view elevation; allowed: a number in [0, 90)");
+                Err(Error::config("--view-deg", message))
+            }
+            None => Ok(&self.views),
+        }
+    }
+}
+
+/// Azimuths, each a slice in a row.
+#[derive(Debug, Args)]
+struct Azimuths {
+    /// The azimuth that is fixed in a slice, degrees, in [0, 180]; may be given several times
+    #[arg(long = "phi-deg", value_name = "DEG", default_values_t = [0.0, 30.0, 60.0, 90.0])]
+    phis: Vec<f64>,
+}
+
+impl Azimuths {
+    fn checked(&self) -> Result<&[f64], Error> {
+        match self.phis.iter().find(|v| !(0.0..=180.0).contains(*v)) {
+            Some(phi) => {
+                let message = format!("{phi} is no azimuth; allowed: a number in [0, 180]");
+                Err(Error::config("--phi-deg", message))
+            }
+            None => Ok(&self.phis),
+        }
+    }
+}
+
+#[derive(Debug, Args)]
+struct Hemispheres {
+    #[command(flatten)]
+    charts: Charts,
+    #[command(flatten)]
+    views: Views,
+    #[command(flatten)]
+    folder: Folder,
+}
+
+impl Hemispheres {
+    fn run(self) -> Result<(), Error> {
+        let (charts, views) = (self.charts.entries()?, self.views.checked()?);
+        let [svg] = self.folder.free("hemispheres", ["svg"])?;
+        let text = hemispheres_svg(&charts, views)?;
+        self.folder.make()?;
+        write(&svg, |out| out.write_all(text.as_bytes()))
+    }
+}
+
+#[derive(Debug, Args)]
+struct Functions {
+    #[command(flatten)]
+    charts: Charts,
+    #[command(flatten)]
+    views: Views,
+    #[command(flatten)]
+    azimuths: Azimuths,
+    #[command(flatten)]
+    folder: Folder,
+}
+
+impl Functions {
+    fn run(self) -> Result<(), Error> {
+        let (charts, views) = (self.charts.entries()?, self.views.checked()?);
+        let phis = self.azimuths.checked()?;
+        let [svg] = self.folder.free("functions", ["svg"])?;
+        let text = test_functions_svg(&charts, views, phis)?;
+        self.folder.make()?;
+        write(&svg, |out| out.write_all(text.as_bytes()))
+    }
+}
+
+/// The material, in colour.
+fn material(args: &BrdfArgs) -> Result<(String, Box<dyn Brdf>), Error> {
+    let source = args.source()?;
+    let plan = args.plan(&source)?;
+    let material = choose_material(&plan.materials, None)?;
+    Ok((material.name.clone(), build(material, Channels::Rgb)?))
+}
+
+#[derive(Debug, Args)]
+struct Slices {
+    #[command(flatten)]
+    brdf: BrdfArgs,
+    #[command(flatten)]
+    charts: Charts,
+    #[command(flatten)]
+    azimuths: Azimuths,
+    /// Cells of a slice along each axis
+    #[arg(long, value_name = "N", default_value = "256",
+        value_parser = clap::value_parser!(u16).range(2..=1024))]
+    resolution: u16,
+    #[command(flatten)]
+    threads: ThreadArgs,
+    #[command(flatten)]
+    folder: Folder,
+}
+
+impl Slices {
+    fn run(self) -> Result<(), Error> {
+        self.threads.apply()?;
+        let (charts, phis) = (self.charts.entries()?, self.azimuths.checked()?);
+        let (name, brdf) = material(&self.brdf)?;
+        let stem = format!("{}_slices", file_stem(&name));
+        let [svg, exr] = self.folder.free(&stem, ["svg", "exr"])?;
+        let slices = BrdfSlices::new(&*brdf, &charts, phis, self.resolution.into());
+        let text = slices.svg(&name)?;
+        self.folder.make()?;
+        write(&svg, |out| out.write_all(text.as_bytes()))?;
+        write(&exr, |out| slices.write_exr(out))
+    }
+}
+
+/// Light, and how carefully it is drawn.
+#[derive(Debug, Args)]
+struct Scene {
+    /// A panorama (.exr, .hdr), or a kind of light (see `gonio list lightings`)
+    #[arg(long, value_name = "FILE|KIND", default_value = "sky")]
+    lighting: String,
+    /// Pixels along each side of a sphere
+    #[arg(long, value_name = "N", default_value = "256",
+        value_parser = clap::value_parser!(u16).range(1..=4096))]
+    resolution: u16,
+    /// Points a pixel
+    #[arg(long, value_name = "N", default_value = "64",
+        value_parser = clap::value_parser!(u32).range(2..=65_536))]
+    samples: u32,
+    #[command(flatten)]
+    threads: ThreadArgs,
+}
+
+impl Scene {
+    fn light(&self) -> Result<Box<dyn Lighting>, Error> {
+        let path = Path::new(&self.lighting);
+        let extension = path.extension().and_then(|e| e.to_str());
+        let spec: Box<dyn LightingSpec> = match extension {
+            Some("exr" | "hdr") => Box::new(MapSpec {
+                path: path.into(),
+                rotation_deg: 0.0,
+            }),
+            _ => {
+                let all = lighting::all();
+                // Kinds without an example have no defaults.
+                let mut named = all.iter().filter(|e| !e.examples.is_empty());
+                let Some(entry) = named.find(|e| e.kind == self.lighting) else {
+                    let kinds = all.iter().filter(|e| !e.examples.is_empty());
+                    let kinds: Vec<_> = kinds.map(|e| e.kind).collect();
+                    let message = format!(
+                        "{:?} is neither a panorama (*.exr, *.hdr) nor a kind of light; allowed \
+                         kinds: {}",
+                        self.lighting,
+                        kinds.join(", ")
+                    );
+                    return Err(Error::config("--lighting", message));
+                };
+                registry::read_text(entry, "").map_err(|e| Error::Internal(e.to_string()))?
+            }
+        };
+        spec.build().map_err(|e| match e {
+            BuildError::Data { path, message } => Error::Data { path, message },
+            e => Error::config("--lighting", e),
+        })
+    }
+}
+
+#[derive(Debug, Args)]
+struct Sphere {
+    #[command(flatten)]
+    brdf: BrdfArgs,
+    #[command(flatten)]
+    scene: Scene,
+    #[command(flatten)]
+    folder: Folder,
+}
+
+impl Sphere {
+    fn run(self) -> Result<(), Error> {
+        self.scene.threads.apply()?;
+        let light = self.scene.light()?;
+        let (name, brdf) = material(&self.brdf)?;
+        let stem = format!("{}_sphere", file_stem(&name));
+        let [png, exr] = self.folder.free(&stem, ["png", "exr"])?;
+        let start = std::time::Instant::now();
+        let [resolution, samples] = [self.scene.resolution.into(), self.scene.samples];
+        let image = render_sphere(&*brdf, &*light, resolution as usize, samples as usize);
+        say(&format!(
+            "gonio: drawn in {:.2} s",
+            start.elapsed().as_secs_f64()
+        ));
+        self.folder.make()?;
+        write(&png, |out| image.write_png(image.white(), out))?;
+        write(&exr, |out| image.write_exr(out))
+    }
+}
+
+#[derive(Debug, Args)]
+struct Compare {
+    #[command(flatten)]
+    brdf: BrdfArgs,
+    /// The coordinates that are sampled and interpolated in
+    #[arg(long, value_name = "NAME", default_value = "half-difference")]
+    parametrization: String,
+    /// Distinct physical configurations
+    #[arg(long, value_name = "N", default_value = "4000",
+        value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
+    budget: u32,
+    /// A kind of reconstruction (see `gonio list reconstructions`), with its defaults: of a grid if
+    /// it needs one, else of Sobol points
+    #[arg(long, value_name = "KIND", default_value = "cubic")]
+    reconstruction: String,
+    #[command(flatten)]
+    scene: Scene,
+    #[command(flatten)]
+    folder: Folder,
+}
+
+impl Compare {
+    fn run(self) -> Result<(), Error> {
+        self.scene.threads.apply()?;
+        let chart = entry(&self.parametrization)?;
+        let methods = reconstruct::all();
+        let Some(method) = methods.iter().find(|e| e.kind == self.reconstruction) else {
+            let kinds: Vec<_> = methods.iter().map(|e| e.kind).collect();
+            let message = format!(
+                "{:?} is no reconstruction; allowed: {}",
+                self.reconstruction,
+                kinds.join(", ")
+            );
+            return Err(Error::config("--reconstruction", message));
+        };
+        let internal = |e: registry::ReadError| Error::Internal(e.to_string());
+        let method = registry::read_text(method, "").map_err(internal)?;
+        let light = self.scene.light()?;
+        let (name, truth) = material(&self.brdf)?;
+        let (chart_name, budget) = (chart.name, self.budget);
+        let choice = format!("{}_{chart_name}_{budget}", self.reconstruction);
+        let stem = format!("{}_{choice}", file_stem(&name));
+        let [svg, png, exr] = self.folder.free(&stem, ["svg", "png", "exr"])?;
+
+        let set = if method.needs_grid() { "grid" } else { "sobol" };
+        let sets = schedule::all();
+        let set = sets.iter().find(|e| e.kind == set);
+        let set = set.ok_or_else(|| Error::Internal("a sample set is gone".into()))?;
+        let set = registry::read_text(set, "").map_err(internal)?;
+        let form = chart.form(truth.symmetry());
+        let poses = set
+            .plan(&form, budget as usize, 1)
+            .map_err(|e| Error::config("--budget", e))?;
+        let measurement = Ideal.measure(&*truth, &Arc::new(poses));
+        let copy = method
+            .reconstruct(&measurement)
+            .map_err(|e| Error::config("--budget", e))?;
+        let [resolution, samples] = [self.scene.resolution.into(), self.scene.samples];
+        let pictures = Comparison::new(
+            &*truth,
+            &*copy,
+            &*light,
+            resolution as usize,
+            samples as usize,
+        );
+        let title = format!(
+            "{name}: {} of {} readings in {chart_name} coordinates",
+            method.label(),
+            measurement.readings()
+        );
+        let text = pictures.svg(&title)?;
+        self.folder.make()?;
+        print(&format!(
+            "{title}\nimage nrmse {:.4e}, mean relative {:.4e}\n",
+            pictures.nrmse, pictures.mean_relative
+        ))?;
+        write(&svg, |out| out.write_all(text.as_bytes()))?;
+        write(&png, |out| pictures.write_png(out))?;
+        write(&exr, |out| pictures.write_exr(out))
+    }
+}
