@@ -9,6 +9,7 @@ mod distortion;
 mod reduction;
 mod shares;
 mod symmetry;
+mod subset;
 
 pub use alignment::{Alignment, alignment};
 pub use anisotropy::{Anisotropy, Quantiles, anisotropy, stretches};
@@ -22,6 +23,7 @@ pub use shares::{Cell, Shares};
 pub use symmetry::{
     Deviation, Deviations, SYMMETRY_TOLERANCE, Saving, deviations, savings, symmetry_pairs,
 };
+pub use subset::{Estimate, Image, Member, Needs, Reach, Subset};
 
 use serde::Serialize;
 

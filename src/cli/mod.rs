@@ -26,6 +26,7 @@ mod schema;
 mod slice;
 mod study;
 mod symmetry;
+mod subset;
 mod tabulate;
 
 use crate::brdf::{Brdf, BuildError, Channels};
@@ -81,6 +82,8 @@ enum Command {
     /// Pictures of parametrizations, materials and reconstructions
     #[cfg(all(feature = "exr", feature = "plots"))]
     Picture(picture::Picture),
+    /// The light paths that a box of coordinates stands for
+    Subset(subset::Subset),
     /// Write a material of a config as a MERL .binary file
     Tabulate(tabulate::Tabulate),
     /// Measure the program against the clock
@@ -110,6 +113,7 @@ impl Cli {
             Command::Symmetry(command) => command.run(),
             #[cfg(all(feature = "exr", feature = "plots"))]
             Command::Picture(command) => command.run(),
+            Command::Subset(command) => command.run(),
             Command::Tabulate(command) => command.run(),
             Command::Bench(command) => command.run(),
         }

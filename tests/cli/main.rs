@@ -1,6 +1,7 @@
 //! The program as a user meets it: exit codes, sentences on stderr, files that are whole or not
 //! there.
 
+mod analysis;
 mod bench;
 mod configs;
 mod files;

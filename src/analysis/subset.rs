@@ -1,0 +1,429 @@
+//! A box of coordinates, and the set of pairs of directions it stands for (the "connections between
+//! subsets of a parametrization and the corresponding subset of light paths" that Barla et al.
+//! 2015 ask for).
+//!
+//! The set holds every pair that is in the box itself, or by a symmetry of the form, and every
+//! turn of it about the normal: what measuring the box tells about a BRDF with these symmetries.
+//! Its measure in d omega_i d omega_o is the integral of the Jacobian over the physical part of the
+//! box, times 2π for the turn, times the images of each point, shared among those that are in the
+//! box as well.
+
+#[cfg(test)]
+mod tests;
+mod text;
+
+use crate::brdf::Brdf;
+use crate::geometry::{Direction, DirectionPair};
+use crate::instrument::Machine;
+use crate::metrics;
+use crate::parametrization::{self, Coords, Parametrization, WarpName};
+use crate::sampling::{Random, Sobol, gauss_legendre};
+use rayon::prelude::*;
+use std::collections::BTreeMap;
+use std::f64::consts::{FRAC_PI_2, PI, TAU};
+use std::sync::Arc;
+
+/// Panels along each of the first two axes, and half of them for the error.
+const PANELS: usize = 32;
+
+/// Gauss nodes of a panel.
+const PANEL_NODES: usize = 3;
+
+/// Gauss nodes of a physical piece of the azimuth.
+const AZIMUTH_NODES: usize = 16;
+
+/// Places along a quarter of the azimuth where it is looked whether the box is physical.
+const PROBES: usize = 6;
+
+/// Pairs of the Monte Carlo check: a standard error of 0.1 % for a set of half of all pairs.
+const CHECK_PAIRS: u64 = 1 << 20;
+
+/// Independent sets of points for the standard error of energies.
+const SETS: u64 = 16;
+
+/// Points of each of them.
+const SET_POINTS: u64 = 1 << 13;
+
+/// A number and how far off it may be.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Estimate {
+    /// The number.
+    pub value: f64,
+    /// Of a quadrature the difference from half as many nodes, else the standard error.
+    pub error: f64,
+}
+
+/// A box of coordinates of an isotropic form.
+#[derive(Clone)]
+pub struct Subset {
+    form: Arc<dyn Parametrization>,
+    ranges: [[f64; 2]; 3],
+}
+
+/// A pair of the set, and the steradians² that a sample of its size stands for.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Member {
+    /// One of the pairs; the symmetries give the others.
+    pub pair: DirectionPair,
+    /// Measure per unit of the box's volume.
+    pub weight: f64,
+}
+
+/// Smallest and largest angles (rad) over the pairs of a box.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Needs {
+    /// Elevation of the light.
+    pub theta_i: [f64; 2],
+    /// Elevation of the sensor.
+    pub theta_o: [f64; 2],
+    /// Difference of their azimuths, in [0, π].
+    pub azimuth: [f64; 2],
+    /// Angle between them.
+    pub separation: [f64; 2],
+}
+
+/// What a machine makes of a box.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Reach {
+    /// Share of the measure that it can take.
+    pub share: f64,
+    /// Name of each axis, and its lowest and highest position (rad); `None` if nothing is reached.
+    pub axes: Vec<(String, Option<[f64; 2]>)>,
+}
+
+/// The box of another parametrization that holds the set.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Image {
+    /// Lowest and highest coordinate found along each axis.
+    pub ranges: [[f64; 2]; 3],
+    /// Measure of the set over that of the box, in [0, 1] up to its error.
+    pub fill: f64,
+}
+
+impl Subset {
+    /// The box of `ranges` in a 3-D form.
+    ///
+    /// # Panics
+    /// If the form has four axes.
+    pub fn new(form: Arc<dyn Parametrization>, ranges: [[f64; 2]; 3]) -> Self {
+        assert_eq!(
+            form.axes().len(),
+            3,
+            "subsets are those of an isotropic form"
+        );
+        Self { form, ranges }
+    }
+
+    /// The form whose coordinates bound it.
+    pub fn form(&self) -> &dyn Parametrization {
+        &*self.form
+    }
+
+    /// Lowest and highest coordinate along each axis.
+    pub fn ranges(&self) -> [[f64; 2]; 3] {
+        self.ranges
+    }
+
+    /// True if the pair is in the box, or one of its images is.
+    pub fn contains(&self, pair: &DirectionPair) -> bool {
+        let images = self.form.images(&self.form.forward(pair));
+        images.iter().any(|c| self.holds(c))
+    }
+
+    fn holds(&self, coords: &Coords) -> bool {
+        let mut axes = self.ranges.iter().zip(coords);
+        axes.all(|([lo, hi], c)| lo <= c && c <= hi)
+    }
+
+    /// Measure per unit of volume at a physical point of the box.
+    fn density(&self, coords: &Coords) -> f64 {
+        let images = self.form.images(coords);
+        let inside = images.iter().filter(|c| self.holds(c)).count().max(1);
+        TAU * self.form.jacobian(coords) * images.len() as f64 / inside as f64
+    }
+
+    fn volume(&self) -> f64 {
+        self.ranges.iter().map(|[lo, hi]| hi - lo).product()
+    }
+
+    /// Measure of the set (sr²) by quadrature.
+    pub fn measure(&self) -> Estimate {
+        let fine = self.integral(PANELS);
+        Estimate {
+            value: fine,
+            error: (fine - self.integral(PANELS / 2)).abs(),
+        }
+    }
+
+    fn integral(&self, panels: usize) -> f64 {
+        let rule = gauss_legendre(PANEL_NODES);
+        let along = gauss_legendre(AZIMUTH_NODES);
+        let nodes = |[lo, hi]: [f64; 2], panels: usize| -> Vec<(f64, f64)> {
+            let width = (hi - lo) / panels as f64;
+            let panel = |i: usize| {
+                let start = lo + width * i as f64;
+                let node =
+                    move |&(t, w): &(f64, f64)| (start + 0.5 * width * (1.0 + t), 0.5 * width * w);
+                rule.iter().map(node)
+            };
+            (0..panels).flat_map(panel).collect()
+        };
+        // Not the same nodes along both: they would lie on x + y = 1, where the azimuth integral of
+        // the orthographic Jacobian has a logarithmic pole.
+        let first = nodes(self.ranges[0], panels);
+        let second = nodes(self.ranges[1], panels + 5);
+        let lines: Vec<f64> = first
+            .par_iter()
+            .map(|&(x, w)| {
+                let line = second.iter().map(|&(y, v)| v * self.line(x, y, &along));
+                w * line.sum::<f64>()
+            })
+            .collect();
+        lines.iter().sum()
+    }
+
+    /// The integral along the azimuth, quarter by quarter: integrands peak at whole quarters of a
+    /// turn, where a direction comes closest to the horizon.
+    fn line(&self, x: f64, y: f64, rule: &[(f64, f64)]) -> f64 {
+        let [lo, hi] = self.ranges[2];
+        let quarter = |phi: f64| phi / FRAC_PI_2;
+        let first = quarter(lo).floor() as i32;
+        let last = quarter(hi).ceil() as i32;
+        let quarters = (first..last).map(|i| {
+            let [from, to] = [i, i + 1].map(|i| f64::from(i) * FRAC_PI_2);
+            [from.max(lo), to.min(hi)]
+        });
+        let filled = quarters.filter(|[from, to]| from < to);
+        filled.map(|q| self.quarter(x, y, q, rule)).sum()
+    }
+
+    /// The integral along a part of the azimuth, physical piece by physical piece. The substitution by a sine
+    /// takes away what the orthographic Jacobian diverges by where a piece ends on the horizon.
+    fn quarter(&self, x: f64, y: f64, [lo, hi]: [f64; 2], rule: &[(f64, f64)]) -> f64 {
+        let physical = |phi: f64| self.form.inverse(&[x, y, phi, 0.0]).is_some();
+        let at = |i: usize| lo + (hi - lo) * i as f64 / PROBES as f64;
+        let edge = |mut inside: f64, mut outside: f64| {
+            for _ in 0..45 {
+                let middle = 0.5 * (inside + outside);
+                if physical(middle) {
+                    inside = middle;
+                } else {
+                    outside = middle;
+                }
+            }
+            inside
+        };
+        let mut sum = 0.0;
+        let mut start = physical(lo).then_some(lo);
+        for i in 1..=PROBES {
+            let here = physical(at(i));
+            let end = match (start, here) {
+                (Some(_), false) => Some(edge(at(i - 1), at(i))),
+                (Some(_), true) if i == PROBES => Some(hi),
+                _ => None,
+            };
+            if let (Some(from), Some(to)) = (start, end) {
+                sum += self.piece(x, y, [from, to], rule);
+                start = None;
+            } else if start.is_none() && here {
+                start = Some(edge(at(i), at(i - 1)));
+                if i == PROBES {
+                    sum += self.piece(x, y, [start.unwrap_or(hi), hi], rule);
+                }
+            }
+        }
+        sum
+    }
+
+    fn piece(&self, x: f64, y: f64, [from, to]: [f64; 2], rule: &[(f64, f64)]) -> f64 {
+        let (middle, half) = (0.5 * (from + to), 0.5 * (to - from));
+        let node = |&(t, w): &(f64, f64)| {
+            let (sin, cos) = (FRAC_PI_2 * t).sin_cos();
+            let density = self.density(&[x, y, middle + half * sin, 0.0]);
+            let density = if density.is_finite() { density } else { 0.0 };
+            w * half * FRAC_PI_2 * cos * density
+        };
+        rule.iter().map(node).sum()
+    }
+
+    /// Measure of the set (sr²) by counting which of independent pairs, uniform over both
+    /// hemispheres, are in it; shares nothing with [`measure`](Self::measure) but the coordinates of
+    /// a pair.
+    pub fn monte_carlo(&self, seed: u64) -> Estimate {
+        let random = Random::new(seed);
+        let inside = (0..CHECK_PAIRS)
+            .into_par_iter()
+            .filter(|&i| {
+                let [a, b, c, d] = random.point(i);
+                // Uniform in the cosine; 1 − u is never 0.
+                let [theta_i, theta_o] = [a, c].map(|u| (1.0 - u).acos());
+                let pair = DirectionPair::from_spherical(theta_i, TAU * b, theta_o, TAU * d);
+                self.contains(&pair)
+            })
+            .count();
+        let share = inside as f64 / CHECK_PAIRS as f64;
+        Estimate {
+            value: TAU * TAU * share,
+            error: TAU * TAU * (share * (1.0 - share) / CHECK_PAIRS as f64).sqrt(),
+        }
+    }
+
+    /// The pair at a place of the box in the unit cube, turned by the fourth number; `None` where
+    /// the box is not physical.
+    fn member(&self, [a, b, c, turn]: [f64; 4]) -> Option<Member> {
+        let at = |i: usize, t: f64| self.ranges[i][0] + t * (self.ranges[i][1] - self.ranges[i][0]);
+        let coords = [at(0, a), at(1, b), at(2, c), 0.0];
+        let pair = self.form.inverse(&coords)?;
+        let weight = self.density(&coords);
+        let turned = |d: Direction| Direction::from_spherical(d.theta(), d.phi() + TAU * turn);
+        weight.is_finite().then(|| Member {
+            pair: DirectionPair::new(turned(pair.omega_i), turned(pair.omega_o)),
+            weight,
+        })
+    }
+
+    /// Pairs spread evenly over the box by `points` Sobol points: those of the physical part.
+    pub fn members(&self, points: u64, seed: u64) -> Vec<Member> {
+        let mut sobol = Sobol::new(seed);
+        (0..points)
+            .filter_map(|i| self.member(sobol.point(i)))
+            .collect()
+    }
+
+    /// [`members`](Self::members), and those of a lattice that reaches to the faces of the box,
+    /// where the extremes are.
+    fn extremes(&self) -> Vec<DirectionPair> {
+        const STEPS: usize = 32;
+        let at = |i: usize| i as f64 / STEPS as f64;
+        let axis = || 0..=STEPS;
+        let lattice = axis().flat_map(|i| {
+            axis().flat_map(move |j| axis().map(move |k| [at(i), at(j), at(k), 0.0]))
+        });
+        let inverse = |t: [f64; 4]| {
+            let place = |i: usize| {
+                let [lo, hi] = self.ranges[i];
+                // hi exactly at 1.
+                lo * (1.0 - t[i]) + hi * t[i]
+            };
+            self.form.inverse(&[place(0), place(1), place(2), 0.0])
+        };
+        let mut pairs: Vec<_> = lattice.filter_map(inverse).collect();
+        pairs.extend(self.members(SET_POINTS, 1).into_iter().map(|m| m.pair));
+        pairs
+    }
+
+    /// The angles it needs; `None` if no point of the box was found physical.
+    pub fn needs(&self) -> Option<Needs> {
+        let pairs = self.extremes();
+        let of = |angle: &dyn Fn(&DirectionPair) -> f64| ends(pairs.iter().map(angle));
+        Some(Needs {
+            theta_i: of(&|p| p.omega_i.theta())?,
+            theta_o: of(&|p| p.omega_o.theta())?,
+            azimuth: of(&|p| {
+                let off = (p.omega_i.phi() - p.omega_o.phi()).abs();
+                off.min(TAU - off).min(PI)
+            })?,
+            separation: of(&|p| p.separation())?,
+        })
+    }
+
+    /// What a machine can take of the box, the sample turned as it likes.
+    pub fn reach(&self, machine: &Machine) -> Reach {
+        let (mut all, mut reached) = (0.0, 0.0);
+        let mut axes: Vec<(String, Option<[f64; 2]>)> = machine
+            .axes()
+            .iter()
+            .map(|axis| (axis.name.clone(), None))
+            .collect();
+        for member in self.members(SET_POINTS, 2) {
+            all += member.weight;
+            let Ok(positions) = machine.place(&member.pair, true) else {
+                continue;
+            };
+            reached += member.weight;
+            for ((_, range), position) in axes.iter_mut().zip(positions) {
+                let [lo, hi] = range.unwrap_or([position; 2]);
+                *range = Some([lo.min(position), hi.max(position)]);
+            }
+        }
+        Reach {
+            share: if all > 0.0 { reached / all } else { 0.0 },
+            axes,
+        }
+    }
+
+    /// Its image in another form: the smallest box, as far as some 40 000 pairs tell, and how much
+    /// of it the set fills. `None` if no point of the box was found physical. Across the ends of a
+    /// periodic axis the box is the whole axis.
+    pub fn image(&self, form: &Arc<dyn Parametrization>) -> Option<Image> {
+        let pairs = self.extremes();
+        let mut coords = vec![[0.0; 4]; pairs.len()];
+        form.forward_batch(&pairs, &mut coords);
+        let along = |i: usize| ends(coords.iter().map(|c| c[i]));
+        let ranges = [along(0)?, along(1)?, along(2)?];
+        let whole = Subset::new(Arc::clone(form), ranges).measure().value;
+        let own = self.measure().value;
+        Some(Image {
+            ranges,
+            fill: if whole > 0.0 { own / whole } else { 0.0 },
+        })
+    }
+
+    /// ∫ f cos θ_i cos θ_o d omega_i d omega_o over the set (sr), in luminance. Pairs without data
+    /// count nothing.
+    pub fn energy(&self, brdf: &dyn Brdf) -> Estimate {
+        let sets = (0..SETS).map(|seed| {
+            let members = self.members(SET_POINTS, 3 + seed);
+            let pairs: Vec<_> = members.iter().map(|m| m.pair).collect();
+            let values = metrics::evaluate(brdf, &pairs);
+            let part = |(i, m): (usize, &Member)| {
+                let cosines = m.pair.omega_i.cos_theta() * m.pair.omega_o.cos_theta();
+                m.weight * cosines * values.get(i).unwrap_or(0.0)
+            };
+            let sum: f64 = members.iter().enumerate().map(part).sum();
+            sum * self.volume() / SET_POINTS as f64
+        });
+        let sets: Vec<f64> = sets.collect();
+        let n = SETS as f64;
+        let value = sets.iter().sum::<f64>() / n;
+        let square: f64 = sets.iter().map(|s| (s - value) * (s - value)).sum();
+        Estimate {
+            value,
+            error: (square / (n * (n - 1.0))).sqrt(),
+        }
+    }
+
+    /// Share of the energy of a BRDF that the set holds. All of it is found in half/difference
+    /// coordinates with theta_h spread towards the peak, where narrow lobes are wide.
+    pub fn energy_share(&self, brdf: &dyn Brdf) -> Estimate {
+        let warps = BTreeMap::from([("theta_h".to_owned(), WarpName::SquareRoot)]);
+        let spread = parametrization::find("half-difference")
+            .and_then(|entry| entry.warped(self.form.symmetry(), &warps).ok());
+        // Named by this crate's own registry, with a warp that theta_h has.
+        let Some(form) = spread else {
+            unreachable!("half-difference with a warp on theta_h is missing");
+        };
+        let ranges = [0, 1, 2].map(|i| form.axes()[i].range);
+        let all = Subset::new(form, ranges).energy(brdf);
+        let part = self.energy(brdf);
+        if all.value == 0.0 {
+            return Estimate {
+                value: 0.0,
+                error: 0.0,
+            };
+        }
+        let value = part.value / all.value;
+        Estimate {
+            value,
+            error: (part.error / all.value).hypot(value * all.error / all.value),
+        }
+    }
+}
+
+/// Smallest and largest of some values; `None` of none.
+fn ends(values: impl Iterator<Item = f64>) -> Option<[f64; 2]> {
+    values.fold(None, |found, v| match found {
+        None => Some([v, v]),
+        Some([lo, hi]) => Some([v.min(lo), v.max(hi)]),
+    })
+}

@@ -1,0 +1,159 @@
+//! `gonio subset`.
+
+use super::brdf_args::BrdfArgs;
+#[cfg(feature = "plots")]
+use super::refuse_existing;
+use super::{ThreadArgs, build, choose_material, print};
+use crate::analysis::{Reach, Subset as LightPaths};
+use crate::brdf::{Brdf, Channels};
+use crate::error::Error;
+#[cfg(feature = "plots")]
+use crate::files::write_atomically;
+use crate::geometry::Symmetry;
+use crate::instrument::{self, Machine};
+use crate::parametrization;
+use crate::report::SubsetReport;
+use clap::{Args, ValueEnum};
+#[cfg(feature = "plots")]
+use std::{io::Write, path::PathBuf};
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum Format {
+    /// For people
+    Text,
+    Json,
+}
+
+#[derive(Debug, Args)]
+pub(super) struct Subset {
+    /// The coordinates that bound it, in their isotropic form (see `gonio list parametrizations`)
+    #[arg(long, value_name = "NAME")]
+    parametrization: String,
+    /// Ranges by axis, separated by commas, angles in degrees: "h_bar=0..0.2, delta=30..60"; axes
+    /// that are not named are free
+    #[arg(long = "box", value_name = "AXIS=LOW..HIGH")]
+    bounds: String,
+    /// A material: a MERL table (*.binary), a kind of material, or a config with one. Its symmetries
+    /// fold the coordinates, and the share of its energy is told [default: every symmetry]
+    #[arg(long, value_name = "CONFIG|BRDF")]
+    material: Option<String>,
+    /// Set a key of the material (alpha=0.1)
+    #[arg(long = "set", value_name = "KEY=VALUE", requires = "material")]
+    set: Vec<String>,
+    /// Seed of the Monte Carlo check
+    #[arg(long, value_name = "N", default_value = "1")]
+    seed: u64,
+    /// Format of what is printed
+    #[arg(long, value_enum, default_value = "text")]
+    format: Format,
+    /// Draw it into this file (*.svg) as well
+    #[cfg(feature = "plots")]
+    #[arg(short, long, value_name = "FILE")]
+    output: Option<PathBuf>,
+    /// Replace the file if it exists
+    #[cfg(feature = "plots")]
+    #[arg(long, requires = "output")]
+    force: bool,
+    #[command(flatten)]
+    threads: ThreadArgs,
+}
+
+impl Subset {
+    pub(super) fn run(self) -> Result<(), Error> {
+        self.threads.apply()?;
+        #[cfg(feature = "plots")]
+        if let Some(path) = &self.output {
+            refuse_existing(path, self.force)?;
+        }
+        let entries = parametrization::all();
+        let Some(entry) = entries.iter().find(|e| e.name == self.parametrization) else {
+            let allowed: Vec<_> = entries.iter().map(|e| e.name).collect();
+            let message = format!(
+                "{:?} is no parametrization; allowed: {}",
+                self.parametrization,
+                allowed.join(", ")
+            );
+            return Err(Error::config("--parametrization", message));
+        };
+        let material = self.material()?;
+        let symmetry = material
+            .as_ref()
+            .map_or(Symmetry::FULL, |(_, s, _)| Symmetry {
+                isotropic: true,
+                ..*s
+            });
+        let subset = LightPaths::read(entry.form(symmetry), &self.bounds)
+            .map_err(|e| Error::config("--box", e))?;
+        let Some(needs) = subset.needs() else {
+            let message = format!("{}: no pair of this box is above the horizon", self.bounds);
+            return Err(Error::config("--box", message));
+        };
+        let energy = material.map(|(name, _, brdf)| {
+            let share = subset.energy_share(&*brdf);
+            (name, share)
+        });
+        let others = entries.iter().filter(|e| e.name != entry.name);
+        let images = others.filter_map(|other| {
+            let form = other.form(symmetry);
+            let image = subset.image(&form)?;
+            Some((form, image))
+        });
+        let report = SubsetReport {
+            measure: subset.measure(),
+            counted: subset.monte_carlo(self.seed),
+            needs,
+            images: images.collect(),
+            reaches: reaches(&subset)?,
+            energy,
+            subset: &subset,
+        };
+        match self.format {
+            Format::Text => print(&report.text())?,
+            Format::Json => print(&format!("{:#}\n", report.json()))?,
+        }
+        #[cfg(feature = "plots")]
+        if let Some(path) = &self.output {
+            let title = format!("{}: {}", self.parametrization, self.bounds);
+            let svg = crate::report::svg(&title, &report.panels(&background()?), 3)?;
+            write_atomically(path, |out| out.write_all(svg.as_bytes()))
+                .map_err(|e| Error::output(path, format!("cannot write this file: {e}")))?;
+        }
+        Ok(())
+    }
+
+    /// Name, symmetries and BRDF of the material.
+    fn material(&self) -> Result<Option<(String, Symmetry, Box<dyn Brdf>)>, Error> {
+        let Some(target) = &self.material else {
+            return Ok(None);
+        };
+        let brdf = BrdfArgs::new(target.clone(), self.set.clone(), None);
+        let plan = brdf.plan(&brdf.source()?)?;
+        let material = choose_material(&plan.materials, None)?;
+        let built = build(material, Channels::Luminance)?;
+        Ok(Some((material.name.clone(), material.symmetry, built)))
+    }
+}
+
+/// Pairs from everywhere, for the picture.
+#[cfg(feature = "plots")]
+fn background() -> Result<Vec<crate::geometry::DirectionPair>, Error> {
+    use crate::metrics::{Measure, MetricsSpec, test_pairs};
+    let spec = MetricsSpec {
+        pairs: 500,
+        mask_deg: 90.0,
+        ..MetricsSpec::default()
+    };
+    test_pairs(Measure::Cosine, &spec).map_err(|e| Error::Internal(e.to_string()))
+}
+
+/// What every preset makes of it.
+fn reaches(subset: &LightPaths) -> Result<Vec<(String, Reach)>, Error> {
+    let presets = instrument::presets();
+    let reaches = presets.iter().map(|preset| {
+        let failed = |e: String| Error::Internal(format!("preset {}: {e}", preset.name));
+        let spec = instrument::read(preset.text).map_err(|e| failed(e.to_string()))?;
+        let machine = Machine::new(&spec).map_err(|e| failed(e.to_string()))?;
+        Ok((preset.name.to_owned(), subset.reach(&machine)))
+    });
+    reaches.collect()
+}

@@ -1,0 +1,79 @@
+//! What can be said of a parametrization before anything is measured.
+
+use super::Bench;
+
+#[test]
+fn claims_are_judged_with_and_without_a_material() {
+    let bench = Bench::new();
+    let said = bench.good(&["claims"]);
+    assert!(said.contains("holds          f-aligned-hybrid"), "{said}");
+    assert!(said.contains("does not hold  phi-k-is-a-sum"), "{said}");
+    assert!(!said.contains("isolines-like-s"), "{said}");
+    bench.good(&["claims", "lambert", "--format", "json", "-o", "claims.json"]);
+    let rows: serde_json::Value = serde_json::from_str(&bench.read("claims.json")).unwrap();
+    let rows = rows.as_array().unwrap();
+    let of_material = rows.iter().filter(|r| r["material"] == "lambert").count();
+    assert_eq!(of_material, 6);
+    let row = rows
+        .iter()
+        .find(|r| r["id"] == "slices-correspond")
+        .unwrap();
+    assert_eq!(row["verdict"], "holds-partly");
+    assert!(row["numbers"]["spread_of_phi_d_at_30deg_deg"].as_f64() > Some(20.0));
+    let again = bench.refused(&["claims", "-o", "claims.json"], 2);
+    assert!(again.contains("--force"), "{again}");
+    assert!(bench.refused(&["claims", "shiny"], 2).contains("lambert"));
+}
+
+#[test]
+fn distortion_is_told_for_every_parametrization() {
+    let bench = Bench::new();
+    let csv = bench.good(&["distortion", "test-s", "--format", "csv"]);
+    let mut rows = csv::Reader::from_reader(csv.as_bytes());
+    let heads = rows.headers().unwrap().clone();
+    let place = |name: &str| heads.iter().position(|h| h == name).unwrap();
+    let rows: Vec<_> = rows.records().map(Result::unwrap).collect();
+    // Four slices and all of them, in five parametrizations.
+    assert_eq!(rows.len(), 25);
+    for row in &rows {
+        let first: f64 = row[place("first")].parse().unwrap();
+        let along = ["hybrid", "orthographic", "stark"].contains(&&row[place("parametrization")]);
+        assert_eq!((first - 1.0).abs() < 1e-12, along, "{row:?}");
+        assert_eq!(&row[place("scale")], "value");
+    }
+    let said = bench.good(&["distortion", "lambert", "--table", "stretch"]);
+    assert_eq!(said.lines().count(), 8, "{said}");
+    let said = bench.good(&["distortion", "lambert", "--table", "reduction"]);
+    assert!(said.contains("half-difference  uniform"), "{said}");
+    assert!(
+        bench
+            .refused(&["distortion", "small.toml", "--material", "x"], 2)
+            .contains("ggx")
+    );
+}
+
+#[test]
+fn a_box_is_told_and_drawn() {
+    let bench = Bench::new();
+    let args = |bounds: &'static str| ["subset", "--parametrization", "spherical", "--box", bounds];
+    let whole = bench.good(&[&args("")[..], &["--format", "json"]].concat());
+    let whole: serde_json::Value = serde_json::from_str(&whole).unwrap();
+    assert!((whole["share_of_all_pairs"].as_f64().unwrap() - 1.0).abs() < 1e-6);
+    assert_eq!(whole["images"].as_object().unwrap().len(), 4);
+    let extra = ["--material", "lambert", "-o", "box.svg"];
+    let said = bench.good(&[&args("theta_i=0..30, theta_o=0..30")[..], &extra].concat());
+    // sin⁴ 30°.
+    assert!(said.contains("energy              6.2"), "{said}");
+    assert!(bench.read("box.svg").starts_with("<svg"));
+    let refused = |bounds, parts: &[&str]| {
+        let sentence = bench.refused(&args(bounds), 2);
+        assert!(parts.iter().all(|p| sentence.contains(p)), "{sentence}");
+    };
+    refused(
+        "theta_h=0..30",
+        &["--box", "theta_h", "theta_i, theta_o, delta_phi"],
+    );
+    refused("theta_i=30..91", &["30..91", "90", "degrees"]);
+    let unknown = ["subset", "--parametrization", "polar", "--box", ""];
+    assert!(bench.refused(&unknown, 2).contains("half-difference"));
+}
