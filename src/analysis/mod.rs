@@ -8,8 +8,8 @@ mod claims;
 mod distortion;
 mod reduction;
 mod shares;
-mod symmetry;
 mod subset;
+mod symmetry;
 
 pub use alignment::{Alignment, alignment};
 pub use anisotropy::{Anisotropy, Quantiles, anisotropy, stretches};
@@ -20,10 +20,10 @@ pub use distortion::{
 };
 pub use reduction::{Averaging, reduced};
 pub use shares::{Cell, Shares};
+pub use subset::{Estimate, Image, Member, Needs, Reach, Subset};
 pub use symmetry::{
     Deviation, Deviations, SYMMETRY_TOLERANCE, Saving, deviations, savings, symmetry_pairs,
 };
-pub use subset::{Estimate, Image, Member, Needs, Reach, Subset};
 
 use serde::Serialize;
 

@@ -25,8 +25,8 @@ mod schema;
 #[cfg(all(feature = "exr", feature = "plots"))]
 mod slice;
 mod study;
-mod symmetry;
 mod subset;
+mod symmetry;
 mod tabulate;
 
 use crate::brdf::{Brdf, BuildError, Channels};

@@ -20,7 +20,6 @@ mod slice;
 #[cfg(feature = "exr")]
 mod sphere;
 mod study;
-mod study_figures;
 mod subset;
 #[cfg(feature = "plots")]
 mod svg;
@@ -52,8 +51,6 @@ pub use sphere::{FilterEllipse, SphereImage, sphere, sphere_svg};
 pub use study::{ROWS, StudyFolder, read_rows, study_text};
 #[cfg(all(feature = "exr", feature = "plots"))]
 pub use study::{Shown, Studio, general_pictures};
-pub use study::{correlations_csv, fits_csv, study_table, summary_json};
-pub use study_figures::{Sheet, group_sheets, material_sheet};
 pub use subset::SubsetReport;
 #[cfg(feature = "plots")]
 pub use svg::svg;
