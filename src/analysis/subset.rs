@@ -35,6 +35,9 @@ const AZIMUTH_NODES: usize = 16;
 /// Places along a quarter of the azimuth where it is looked whether the box is physical.
 const PROBES: usize = 6;
 
+/// Radial coordinates below it are a pole, whose azimuth is rounding.
+const POLE: f64 = 1e-7;
+
 /// Pairs of the Monte Carlo check: a standard error of 0.1 % for a set of half of all pairs.
 const CHECK_PAIRS: u64 = 1 << 20;
 
@@ -359,7 +362,9 @@ impl Subset {
         let pairs = self.extremes();
         let mut coords = vec![[0.0; 4]; pairs.len()];
         form.forward_batch(&pairs, &mut coords);
-        let along = |i: usize| ends(coords.iter().map(|c| c[i]));
+        // At a pole the azimuth is 0 by convention: that is no part of the image.
+        let counts = |i: usize, c: &Coords| i < 2 || c[0].min(c[1]) > POLE;
+        let along = |i: usize| ends(coords.iter().filter(|c| counts(i, c)).map(|c| c[i]));
         let ranges = [along(0)?, along(1)?, along(2)?];
         let whole = Subset::new(Arc::clone(form), ranges).measure().value;
         let own = self.measure().value;

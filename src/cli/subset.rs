@@ -24,6 +24,9 @@ enum Format {
     Json,
 }
 
+/// Name, symmetries and BRDF of a material.
+type Known = (String, Symmetry, Box<dyn Brdf>);
+
 #[derive(Debug, Args)]
 pub(super) struct Subset {
     /// The coordinates that bound it, in their isotropic form (see `gonio list parametrizations`)
@@ -121,8 +124,8 @@ impl Subset {
         Ok(())
     }
 
-    /// Name, symmetries and BRDF of the material.
-    fn material(&self) -> Result<Option<(String, Symmetry, Box<dyn Brdf>)>, Error> {
+    /// The material, if one is named.
+    fn material(&self) -> Result<Option<Known>, Error> {
         let Some(target) = &self.material else {
             return Ok(None);
         };

@@ -27,7 +27,11 @@ pub struct SubsetReport<'a> {
 /// "30° to 60°", or "0.2 to 0.4".
 fn range(unit: Unit, [lo, hi]: [f64; 2]) -> String {
     match unit {
-        Unit::Radian => format!("{:.1}° to {:.1}°", lo.to_degrees(), hi.to_degrees()),
+        Unit::Radian => {
+            // Rounded first, and without the sign of a zero.
+            let shown = |v: f64| (v.to_degrees() * 10.0).round() / 10.0 + 0.0;
+            format!("{:.1}° to {:.1}°", shown(lo), shown(hi))
+        }
         Unit::One => format!("{lo:.4} to {hi:.4}"),
     }
 }
@@ -58,7 +62,7 @@ impl SubsetReport<'_> {
         );
         if let Some((material, share)) = &self.energy {
             out += &format!(
-                "  energy              {:.3} % ± {:.3} % of that of {material}\n",
+                "  energy              {:.3} % ± {:.1e} % of that of {material}\n",
                 100.0 * share.value,
                 100.0 * share.error
             );
