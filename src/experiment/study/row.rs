@@ -17,6 +17,8 @@ pub struct StudyRow {
     pub material: String,
     /// What its truth is aligned with, or a table in; what it may favour.
     pub truth: String,
+    /// Its alignment q: the width of the lobe in theta_h goes as (cos theta_d)^−q.
+    pub alignment: Option<f64>,
     /// Coordinates the sample set is uniform in.
     pub parametrization: String,
     /// Their warps, `axis:warp` joined by `;`, or `none`.
@@ -73,12 +75,16 @@ pub struct StudyRow {
 
 impl StudyRow {
     /// The columns, in order, and what they mean.
-    pub const COLUMNS: [(&str, &str); 29] = [
+    pub const COLUMNS: [(&str, &str); 30] = [
         ("key", "hash of everything that determines the row"),
         ("material", "name of the material"),
         (
             "truth",
             "what the truth is aligned with or a table in, and may favour: theta_h, h_bar, neither, half-difference table, spherical table; anisotropic ones say so",
+        ),
+        (
+            "alignment",
+            "measured alignment q of the lobe, whose width in theta_h goes as (cos theta_d)^-q: 0 is theta_h, 1 is |h_bar|; empty without a lobe",
         ),
         (
             "parametrization",

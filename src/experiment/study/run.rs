@@ -6,6 +6,7 @@
 use super::key::{self, Identity};
 use super::plan::{Shard, StudyMethod, StudyPlan, Unit};
 use super::row::{RowKey, StudyRow};
+use crate::analysis::alignment;
 use crate::brdf::Brdf;
 use crate::error::Error;
 use crate::experiment::observer::{Failure, Input, ScheduleKey};
@@ -100,6 +101,7 @@ struct Truth<'a> {
     material: &'a Material,
     identity: &'a Identity,
     name: String,
+    alignment: Option<f64>,
     brdf: Box<dyn Brdf>,
     /// One a measure.
     values: Vec<Values>,
@@ -237,6 +239,7 @@ impl<'a> Runner<'a> {
                         material,
                         identity,
                         name: truth_name(material),
+                        alignment: alignment(&*brdf).map(|a| a.q),
                         values: self.pairs.iter().map(at).collect(),
                         brdf,
                     });
@@ -415,6 +418,7 @@ impl<'a> Runner<'a> {
                     key: key::of_row(truth.identity, &task.hash, *measure),
                     material: truth.material.name.clone(),
                     truth: truth.name.clone(),
+                    alignment: truth.alignment,
                     reconstruction: method.name.clone(),
                     coordinates: method.coordinates.clone(),
                     measure: measure.name().into(),
@@ -457,6 +461,7 @@ fn row(schedule: &ScheduleKey<'_>, facts: &Facts, errors: &Errors) -> StudyRow {
         key: String::new(),
         material: String::new(),
         truth: String::new(),
+        alignment: None,
         parametrization: schedule.coordinates.name().into(),
         warp: schedule.coordinates.warp.clone(),
         sample_set: schedule.sample_set.name.clone(),

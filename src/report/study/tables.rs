@@ -4,7 +4,7 @@ use crate::experiment::study::{
     Choice, Duel, Duels, Explained, Factor, Findings, Metric, Ranking, Scope,
 };
 use crate::report::table::error;
-use crate::statistics::Paired;
+use crate::statistics::{Paired, Verdict};
 use std::fmt::Write as _;
 
 /// A parametrization with its warps.
@@ -43,7 +43,7 @@ pub fn study_text(findings: &Findings) -> String {
         best_of_each(findings, ranking, &mut out);
         let duels = findings.duels.iter().find(|d| d.scope == ranking.scope);
         if let (Some(duels), Some(best)) = (duels, leader(ranking)) {
-            against_half_difference(findings, duels, &best, &mut out);
+            against_reference(findings, duels, &best, &mut out);
         }
     }
     for explained in findings.explained.iter().filter(|e| of_all(&e.scope)) {
@@ -131,10 +131,77 @@ pub(super) fn reference(duels: &Duels) -> Option<String> {
     chosen.map(|c| c.parametrization.clone())
 }
 
-fn against_half_difference(findings: &Findings, duels: &Duels, best: &Choice, out: &mut String) {
+/// Ratios against the reference: a line a sampling over all truths, and for hybrid one a truth.
+fn against_reference(findings: &Findings, duels: &Duels, best: &Choice, out: &mut String) {
     let Some(reference) = reference(duels) else {
         return;
     };
+    let scope = &duels.scope;
+    let rows = ratios(duels, best, &reference);
+    let mut named: Vec<(String, Vec<Option<Paired>>)> = rows
+        .iter()
+        .map(|(choice, cells)| (format!("  {}", sampling(choice)), cells.clone()))
+        .collect();
+    let others = findings.duels.iter().filter(|d| {
+        d.scope.truth.is_some()
+            && d.scope.metric == scope.metric
+            && d.scope.measure == scope.measure
+    });
+    for other in others {
+        let rows = ratios(other, best, &reference);
+        // Each parametrization once: as it is warped last.
+        let hybrid = rows
+            .into_iter()
+            .rfind(|(c, _)| c.parametrization == "hybrid");
+        if let (Some((choice, cells)), Some(truth)) = (hybrid, &other.scope.truth) {
+            let name = format!(
+                "    {}, {truth} ({})",
+                sampling(&choice),
+                other.scope.materials
+            );
+            named.push((name, cells));
+        }
+    }
+    let Some(width) = named.iter().map(|n| n.0.chars().count()).max() else {
+        return;
+    };
+    let text = format!(
+        "error / that of {reference}, {}, {}",
+        method(best, findings),
+        scope.measure
+    );
+    let _ = writeln!(out, "\n{text}");
+    title(out, "", width, &findings.allowances);
+    for (name, cells) in named {
+        let _ = write!(out, "{name:<width$}");
+        for cell in cells {
+            let (ratio, mark) = match cell {
+                Some(cell) => (format!("{:.3}", cell.ratio), mark(cell.verdict())),
+                None => ("-".into(), ' '),
+            };
+            let _ = write!(out, " {ratio:>9}{mark}");
+        }
+        out.truncate(out.trim_end().len());
+        out.push('\n');
+    }
+    let _ = writeln!(
+        out,
+        "Warped against warped; + better, - worse, = no difference within the band, ? undecided \
+         (95 % interval and Wilcoxon test over materials)."
+    );
+}
+
+fn mark(verdict: Verdict) -> char {
+    match verdict {
+        Verdict::Better => '+',
+        Verdict::Worse => '-',
+        Verdict::Same => '=',
+        Verdict::Undecided => '?',
+    }
+}
+
+/// The duels of samplings that reconstruct as `best` does, against the reference.
+fn ratios(duels: &Duels, best: &Choice, reference: &str) -> Vec<(Choice, Vec<Option<Paired>>)> {
     let mine = duels.duels.iter().filter(|d| {
         d.factor == Factor::Sampling
             && d.a.reconstruction == best.reconstruction
@@ -142,42 +209,7 @@ fn against_half_difference(findings: &Findings, duels: &Duels, best: &Choice, ou
             && d.a.sample_set == best.sample_set
             && d.a.instrument == best.instrument
     });
-    let rows: Vec<_> = mine.filter_map(|d| against(d, &reference)).collect();
-    let scope = &duels.scope;
-    let text = format!(
-        "error / that of {reference}, {}, {}",
-        method(best, findings),
-        scope.measure
-    );
-    let width = rows
-        .iter()
-        .map(|r| sampling(&r.0).chars().count() + 2)
-        .max();
-    let Some(width) = width else {
-        return;
-    };
-    let _ = writeln!(out, "\n{text}");
-    for (choice, cells) in rows {
-        for (a, cell) in cells.iter().enumerate() {
-            let name = if a == 0 {
-                sampling(&choice)
-            } else {
-                String::new()
-            };
-            let allowance = &findings.allowances[a];
-            if let Some(cell) = cell {
-                let _ = writeln!(
-                    out,
-                    "{:<width$} {allowance:>12}  {cell}",
-                    format!("  {name}")
-                );
-            }
-        }
-    }
-    let _ = writeln!(
-        out,
-        "Ratio with its 95 % interval; warped against warped. p adjusted over the budgets (Holm)."
-    );
+    mine.filter_map(|d| against(d, reference)).collect()
 }
 
 fn shares(explained: &Explained, out: &mut String) {
