@@ -4,8 +4,8 @@
 use super::folder::StudyFolder;
 use crate::brdf::Brdf;
 use crate::error::Error;
-use crate::experiment::Material;
 use crate::experiment::study::{StudyPlan, sketch};
+use crate::experiment::{Coordinates, Material};
 use crate::lighting::Lighting;
 use crate::parametrization::{ParametrizationEntry, find};
 use crate::report::folder::file_stem;
@@ -79,6 +79,17 @@ impl<'a> Studio<'a> {
         })
     }
 
+    /// Positions of the coordinates whose reconstructions are drawn: of each parametrization the
+    /// first that is warped, or the plain one.
+    fn drawn(&self) -> Vec<usize> {
+        let all = &self.plan.plan.parametrizations;
+        let of = |entry: &ParametrizationEntry| {
+            let mine = (0..all.len()).filter(|&i| all[i].name() == entry.name);
+            mine.min_by_key(|&i| all[i].warps.is_empty())
+        };
+        self.parametrizations.iter().filter_map(of).collect()
+    }
+
     /// Draws the parametrizations.
     ///
     /// # Errors
@@ -100,10 +111,11 @@ impl<'a> Studio<'a> {
             file: format!("{stem}.slices.svg"),
             caption: "Slices at four azimuths with isolines of luminance.".into(),
         }];
-        for coordinates in &self.plan.plan.parametrizations {
+        for i in self.drawn() {
+            let coordinates = &self.plan.plan.parametrizations[i];
             let label = coordinates.label();
             shown.push(Shown {
-                file: format!("{stem}.{}.svg", file_stem(&label)),
+                file: format!("{stem}.{}.svg", sampled(coordinates)),
                 caption: format!(
                     "Truth, reconstruction from {} readings uniform in {label}, and their difference.",
                     self.plan.pictures.budget
@@ -143,12 +155,13 @@ impl<'a> Studio<'a> {
                 slices.svg(&title).map(String::into_bytes)
             })?;
         }
-        for (i, coordinates) in self.plan.plan.parametrizations.iter().enumerate() {
+        for i in self.drawn() {
+            let coordinates = &self.plan.plan.parametrizations[i];
             if cancelled() {
                 return Ok(());
             }
             let label = coordinates.label();
-            let name = format!("{stem}.{}", file_stem(&label));
+            let name = format!("{stem}.{}", sampled(coordinates));
             if folder.has_picture(&format!("{name}.svg")) {
                 continue;
             }
@@ -172,6 +185,15 @@ impl<'a> Studio<'a> {
         }
         Ok(())
     }
+}
+
+/// Coordinates as part of a file name.
+fn sampled(coordinates: &Coordinates) -> String {
+    let mut name = coordinates.name().to_owned();
+    for (axis, warp) in &coordinates.warps {
+        name += &format!("_{axis}-{}", warp.name());
+    }
+    name
 }
 
 fn stem(material: &Material, key: &str) -> String {
