@@ -97,7 +97,8 @@ impl Merge {
             ..Outcome::default()
         };
         let manifest = Manifest::new(made_by, &source, Vec::new(), outcome, started);
-        let path = finish(&plan, folder, &keys, manifest)?;
+        let unknown = vec![None; plan.plan.materials.len()];
+        let path = finish(&plan, folder, &keys, &unknown, manifest)?;
         print(&format!(
             "\n{found} of {} rows are in {}\n",
             labels.len(),

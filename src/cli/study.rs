@@ -9,7 +9,10 @@ use crate::experiment::study::{self, Findings, RowKey, Shard, StudyObserver, Stu
 use crate::experiment::{Failure, Material, Source};
 #[cfg(all(feature = "exr", feature = "plots"))]
 use crate::report::Studio;
-use crate::report::{MadeBy, Manifest, Outcome, ROWS, StudyFolder, read_rows, study_text};
+use crate::report::{
+    MadeBy, Manifest, MaterialPictures, Outcome, Picture, ROWS, StudyFolder, read_rows, study_html,
+    study_text,
+};
 use std::collections::HashSet;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -73,7 +76,7 @@ impl Run {
         let path = if summary.interrupted || self.shard.is_some() {
             folder.finish(&summary.keys, manifest, None)?
         } else {
-            finish(&plan, folder, &summary.keys, manifest)?
+            finish(&plan, folder, &summary.keys, &summary.materials, manifest)?
         };
         self.tell(&end, path)
     }
@@ -97,12 +100,30 @@ pub(super) fn finish(
     plan: &StudyPlan,
     folder: StudyFolder,
     keys: &[RowKey],
+    materials: &[Option<String>],
     manifest: Manifest,
 ) -> Result<PathBuf, Error> {
     let (rows, _) = folder.sorted(keys);
     let findings = Findings::new(&rows, plan.band);
     print(&study_text(&findings))?;
-    folder.finish(keys, manifest, Some(String::new()))
+    let facts = serde_json::to_value(&manifest).map_err(|e| Error::Internal(e.to_string()))?;
+    let (general, pictures) = gathered(plan, &folder, materials)?;
+    let report = study_html(plan, &rows, &findings, &facts, &general, &pictures)?;
+    folder.finish(keys, manifest, Some((&findings, report)))
+}
+
+/// The pictures of a report; `materials` are the keys of theirs, as far as they are known.
+fn gathered(
+    plan: &StudyPlan,
+    folder: &StudyFolder,
+    materials: &[Option<String>],
+) -> Result<(Vec<Picture>, Vec<MaterialPictures>), Error> {
+    #[cfg(all(feature = "exr", feature = "plots"))]
+    if plan.pictures.draw {
+        return Ok(Studio::new(plan)?.gathered(folder, materials));
+    }
+    let _ = (plan, folder, materials);
+    Ok((Vec::new(), Vec::new()))
 }
 
 /// Prints every job and whether it is done.

@@ -39,7 +39,7 @@ pub use lobe::{FlatSlice, Radius};
 pub use manifest::{MadeBy, Manifest, Outcome, Status};
 pub use moment_figures::{Sheet, group_sheets, material_sheet};
 pub use moment_study::{correlations_csv, fits_csv, study_table, summary_json};
-pub use plot::{Axis, Mark, Panel, Scale, Series};
+pub use plot::{Axis, Forest, ForestGroup, ForestLine, Mark, Panel, Scale, Series};
 pub use profiles::{profiles_csv, profiles_json};
 pub use ranking::ranking;
 pub use relations::{relation_sheets, relations_head, relations_lines, relations_summary};
@@ -48,10 +48,12 @@ pub use results::ResultFiles;
 pub use slice::{RESOLUTION, THETA_O_DEG, write_slice};
 #[cfg(feature = "exr")]
 pub use sphere::{FilterEllipse, SphereImage, sphere, sphere_svg};
-pub use study::{ROWS, StudyFolder, read_rows, study_text};
 #[cfg(all(feature = "exr", feature = "plots"))]
-pub use study::{Shown, Studio, general_pictures};
+pub use study::Studio;
+pub use study::{
+    MaterialPictures, Media, Picture, ROWS, StudyFolder, read_rows, study_html, study_text,
+};
 pub use subset::SubsetReport;
 #[cfg(feature = "plots")]
-pub use svg::svg;
+pub use svg::{forest_svg, labelled, svg};
 pub use table::Table;

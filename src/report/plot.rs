@@ -59,6 +59,39 @@ pub struct Panel {
     pub series: Vec<Series>,
 }
 
+/// Ratios with their intervals, in groups.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Forest {
+    /// Of the axis of ratios.
+    pub label: String,
+    /// The largest ratio that is no difference, at least 1.
+    pub band: f64,
+    /// From above to below.
+    pub groups: Vec<ForestGroup>,
+}
+
+/// Ratios that belong together.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct ForestGroup {
+    /// Left of the first.
+    pub name: String,
+    /// From above to below.
+    pub lines: Vec<ForestLine>,
+}
+
+/// A ratio.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct ForestLine {
+    /// Left of it.
+    pub name: String,
+    /// Above 0.
+    pub ratio: f64,
+    /// Its ends.
+    pub interval: Option<[f64; 2]>,
+    /// Right of it.
+    pub note: String,
+}
+
 /// Colours that the colour-blind can tell apart, in sRGB (Okabe and Ito, without yellow, which is
 /// hard to see on white).
 #[cfg(feature = "plots")]

@@ -2,8 +2,13 @@
 
 mod axis;
 pub(in crate::report) mod canvas;
+mod forest;
+mod labelled;
 #[cfg(test)]
 mod tests;
+
+pub use forest::forest_svg;
+pub use labelled::labelled;
 
 use super::plot::{Mark, Panel, Series, palette};
 use crate::error::Error;
@@ -67,6 +72,11 @@ impl<'a> Sheet<'a> {
         } else {
             [380.0, 250.0]
         };
+        Self::sized(title, panels, columns, plot)
+    }
+
+    /// With frames of a width and height.
+    fn sized(title: &'a str, panels: &'a [Panel], columns: usize, plot: [f64; 2]) -> Self {
         let rulers = panels.iter().map(|panel| {
             let points = || panel.series.iter().flat_map(|s| s.points.iter());
             let shown = |p: &(f64, Option<f64>)| p.1.filter(|y| y.is_finite()).map(|_| p.0);

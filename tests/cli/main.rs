@@ -10,6 +10,7 @@ mod moment_study;
 mod moments;
 mod picture;
 mod readme;
+mod report;
 mod runs;
 mod schedules;
 #[cfg(all(feature = "exr", feature = "plots"))]

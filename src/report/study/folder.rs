@@ -5,12 +5,14 @@
 //! config.toml     the resolved config; running it again gives the same results
 //! results.csv     the rows of the config in its order; written at the end
 //! manifest.json   version, status, inputs, files; written last
+//! ranking.csv     every choice at every allowance with its statistics
 //! report.html     what it all says
 //! pictures/       what it shows
 //! ```
 
+use super::csv::ranking_csv;
 use crate::error::Error;
-use crate::experiment::study::{RowKey, StudyRow};
+use crate::experiment::study::{Findings, RowKey, StudyRow};
 use crate::files::write_atomically;
 use crate::report::folder::{CONFIG, CONFIG_HEAD, MANIFEST};
 use crate::report::manifest::Manifest;
@@ -23,6 +25,7 @@ use toml::Table;
 /// The file that a study goes on from.
 pub const ROWS: &str = "results.jsonl";
 const CSV: &str = "results.csv";
+const RANKING: &str = "ranking.csv";
 const REPORT: &str = "report.html";
 const PICTURES: &str = "pictures";
 
@@ -84,7 +87,7 @@ impl StudyFolder {
             }
             Err(e) => return Err(e),
         };
-        for name in [CSV, REPORT, MANIFEST] {
+        for name in [CSV, RANKING, REPORT, MANIFEST] {
             remove(fs::remove_file(dir.join(name))).map_err(failed)?;
         }
         let config = toml::to_string(resolved).map_err(|e| failed(io::Error::other(e)))?;
@@ -178,6 +181,17 @@ impl StudyFolder {
         Ok(())
     }
 
+    /// What follows `prefix`, up to the next dot, in the name of a picture.
+    pub fn picture_key(&self, prefix: &str) -> Option<String> {
+        let entries = fs::read_dir(self.dir.join(PICTURES)).ok()?;
+        let names = entries.flatten().map(|e| e.file_name());
+        let keys = names.filter_map(|n| {
+            let rest = n.to_str()?.strip_prefix(prefix)?;
+            rest.split_once('.').map(|(key, _)| key.to_owned())
+        });
+        keys.min()
+    }
+
     /// True if a picture is there.
     pub fn has_picture(&self, name: &str) -> bool {
         self.dir.join(PICTURES).join(name).exists()
@@ -188,8 +202,8 @@ impl StudyFolder {
         fs::read(self.dir.join(PICTURES).join(name)).ok()
     }
 
-    /// Ends a study: sorts the rows, writes them as a table, and what `report` makes of them. The
-    /// manifest comes last. If it is not whole, only the rows and the manifest are kept.
+    /// Ends a study: sorts the rows, writes them as a table, what was found in them, and the report
+    /// of it. The manifest comes last. If it is not whole, only the rows and the manifest are kept.
     ///
     /// # Errors
     /// [`Error::Output`].
@@ -197,24 +211,27 @@ impl StudyFolder {
         mut self,
         keys: &[RowKey],
         mut manifest: Manifest,
-        report: Option<String>,
+        report: Option<(&Findings, String)>,
     ) -> Result<PathBuf, Error> {
         self.out.flush().map_err(|e| self.failed(e))?;
         self.files
             .extend([CONFIG, MANIFEST, ROWS].map(String::from));
-        if let Some(report) = report {
+        if let Some((findings, report)) = report {
             let (mine, others) = self.sorted(keys);
             let written = write_atomically(&self.dir.join(ROWS), |out| {
                 write_lines(out, mine.iter().chain(&others).copied())
             })
             .and_then(|()| write_atomically(&self.dir.join(CSV), |out| write_csv(out, &mine)))
             .and_then(|()| {
+                write_atomically(&self.dir.join(RANKING), |out| ranking_csv(out, findings))
+            })
+            .and_then(|()| {
                 write_atomically(&self.dir.join(REPORT), |out| {
                     out.write_all(report.as_bytes())
                 })
             });
             written.map_err(|e| self.failed(e))?;
-            self.files.extend([CSV, REPORT].map(String::from));
+            self.files.extend([CSV, RANKING, REPORT].map(String::from));
         }
         manifest.files = self.files.iter().cloned().collect();
         write_atomically(&self.dir.join(MANIFEST), |out| {

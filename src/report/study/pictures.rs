@@ -2,6 +2,7 @@
 //! is left of it when it is reconstructed.
 
 use super::folder::StudyFolder;
+use super::html::{MaterialPictures, Media, Picture};
 use crate::brdf::Brdf;
 use crate::error::Error;
 use crate::experiment::study::{StudyPlan, sketch};
@@ -25,16 +26,15 @@ const HEMISPHERES: &str = "hemispheres.svg";
 const FUNCTIONS: &str = "functions.svg";
 
 /// A picture of a report, as a file of the study's folder.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Shown {
+struct Shown {
     /// Its name in the folder of pictures.
-    pub file: String,
+    file: String,
     /// What it shows.
-    pub caption: String,
+    caption: String,
 }
 
 /// The pictures of a study itself.
-pub fn general_pictures() -> Vec<Shown> {
+fn general() -> Vec<Shown> {
     vec![
         Shown {
             file: HEMISPHERES.into(),
@@ -104,8 +104,38 @@ impl<'a> Studio<'a> {
         })
     }
 
+    /// The pictures of a report that are there: of the study, and of its materials. `keys` are those
+    /// of the materials; of one without a key any picture will do.
+    pub fn gathered(
+        &self,
+        folder: &StudyFolder,
+        keys: &[Option<String>],
+    ) -> (Vec<Picture>, Vec<MaterialPictures>) {
+        let read = |shown: Vec<Shown>| -> Vec<Picture> {
+            let found = shown.into_iter().filter_map(|s| {
+                let svg = String::from_utf8(folder.picture(&s.file)?).ok()?;
+                Some(Picture {
+                    alt: s.caption.clone(),
+                    caption: s.caption,
+                    media: Media::Svg(svg),
+                })
+            });
+            found.collect()
+        };
+        let materials = self.plan.plan.materials.iter().zip(keys);
+        let materials = materials.filter_map(|(material, key)| {
+            let prefix = format!("{}.", file_stem(&material.name));
+            let key = key.clone().or_else(|| folder.picture_key(&prefix))?;
+            Some(MaterialPictures {
+                material: material.name.clone(),
+                pictures: read(self.of_material(material, &key)),
+            })
+        });
+        (read(general()), materials.collect())
+    }
+
     /// The pictures of a material that a report shows; `key` tells its contents from others'.
-    pub fn of_material(&self, material: &Material, key: &str) -> Vec<Shown> {
+    fn of_material(&self, material: &Material, key: &str) -> Vec<Shown> {
         let stem = stem(material, key);
         let mut shown = vec![Shown {
             file: format!("{stem}.slices.svg"),

@@ -1,0 +1,71 @@
+//! What made the report, so that it can be made again.
+
+use maud::{Markup, html};
+use serde_json::Value;
+
+/// The manifest as a table, its inputs with their hashes, and the config.
+pub(super) fn section(manifest: &Value, resolved: &toml::Table) -> Markup {
+    let fields = [
+        ("gonio", "version"),
+        ("status", "status"),
+        ("rows", "rows of this run"),
+        ("options", "options"),
+        ("seeds", "seeds"),
+        ("threads", "threads"),
+        ("seconds", "seconds"),
+        ("os", "system"),
+        ("arch", "processor"),
+        ("missing", "materials without a file"),
+        ("failures", "failures"),
+    ];
+    let list = |key: &str| manifest[key].as_array().map_or(&[][..], Vec::as_slice);
+    let config = toml::to_string(resolved).unwrap_or_default();
+    html! {
+        div.wide {
+            table {
+                tbody {
+                    @for (key, name) in fields {
+                        @let text = text(&manifest[key]);
+                        @if !text.is_empty() {
+                            tr { th scope="row" { (name) } td { (text) } }
+                        }
+                    }
+                }
+            }
+        }
+        @if !list("inputs").is_empty() {
+            div.wide {
+                table.inputs {
+                    thead { tr { th scope="col" { "input" } th scope="col" { "BLAKE3" } } }
+                    tbody {
+                        @for input in list("inputs") {
+                            tr { td { (text(&input["path"])) } td { code { (text(&input["blake3"])) } } }
+                        }
+                    }
+                }
+            }
+        }
+        details {
+            summary { "The config with every default (config.toml)" }
+            pre { (config) }
+        }
+    }
+}
+
+/// A value as people write it; nothing for what is empty.
+fn text(value: &Value) -> String {
+    match value {
+        Value::Null => String::new(),
+        Value::String(text) => text.clone(),
+        Value::Number(number) => match number.as_f64() {
+            Some(n) if !number.is_u64() => format!("{n:.2}"),
+            _ => number.to_string(),
+        },
+        Value::Array(list) => list.iter().map(text).collect::<Vec<_>>().join(", "),
+        Value::Object(fields) => {
+            let field = |(k, v): (&String, &Value)| format!("{k} {}", text(v));
+            fields.iter().map(field).collect::<Vec<_>>().join(", ")
+        }
+        Value::Bool(truth) => truth.to_string(),
+    }
+}

@@ -1,0 +1,298 @@
+//! `report.html`: what a study found, in one file that needs nothing else.
+//!
+//! No script, no font, no request: its own policy forbids them. Every text goes through the escaping
+//! of the templates; names of materials are file names, and may hold anything.
+
+mod charts;
+mod duels;
+mod figure;
+mod made_by;
+mod materials;
+mod ranking;
+#[cfg(test)]
+mod tests;
+mod verdict;
+
+use super::tables::named_shares;
+use crate::error::Error;
+use crate::experiment::study::{
+    Choice, Explained, Findings, Line, Ranking, Scope, StudyPlan, StudyRow,
+};
+use figure::figures;
+use maud::{DOCTYPE, Markup, PreEscaped, html as page};
+use rayon::iter::{IndexedParallelIterator, IntoParallelRefIterator, ParallelIterator};
+
+const STYLE: &str = include_str!("style.css");
+
+/// What a report may do: nothing but show what it holds.
+const POLICY: &str = "default-src 'none'; style-src 'unsafe-inline'; img-src data:";
+
+/// A drawing or an image.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Media {
+    /// The text of an SVG file, on white.
+    Svg(String),
+    /// The bytes of a PNG file.
+    Png(Vec<u8>),
+}
+
+/// A figure of a report.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Picture {
+    /// Below it.
+    pub caption: String,
+    /// Instead of it, for those who cannot see it.
+    pub alt: String,
+    /// What is shown.
+    pub media: Media,
+}
+
+/// The figures of a material.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MaterialPictures {
+    /// Its name in the rows.
+    pub material: String,
+    /// Its figures, in their order.
+    pub pictures: Vec<Picture>,
+}
+
+/// The report of a study: verdict, rankings, comparisons, curves, a section per material, and the
+/// manifest. `general` are figures of the study itself, `pictures` those of its materials. Without
+/// the feature `plots` there are tables only.
+///
+/// # Errors
+/// [`Error::Internal`] if drawing fails, which it should not.
+pub fn html(
+    plan: &StudyPlan,
+    rows: &[&StudyRow],
+    findings: &Findings,
+    manifest: &serde_json::Value,
+    general: &[Picture],
+    pictures: &[MaterialPictures],
+) -> Result<String, Error> {
+    let title = "Parametrization study";
+    let question = plan.plan.question.as_deref().unwrap_or_default().trim();
+    let materials = materials::tables(rows, &findings.allowances);
+    let sections: Result<Vec<Markup>, Error> = materials
+        .par_iter()
+        .enumerate()
+        .map(|(i, m)| {
+            let own = pictures.iter().find(|p| p.material == m.name);
+            materials::section(i, m, &findings.allowances, own)
+        })
+        .collect();
+    let rankings = findings.rankings.iter().enumerate();
+    let rankings: Vec<Markup> = rankings
+        .map(|(i, r)| ranking::table(findings, r, i))
+        .collect();
+    let page = page! {
+        (DOCTYPE)
+        html lang="en" {
+            head {
+                meta charset="utf-8";
+                meta http-equiv="Content-Security-Policy" content=(POLICY);
+                meta name="viewport" content="width=device-width, initial-scale=1";
+                meta name="color-scheme" content="light dark";
+                title { (title) }
+                style { (PreEscaped(STYLE)) }
+            }
+            body {
+                header {
+                    p.kind { "gonio · parametrization study" }
+                    h1 { @if question.is_empty() { (title) } @else { (question) } }
+                }
+                (contents(findings, &materials, general))
+                main {
+                    section id="verdict" {
+                        h2 { "Verdict" }
+                        (verdict::section(findings))
+                    }
+                    section id="ranking" {
+                        h2 { "Ranking" }
+                        (ranking::legend(findings))
+                        @for table in &rankings { (table) }
+                    }
+                    section id="duels" {
+                        h2 { "Parametrization against parametrization" }
+                        (duels::section(findings)?)
+                    }
+                    @if let Some(curves) = charts::curves(findings)? {
+                        section id="curves" {
+                            h2 { "What an error costs" }
+                            (curves)
+                        }
+                    }
+                    section id="variance" {
+                        h2 { "Which choice matters how much" }
+                        (variance(findings))
+                    }
+                    @if !general.is_empty() {
+                        section id="figures" {
+                            h2 { "Coordinates" }
+                            (figures(general))
+                        }
+                    }
+                    section id="materials" {
+                        h2 { "Materials" }
+                        p {
+                            "The best reconstruction of each sampling; a "
+                            b { "★" } " marks the least error of its column."
+                        }
+                    }
+                    @for section in sections? { (section) }
+                    section #manifest .page {
+                        h2 { "How it was made" }
+                        (made_by::section(manifest, &plan.resolved))
+                    }
+                }
+            }
+        }
+    };
+    Ok(page.into_string())
+}
+
+fn contents(findings: &Findings, materials: &[materials::Material], general: &[Picture]) -> Markup {
+    page! {
+        nav aria-label="Contents" {
+            ol {
+                li { a href="#verdict" { "Verdict" } }
+                li {
+                    a href="#ranking" { "Ranking" }
+                    @if findings.rankings.len() > 1 {
+                        ul {
+                            @for (i, ranking) in findings.rankings.iter().enumerate() {
+                                li { a href={ "#ranking-" (i) } { (scope_title(&ranking.scope)) } }
+                            }
+                        }
+                    }
+                }
+                li { a href="#duels" { "Parametrization against parametrization" } }
+                @if cfg!(feature = "plots") { li { a href="#curves" { "What an error costs" } } }
+                li { a href="#variance" { "Which choice matters how much" } }
+                @if !general.is_empty() { li { a href="#figures" { "Coordinates" } } }
+                li {
+                    a href="#materials" { "Materials" } " "
+                    span.many {
+                        @for (i, m) in materials.iter().enumerate() {
+                            @if i > 0 { " · " }
+                            a href={ "#material-" (i) } { (m.name) }
+                        }
+                    }
+                }
+                li { a href="#manifest" { "How it was made" } }
+            }
+        }
+    }
+}
+
+/// What a scope is of.
+fn scope_title(scope: &Scope) -> String {
+    let materials = match scope.materials {
+        1 => "1 material".into(),
+        n => format!("{n} materials"),
+    };
+    let of = match &scope.truth {
+        None => format!("all {materials}"),
+        Some(truth) => format!("{materials} of truth “{truth}”"),
+    };
+    format!("{}, {} pairs, {of}", scope.metric.name(), scope.measure)
+}
+
+/// Shares of the variance as bars.
+fn variance(findings: &Findings) -> Markup {
+    page! {
+        p {
+            "How much of the variance of the logarithm of the error each factor explains by itself, "
+            "and two together (×) beyond that."
+        }
+        @if findings.explained.is_empty() { p { "There is nothing to explain." } }
+        div.panels {
+            @for explained in &findings.explained { (bars(explained)) }
+        }
+    }
+}
+
+fn bars(explained: &Explained) -> Markup {
+    let of = match explained.scattered {
+        true => "scattered readings",
+        false => "in the schedule's own coordinates",
+    };
+    let shares = named_shares(&explained.factors, &explained.shares);
+    page! {
+        table.bars {
+            caption { (explained.scope.metric.name()) ", " (explained.scope.measure) " pairs, " (of) }
+            @for (name, share) in shares.iter().take(8) {
+                tr {
+                    th scope="row" { (name) }
+                    td { (format!("{:.1} %", 100.0 * share)) }
+                    td.bar {
+                        span style=(format!("width:{:.1}%", (100.0 * share).clamp(0.0, 100.0))) {}
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// How far a choice is above the best, on the average of the allowances it is used at: the mean log
+/// ratio, and by how many allowances it lacks.
+fn distance(ranking: &Ranking, line: &Line) -> f64 {
+    let mut sum = 0.0;
+    let mut count = 0.0;
+    for (a, cell) in line.cells.iter().enumerate() {
+        let means = ranking
+            .lines
+            .iter()
+            .filter_map(|l| l.cells[a].filter(|c| c.place.is_some()));
+        let best = means.map(|c| c.mean).fold(f64::INFINITY, f64::min);
+        if let Some(cell) = cell.filter(|c| c.place.is_some())
+            && best.is_finite()
+        {
+            sum += (cell.mean / best.max(crate::statistics::EXACT))
+                .max(1.0)
+                .ln();
+            count += 1.0;
+        }
+    }
+    if count > 0.0 {
+        sum / count
+    } else {
+        f64::INFINITY
+    }
+}
+
+/// Lines of a ranking, the best first.
+fn sorted(ranking: &Ranking) -> Vec<&Line> {
+    let mut lines: Vec<(f64, &Line)> = ranking
+        .lines
+        .iter()
+        .map(|l| (distance(ranking, l), l))
+        .collect();
+    // Stable: the order of the plan decides ties.
+    lines.sort_by(|a, b| a.0.total_cmp(&b.0));
+    lines.into_iter().map(|(_, l)| l).collect()
+}
+
+/// The allowance that is spoken of where there is room for one: the middle one.
+fn middle(findings: &Findings) -> usize {
+    findings.allowances.len().saturating_sub(1) / 2
+}
+
+/// A parametrization with its warps, for people.
+fn sampling_name(choice: &Choice) -> Markup {
+    page! {
+        (choice.parametrization)
+        @if choice.warp != "none" { " " small { (choice.warp) } }
+    }
+}
+
+/// A p-value.
+fn p_text(p: Option<f64>) -> String {
+    match p {
+        None => "–".into(),
+        Some(p) if p < 1e-4 => "< 0.0001".into(),
+        Some(p) if p < 0.01 => format!("{p:.4}"),
+        Some(p) if p < 0.1 => format!("{p:.3}"),
+        Some(p) => format!("{p:.2}"),
+    }
+}

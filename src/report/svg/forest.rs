@@ -1,0 +1,140 @@
+//! Ratios with their intervals, one below the other.
+
+use super::canvas::{Align, Canvas, Lettering, fitted, text_width};
+use super::{FAINT, FRAME, GRID, LABEL, LEGEND, MARGIN, axis, palette};
+use crate::error::Error;
+use crate::report::plot::{Axis, Forest, Scale};
+use axis::Ruler;
+
+const LINE: f64 = 17.0;
+const WIDTH: f64 = 420.0;
+/// The widest a name may be.
+const WIDEST: f64 = 230.0;
+
+/// Draws groups of ratios on a logarithmic axis, with a line at 1 and the band of no difference.
+///
+/// # Errors
+/// [`Error::Internal`] if drawing fails, which it should not.
+pub fn forest_svg(forest: &Forest) -> Result<String, Error> {
+    let lines = || forest.groups.iter().flat_map(|g| &g.lines);
+    let ends = lines().flat_map(|l| {
+        let interval = l.interval.into_iter().flatten();
+        interval.chain([l.ratio])
+    });
+    let values: Vec<f64> = ends.chain([1.0 / forest.band, forest.band]).collect();
+    let axis_of_ratios = Axis {
+        label: forest.label.clone(),
+        scale: Scale::Log,
+        range: None,
+    };
+    let x = Ruler::new(&axis_of_ratios, values.into_iter(), WIDTH, true);
+    let widest = |names: &mut dyn Iterator<Item = &String>| {
+        let widths = names.map(|n| text_width(n, LEGEND));
+        widths.fold(0.0, f64::max).min(WIDEST)
+    };
+    let group = widest(&mut forest.groups.iter().map(|g| &g.name));
+    let line = widest(&mut lines().map(|l| &l.name));
+    let note = widest(&mut lines().map(|l| &l.note));
+    let left = MARGIN + group.max(40.0) + 12.0 + line + 10.0;
+    let rows = lines().count() as f64 + 0.6 * forest.groups.len() as f64;
+    let bottom = MARGIN + rows * LINE;
+    let size = [
+        left + WIDTH + 12.0 + note + MARGIN,
+        bottom + 2.0 * axis::SIZE + 2.0 * LABEL + 8.0,
+    ];
+    let place = |v: f64| x.place(v).map(|t| left + t.clamp(0.0, 1.0) * WIDTH);
+    Canvas::draw(size, |canvas| {
+        if let (Some(a), Some(b)) = (place(1.0 / forest.band), place(forest.band)) {
+            let corners = [[a, MARGIN], [b, MARGIN], [b, bottom], [a, bottom]];
+            canvas.area(&corners, GRID, 1.0)?;
+        }
+        let mut how = Lettering::new(axis::SIZE, Align::Middle);
+        for (t, label) in &x.labelled {
+            let at = left + t * WIDTH;
+            canvas.line(&[[at, MARGIN], [at, bottom]], GRID, 0.8)?;
+            canvas.line(&[[at, bottom], [at, bottom + 5.0]], FRAME, 0.9)?;
+            canvas.text([at, bottom + 6.0 + 0.6 * axis::SIZE], label, how)?;
+        }
+        for t in &x.minor {
+            let at = left + t * WIDTH;
+            canvas.line(&[[at, bottom], [at, bottom + 3.0]], FRAME, 0.7)?;
+        }
+        canvas.line(&[[left, bottom], [left + WIDTH, bottom]], FRAME, 0.8)?;
+        if let Some(one) = place(1.0) {
+            canvas.line(&[[one, MARGIN], [one, bottom]], FRAME, 1.2)?;
+        }
+        how.size = LABEL;
+        let label = fitted(&forest.label, LABEL, WIDTH + left);
+        let below = bottom + 4.0 + 1.3 * axis::SIZE + LABEL;
+        canvas.text([left + 0.5 * WIDTH, below], &label, how)?;
+        let mut y = MARGIN + 0.5 * LINE;
+        for (g, of) in forest.groups.iter().enumerate() {
+            let ink = palette(g, forest.groups.len());
+            let mut how = Lettering::new(LEGEND, Align::Start);
+            how.bold = true;
+            canvas.text([MARGIN, y], &fitted(&of.name, LEGEND, group), how)?;
+            for line in &of.lines {
+                how = Lettering::new(LEGEND, Align::End);
+                canvas.text([left - 10.0, y], &line.name, how)?;
+                let ends = line.interval.map(|i| i.map(place));
+                if let Some([Some(a), Some(b)]) = ends {
+                    canvas.line(&[[a, y], [b, y]], ink, 1.7)?;
+                    for end in [a, b] {
+                        canvas.line(&[[end, y - 3.0], [end, y + 3.0]], ink, 1.2)?;
+                    }
+                }
+                if let Some(at) = place(line.ratio) {
+                    canvas.dot([at, y], 3.6, ink)?;
+                }
+                how.align = Align::Start;
+                how.ink = FAINT;
+                let note = fitted(&line.note, LEGEND, WIDEST);
+                canvas.text([left + WIDTH + 12.0, y], &note, how)?;
+                y += LINE;
+            }
+            y += 0.6 * LINE;
+        }
+        Ok(())
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::report::plot::{ForestGroup, ForestLine};
+
+    #[test]
+    fn a_ratio_lies_where_its_axis_says() {
+        let line = |ratio: f64, interval| ForestLine {
+            name: format!("{ratio}"),
+            ratio,
+            interval,
+            note: "a < b".into(),
+        };
+        let forest = Forest {
+            label: "ratio".into(),
+            band: 1.01,
+            groups: vec![ForestGroup {
+                name: "one".into(),
+                lines: vec![
+                    line(0.1, None),
+                    line(1.0, Some([0.5, 2.0])),
+                    line(10.0, None),
+                ],
+            }],
+        };
+        let text = forest_svg(&forest).unwrap();
+        let dots: Vec<f64> = text
+            .split("<circle cx=\"")
+            .skip(1)
+            .map(|t| t.split('"').next().unwrap().parse().unwrap())
+            .collect();
+        let [a, b, c] = dots[..] else {
+            panic!("{dots:?}")
+        };
+        // 0.1, 1 and 10 are equally far apart; tenths of a pixel are rounded.
+        assert!((b - a - (c - b)).abs() <= 2.0 && b > a + 1000.0, "{dots:?}");
+        assert!(text.contains("a &lt; b"));
+        forest_svg(&Forest::default()).unwrap();
+    }
+}

@@ -1,0 +1,259 @@
+//! The report of a study, as a browser shows it.
+
+use super::Bench;
+use std::fs;
+use std::path::Path;
+use std::process::{Command, Stdio};
+
+/// A study that takes a moment: truths that favour this, that and neither.
+const STUDY: &str = r#"
+question = "In which coordinates?"
+experiment = "study"
+budgets = [60, 200, 600]
+
+[metrics]
+pairs = 500
+
+[[material]]
+kind = "ggx"
+alpha = 0.3
+
+[[material]]
+kind = "ggx"
+alpha = 0.5
+
+[[material]]
+kind = "ward"
+alpha = 0.4
+name = "<script>document.title = 'broken'</script>"
+
+[[material]]
+kind = "oren-nayar"
+
+[[material]]
+kind = "test-s"
+
+[[material]]
+kind = "test-g"
+
+[[parametrization]]
+kind = "half-difference"
+
+[[parametrization]]
+kind = "half-difference"
+warp = { theta_h = "square-root" }
+
+[[parametrization]]
+kind = "hybrid"
+
+[[parametrization]]
+kind = "hybrid"
+warp = { h_bar = "square-root" }
+
+[[sample_set]]
+kind = "grid"
+
+[[reconstruction]]
+kind = "cubic"
+
+[[reconstruction]]
+kind = "inverse-distance"
+
+[[coordinates]]
+kind = "half-difference"
+
+[[coordinates]]
+kind = "hybrid"
+"#;
+
+/// Tells of everything that is to be seen how large it is, and what colours the page has.
+const PROBE: &str = r#"<script>
+addEventListener("load", () => {
+  for (const d of document.querySelectorAll("details")) d.open = true;
+  const seen = [...document.querySelectorAll("svg, img")].map(e => {
+    const box = e.getBoundingClientRect();
+    return Math.round(box.width) + "x" + Math.round(box.height);
+  });
+  const style = getComputedStyle(document.body);
+  const out = document.createElement("pre");
+  out.id = "probe";
+  const letters = document.querySelector(".chart text");
+  const letter = letters ? getComputedStyle(letters).fill : style.color;
+  out.textContent = JSON.stringify({ seen, title: document.title, paper: style.backgroundColor,
+    ink: style.color, letter, wide: document.documentElement.scrollWidth - document.documentElement.clientWidth,
+    requests: performance.getEntriesByType("resource").length });
+  document.body.append(out);
+});
+</script>"#;
+
+/// The browser, if there is one.
+fn browser() -> Option<&'static str> {
+    let works = |name: &&str| {
+        let mut command = Command::new(name);
+        command
+            .arg("--version")
+            .stdout(Stdio::null())
+            .stderr(Stdio::null());
+        command.status().is_ok_and(|s| s.success())
+    };
+    ["chromium", "chromium-browser", "google-chrome"]
+        .into_iter()
+        .find(works)
+}
+
+/// Opens a page; stdout and the errors of the page.
+fn open(browser: &str, dir: &Path, page: &Path, args: &[&str]) -> (String, Vec<String>) {
+    let output = Command::new(browser)
+        .args([
+            "--headless",
+            "--no-sandbox",
+            "--disable-gpu",
+            "--enable-logging=stderr",
+        ])
+        .args([
+            "--v=0",
+            "--window-size=1280,900",
+            "--virtual-time-budget=10000",
+        ])
+        .arg(format!("--user-data-dir={}", dir.join("profile").display()))
+        .args(args)
+        .arg(format!("file://{}", page.display()))
+        .stdin(Stdio::null())
+        .output()
+        .unwrap();
+    let stderr = String::from_utf8_lossy(&output.stderr);
+    // What the page says is marked so; the rest is the browser talking of its machine.
+    let errors = stderr.lines().filter(|l| l.contains("CONSOLE"));
+    let errors = errors.map(String::from).collect();
+    (String::from_utf8_lossy(&output.stdout).into_owned(), errors)
+}
+
+/// Perceived lightness of `rgb(r, g, b)`, 0 to 1.
+fn luminance(color: &str) -> f64 {
+    let inside = color.split(['(', ')']).nth(1).unwrap();
+    let linear: Vec<f64> = inside
+        .split(',')
+        .take(3)
+        .map(|c| (c.trim().parse::<f64>().unwrap() / 255.0).powf(2.2))
+        .collect();
+    0.2126 * linear[0] + 0.7152 * linear[1] + 0.0722 * linear[2]
+}
+
+fn study() -> (Bench, String) {
+    let bench = Bench::new();
+    fs::write(bench.path("study.toml"), STUDY).unwrap();
+    bench.good(&["run", "study.toml", "-o", "one"]);
+    let report = bench.read("one/report.html");
+    (bench, report)
+}
+
+#[test]
+fn a_report_needs_nothing_but_itself() {
+    let (bench, report) = study();
+    // Names of XML vocabularies are no addresses.
+    let text = report.replace("xmlns=\"http://www.w3.org/2000/svg\"", "");
+    for address in [
+        "http://", "https://", "src=\"/", "url(", "@import", "<link", "<script",
+    ] {
+        assert!(!text.contains(address), "{address}");
+    }
+    for part in [
+        "In which coordinates?",
+        "id=\"verdict\"",
+        "oren-nayar",
+        "BLAKE3",
+        "ranking.csv",
+    ] {
+        assert!(text.contains(part), "{part}");
+    }
+    // Every place of the contents is there.
+    for target in text.split("href=\"#").skip(1) {
+        let target = target.split('"').next().unwrap();
+        assert!(text.contains(&format!("id=\"{target}\"")), "{target}");
+    }
+    let ranking = bench.read("one/ranking.csv");
+    let mut reader = csv::Reader::from_reader(ranking.as_bytes());
+    // 2 metrics × 2 measures × (all truths and each of 3 groups) × 4 samplings × (cubic, and inverse
+    // distance in two kinds of coordinates) × 3 budgets.
+    let truths = bench.read("one/results.csv");
+    assert!(truths.contains("theta_h") && truths.contains("neither"));
+    let records: Vec<csv::StringRecord> = reader.records().map(Result::unwrap).collect();
+    assert_eq!(records.len(), 2 * 2 * 4 * 4 * 3 * 3);
+    // The best of a column has no ratio, all others have.
+    let place = 11;
+    for record in &records {
+        let is_best = &record[place] == "1";
+        assert_eq!(record[place + 2].is_empty(), is_best, "{record:?}");
+    }
+    let files = bench.manifest("one")["files"].to_string();
+    assert!(files.contains("report.html") && files.contains("ranking.csv"));
+}
+
+#[test]
+fn a_browser_shows_a_report() {
+    let Some(browser) = browser() else {
+        println!("skipped: no chromium");
+        return;
+    };
+    let (bench, report) = study();
+    let dir = bench.path("one");
+    // As it is: not a word of complaint, and printed on several pages.
+    let pdf = dir.join("report.pdf");
+    let print = format!("--print-to-pdf={}", pdf.display());
+    let (_, errors) = open(
+        browser,
+        bench.dir.path(),
+        &dir.join("report.html"),
+        &[&print],
+    );
+    assert!(errors.is_empty(), "{errors:?}");
+    let pdf = fs::read(pdf).unwrap();
+    assert!(pdf.starts_with(b"%PDF"));
+    let page = b"/Type /Page\n";
+    let pages = pdf.windows(page.len()).filter(|w| w == page).count();
+    // At least one for each material.
+    assert!(pages > 6, "{pages} pages");
+    // With a probe, which the policy of the page would not let run.
+    let (head, rest) = report.split_once("<meta http-equiv=").unwrap();
+    let rest = rest.split_once('>').unwrap().1;
+    let probed = dir.join("probed.html");
+    fs::write(&probed, format!("{head}{rest}{PROBE}")).unwrap();
+    for (scheme, is_dark) in [("1", false), ("0", true)] {
+        for width in [1280, 480] {
+            let scheme = format!("--blink-settings=preferredColorScheme={scheme}");
+            // The last size given counts.
+            let size = format!("--window-size={width},900");
+            let args = [scheme.as_str(), &size, "--dump-dom"];
+            let (dom, errors) = open(browser, bench.dir.path(), &probed, &args);
+            assert!(errors.is_empty(), "{errors:?}");
+            let json = dom.split("<pre id=\"probe\">").nth(1).expect("no probe");
+            let json = json.split("</pre>").next().unwrap().replace("&lt;", "<");
+            let found: serde_json::Value = serde_json::from_str(&json).unwrap();
+            assert_eq!(found["title"], "Parametrization study");
+            assert_eq!(found["requests"], 0);
+            let seen = found["seen"].as_array().unwrap();
+            if cfg!(feature = "plots") {
+                // Curves of costs, forests, and one a material at least.
+                assert!(seen.len() >= 12, "{}", seen.len());
+            }
+            for size in seen {
+                let (w, h) = size.as_str().unwrap().split_once('x').unwrap();
+                let [w, h] = [w, h].map(|s| s.parse::<u32>().unwrap());
+                assert!(w > 100 && h > 60, "{size}");
+                assert!(w <= width, "{size} on {width}");
+            }
+            assert_eq!(
+                found["wide"], 0,
+                "the page is wider than its window of {width}"
+            );
+            let light = |key: &str| luminance(found[key].as_str().unwrap());
+            assert_eq!(light("paper") < 0.2, is_dark, "{found}");
+            for letters in ["ink", "letter"] {
+                let (a, b) = (light(letters), light("paper"));
+                let contrast = (a.max(b) + 0.05) / (a.min(b) + 0.05);
+                // WCAG's level AAA.
+                assert!(contrast > 7.0, "{letters}: {contrast}");
+            }
+        }
+    }
+}
