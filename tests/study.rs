@@ -595,3 +595,40 @@ fn mistakes_are_told_with_their_place() {
         );
     }
 }
+
+#[test]
+fn warps_are_paired_by_their_place() {
+    let rows = product(|_, _, _| 1.0);
+    let with = |row: &StudyRow, warp: &str| StudyRow {
+        warp: warp.into(),
+        ..row.clone()
+    };
+    // half-difference: none, a; hybrid: none, b, c; spherical: none.
+    let rows: Vec<StudyRow> = rows
+        .iter()
+        .flat_map(|r| match r.parametrization.as_str() {
+            "half-difference" => vec![r.clone(), with(r, "a")],
+            "hybrid" => vec![r.clone(), with(r, "b"), with(r, "c")],
+            _ => vec![r.clone()],
+        })
+        .collect();
+    let rows: Vec<&StudyRow> = rows.iter().collect();
+    let findings = Findings::new(&rows, 1.05);
+    let of = |a: &str, b: &str| {
+        let duels = findings.duels[0].duels.iter();
+        let between = duels.filter(|d| d.a.parametrization == a && d.b.parametrization == b);
+        let mut warps: Vec<_> = between
+            .map(|d| (d.b.warp.as_str(), d.a.warp.as_str()))
+            .collect();
+        warps.sort_unstable();
+        warps
+    };
+    assert_eq!(
+        of("hybrid", "half-difference"),
+        [("a", "b"), ("a", "c"), ("none", "none")]
+    );
+    assert_eq!(
+        of("spherical", "half-difference"),
+        [("a", "none"), ("none", "none")]
+    );
+}

@@ -231,6 +231,19 @@ impl<'a> Index<'a> {
         index
     }
 
+    /// True if two choices are warped alike: at the same place of the warps of their
+    /// parametrizations, or past the end of those of the other and the other at its end.
+    fn alike(&self, a: usize, b: usize) -> bool {
+        let (x, y) = (self.warp[a], self.warp[b]);
+        let last = |c: usize| {
+            let name = &self.choices.list[c].parametrization;
+            let mine = self.choices.list.iter().zip(&self.warp);
+            let mine = mine.filter(|(choice, _)| choice.parametrization == *name);
+            mine.map(|(_, w)| *w).max().unwrap_or_default()
+        };
+        x == y || (x > last(b) && y == last(b)) || (y > last(a) && x == last(a))
+    }
+
     /// Materials of a truth.
     fn of_truth(&self, truth: Option<usize>) -> Vec<usize> {
         let all = 0..self.materials.list.len();
@@ -449,7 +462,7 @@ impl<'i, 'a> Table<'i, 'a> {
                 let same = a.sample_set == b.sample_set
                     && a.instrument == b.instrument
                     && a.reconstruction == b.reconstruction;
-                let alike = self.index.warp[i] == self.index.warp[j];
+                let alike = self.index.alike(i, j);
                 let factor = if same
                     && alike
                     && a.parametrization != b.parametrization

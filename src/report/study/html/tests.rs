@@ -62,7 +62,7 @@ fn rows(materials: usize, ratio: f64, truth: &str) -> Vec<StudyRow> {
                     unphysical_share: 0.0,
                     pairs: 100,
                     pairs_missing: 0,
-                    stack: 1,
+                    alignment: None,
                     plan_seconds: 0.1,
                     measure_seconds: 0.1,
                     reconstruct_seconds: 0.1,
