@@ -3,6 +3,7 @@
 use super::print;
 use crate::brdf;
 use crate::error::Error;
+use crate::experiment::study::StudyRow;
 use crate::experiment::{Kind, Row, Use};
 use crate::geometry::Symmetry;
 use crate::instrument::{self, InstrumentSpec, Order};
@@ -40,7 +41,48 @@ enum Family {
 type Columns = (&'static str, &'static [(&'static str, &'static str)]);
 
 /// The tables of the other kinds of experiments.
-const MORE_COLUMNS: [Columns; 4] = [
+const MORE_COLUMNS: [Columns; 6] = [
+    (
+        "results.csv and results.jsonl of a study",
+        &StudyRow::COLUMNS,
+    ),
+    (
+        "ranking.csv of a study",
+        &[
+            (
+                "metric, measure, truth",
+                "which ranking; truth is empty for all of them",
+            ),
+            ("materials", "materials of that truth"),
+            (
+                "parametrization, …, allowed",
+                "which choice, as in results.csv",
+            ),
+            ("place", "among the choices that have all materials, from 1"),
+            ("mean", "geometric mean of the error over materials"),
+            (
+                "ratio_to_best, _low, _high",
+                "ratio to the best choice with its 95 % bootstrap interval over materials",
+            ),
+            (
+                "p",
+                "Wilcoxon signed-rank test against the best, adjusted for the number of choices (Holm)",
+            ),
+            (
+                "wins, losses, ties",
+                "materials on which it is better or worse than the best by more than the band",
+            ),
+            ("verdict", "against the best"),
+            (
+                "readings, compute_seconds, instrument_seconds",
+                "geometric means over materials",
+            ),
+            (
+                "order, order_low, order_high",
+                "slope of ln error on ln readings over the budgets, with its 95 % interval over materials",
+            ),
+        ],
+    ),
     (
         "profiles.csv (also of gonio moments)",
         &[
