@@ -188,3 +188,43 @@ fn other_peoples_files_are_left_alone() {
     }
     assert!(!bench.path("runs").exists());
 }
+
+#[cfg(all(feature = "exr", feature = "plots"))]
+#[test]
+fn materials_are_drawn_once() {
+    let bench = bench();
+    let small = "[pictures]\nresolution = 24\nsamples = 4\nbudget = 60\n";
+    let text = STUDY.replace("[pictures]\ndraw = false\n", small);
+    fs::write(bench.path("c.toml"), text).unwrap();
+    bench.good(&["run", "c.toml", "-q"]);
+    let pictures = bench.files("runs/c/pictures");
+    let count = |ending: &str| pictures.iter().filter(|f| f.ends_with(ending)).count();
+    // Two of the study; of each of two materials its slices and two reconstructions.
+    assert_eq!([count(".svg"), count(".png"), count(".exr")], [8, 4, 6]);
+    let report = bench.read("runs/c/report.html");
+    assert!(report.matches("<figure").count() >= 8);
+    // One is lost: it alone is drawn again, though every row is there, with the same bytes.
+    let lost = pictures.iter().find(|f| f.ends_with("hybrid.svg")).unwrap();
+    let path = bench.path("runs/c/pictures").join(lost);
+    let bytes = fs::read(&path).unwrap();
+    let others: Vec<_> = pictures.iter().filter(|f| *f != lost).collect();
+    let times = || -> Vec<_> {
+        let of = |f: &&String| fs::metadata(bench.path("runs/c/pictures").join(f));
+        others
+            .iter()
+            .map(|f| of(f).unwrap().modified().unwrap())
+            .collect()
+    };
+    let before = times();
+    fs::remove_file(&path).unwrap();
+    let rows = bench.read("runs/c/results.csv");
+    bench.good(&["run", "c.toml", "-q"]);
+    assert!(fs::read(&path).unwrap() == bytes);
+    assert!(times() == before);
+    assert!(bench.read("runs/c/results.csv") == rows);
+    // Parts bring their pictures along.
+    bench.good(&["run", "c.toml", "-q", "--shard", "1/1"]);
+    bench.good(&["merge", "runs/c.shard-1-of-1", "-o", "merged"]);
+    assert_eq!(bench.files("merged/pictures"), pictures);
+    assert!(bench.read("merged/report.html").matches("<figure").count() >= 8);
+}

@@ -42,8 +42,10 @@ pub fn study_text(findings: &Findings) -> String {
     for ranking in findings.rankings.iter().filter(|r| of_all(&r.scope)) {
         best_of_each(findings, ranking, &mut out);
         let duels = findings.duels.iter().find(|d| d.scope == ranking.scope);
-        if let (Some(duels), Some(best)) = (duels, leader(ranking)) {
-            against_reference(findings, duels, &best, &mut out);
+        for method in duels.iter().flat_map(|_| in_own_coordinates(ranking)) {
+            if let Some(duels) = duels {
+                against_reference(findings, duels, &method, &mut out);
+            }
         }
     }
     for explained in findings.explained.iter().filter(|e| of_all(&e.scope)) {
@@ -110,6 +112,25 @@ pub(super) fn leader(ranking: &Ranking) -> Option<Choice> {
     placed.min_by_key(|(sum, _)| *sum).map(|(_, c)| c.clone())
 }
 
+/// A choice for each reconstruction in the schedule's own coordinates that is used at every
+/// allowance.
+fn in_own_coordinates(ranking: &Ranking) -> Vec<Choice> {
+    let mut methods: Vec<Choice> = Vec::new();
+    let like = |a: &Choice, b: &Choice| {
+        a.reconstruction == b.reconstruction
+            && a.sample_set == b.sample_set
+            && a.instrument == b.instrument
+    };
+    for line in &ranking.lines {
+        let choice = &line.choice;
+        let everywhere = line.cells.iter().all(Option::is_some);
+        if everywhere && choice.coordinates == "own" && !methods.iter().any(|m| like(m, choice)) {
+            methods.push(choice.clone());
+        }
+    }
+    methods
+}
+
 /// What the duels of a report are against: the parametrization everybody knows, or the first.
 pub(super) const REFERENCE: &str = "half-difference";
 
@@ -170,8 +191,8 @@ fn against_reference(findings: &Findings, duels: &Duels, best: &Choice, out: &mu
         method(best, findings),
         scope.measure
     );
-    let _ = writeln!(out, "\n{text}");
-    title(out, "", width, &findings.allowances);
+    let width = width.max(text.chars().count());
+    title(out, &text, width, &findings.allowances);
     for (name, cells) in named {
         let _ = write!(out, "{name:<width$}");
         for cell in cells {

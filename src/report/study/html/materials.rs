@@ -14,6 +14,8 @@ use std::collections::HashMap;
 pub(super) struct Material {
     pub name: String,
     pub truth: String,
+    /// Measured alignment q of its lobe.
+    pub alignment: Option<f64>,
     pub measures: Vec<Measure>,
 }
 
@@ -64,12 +66,12 @@ pub(super) fn tables(rows: &[&StudyRow], allowances: &[String]) -> Vec<Material>
     let mut measures = Places::default();
     let mut samplings: Vec<Choice> = Vec::new();
     let mut methods: Vec<[&str; 4]> = Vec::new();
-    let mut truths: Vec<&str> = Vec::new();
+    let mut truths: Vec<(&str, Option<f64>)> = Vec::new();
     let mut cells: HashMap<Key, Vec<(f64, f64)>> = HashMap::new();
     for row in rows {
         let material = materials.place(&row.material);
         if material == truths.len() {
-            truths.push(&row.truth);
+            truths.push((&row.truth, row.alignment));
         }
         let is_mine = |c: &Choice| c.parametrization == row.parametrization && c.warp == row.warp;
         let s = samplings.iter().position(is_mine).unwrap_or_else(|| {
@@ -126,7 +128,8 @@ pub(super) fn tables(rows: &[&StudyRow], allowances: &[String]) -> Vec<Material>
     (0..truths.len())
         .map(|material| Material {
             name: materials.list[material].into(),
-            truth: truths[material].into(),
+            truth: truths[material].0.into(),
+            alignment: truths[material].1,
             measures: (measures.list.iter().enumerate())
                 .map(|(measure, name)| Measure {
                     name: (*name).into(),
@@ -150,7 +153,13 @@ pub(super) fn section(
     Ok(html! {
         section.page.material id={ "material-" (number) } {
             h3 { (material.name) }
-            p.truth { "Truth: " (material.truth) }
+            p.truth {
+                "Truth: " (material.truth)
+                @match material.alignment {
+                    Some(q) => { (format!("; measured alignment q = {q:.2} (0: a lobe over theta_h, 1: over |h_bar|)")) }
+                    None => { "; no lobe whose alignment could be measured" }
+                }
+            }
             @if let Some(pictures) = pictures { (figures(&pictures.pictures)) }
             @if let Some(curves) = curves { (curves) }
             @for measure in &material.measures { (table(measure, allowances)) }
