@@ -9,6 +9,8 @@ use crate::experiment::study::{self, Findings, RowKey, Shard, StudyObserver, Stu
 use crate::experiment::{Failure, Material, Source};
 #[cfg(all(feature = "exr", feature = "plots"))]
 use crate::report::Studio;
+#[cfg(feature = "plots")]
+use crate::report::study_curves;
 use crate::report::{
     MadeBy, Manifest, MaterialPictures, Outcome, Picture, ROWS, StudyFolder, read_rows, study_html,
     study_text,
@@ -98,7 +100,7 @@ impl Run {
 /// Prints what rows say, and writes it into their folder.
 pub(super) fn finish(
     plan: &StudyPlan,
-    folder: StudyFolder,
+    mut folder: StudyFolder,
     keys: &[RowKey],
     materials: &[Option<String>],
     manifest: Manifest,
@@ -109,6 +111,11 @@ pub(super) fn finish(
     let facts = serde_json::to_value(&manifest).map_err(|e| Error::Internal(e.to_string()))?;
     let (general, pictures) = gathered(plan, &folder, materials)?;
     let report = study_html(plan, &rows, &findings, &facts, &general, &pictures)?;
+    #[cfg(feature = "plots")]
+    let figure = study_curves(&findings)?;
+    drop(rows);
+    #[cfg(feature = "plots")]
+    folder.write_figure("errors.svg", &figure)?;
     folder.finish(keys, manifest, Some((&findings, report)))
 }
 

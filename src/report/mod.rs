@@ -50,6 +50,8 @@ pub use slice::{RESOLUTION, THETA_O_DEG, write_slice};
 pub use sphere::{FilterEllipse, SphereImage, sphere, sphere_svg};
 #[cfg(all(feature = "exr", feature = "plots"))]
 pub use study::Studio;
+#[cfg(feature = "plots")]
+pub use study::study_curves;
 pub use study::{
     MaterialPictures, Media, Picture, ROWS, StudyFolder, read_rows, study_html, study_text,
 };

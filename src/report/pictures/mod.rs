@@ -4,7 +4,6 @@
 mod compare;
 #[cfg(all(feature = "exr", feature = "plots"))]
 mod contours;
-mod curves;
 #[cfg(feature = "exr")]
 mod distribution;
 #[cfg(all(feature = "exr", feature = "plots"))]
@@ -22,7 +21,6 @@ mod slices;
 
 #[cfg(feature = "exr")]
 pub use compare::Comparison;
-pub use curves::{Cost, Curve, error_curves};
 #[cfg(all(feature = "exr", feature = "plots"))]
 pub use functions::test_functions_svg;
 #[cfg(all(feature = "exr", feature = "plots"))]

@@ -163,6 +163,20 @@ impl StudyFolder {
         Ok(())
     }
 
+    /// Writes a picture of the rows, whether it is there or not.
+    ///
+    /// # Errors
+    /// [`Error::Output`].
+    pub fn write_figure(&mut self, name: &str, text: &str) -> Result<(), Error> {
+        let folder = self.dir.join(PICTURES);
+        let path = folder.join(name);
+        fs::create_dir_all(&folder)
+            .and_then(|()| write_atomically(&path, |out| out.write_all(text.as_bytes())))
+            .map_err(|e| Error::output(path, format!("cannot write this file: {e}")))?;
+        self.files.insert(format!("{PICTURES}/{name}"));
+        Ok(())
+    }
+
     /// Takes over the pictures of another folder.
     ///
     /// # Errors

@@ -8,6 +8,8 @@ mod pictures;
 mod tables;
 
 pub use folder::{ROWS, StudyFolder, read_rows};
+#[cfg(feature = "plots")]
+pub use html::study_curves;
 pub use html::{MaterialPictures, Media, Picture, html as study_html};
 #[cfg(all(feature = "exr", feature = "plots"))]
 pub use pictures::Studio;

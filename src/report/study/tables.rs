@@ -161,7 +161,7 @@ fn against_reference(findings: &Findings, duels: &Duels, best: &Choice, out: &mu
     let rows = ratios(duels, best, &reference);
     let mut named: Vec<(String, Vec<Option<Paired>>)> = rows
         .iter()
-        .map(|(choice, cells)| (format!("  {}", sampling(choice)), cells.clone()))
+        .map(|(of, _, cells)| (format!("  {of}"), cells.clone()))
         .collect();
     let others = findings.duels.iter().filter(|d| {
         d.scope.truth.is_some()
@@ -170,16 +170,16 @@ fn against_reference(findings: &Findings, duels: &Duels, best: &Choice, out: &mu
     });
     for other in others {
         let rows = ratios(other, best, &reference);
-        // Each parametrization once: as it is warped last.
-        let hybrid = rows
+        // As it is warped first, or as it is.
+        let mut hybrids: Vec<_> = rows
             .into_iter()
-            .rfind(|(c, _)| c.parametrization == "hybrid");
-        if let (Some((choice, cells)), Some(truth)) = (hybrid, &other.scope.truth) {
-            let name = format!(
-                "    {}, {truth} ({})",
-                sampling(&choice),
-                other.scope.materials
-            );
+            .filter(|(_, c, _)| c.parametrization == "hybrid")
+            .collect();
+        hybrids.sort_by_key(|(_, c, _)| c.warp == "none");
+        if let (Some((of, _, cells)), Some(truth)) =
+            (hybrids.into_iter().next(), &other.scope.truth)
+        {
+            let name = format!("    {of}, {truth} ({})", other.scope.materials);
             named.push((name, cells));
         }
     }
@@ -207,8 +207,8 @@ fn against_reference(findings: &Findings, duels: &Duels, best: &Choice, out: &mu
     }
     let _ = writeln!(
         out,
-        "Warped against warped; + better, - worse, = no difference within the band, ? undecided \
-         (95 % interval and Wilcoxon test over materials)."
+        "+ better, - worse, = no difference within the band, ? undecided (95 % interval and \
+         Wilcoxon test over materials)."
     );
 }
 
@@ -221,8 +221,13 @@ fn mark(verdict: Verdict) -> char {
     }
 }
 
-/// The duels of samplings that reconstruct as `best` does, against the reference.
-fn ratios(duels: &Duels, best: &Choice, reference: &str) -> Vec<(Choice, Vec<Option<Paired>>)> {
+/// The duels of samplings that reconstruct as `best` does, against the reference: what is compared,
+/// the first of the two, and the ratios.
+fn ratios(
+    duels: &Duels,
+    best: &Choice,
+    reference: &str,
+) -> Vec<(String, Choice, Vec<Option<Paired>>)> {
     let mine = duels.duels.iter().filter(|d| {
         d.factor == Factor::Sampling
             && d.a.reconstruction == best.reconstruction
@@ -230,7 +235,20 @@ fn ratios(duels: &Duels, best: &Choice, reference: &str) -> Vec<(Choice, Vec<Opt
             && d.a.sample_set == best.sample_set
             && d.a.instrument == best.instrument
     });
-    mine.filter_map(|d| against(d, reference)).collect()
+    let named = |d: &Duel| {
+        let (choice, cells) = against(d, reference)?;
+        let other = if d.b.parametrization == reference {
+            &d.b.warp
+        } else {
+            &d.a.warp
+        };
+        let of = match other.as_str() {
+            "none" => sampling(&choice),
+            warp => format!("{} / {warp}", sampling(&choice)),
+        };
+        Some((of, choice, cells))
+    };
+    mine.filter_map(named).collect()
 }
 
 fn shares(explained: &Explained, out: &mut String) {

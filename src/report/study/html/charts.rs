@@ -3,6 +3,8 @@
 #[cfg(not(feature = "plots"))]
 pub(super) use absent::{curves, forest, of_material};
 #[cfg(feature = "plots")]
+pub use drawn::sheet as study_curves;
+#[cfg(feature = "plots")]
 pub(super) use drawn::{curves, forest, of_material};
 
 #[cfg(feature = "plots")]
@@ -16,7 +18,7 @@ mod drawn {
     use crate::error::Error;
     use crate::experiment::study::{Cell, Choice, Findings, Line, Metric, Ranking};
     use crate::report::plot::{Axis, Forest, ForestGroup, ForestLine, Mark, Panel, Scale, Series};
-    use crate::report::svg::{forest_svg, labelled};
+    use crate::report::svg::{forest_svg, labelled, svg};
     use crate::statistics::BAND;
     use maud::{Markup, html};
 
@@ -99,6 +101,23 @@ mod drawn {
                 }
             }
         }))
+    }
+
+    /// The same as a file of its own: a row a cost, a column a measure; by `nrmse`.
+    pub fn sheet(findings: &Findings) -> Result<String, Error> {
+        let of_all = |r: &&Ranking| r.scope.truth.is_none() && r.scope.metric == Metric::Nrmse;
+        let rankings: Vec<&Ranking> = findings.rankings.iter().filter(of_all).collect();
+        let mut panels = Vec::new();
+        for cost in &COSTS {
+            let row: Vec<Panel> = rankings.iter().map(|r| panel(r, cost)).collect();
+            if row.iter().any(|p| !p.series.is_empty()) {
+                panels.extend(row);
+            }
+        }
+        let materials = rankings.first().map_or(0, |r| r.scope.materials);
+        let title =
+            format!("Error of the best reconstruction of each sampling, {materials} materials");
+        svg(&title, &panels, rankings.len().max(1))
     }
 
     fn panel(ranking: &Ranking, cost: &Cost) -> Panel {

@@ -13,6 +13,9 @@ mod ranking;
 mod tests;
 mod verdict;
 
+#[cfg(feature = "plots")]
+pub use charts::study_curves;
+
 use super::tables::named_shares;
 use crate::error::Error;
 use crate::experiment::study::{
