@@ -170,15 +170,10 @@ fn against_reference(findings: &Findings, duels: &Duels, best: &Choice, out: &mu
     });
     for other in others {
         let rows = ratios(other, best, &reference);
-        // As it is warped first, or as it is.
-        let mut hybrids: Vec<_> = rows
-            .into_iter()
-            .filter(|(_, c, _)| c.parametrization == "hybrid")
-            .collect();
-        hybrids.sort_by_key(|(_, c, _)| c.warp == "none");
-        if let (Some((of, _, cells)), Some(truth)) =
-            (hybrids.into_iter().next(), &other.scope.truth)
-        {
+        // As it is, and as it is warped first.
+        let hybrids = rows.into_iter().filter(|r| r.1.parametrization == "hybrid");
+        let truth = other.scope.truth.as_deref().unwrap_or_default();
+        for (of, _, cells) in hybrids.take(2) {
             let name = format!("    {of}, {truth} ({})", other.scope.materials);
             named.push((name, cells));
         }
