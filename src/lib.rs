@@ -60,6 +60,7 @@
 //! # Pages
 //!
 //! [`docs::design`]: why the house stands as it does. [`docs::errata`]: what the papers misprint.
+//! [`docs::parametrizations`]: which coordinates to sample and to reconstruct in.
 //! [`docs::relations`]: moments of a slice and of the picture. [`docs::changelog`].
 
 pub mod analysis;

@@ -11,5 +11,10 @@ pub mod errata {}
 #[doc = include_str!("relations.svg")]
 pub mod relations {}
 
+#[doc = include_str!("parametrizations.md")]
+#[doc = ""]
+#[doc = include_str!("parametrizations.svg")]
+pub mod parametrizations {}
+
 #[doc = include_str!("changelog.md")]
 pub mod changelog {}

@@ -189,16 +189,25 @@ mod drawn {
                 (_, 1 | 2) => (format!("{}, warped", choice.parametrization), Mark::Line),
                 _ => (sampling(choice), Mark::Line),
             };
+            let color = self.parametrizations.iter().position(own);
             Series {
                 name,
-                color: self
-                    .parametrizations
-                    .iter()
-                    .position(own)
-                    .unwrap_or_default(),
+                color: self.further(choice).or(color).unwrap_or_default(),
                 mark,
                 points,
             }
+        }
+
+        /// The colour of a second warp and of later ones, which would look like the first.
+        fn further(&self, choice: &Choice) -> Option<usize> {
+            let mut later: Vec<&(String, String)> = Vec::new();
+            for p in &self.parametrizations {
+                let warped = self.samplings.iter().filter(|s| s.0 == *p && s.1 != "none");
+                later.extend(warped.skip(1));
+            }
+            let is = |s: &&(String, String)| s.0 == choice.parametrization && s.1 == choice.warp;
+            let place = later.iter().position(is)?;
+            Some(self.parametrizations.len() + place)
         }
     }
 
