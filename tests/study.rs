@@ -632,3 +632,48 @@ fn warps_are_paired_by_their_place() {
         [("a", "none"), ("none", "none")]
     );
 }
+
+#[test]
+fn materials_that_tell_nothing_are_left_out_and_named() {
+    let rows = product(|parametrization, _, _| {
+        if parametrization == "hybrid" {
+            2.0
+        } else {
+            1.0
+        }
+    });
+    let with = |name: &str, error: Option<f64>| -> Vec<StudyRow> {
+        let first = rows.iter().filter(|r| r.material == "m0");
+        let other = first.map(|r| StudyRow {
+            material: name.into(),
+            nrmse: error,
+            ..r.clone()
+        });
+        other.collect()
+    };
+    let mut more = rows.clone();
+    more.extend(with("exact", Some(3e-16)));
+    more.extend(with("black", None));
+    let [plain, more] = [&rows, &more].map(|rows| {
+        let rows: Vec<&StudyRow> = rows.iter().collect();
+        Findings::new(&rows, 1.05)
+    });
+    let of = |findings: &Findings| {
+        findings
+            .ranking(Metric::Nrmse, "cosine", None)
+            .unwrap()
+            .clone()
+    };
+    assert_eq!(of(&plain).lines, of(&more).lines);
+    assert_eq!(of(&more).scope.materials, 12);
+    assert_eq!(
+        of(&more).scope.left_out,
+        [
+            "exact (exact by every choice)",
+            "black (no error is defined)"
+        ]
+    );
+    // By the other error they are compared.
+    let other = more.ranking(Metric::LogRelative, "cosine", None).unwrap();
+    assert_eq!(other.scope.materials, 14);
+}

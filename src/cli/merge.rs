@@ -1,14 +1,14 @@
 //! `gonio merge`.
 
-use super::print;
 use super::study::finish;
+use super::{print, read_text, say};
 use crate::error::Error;
 use crate::experiment::Source;
 use crate::experiment::study::{Label, RowKey, StudyPlan, StudyRow};
-use crate::report::{CONFIG, MadeBy, Manifest, Outcome, StudyFolder, read_rows};
+use crate::report::{CONFIG, MadeBy, Manifest, Outcome, ROWS, StudyFolder, read_rows};
 use clap::Args;
 use std::collections::HashMap;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::SystemTime;
 
 #[derive(Debug, Args)]
@@ -27,61 +27,56 @@ pub(super) struct Merge {
 impl Merge {
     pub(super) fn run(self) -> Result<(), Error> {
         let started = SystemTime::now();
-        let mut config: Option<(PathBuf, Source)> = None;
-        let mut rows: HashMap<Label, (StudyRow, PathBuf)> = HashMap::new();
+        let source = self.config()?;
+        let plan = StudyPlan::read(&source)?;
+        let expected = plan.expected();
+        let places: HashMap<&Label, usize> = expected.iter().map(|e| &e.label).zip(0..).collect();
+        let mut found: Vec<Option<StudyRow>> = vec![None; expected.len()];
+        // Which files each material was made from, and where that was found.
+        let mut made_from: HashMap<String, (RowKey, &Path)> = HashMap::new();
+        let mut others = 0;
         for dir in &self.parts {
-            let path = dir.join(CONFIG);
-            let text = std::fs::read_to_string(&path)
-                .map_err(|e| Error::data(&path, format!("cannot read this file: {e}")))?;
-            match &config {
-                None => {
-                    config = Some((path.clone(), Source::new(path.display().to_string(), text)))
-                }
-                Some((first, source)) if source.original() != text => {
-                    let message = format!(
-                        "this is another config than {}; allowed: parts of one study",
-                        first.display()
-                    );
-                    return Err(Error::data(path, message));
-                }
-                Some(_) => {}
-            }
             for row in read_rows(dir)? {
-                let label = row.label();
-                if let Some((known, elsewhere)) = rows.get(&label)
-                    && known.key != row.key
-                {
+                let place = places.get(&row.label()).copied();
+                // What a folder held before it was of this config is left there.
+                let Some(place) = place.filter(|&p| expected[p].is(&row)) else {
+                    others += 1;
+                    continue;
+                };
+                let entry = made_from.entry(row.material.clone());
+                let (key, first) = entry.or_insert_with(|| (row.material_key.clone(), dir));
+                if *key != row.material_key {
                     let message = format!(
-                        "its row of {} ({}) has the key {}, that of {} has {}: they are of \
-                         different inputs; allowed: parts of one study",
+                        "its {} is another material than in {}: the files differ; allowed: parts \
+                         that were made from the same files",
                         row.material,
-                        row.allowed,
-                        row.key,
-                        elsewhere.display(),
-                        known.key
+                        first.display()
                     );
                     return Err(Error::data(dir, message));
                 }
-                rows.entry(label).or_insert((row, dir.clone()));
+                found[place] = Some(row);
             }
         }
-        let Some((_, source)) = config else {
-            return Err(Error::Internal("a folder is required".into()));
-        };
-        let plan = StudyPlan::read(&source)?;
-        let labels = plan.labels();
-        let mut keys: Vec<RowKey> = Vec::new();
-        let mut sorted: Vec<StudyRow> = Vec::new();
-        for label in &labels {
-            if let Some((row, _)) = rows.remove(label) {
-                keys.push(row.key.clone());
-                sorted.push(row);
-            }
+        if others > 0 {
+            say(&format!(
+                "gonio: {others} rows of other configs are left out"
+            ));
         }
-        let found = sorted.len();
+        let sorted: Vec<StudyRow> = found.into_iter().flatten().collect();
+        let keys: Vec<RowKey> = sorted.iter().map(|r| r.key.clone()).collect();
+        let materials: Vec<Option<RowKey>> = plan
+            .plan
+            .materials
+            .iter()
+            .map(|m| made_from.get(&m.name).map(|(key, _)| key.clone()))
+            .collect();
+        let (found, of) = (keys.len(), expected.len());
+        let taken = !self.force && self.output.join(ROWS).exists();
+        if taken {
+            let message = "a study is here already; choose another folder with -o, or --force";
+            return Err(Error::output(&self.output, message));
+        }
         let mut folder = StudyFolder::open(&self.output, self.force, &plan.resolved)?;
-        let known = folder.known();
-        sorted.retain(|row| !known.contains(&row.key));
         folder.write_rows(sorted)?;
         for dir in &self.parts {
             folder.copy_pictures(dir)?;
@@ -93,24 +88,49 @@ impl Merge {
         };
         let outcome = Outcome {
             rows: found,
-            incomplete: found < labels.len(),
+            incomplete: found < of,
             ..Outcome::default()
         };
         let manifest = Manifest::new(made_by, &source, Vec::new(), outcome, started);
-        let unknown = vec![None; plan.plan.materials.len()];
-        let path = finish(&plan, folder, &keys, &unknown, manifest)?;
+        let path = finish(&plan, folder, &keys, &materials, manifest)?;
         print(&format!(
-            "\n{found} of {} rows are in {}\n",
-            labels.len(),
+            "\n{found} of {of} rows are in {}\n",
             path.display()
         ))?;
-        if found < labels.len() {
+        if found < of {
             return Err(Error::Incomplete {
                 rows: found,
-                of: labels.len(),
+                of,
                 path,
             });
         }
         Ok(())
+    }
+
+    /// The config of the parts, which must be the same.
+    fn config(&self) -> Result<Source, Error> {
+        let mut config: Option<(PathBuf, Source)> = None;
+        for dir in &self.parts {
+            let path = dir.join(CONFIG);
+            let text = read_text(&path)?;
+            match &config {
+                None => {
+                    let name = path.display().to_string();
+                    config = Some((path, Source::new(name, text)));
+                }
+                Some((first, source)) if source.original() != text => {
+                    let message = format!(
+                        "this is another config than {}; allowed: parts of one study",
+                        first.display()
+                    );
+                    return Err(Error::data(path, message));
+                }
+                Some(_) => {}
+            }
+        }
+        match config {
+            Some((_, source)) => Ok(source),
+            None => Err(Error::Internal("a folder is required".into())),
+        }
     }
 }

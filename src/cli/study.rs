@@ -30,6 +30,13 @@ impl Run {
         if self.list {
             return list(&plan, self.shard, &dir);
         }
+        if let Some(shard) = self.shard.filter(|_| StudyFolder::has_report(&dir)) {
+            let message = format!(
+                "a whole study is here, of which --shard {shard} would leave a part; choose \
+                 another folder with -o"
+            );
+            return Err(Error::output(dir, message));
+        }
         let stop = stop_on_ctrl_c()?;
         let folder = StudyFolder::open(&dir, self.force, &plan.resolved)?;
         if let Some(question) = &plan.plan.question {

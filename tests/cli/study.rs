@@ -199,15 +199,16 @@ fn materials_are_drawn_once() {
     bench.good(&["run", "c.toml", "-q"]);
     let pictures = bench.files("runs/c/pictures");
     let count = |ending: &str| pictures.iter().filter(|f| f.ends_with(ending)).count();
-    // Two of the study; of each of two materials its slices and two reconstructions.
-    assert_eq!([count(".svg"), count(".png"), count(".exr")], [8, 4, 6]);
+    // Three of the study; of each of two materials its slices and two reconstructions.
+    assert_eq!([count(".svg"), count(".png"), count(".exr")], [9, 4, 6]);
     let report = bench.read("runs/c/report.html");
     assert!(report.matches("<figure").count() >= 8);
     // One is lost: it alone is drawn again, though every row is there, with the same bytes.
     let lost = pictures.iter().find(|f| f.ends_with("hybrid.svg")).unwrap();
     let path = bench.path("runs/c/pictures").join(lost);
     let bytes = fs::read(&path).unwrap();
-    let others: Vec<_> = pictures.iter().filter(|f| *f != lost).collect();
+    let drawn = |f: &&String| *f != lost && *f != "errors.svg";
+    let others: Vec<_> = pictures.iter().filter(drawn).collect();
     let times = || -> Vec<_> {
         let of = |f: &&String| fs::metadata(bench.path("runs/c/pictures").join(f));
         others
@@ -227,4 +228,73 @@ fn materials_are_drawn_once() {
     bench.good(&["merge", "runs/c.shard-1-of-1", "-o", "merged"]);
     assert_eq!(bench.files("merged/pictures"), pictures);
     assert!(bench.read("merged/report.html").matches("<figure").count() >= 8);
+}
+
+#[test]
+fn parts_must_be_of_the_same_inputs() {
+    let bench = bench();
+    let table = |value: f64| {
+        let cells = (0..3 * 288 * 288).map(|i| value + 1e-7 * f64::from(i % 977));
+        let bytes: Vec<u8> = cells.flat_map(f64::to_le_bytes).collect();
+        fs::write(bench.path("a.bin"), bytes).unwrap();
+    };
+    let text = STUDY
+        .replace(
+            "kind = \"low-abc-smooth\"",
+            "kind = \"utia\"\npath = \"a.bin\"",
+        )
+        .replace("budgets = [60, 150]", "budgets = [300]");
+    fs::write(bench.path("c.toml"), text).unwrap();
+    table(0.1);
+    bench.good(&["run", "c.toml", "-q", "--shard", "1/2", "-o", "one"]);
+    table(0.2);
+    bench.good(&["run", "c.toml", "-q", "--shard", "2/2", "-o", "two"]);
+    let refusal = bench.refused(&["merge", "one", "two", "-o", "no"], 3);
+    assert!(
+        refusal.contains("another material") && refusal.contains("one"),
+        "{refusal}"
+    );
+    assert!(!bench.path("no").exists());
+    // Made from the same: whatever else the folder held, and wherever the file is.
+    let args = ["run", "c.toml", "-q", "--shard", "1/2", "-o", "one"];
+    bench.good(&[&args[..], &["--set", "metrics.pairs=100"]].concat());
+    bench.good(&args);
+    let output = bench.gonio(&["merge", "one", "two", "-o", "both"]);
+    let stderr = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(
+        output.status.code(),
+        Some(3),
+        "rows of both tables are in one: {stderr}"
+    );
+    bench.good(&[&args[..], &["--force"]].concat());
+    bench.good(&[&args[..], &["--set", "metrics.pairs=100"]].concat());
+    bench.good(&args);
+    let output = bench.gonio(&["merge", "one", "two", "-o", "both"]);
+    let stderr = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(0), "{stderr}");
+    assert!(
+        stderr.contains("rows of other configs are left out"),
+        "{stderr}"
+    );
+    let refusal = bench.refused(&["merge", "one", "two", "-o", "both"], 2);
+    assert!(refusal.contains("--force"), "{refusal}");
+}
+
+#[test]
+fn a_finished_study_is_not_cut_down() {
+    let bench = bench();
+    let text = STUDY.replace("alpha = 0.3", "alpha = 0.3\nname = \"café\"");
+    fs::write(bench.path("c.toml"), text).unwrap();
+    bench.good(&["run", "c.toml", "-q", "-o", "a"]);
+    let files = bench.files("a");
+    let refusal = bench.refused(&["run", "c.toml", "-q", "-o", "a", "--shard", "1/2"], 2);
+    assert!(refusal.contains("--shard 1/2"), "{refusal}");
+    assert_eq!(bench.files("a"), files);
+    // A crash inside a character.
+    let rows = fs::read(bench.path("a/results.jsonl")).unwrap();
+    let cut = rows.windows(2).rposition(|w| w == "é".as_bytes()).unwrap() + 1;
+    fs::write(bench.path("a/results.jsonl"), &rows[..cut]).unwrap();
+    bench.good(&["run", "c.toml", "-q", "-o", "a"]);
+    assert_eq!(bench.read("a/results.csv").lines().count(), 1 + ROWS);
+    assert_eq!(bench.files("a"), files);
 }

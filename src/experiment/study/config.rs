@@ -110,7 +110,8 @@ impl PictureSpec {
             .map_err(|e| crate::experiment::materials::build_error(source, &path, e))
     }
 
-    pub(super) fn resolved(&self) -> toml::Table {
+    /// Every key with its value.
+    pub fn resolved(&self) -> toml::Table {
         let mut table = crate::experiment::resolved::section(&PictureScalars {
             draw: self.draw,
             resolution: self.resolution,

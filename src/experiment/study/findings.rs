@@ -7,7 +7,8 @@
 use super::plan::{Choice, OWN};
 use super::row::StudyRow;
 use crate::statistics::{
-    Bootstrap, Paired, PooledOrder, Shares, geometric_mean, order, pooled_order, variance_shares,
+    Bootstrap, EXACT, Paired, PooledOrder, Shares, geometric_mean, order, pooled_order,
+    variance_shares,
 };
 use rayon::iter::{IntoParallelIterator, ParallelIterator};
 use std::collections::HashMap;
@@ -53,8 +54,11 @@ pub struct Scope {
     pub measure: String,
     /// The truths; `None`: all of them.
     pub truth: Option<String>,
-    /// Materials there are.
+    /// Materials that are compared.
     pub materials: usize,
+    /// Materials that say nothing about which choice is better, and why: `lambert (exact by every
+    /// choice)`.
+    pub left_out: Vec<String>,
 }
 
 /// A choice of a ranking at every allowance.
@@ -231,6 +235,26 @@ impl<'a> Index<'a> {
         index
     }
 
+    /// The coordinates that a reconstruction was given, if it was: those of the schedule count as
+    /// given where others are.
+    fn chosen(&self, c: usize) -> Option<String> {
+        let choice = &self.choices.list[c];
+        let mut others = self.choices.list.iter();
+        let given =
+            others.any(|o| o.reconstruction == choice.reconstruction && o.coordinates != OWN);
+        if !given {
+            return None;
+        }
+        if choice.coordinates != OWN {
+            return Some(choice.coordinates.clone());
+        }
+        let warp = match choice.warp.as_str() {
+            "none" => String::new(),
+            warp => format!("+{}", warp.replace(';', "+")),
+        };
+        Some(format!("{}{warp}", choice.parametrization))
+    }
+
     /// True if two choices are warped alike: at the same place of the warps of their
     /// parametrizations, or past the end of those of the other and the other at its end.
     fn alike(&self, a: usize, b: usize) -> bool {
@@ -249,6 +273,37 @@ impl<'a> Index<'a> {
         let all = 0..self.materials.list.len();
         all.filter(|&m| truth.is_none_or(|t| self.truth_of[m] == t))
             .collect()
+    }
+
+    /// The materials that tell choices apart, and the others with the reason: rounding would decide
+    /// a mean over what every choice reconstructs exactly.
+    fn telling(
+        &self,
+        metric: Metric,
+        measure: usize,
+        materials: &[usize],
+    ) -> (Vec<usize>, Vec<String>) {
+        let (mut kept, mut left_out) = (Vec::new(), Vec::new());
+        for &m in materials {
+            let mine = self
+                .rows
+                .iter()
+                .filter(|(at, _)| at[0] == measure && at[3] == m);
+            let mut largest = None;
+            for error in mine.flat_map(|(_, rows)| rows).filter_map(|r| metric.of(r)) {
+                largest = Some(largest.unwrap_or(0f64).max(error));
+            }
+            let reason = match largest {
+                None => "no error is defined",
+                Some(error) if error <= EXACT => "exact by every choice",
+                Some(_) => {
+                    kept.push(m);
+                    continue;
+                }
+            };
+            left_out.push(format!("{} ({reason})", self.materials.list[m]));
+        }
+        (kept, left_out)
     }
 
     /// The mean over seeds of something of the rows; `None` where there is none or it is not
@@ -284,12 +339,14 @@ impl Findings {
         let found: Vec<_> = tables
             .into_par_iter()
             .map(|(metric, measure, truth)| {
-                let materials = index.of_truth(truth);
+                let of_truth = index.of_truth(truth);
+                let (materials, left_out) = index.telling(metric, measure, &of_truth);
                 let scope = Scope {
                     metric,
                     measure: index.measures.list[measure].into(),
                     truth: truth.map(|t| index.truths.list[t].into()),
                     materials: materials.len(),
+                    left_out,
                 };
                 let table = Table::new(&index, &bootstrap, metric, measure, materials);
                 let ranking = Ranking {
@@ -498,7 +555,7 @@ impl<'i, 'a> Table<'i, 'a> {
     fn explained(&self, scope: &Scope, scattered: bool) -> Option<Explained> {
         let choices = &self.index.choices.list;
         let mine: Vec<usize> = (0..choices.len())
-            .filter(|&c| (choices[c].coordinates != OWN) == scattered)
+            .filter(|&c| self.index.chosen(c).is_some() == scattered)
             .collect();
         let mut samplings = Names::new();
         let mut methods = Names::new();
@@ -515,7 +572,7 @@ impl<'i, 'a> Table<'i, 'a> {
             );
             levels.push(methods.place(method));
             if scattered {
-                levels.push(coordinates.place(&choice.coordinates));
+                levels.push(coordinates.place(self.index.chosen(c)));
             }
             for (a, errors) in self.errors[c].iter().enumerate() {
                 for (m, error) in errors.iter().enumerate() {
@@ -525,7 +582,7 @@ impl<'i, 'a> Table<'i, 'a> {
                     let mut levels = levels.clone();
                     levels.extend([a, m]);
                     // As exact as can be told, see `geometric_mean`.
-                    rows.push((levels, error.max(crate::statistics::EXACT).ln()));
+                    rows.push((levels, error.max(EXACT).ln()));
                 }
             }
         }

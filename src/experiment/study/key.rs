@@ -9,7 +9,8 @@ use crate::metrics::Measure;
 
 /// A material's part of the keys of its rows.
 pub(super) struct Identity {
-    hash: blake3::Hash,
+    /// The hash of its keys and of the bytes of its files.
+    pub key: RowKey,
     /// Its files.
     pub inputs: Vec<Input>,
 }
@@ -20,8 +21,7 @@ impl Identity {
         let inputs = hash(&material.spec.inputs())?;
         let mut hasher = blake3::Hasher::new();
         let mut resolved = material.spec.resolved();
-        // Where a file is does not matter, what is in it does.
-        resolved.remove("path");
+        forget_paths(&mut resolved);
         feed(&mut hasher, &material.name);
         feed(&mut hasher, &resolved.to_string());
         let symmetry = resolved::section(&material.symmetry);
@@ -30,14 +30,24 @@ impl Identity {
             feed(&mut hasher, &input.blake3);
         }
         Ok(Self {
-            hash: hasher.finalize(),
+            key: short(&hasher.finalize()),
             inputs,
         })
     }
+}
 
-    /// For names of files.
-    pub fn hash_text(&self) -> String {
-        short(&self.hash)
+/// Where a file is does not matter, what is in it does: also in a material that is part of another.
+fn forget_paths(table: &mut toml::Table) {
+    table.remove("path");
+    for (_, value) in table.iter_mut() {
+        match value {
+            toml::Value::Table(inner) => forget_paths(inner),
+            toml::Value::Array(list) => {
+                let inner = list.iter_mut().filter_map(toml::Value::as_table_mut);
+                inner.for_each(forget_paths);
+            }
+            _ => {}
+        }
     }
 }
 
@@ -75,10 +85,10 @@ pub(super) fn of_job(plan: &StudyPlan, unit: &Unit, method: usize) -> blake3::Ha
     hasher.finalize()
 }
 
-/// The key of a row.
-pub(super) fn of_row(material: &Identity, job: &blake3::Hash, measure: Measure) -> RowKey {
+/// The key of a row, from that of its material.
+pub(super) fn of_row(material: &str, job: &blake3::Hash, measure: Measure) -> RowKey {
     let mut hasher = blake3::Hasher::new();
-    hasher.update(material.hash.as_bytes());
+    feed(&mut hasher, material);
     hasher.update(job.as_bytes());
     feed(&mut hasher, measure.name());
     short(&hasher.finalize())

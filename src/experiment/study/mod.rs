@@ -16,7 +16,7 @@ mod sketch;
 
 pub use config::PictureSpec;
 pub use findings::{Cell, Duel, Duels, Explained, Factor, Findings, Line, Metric, Ranking, Scope};
-pub use plan::{Choice, Label, Shard, StudyMethod, StudyPlan, Unit};
+pub use plan::{Choice, Expected, Label, Shard, StudyMethod, StudyPlan, Unit};
 pub use row::{RowKey, StudyRow};
 pub use run::{StudyJob, StudyObserver, StudySummary, jobs, study};
 pub use sketch::sketch;

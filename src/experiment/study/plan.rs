@@ -1,12 +1,15 @@
 //! What a config of this kind means.
 
 use super::config::{PictureSpec, Reach, StudyConfig};
+use super::key;
+use super::row::StudyRow;
 use crate::error::Error;
 use crate::experiment::checks::below;
-use crate::experiment::plan::{Allowance, Plan};
+use crate::experiment::plan::{Allowance, Coordinates as SampledIn, Plan};
 use crate::experiment::resolved::{insert_list, section};
 use crate::experiment::row::IDEAL;
 use crate::experiment::source::{KeyPath, Source};
+use crate::metrics::Measure;
 use crate::reconstruct::{self, Coordinates, Reconstruct};
 use std::fmt;
 use std::str::FromStr;
@@ -76,6 +79,22 @@ pub struct Label {
     pub seed: u64,
     /// Distribution of the test pairs.
     pub measure: String,
+}
+
+/// A row that a plan asks for, of a material whatever is in its files.
+#[derive(Clone, Debug)]
+pub struct Expected {
+    /// What it is of.
+    pub label: Label,
+    job: blake3::Hash,
+    measure: Measure,
+}
+
+impl Expected {
+    /// True if a row is this one: of this plan, and of the material it says.
+    pub fn is(&self, row: &StudyRow) -> bool {
+        row.key == key::of_row(&row.material_key, &self.job, self.measure)
+    }
 }
 
 /// A part of the schedules: `i/n`, 1 ≤ i ≤ n.
@@ -278,8 +297,16 @@ impl StudyPlan {
                 && m.on.is_none_or(|s| s == unit.sample_set)
                 && size.is_none_or(|n| m.up_to.is_none_or(|most| n <= most))
         };
+        // In coordinates that are the schedule's own it would be made twice.
+        let own = own_label(&self.plan.parametrizations[unit.coordinates]);
+        let twice = |m: &StudyMethod| {
+            let mut same = self.methods.iter().filter(|o| o.name == m.name);
+            m.coordinates == own && same.any(|o| o.coordinates == OWN)
+        };
         let all = self.methods.iter().enumerate();
-        all.filter(|(_, m)| suits(m)).map(|(i, _)| i).collect()
+        all.filter(|(_, m)| suits(m) && !twice(m))
+            .map(|(i, _)| i)
+            .collect()
     }
 
     /// The units of a shard: dealt out from the largest, so that every shard has as much to do.
@@ -304,10 +331,10 @@ impl StudyPlan {
         units.iter().map(|u| self.methods_on(u).len()).sum()
     }
 
-    /// What the rows of a complete run are of, in the order of results.
-    pub fn labels(&self) -> Vec<Label> {
+    /// The rows of a complete run, in the order of results.
+    pub fn expected(&self) -> Vec<Expected> {
         let common = &self.plan;
-        let mut labels = Vec::new();
+        let mut rows = Vec::new();
         for material in &common.materials {
             for unit in self.units() {
                 let coordinates = &common.parametrizations[unit.coordinates];
@@ -321,23 +348,35 @@ impl StudyPlan {
                         reconstruction: self.methods[m].name.clone(),
                         coordinates: self.methods[m].coordinates.clone(),
                     };
-                    labels.extend(common.measures.iter().map(|measure| Label {
-                        material: material.name.clone(),
-                        choice: choice.clone(),
-                        allowed: unit.allowance.to_string(),
-                        seed: unit.seed,
-                        measure: measure.name().into(),
+                    let job = key::of_job(self, &unit, m);
+                    rows.extend(common.measures.iter().map(|&measure| Expected {
+                        label: Label {
+                            material: material.name.clone(),
+                            choice: choice.clone(),
+                            allowed: unit.allowance.to_string(),
+                            seed: unit.seed,
+                            measure: measure.name().into(),
+                        },
+                        job,
+                        measure,
                     }));
                 }
             }
         }
-        labels
+        rows
     }
 
     /// Rows of a complete run.
     pub fn rows(&self) -> usize {
         self.jobs_of(&self.units()) * self.plan.materials.len() * self.plan.measures.len()
     }
+}
+
+/// Coordinates of a schedule, as those of a reconstruction are called.
+fn own_label(coordinates: &SampledIn) -> String {
+    let kind = coordinates.name().to_owned();
+    let warp = coordinates.warps.clone();
+    Coordinates { kind, warp }.label()
 }
 
 /// The sample set that `on` names.

@@ -15,6 +15,8 @@ pub struct StudyRow {
     pub key: RowKey,
     /// Name of the material.
     pub material: String,
+    /// Hash of what it is: its keys and the bytes of its files.
+    pub material_key: RowKey,
     /// What its truth is aligned with, or a table in; what it may favour.
     pub truth: String,
     /// Its alignment q: the width of the lobe in theta_h goes as (cos theta_d)^−q.
@@ -75,9 +77,13 @@ pub struct StudyRow {
 
 impl StudyRow {
     /// The columns, in order, and what they mean.
-    pub const COLUMNS: [(&str, &str); 30] = [
+    pub const COLUMNS: [(&str, &str); 31] = [
         ("key", "hash of everything that determines the row"),
         ("material", "name of the material"),
+        (
+            "material_key",
+            "hash of what it is: its keys and the bytes of its files",
+        ),
         (
             "truth",
             "what the truth is aligned with or a table in, and may favour: theta_h, h_bar, neither, half-difference table, spherical table; anisotropic ones say so",

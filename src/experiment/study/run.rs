@@ -187,10 +187,10 @@ impl<'a> Runner<'a> {
                     self.summary.inputs.extend_from_slice(&identity.inputs);
                     for task in self.tasks.iter().flatten() {
                         let measures = self.plan.plan.measures.iter();
-                        let keys = measures.map(|&m| key::of_row(&identity, &task.hash, m));
+                        let keys = measures.map(|&m| key::of_row(&identity.key, &task.hash, m));
                         self.summary.keys.extend(keys);
                     }
-                    self.summary.materials.push(Some(identity.hash_text()));
+                    self.summary.materials.push(Some(identity.key.clone()));
                     self.identities.push(Some(identity));
                 }
                 Err(reason) => {
@@ -210,7 +210,11 @@ impl<'a> Runner<'a> {
     /// True if a row of this job is missing.
     fn wanted(&self, identity: &Identity, task: &Task) -> bool {
         let mut measures = self.plan.plan.measures.iter();
-        measures.any(|&m| !self.known.contains(&key::of_row(identity, &task.hash, m)))
+        measures.any(|&m| {
+            !self
+                .known
+                .contains(&key::of_row(&identity.key, &task.hash, m))
+        })
     }
 
     fn tile(&mut self, tile: &[(&Material, &Option<Identity>)]) -> Result<(), Stop> {
@@ -220,7 +224,7 @@ impl<'a> Runner<'a> {
                 continue;
             };
             let mut tasks = self.tasks.iter().flatten();
-            let key = identity.hash_text();
+            let key = identity.key.clone();
             let rows = tasks.any(|task| self.wanted(identity, task));
             if !rows && !self.observer.wants(material, &key) {
                 self.observer.advanced(self.jobs_of_material());
@@ -415,8 +419,9 @@ impl<'a> Runner<'a> {
             for (measure, errors) in self.plan.plan.measures.iter().zip(&errors) {
                 let facts = &taken.facts;
                 let row = StudyRow {
-                    key: key::of_row(truth.identity, &task.hash, *measure),
+                    key: key::of_row(&truth.identity.key, &task.hash, *measure),
                     material: truth.material.name.clone(),
+                    material_key: truth.identity.key.clone(),
                     truth: truth.name.clone(),
                     alignment: truth.alignment,
                     reconstruction: method.name.clone(),
@@ -460,6 +465,7 @@ fn row(schedule: &ScheduleKey<'_>, facts: &Facts, errors: &Errors) -> StudyRow {
     StudyRow {
         key: String::new(),
         material: String::new(),
+        material_key: String::new(),
         truth: String::new(),
         alignment: None,
         parametrization: schedule.coordinates.name().into(),
@@ -580,7 +586,7 @@ pub fn jobs(plan: &StudyPlan, shard: Option<Shard>) -> Result<Vec<StudyJob>, Err
                 jobs.push(StudyJob {
                     name: format!("{}, {text}, {name} in {coordinates}", material.name),
                     keys: measures
-                        .map(|&m| key::of_row(&identity, &hash, m))
+                        .map(|&m| key::of_row(&identity.key, &hash, m))
                         .collect(),
                 });
             }

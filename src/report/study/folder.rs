@@ -36,6 +36,8 @@ pub struct StudyFolder {
     out: BufWriter<File>,
     rows: Vec<StudyRow>,
     files: BTreeSet<String>,
+    /// What was drawn before does not count.
+    redraw: bool,
 }
 
 impl StudyFolder {
@@ -87,9 +89,6 @@ impl StudyFolder {
             }
             Err(e) => return Err(e),
         };
-        for name in [CSV, RANKING, REPORT, MANIFEST] {
-            remove(fs::remove_file(dir.join(name))).map_err(failed)?;
-        }
         let config = toml::to_string(resolved).map_err(|e| failed(io::Error::other(e)))?;
         write_atomically(&dir.join(CONFIG), |out| {
             write!(out, "{CONFIG_HEAD}{config}")
@@ -100,7 +99,13 @@ impl StudyFolder {
             out: BufWriter::new(file),
             rows,
             files: BTreeSet::new(),
+            redraw: force,
         })
+    }
+
+    /// True if the report of a whole study is here.
+    pub fn has_report(dir: &Path) -> bool {
+        dir.join(REPORT).exists()
     }
 
     /// The folder.
@@ -118,6 +123,12 @@ impl StudyFolder {
     /// # Errors
     /// [`Error::Output`].
     pub fn write_rows(&mut self, rows: Vec<StudyRow>) -> Result<(), Error> {
+        if !rows.is_empty() {
+            // They are of fewer rows now, and shall not look whole.
+            for name in [CSV, RANKING, REPORT, MANIFEST] {
+                remove(fs::remove_file(self.dir.join(name))).map_err(|e| self.failed(e))?;
+            }
+        }
         let written = write_lines(&mut self.out, &rows);
         self.rows.extend(rows);
         written.map_err(|e| self.failed(e))
@@ -153,7 +164,7 @@ impl StudyFolder {
     ) -> Result<(), Error> {
         let folder = self.dir.join(PICTURES);
         let path = folder.join(name);
-        if !path.exists() {
+        if !self.has_picture(name) {
             let bytes = body()?;
             fs::create_dir_all(&folder)
                 .and_then(|()| write_atomically(&path, |out| out.write_all(&bytes)))
@@ -195,20 +206,10 @@ impl StudyFolder {
         Ok(())
     }
 
-    /// What follows `prefix`, up to the next dot, in the name of a picture.
-    pub fn picture_key(&self, prefix: &str) -> Option<String> {
-        let entries = fs::read_dir(self.dir.join(PICTURES)).ok()?;
-        let names = entries.flatten().map(|e| e.file_name());
-        let keys = names.filter_map(|n| {
-            let rest = n.to_str()?.strip_prefix(prefix)?;
-            rest.split_once('.').map(|(key, _)| key.to_owned())
-        });
-        keys.min()
-    }
-
     /// True if a picture is there.
     pub fn has_picture(&self, name: &str) -> bool {
-        self.dir.join(PICTURES).join(name).exists()
+        let drawn = self.files.contains(&format!("{PICTURES}/{name}"));
+        drawn || (!self.redraw && self.dir.join(PICTURES).join(name).exists())
     }
 
     /// The bytes of a picture that is there.
@@ -274,14 +275,21 @@ pub fn read_rows(dir: &Path) -> Result<Vec<StudyRow>, Error> {
 
 /// The rows of a file, and the length of what is whole.
 fn read_file(path: &Path, file: &mut File) -> Result<(Vec<StudyRow>, u64), Error> {
-    let mut text = String::new();
+    let unreadable =
+        |e: &dyn std::fmt::Display| Error::data(path, format!("cannot read this file: {e}"));
+    let mut bytes = Vec::new();
     let read = file
         .seek(SeekFrom::Start(0))
-        .and_then(|_| file.read_to_string(&mut text));
-    read.map_err(|e| Error::data(path, format!("cannot read this file: {e}")))?;
-    let whole = text.rfind('\n').map_or(0, |end| end + 1);
+        .and_then(|_| file.read_to_end(&mut bytes));
+    read.map_err(|e| unreadable(&e))?;
+    // A crash may have cut a line anywhere, also inside a character.
+    let whole = bytes
+        .iter()
+        .rposition(|b| *b == b'\n')
+        .map_or(0, |end| end + 1);
+    let text = std::str::from_utf8(&bytes[..whole]).map_err(|e| unreadable(&e))?;
     let mut rows = Vec::new();
-    for (i, line) in text[..whole].lines().enumerate() {
+    for (i, line) in text.lines().enumerate() {
         let row = serde_json::from_str(line).map_err(|e| {
             let message = format!(
                 "line {} is no row of a study ({e}); allowed: the results.jsonl of one, or another folder with -o",

@@ -54,6 +54,8 @@ pub struct Studio<'a> {
     plan: &'a StudyPlan,
     lighting: Box<dyn Lighting>,
     parametrizations: Vec<ParametrizationEntry>,
+    /// Everything but the material that determines a picture.
+    how: String,
 }
 
 impl<'a> Studio<'a> {
@@ -75,6 +77,7 @@ impl<'a> Studio<'a> {
         Ok(Self {
             plan,
             lighting,
+            how: how(plan),
             parametrizations: names.into_iter().filter_map(find).collect(),
         })
     }
@@ -96,16 +99,13 @@ impl<'a> Studio<'a> {
     /// [`Error::Output`].
     pub fn general(&self, folder: &mut StudyFolder) -> Result<(), Error> {
         let all = &self.parametrizations;
-        folder.write_picture(HEMISPHERES, || {
-            hemispheres_svg(all, &THETA_O_DEG).map(String::into_bytes)
-        })?;
-        folder.write_picture(FUNCTIONS, || {
-            test_functions_svg(all, &THETA_O_DEG, &PHI_DEG).map(String::into_bytes)
-        })
+        folder.write_figure(HEMISPHERES, &hemispheres_svg(all, &THETA_O_DEG)?)?;
+        let functions = test_functions_svg(all, &THETA_O_DEG, &PHI_DEG)?;
+        folder.write_figure(FUNCTIONS, &functions)
     }
 
     /// The pictures of a report that are there: of the study, and of its materials. `keys` are those
-    /// of the materials; of one without a key any picture will do.
+    /// of the materials; one without a key has none.
     pub fn gathered(
         &self,
         folder: &StudyFolder,
@@ -124,11 +124,9 @@ impl<'a> Studio<'a> {
         };
         let materials = self.plan.plan.materials.iter().zip(keys);
         let materials = materials.filter_map(|(material, key)| {
-            let prefix = format!("{}.", file_stem(&material.name));
-            let key = key.clone().or_else(|| folder.picture_key(&prefix))?;
             Some(MaterialPictures {
                 material: material.name.clone(),
-                pictures: read(self.of_material(material, &key)),
+                pictures: read(self.of_material(material, key.as_ref()?)),
             })
         });
         (read(general()), materials.collect())
@@ -136,7 +134,7 @@ impl<'a> Studio<'a> {
 
     /// The pictures of a material that a report shows; `key` tells its contents from others'.
     fn of_material(&self, material: &Material, key: &str) -> Vec<Shown> {
-        let stem = stem(material, key);
+        let stem = self.stem(material, key);
         let mut shown = vec![Shown {
             file: format!("{stem}.slices.svg"),
             caption: "Slices at four azimuths with isolines of luminance.".into(),
@@ -147,7 +145,7 @@ impl<'a> Studio<'a> {
             shown.push(Shown {
                 file: format!("{stem}.{}.svg", sampled(coordinates)),
                 caption: format!(
-                    "Truth, reconstruction from {} readings uniform in {label}, and their difference.",
+                    "Truth, reconstruction from at most {} readings uniform in {label}, and their difference.",
                     self.plan.pictures.budget
                 ),
             });
@@ -159,6 +157,12 @@ impl<'a> Studio<'a> {
     pub fn wants(&self, folder: &StudyFolder, material: &Material, key: &str) -> bool {
         let mut shown = self.of_material(material, key).into_iter();
         shown.any(|s| !folder.has_picture(&s.file))
+    }
+
+    /// The beginning of the names of a material's pictures: different for different pictures.
+    fn stem(&self, material: &Material, key: &str) -> String {
+        let hash = blake3::hash(format!("{key} {}", self.how).as_bytes());
+        format!("{}.{}", file_stem(&material.name), &hash.to_hex()[..16])
     }
 
     /// Draws a material, until `cancelled`.
@@ -173,7 +177,7 @@ impl<'a> Studio<'a> {
         key: &str,
         cancelled: &dyn Fn() -> bool,
     ) -> Result<(), Error> {
-        let stem = stem(material, key);
+        let stem = self.stem(material, key);
         let name = format!("{stem}.slices");
         if !folder.has_picture(&format!("{name}.svg")) {
             let slices = BrdfSlices::new(brdf, &self.parametrizations, &PHI_DEG, RESOLUTION);
@@ -202,7 +206,10 @@ impl<'a> Studio<'a> {
             let spec = &self.plan.pictures;
             let (side, samples) = (spec.resolution, spec.samples);
             let made = Comparison::new(brdf, &*reconstruction, &*self.lighting, side, samples);
-            let title = format!("{}, {label}, {method} of {}", material.name, spec.budget);
+            let title = format!(
+                "{}, {label}, {method} of at most {}",
+                material.name, spec.budget
+            );
             folder.write_picture(&format!("{name}.exr"), || {
                 encoded(|out| made.write_exr(out))
             })?;
@@ -226,8 +233,20 @@ fn sampled(coordinates: &Coordinates) -> String {
     name
 }
 
-fn stem(material: &Material, key: &str) -> String {
-    format!("{}.{key}", file_stem(&material.name))
+/// What of a plan determines its pictures.
+fn how(plan: &StudyPlan) -> String {
+    let common = &plan.plan;
+    let mut text = env!("CARGO_PKG_VERSION").to_owned();
+    text += &plan.pictures.resolved().to_string();
+    text += &format!("{:?}", common.seeds.first());
+    for set in &common.sample_sets {
+        text += &set.set.resolved().to_string();
+    }
+    for method in &plan.methods {
+        text += &method.method.resolved().to_string();
+    }
+    let labels = common.parametrizations.iter().map(|c| c.label());
+    text + &labels.collect::<Vec<_>>().join(",")
 }
 
 /// The bytes of a file.

@@ -94,9 +94,13 @@ fn best_of_each(findings: &Findings, ranking: &Ranking, out: &mut String) {
         out.truncate(out.trim_end().len());
         out.push('\n');
     }
+    let left_out = match scope.left_out.join(", ") {
+        names if names.is_empty() => names,
+        names => format!(" (left out: {names})"),
+    };
     let _ = writeln!(
         out,
-        "Geometric mean over {} materials of the error of the best reconstruction; * best of its column.",
+        "Geometric mean over {} materials{left_out} of the error of the best reconstruction; * best of its column.",
         scope.materials
     );
 }

@@ -63,6 +63,7 @@ fn rows(materials: usize, ratio: f64, truth: &str) -> Vec<StudyRow> {
                     pairs: 100,
                     pairs_missing: 0,
                     alignment: None,
+                    material_key: String::new(),
                     plan_seconds: 0.1,
                     measure_seconds: 0.1,
                     reconstruct_seconds: 0.1,
