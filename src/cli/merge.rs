@@ -27,6 +27,11 @@ pub(super) struct Merge {
 impl Merge {
     pub(super) fn run(self) -> Result<(), Error> {
         let started = SystemTime::now();
+        let taken = !self.force && self.output.join(ROWS).exists();
+        if taken {
+            let message = "a study is here already; choose another folder with -o, or --force";
+            return Err(Error::output(&self.output, message));
+        }
         let source = self.config()?;
         let plan = StudyPlan::read(&source)?;
         let expected = plan.expected();
@@ -71,11 +76,6 @@ impl Merge {
             .map(|m| made_from.get(&m.name).map(|(key, _)| key.clone()))
             .collect();
         let (found, of) = (keys.len(), expected.len());
-        let taken = !self.force && self.output.join(ROWS).exists();
-        if taken {
-            let message = "a study is here already; choose another folder with -o, or --force";
-            return Err(Error::output(&self.output, message));
-        }
         let mut folder = StudyFolder::open(&self.output, self.force, &plan.resolved)?;
         folder.write_rows(sorted)?;
         for dir in &self.parts {
