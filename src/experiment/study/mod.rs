@@ -19,4 +19,4 @@ pub use findings::{Cell, Duel, Duels, Explained, Factor, Findings, Line, Metric,
 pub use plan::{Choice, Expected, Label, Shard, StudyMethod, StudyPlan, Unit};
 pub use row::{RowKey, StudyRow};
 pub use run::{StudyJob, StudyObserver, StudySummary, jobs, study};
-pub use sketch::sketch;
+pub use sketch::{Sketch, sketch};

@@ -7,9 +7,17 @@ use crate::experiment::plan::Material;
 use crate::instrument::{Ideal, Instrument};
 use std::sync::Arc;
 
+/// A reconstruction that is drawn.
+pub struct Sketch {
+    /// The reconstruction.
+    pub brdf: Box<dyn Brdf>,
+    /// Name of the method.
+    pub method: String,
+}
+
 /// A material reconstructed from the readings of the pictures' budget, uniform in the coordinates
-/// at a position of the plan, by the last reconstruction that works in a schedule's own coordinates;
-/// with the name of that. `None` where there is no such reconstruction or schedule.
+/// at a position of the plan, by the last reconstruction that works in a schedule's own coordinates.
+/// `None` where there is no such reconstruction or schedule.
 ///
 /// # Errors
 /// [`Error::Internal`] for coordinates that were checked.
@@ -18,7 +26,7 @@ pub fn sketch(
     material: &Material,
     brdf: &dyn Brdf,
     coordinates: usize,
-) -> Result<Option<(Box<dyn Brdf>, String)>, Error> {
+) -> Result<Option<Sketch>, Error> {
     let common = &plan.plan;
     let suits = |set: usize| {
         let grid = common.sample_sets[set].set.is_grid();
@@ -43,5 +51,8 @@ pub fn sketch(
     };
     let measured = Ideal.measure(brdf, &Arc::new(schedule));
     let made = method.method.reconstruct(&measured).ok();
-    Ok(made.map(|made| (made, method.name.clone())))
+    Ok(made.map(|brdf| Sketch {
+        brdf,
+        method: method.name.clone(),
+    }))
 }

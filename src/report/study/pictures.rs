@@ -5,7 +5,7 @@ use super::folder::StudyFolder;
 use super::html::{MaterialPictures, Media, Picture};
 use crate::brdf::Brdf;
 use crate::error::Error;
-use crate::experiment::study::{StudyPlan, sketch};
+use crate::experiment::study::{Sketch, StudyPlan, sketch};
 use crate::experiment::{Coordinates, Material};
 use crate::lighting::Lighting;
 use crate::parametrization::{ParametrizationEntry, find};
@@ -200,12 +200,12 @@ impl<'a> Studio<'a> {
                 continue;
             }
             // Too few readings for a schedule of this symmetry: there is nothing to show.
-            let Some((reconstruction, method)) = sketch(self.plan, material, brdf, i)? else {
+            let Some(Sketch { brdf: copy, method }) = sketch(self.plan, material, brdf, i)? else {
                 continue;
             };
             let spec = &self.plan.pictures;
             let (side, samples) = (spec.resolution, spec.samples);
-            let made = Comparison::new(brdf, &*reconstruction, &*self.lighting, side, samples);
+            let made = Comparison::new(brdf, &*copy, &*self.lighting, side, samples);
             let title = format!(
                 "{}, {label}, {method} of at most {}",
                 material.name, spec.budget
