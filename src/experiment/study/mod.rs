@@ -8,6 +8,7 @@
 
 mod config;
 mod findings;
+mod jobs;
 mod key;
 mod plan;
 mod row;
@@ -16,7 +17,8 @@ mod sketch;
 
 pub use config::PictureSpec;
 pub use findings::{Cell, Duel, Duels, Explained, Factor, Findings, Line, Metric, Ranking, Scope};
+pub use jobs::{StudyJob, jobs};
 pub use plan::{Choice, Expected, Label, Shard, StudyMethod, StudyPlan, Unit};
 pub use row::{RowKey, StudyRow};
-pub use run::{StudyJob, StudyObserver, StudySummary, jobs, study};
+pub use run::{StudyObserver, StudySummary, study};
 pub use sketch::{Sketch, sketch};

@@ -4,7 +4,7 @@
 //! but the seconds depends on the number of threads. As many materials are in memory as a tile has.
 
 use super::key::{self, Identity};
-use super::plan::{Shard, StudyMethod, StudyPlan, Unit};
+use super::plan::{Shard, StudyPlan, Unit};
 use super::row::{RowKey, StudyRow};
 use crate::analysis::alignment;
 use crate::brdf::Brdf;
@@ -507,7 +507,7 @@ fn truth_name(material: &Material) -> String {
     }
 }
 
-fn describe(key: &ScheduleKey<'_>) -> String {
+pub(super) fn describe(key: &ScheduleKey<'_>) -> String {
     let mut text = format!(
         "{}, {} of {}, seed {}",
         key.coordinates.label(),
@@ -556,47 +556,12 @@ fn compare(
     truths.par_iter().enumerate().map(of).collect()
 }
 
-/// A reconstruction of a material, for lists.
-#[derive(Clone, Debug)]
-pub struct StudyJob {
-    /// Material, schedule and reconstruction.
-    pub name: String,
-    /// One a measure.
-    pub keys: Vec<RowKey>,
-}
-
-/// Every job of a study or of a part of it, in the order of results. Reads the files of materials.
-///
-/// # Errors
-/// [`Error::Data`] if a file cannot be read.
-pub fn jobs(plan: &StudyPlan, shard: Option<Shard>) -> Result<Vec<StudyJob>, Error> {
-    let units = plan.shard(shard);
-    let common = &plan.plan;
-    let mut jobs = Vec::new();
-    for material in &common.materials {
-        let identity = Identity::of(material).map_err(|e| Error::data(&material.name, e))?;
-        for unit in &units {
-            let text = describe(&schedule_key(plan, unit, material.symmetry));
-            for method in plan.methods_on(unit) {
-                let hash = key::of_job(plan, unit, method);
-                let measures = common.measures.iter();
-                let StudyMethod {
-                    name, coordinates, ..
-                } = &plan.methods[method];
-                jobs.push(StudyJob {
-                    name: format!("{}, {text}, {name} in {coordinates}", material.name),
-                    keys: measures
-                        .map(|&m| key::of_row(&identity.key, &hash, m))
-                        .collect(),
-                });
-            }
-        }
-    }
-    Ok(jobs)
-}
-
 /// What determines the schedule of a unit; its budget is not known yet.
-fn schedule_key<'a>(plan: &'a StudyPlan, unit: &Unit, symmetry: Symmetry) -> ScheduleKey<'a> {
+pub(super) fn schedule_key<'a>(
+    plan: &'a StudyPlan,
+    unit: &Unit,
+    symmetry: Symmetry,
+) -> ScheduleKey<'a> {
     let common = &plan.plan;
     ScheduleKey {
         coordinates: &common.parametrizations[unit.coordinates],
