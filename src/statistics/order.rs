@@ -49,6 +49,26 @@ pub fn order(points: &[(f64, f64)]) -> Option<Order> {
     })
 }
 
+/// The error at a budget between those of (budget, error): a straight line in ln error against ln
+/// budget between the two next to it, so exact where the error is a power of the budget.
+///
+/// Points are in any order; errors below [`EXACT`] count as that. `None` where no two budgets enclose
+/// it, and where a budget is not positive and finite or an error negative or not finite.
+pub fn error_at(points: &[(f64, f64)], budget: f64) -> Option<f64> {
+    let logs = |(b, e): &(f64, f64)| {
+        let allowed = *b > 0.0 && b.is_finite() && *e >= 0.0 && e.is_finite();
+        allowed.then(|| (b.ln(), e.max(EXACT).ln()))
+    };
+    let mut points = points.iter().map(logs).collect::<Option<Vec<_>>>()?;
+    points.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let x = budget.ln();
+    points.windows(2).find_map(|ends| {
+        let [(a, at_a), (b, at_b)] = [ends[0], ends[1]];
+        let t = (x - a) / (b - a);
+        (a < b && (0.0..=1.0).contains(&t)).then(|| (at_a + t * (at_b - at_a)).exp())
+    })
+}
+
 /// The slopes of several materials together.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PooledOrder {
@@ -73,6 +93,31 @@ pub fn pooled_order(slopes: &[f64], bootstrap: &Bootstrap) -> Option<PooledOrder
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn between_budgets_a_power_law_is_exact() {
+        for slope in [-0.5, -1.3, 0.2] {
+            let law = |budget: f64| 7.0 * budget.powf(slope);
+            let points = [990.0, 231.0, 3900.0].map(|b| (b, law(b)));
+            for budget in [231.0, 544.0, 990.0, 2000.0, 3900.0] {
+                let found = error_at(&points, budget).unwrap();
+                assert!(
+                    (found / law(budget) - 1.0).abs() < 1e-13,
+                    "{slope} {budget}"
+                );
+            }
+            assert_eq!(error_at(&points, 230.0), None);
+            assert_eq!(error_at(&points, 4000.0), None);
+        }
+        // Through the points, whatever is between.
+        let bent = [(100.0, 0.1), (400.0, 0.4), (1600.0, 0.05)];
+        assert!((error_at(&bent, 200.0).unwrap() / 0.2 - 1.0).abs() < 1e-14);
+        assert!((error_at(&bent, 400.0).unwrap() / 0.4 - 1.0).abs() < 1e-14);
+        // The same budget twice is no line, and a budget alone encloses nothing.
+        assert_eq!(error_at(&[(100.0, 0.1), (100.0, 0.2)], 100.0), None);
+        assert_eq!(error_at(&bent[..1], 100.0), None);
+        assert_eq!(error_at(&[(100.0, f64::NAN), (400.0, 0.1)], 200.0), None);
+    }
 
     const BUDGETS: [f64; 5] = [250.0, 1000.0, 4000.0, 16_000.0, 64_000.0];
 

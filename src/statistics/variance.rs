@@ -12,6 +12,8 @@ const ALIASED: f64 = 1e-9;
 /// Shares of the total variance, each at least 0.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Shares {
+    /// Levels there are of each factor; one of a single level explains nothing, whatever it is.
+    pub levels: Vec<usize>,
     /// What each factor explains by itself, in the order of the levels.
     pub mains: Vec<f64>,
     /// What two factors explain together beyond each by itself: (first, second, share), the first
@@ -62,6 +64,7 @@ pub fn variance_shares(rows: &[(&[usize], f64)]) -> Option<Shares> {
     let rest = share(rest);
     let told = mains.iter().sum::<f64>() + pairs.iter().map(|p| p.2).sum::<f64>() + rest;
     Some(Shares {
+        levels: levels.counts,
         mains,
         pairs,
         rest,

@@ -66,6 +66,16 @@ pub fn holm(p: &[f64]) -> Vec<f64> {
     adjusted
 }
 
+/// The least p that [`holm`] can leave to any of `tests` [`signed_rank`] tests of `n` differences each,
+/// at most 1: `tests` · 2/2ⁿ, of differences that all lean to one side. 1 below [`FEWEST`] differences,
+/// which are not tested. Where it is 0.05 and more, no difference, however large, can be a finding.
+pub fn least_p(n: usize, tests: usize) -> f64 {
+    if n < FEWEST {
+        return 1.0;
+    }
+    (tests.max(1) as f64 * 2.0 * (-(n as f64)).exp2()).min(1.0)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -96,6 +106,20 @@ mod tests {
         let ties: Vec<f64> = wave(60).iter().map(|d| (4.0 * d).round()).collect();
         assert_eq!(ties.iter().filter(|d| **d != 0.0).count(), 55);
         check(&ties, 0.010_787_070_899_041_616, 1e-9);
+    }
+
+    #[test]
+    fn no_adjusted_p_is_less() {
+        for n in [6, 8, 12] {
+            let alone = signed_rank(&(1..=n).map(f64::from).collect::<Vec<_>>()).unwrap();
+            for tests in [1, 3, 39] {
+                let least = holm(&vec![alone; tests])[0];
+                // Powers of two: exact.
+                assert_eq!(least_p(n as usize, tests), least, "{n} {tests}");
+            }
+        }
+        assert_eq!(least_p(5, 1), 1.0);
+        assert_eq!(signed_rank(&[1.0, 2.0, 3.0, 4.0, 5.0]), None);
     }
 
     #[test]
