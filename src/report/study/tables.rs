@@ -15,6 +15,14 @@ pub(super) fn sampling(choice: &Choice) -> String {
     }
 }
 
+/// So many materials.
+pub(super) fn materials(n: usize) -> String {
+    match n {
+        1 => "1 material".into(),
+        n => format!("{n} materials"),
+    }
+}
+
 /// How a choice reconstructs; `sets` and `instruments`: whether there are several to be told apart.
 pub(super) fn method(choice: &Choice, findings: &Findings) -> String {
     let several = |of: fn(&Choice) -> &String| {
@@ -100,8 +108,9 @@ fn best_of_each(findings: &Findings, ranking: &Ranking, out: &mut String) {
     };
     let _ = writeln!(
         out,
-        "Geometric mean over {} materials{left_out} of the error of the best reconstruction; * best of its column.",
-        scope.materials
+        "Geometric mean over {}{left_out} of the error of the best reconstruction; * best of its column. A budget \
+         is an upper limit: grids fill it unequally.",
+        materials(scope.materials)
     );
 }
 
@@ -164,8 +173,8 @@ fn against_reference(findings: &Findings, duels: &Duels, best: &Choice, out: &mu
     let scope = &duels.scope;
     let rows = ratios(duels, best, &reference);
     let mut named: Vec<(String, Vec<Option<Paired>>)> = rows
-        .iter()
-        .map(|(of, _, cells)| (format!("  {of}"), cells.clone()))
+        .into_iter()
+        .map(|r| (format!("  {}", r.name), r.cells))
         .collect();
     let others = findings.duels.iter().filter(|d| {
         d.scope.truth.is_some()
@@ -175,11 +184,13 @@ fn against_reference(findings: &Findings, duels: &Duels, best: &Choice, out: &mu
     for other in others {
         let rows = ratios(other, best, &reference);
         // As it is, and as it is warped first.
-        let hybrids = rows.into_iter().filter(|r| r.1.parametrization == "hybrid");
+        let hybrids = rows
+            .into_iter()
+            .filter(|r| r.choice.parametrization == "hybrid");
         let truth = other.scope.truth.as_deref().unwrap_or_default();
-        for (of, _, cells) in hybrids.take(2) {
-            let name = format!("    {of}, {truth} ({})", other.scope.materials);
-            named.push((name, cells));
+        for row in hybrids.take(2) {
+            let name = format!("    {}, {truth} ({})", row.name, other.scope.materials);
+            named.push((name, row.cells));
         }
     }
     let Some(width) = named.iter().map(|n| n.0.chars().count()).max() else {
@@ -220,13 +231,18 @@ fn mark(verdict: Verdict) -> char {
     }
 }
 
-/// The duels of samplings that reconstruct as `best` does, against the reference: what is compared,
-/// the first of the two, and the ratios.
-fn ratios(
-    duels: &Duels,
-    best: &Choice,
-    reference: &str,
-) -> Vec<(String, Choice, Vec<Option<Paired>>)> {
+/// A sampling against the reference at every allowance.
+pub(super) struct Against {
+    /// The sampling, and behind a stroke the warp of the reference where it is another.
+    pub name: String,
+    /// The sampling.
+    pub choice: Choice,
+    /// Its error over that of the reference.
+    pub cells: Vec<Option<Paired>>,
+}
+
+/// The duels of samplings that reconstruct as `best` does, against the reference.
+pub(super) fn ratios(duels: &Duels, best: &Choice, reference: &str) -> Vec<Against> {
     let mine = duels.duels.iter().filter(|d| {
         d.factor == Factor::Sampling
             && d.a.reconstruction == best.reconstruction
@@ -241,11 +257,16 @@ fn ratios(
         } else {
             &d.a.warp
         };
-        let of = match other.as_str() {
-            "none" => sampling(&choice),
+        let name = match other.as_str() {
+            warp if warp == choice.warp => sampling(&choice),
+            "none" => format!("{} / unwarped", sampling(&choice)),
             warp => format!("{} / {warp}", sampling(&choice)),
         };
-        Some((of, choice, cells))
+        Some(Against {
+            name,
+            choice,
+            cells,
+        })
     };
     mine.filter_map(named).collect()
 }
@@ -273,14 +294,18 @@ fn shares(explained: &Explained, out: &mut String) {
     }
 }
 
-/// Shares by name, the largest first.
+/// Shares by name, the largest first; without factors of a single level, which explain nothing by
+/// construction.
 pub(super) fn named_shares(
     factors: &[&str],
     shares: &crate::statistics::Shares,
 ) -> Vec<(String, f64)> {
-    let mains = factors.iter().zip(&shares.mains);
-    let mut named: Vec<(String, f64)> = mains.map(|(f, s)| ((*f).to_owned(), *s)).collect();
+    let varied = |f: usize| shares.levels[f] > 1;
+    let mains = factors.iter().zip(&shares.mains).enumerate();
+    let mains = mains.filter(|(f, _)| varied(*f));
+    let mut named: Vec<(String, f64)> = mains.map(|(_, (f, s))| ((*f).to_owned(), *s)).collect();
     let pairs = shares.pairs.iter();
+    let pairs = pairs.filter(|(i, j, _)| varied(*i) && varied(*j));
     named.extend(pairs.map(|&(i, j, s)| (format!("{} × {}", factors[i], factors[j]), s)));
     named.push(("rest".into(), shares.rest));
     named.sort_by(|a, b| b.1.total_cmp(&a.1));

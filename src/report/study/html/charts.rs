@@ -9,8 +9,7 @@ pub(super) use drawn::{curves, forest, of_material};
 
 #[cfg(feature = "plots")]
 mod drawn {
-    use super::super::super::tables::{method, sampling};
-    use super::super::duels::Against;
+    use super::super::super::tables::{Against, materials, method, sampling};
     use super::super::figure::chart;
     use super::super::materials::Material;
     use super::super::verdict::number;
@@ -114,9 +113,8 @@ mod drawn {
                 panels.extend(row);
             }
         }
-        let materials = rankings.first().map_or(0, |r| r.scope.materials);
-        let title =
-            format!("Error of the best reconstruction of each sampling, {materials} materials");
+        let of = materials(rankings.first().map_or(0, |r| r.scope.materials));
+        let title = format!("Error of the best reconstruction of each sampling, {of}");
         svg(&title, &panels, rankings.len().max(1))
     }
 
@@ -218,10 +216,9 @@ mod drawn {
         label: &str,
         title: &str,
     ) -> Result<Option<Markup>, Error> {
-        let looks = Looks::new(rows.iter().map(|r| &r.choice));
         let cells = || rows.iter().flat_map(|r| r.cells.iter().flatten());
         let groups = rows.iter().map(|row| ForestGroup {
-            name: looks.series(&row.choice, Vec::new()).name,
+            name: row.name.clone(),
             lines: (row.cells.iter().zip(&findings.allowances))
                 .filter_map(|(cell, at)| {
                     let cell = cell.as_ref()?;
@@ -274,7 +271,7 @@ mod drawn {
 
 #[cfg(not(feature = "plots"))]
 mod absent {
-    use super::super::duels::Against;
+    use super::super::super::tables::Against;
     use super::super::materials::Material;
     use crate::error::Error;
     use crate::experiment::study::Findings;

@@ -1,19 +1,12 @@
 //! Samplings against the reference, all else equal.
 
-use super::super::tables::{against, leader, method, reference};
+use super::super::tables::{Against, leader, method, ratios, reference};
 use super::charts;
 use super::verdict::number;
-use super::{p_text, sampling_name, scope_title};
+use super::{p_text, scope_title};
 use crate::error::Error;
-use crate::experiment::study::{Choice, Duels, Factor, Findings};
-use crate::statistics::Paired;
+use crate::experiment::study::Findings;
 use maud::{Markup, html};
-
-/// A sampling against the reference at every allowance.
-pub(super) struct Against {
-    pub choice: Choice,
-    pub cells: Vec<Option<Paired>>,
-}
 
 /// Forest plots and tables of every scope.
 pub(super) fn section(findings: &Findings) -> Result<Markup, Error> {
@@ -23,7 +16,7 @@ pub(super) fn section(findings: &Findings) -> Result<Markup, Error> {
         let (Some(reference), Some(best)) = (reference(duels), leader(ranking)) else {
             continue;
         };
-        let rows = rows(duels, &best, &reference);
+        let rows = ratios(duels, &best, &reference);
         if rows.is_empty() {
             continue;
         }
@@ -41,27 +34,16 @@ pub(super) fn section(findings: &Findings) -> Result<Markup, Error> {
     }
     Ok(html! {
         p {
-            "Error of each sampling over that of the reference, unwarped against unwarped and warped "
-            "against warped, with the reconstruction that ranks best: the geometric mean of the ratio "
-            "over materials with its 95 % interval. Left of 1 is better; the band about 1 counts as no "
+            "Error of each sampling over that of the reference, with the reconstruction that ranks best: "
+            "the geometric mean of the ratio over materials with its 95 % interval. Each warp stands "
+            "against the one at its place in the reference's list; of lists that differ in length the "
+            "end of the shorter also stands against the rest of the longer. Behind a stroke: the warp of "
+            "the reference, where it is another. Left of 1 is better; the band about 1 counts as no "
             "difference. p is adjusted over the budgets (Holm)."
         }
         @if parts.is_empty() { p { "There is only one parametrization." } }
         @for part in &parts { (part) }
     })
-}
-
-fn rows(duels: &Duels, best: &Choice, reference: &str) -> Vec<Against> {
-    let mine = duels.duels.iter().filter(|d| {
-        d.factor == Factor::Sampling
-            && d.a.reconstruction == best.reconstruction
-            && d.a.coordinates == best.coordinates
-            && d.a.sample_set == best.sample_set
-            && d.a.instrument == best.instrument
-    });
-    let rows = mine.filter_map(|d| against(d, reference));
-    rows.map(|(choice, cells)| Against { choice, cells })
-        .collect()
 }
 
 fn table(findings: &Findings, rows: &[Against], reference: &str) -> Markup {
@@ -86,7 +68,7 @@ fn table(findings: &Findings, rows: &[Against], reference: &str) -> Markup {
                         @for (i, (cell, at)) in row.cells.iter().zip(&findings.allowances)
                             .filter_map(|(c, at)| Some((c.as_ref()?, at))).enumerate() {
                             tr {
-                                th scope="row" { @if i == 0 { (sampling_name(&row.choice)) } }
+                                th scope="row" { @if i == 0 { (row.name) } }
                                 td { (at) }
                                 td.number { (number(cell.ratio)) }
                                 td.number {

@@ -16,11 +16,12 @@ mod verdict;
 #[cfg(feature = "plots")]
 pub use charts::study_curves;
 
-use super::tables::named_shares;
+use super::tables::{materials as so_many, named_shares};
 use crate::error::Error;
 use crate::experiment::study::{
-    Choice, Explained, Findings, Line, Ranking, Scope, StudyPlan, StudyRow,
+    Cell, Choice, Explained, Findings, Line, Ranking, Scope, StudyPlan, StudyRow,
 };
+use crate::statistics::EXACT;
 use figure::figures;
 use maud::{DOCTYPE, Markup, PreEscaped, html as page};
 use rayon::iter::{IndexedParallelIterator, IntoParallelRefIterator, ParallelIterator};
@@ -190,10 +191,7 @@ fn contents(findings: &Findings, materials: &[materials::Material], general: &[P
 
 /// What a scope is of.
 fn scope_title(scope: &Scope) -> String {
-    let materials = match scope.materials {
-        1 => "1 material".into(),
-        n => format!("{n} materials"),
-    };
+    let materials = so_many(scope.materials);
     let of = match &scope.truth {
         None => format!("all {materials}"),
         Some(truth) => format!("{materials} of truth “{truth}”"),
@@ -237,40 +235,41 @@ fn bars(explained: &Explained) -> Markup {
     }
 }
 
-/// How far a choice is above the best, on the average of the allowances it is used at: the mean log
-/// ratio, and by how many allowances it lacks.
-fn distance(ranking: &Ranking, line: &Line) -> f64 {
-    let mut sum = 0.0;
-    let mut count = 0.0;
-    for (a, cell) in line.cells.iter().enumerate() {
-        let means = ranking
-            .lines
-            .iter()
-            .filter_map(|l| l.cells[a].filter(|c| c.place.is_some()));
-        let best = means.map(|c| c.mean).fold(f64::INFINITY, f64::min);
-        if let Some(cell) = cell.filter(|c| c.place.is_some())
-            && best.is_finite()
-        {
-            sum += (cell.mean / best.max(crate::statistics::EXACT))
-                .max(1.0)
-                .ln();
-            count += 1.0;
-        }
-    }
-    if count > 0.0 {
-        sum / count
-    } else {
-        f64::INFINITY
-    }
+/// A cell that can be compared: of all materials.
+fn whole(line: &Line, a: usize) -> Option<&Cell> {
+    line.cells[a].as_ref().filter(|c| c.place.is_some())
+}
+
+/// The allowances that the lines are ranked over: those that all have, and where some line has none of
+/// them, those that most have. Over others a line would be ranked by what it was spared.
+fn common(ranking: &Ranking) -> Vec<usize> {
+    let allowances = ranking.lines.iter().map(|l| l.cells.len()).max();
+    let count = |a: usize| ranking.lines.iter().filter(move |l| whole(l, a).is_some());
+    let counts: Vec<usize> = (0..allowances.unwrap_or(0))
+        .map(|a| count(a).count())
+        .collect();
+    let most = counts.iter().copied().max();
+    let all = (0..counts.len()).filter(|a| Some(counts[*a]) == most);
+    all.collect()
+}
+
+/// How far a choice is above the best, on the average of some allowances: the mean log ratio. Infinite
+/// where it lacks one.
+fn distance(ranking: &Ranking, line: &Line, allowances: &[usize]) -> f64 {
+    let ratio = |&a: &usize| {
+        let means = ranking.lines.iter().filter_map(|l| Some(whole(l, a)?.mean));
+        let best = means.fold(f64::INFINITY, f64::min).max(EXACT);
+        Some((whole(line, a)?.mean / best).max(1.0).ln())
+    };
+    let ratios: Option<Vec<f64>> = allowances.iter().map(ratio).collect();
+    ratios.map_or(f64::INFINITY, |r| r.iter().sum::<f64>() / r.len() as f64)
 }
 
 /// Lines of a ranking, the best first.
 fn sorted(ranking: &Ranking) -> Vec<&Line> {
-    let mut lines: Vec<(f64, &Line)> = ranking
-        .lines
-        .iter()
-        .map(|l| (distance(ranking, l), l))
-        .collect();
+    let common = common(ranking);
+    let with = |l| (distance(ranking, l, &common), l);
+    let mut lines: Vec<(f64, &Line)> = ranking.lines.iter().map(with).collect();
     // Stable: the order of the plan decides ties.
     lines.sort_by(|a, b| a.0.total_cmp(&b.0));
     lines.into_iter().map(|(_, l)| l).collect()

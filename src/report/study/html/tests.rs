@@ -28,6 +28,43 @@ kind = "grid"
 kind = "cubic"
 "#;
 
+/// A row of a material that errs `error`, sampled in a parametrization with a warp.
+fn row(m: usize, [parametrization, warp]: [&str; 2], budget: usize, error: f64) -> StudyRow {
+    StudyRow {
+        key: String::new(),
+        material: format!("{m} {HOSTILE}"),
+        truth: "neither".into(),
+        parametrization: parametrization.into(),
+        warp: warp.into(),
+        sample_set: "grid".into(),
+        instrument: "ideal".into(),
+        reconstruction: "cubic".into(),
+        coordinates: "own".into(),
+        allowed: format!("{budget} poses"),
+        budget,
+        readings: budget,
+        seed: 1,
+        measure: "cosine".into(),
+        nrmse: Some(error),
+        log_relative: Some(error),
+        log1p: None,
+        cbrt: None,
+        mean_relative: None,
+        max_relative: None,
+        reachable: 1.0,
+        instrument_seconds: Some(60.0 * budget as f64),
+        unphysical_share: 0.0,
+        pairs: 100,
+        pairs_missing: 0,
+        alignment: None,
+        material_key: String::new(),
+        plan_seconds: 0.1,
+        measure_seconds: 0.1,
+        reconstruct_seconds: 0.1,
+        evaluate_seconds: 0.1,
+    }
+}
+
 /// Errors of hybrid over those of half-difference are `ratio` on every material, about.
 fn rows(materials: usize, ratio: f64, truth: &str) -> Vec<StudyRow> {
     let mut rows = Vec::new();
@@ -36,40 +73,31 @@ fn rows(materials: usize, ratio: f64, truth: &str) -> Vec<StudyRow> {
             for budget in [100, 400] {
                 let scatter = 1.0 + 1e-4 * ((m * m + c) as f64).sin();
                 let error = 0.1 * (m + 1) as f64 / budget as f64 * scatter;
-                rows.push(StudyRow {
-                    key: String::new(),
-                    material: format!("{m} {HOSTILE}"),
-                    truth: truth.into(),
-                    parametrization: parametrization.into(),
-                    warp: "none".into(),
-                    sample_set: "grid".into(),
-                    instrument: "ideal".into(),
-                    reconstruction: "cubic".into(),
-                    coordinates: "own".into(),
-                    allowed: format!("{budget} poses"),
-                    budget,
-                    readings: budget,
-                    seed: 1,
-                    measure: "cosine".into(),
-                    nrmse: Some(if c == 1 { ratio * error } else { error }),
-                    log_relative: Some(error),
-                    log1p: None,
-                    cbrt: None,
-                    mean_relative: None,
-                    max_relative: None,
-                    reachable: 1.0,
-                    instrument_seconds: Some(60.0 * budget as f64),
-                    unphysical_share: 0.0,
-                    pairs: 100,
-                    pairs_missing: 0,
-                    alignment: None,
-                    material_key: String::new(),
-                    plan_seconds: 0.1,
-                    measure_seconds: 0.1,
-                    reconstruct_seconds: 0.1,
-                    evaluate_seconds: 0.1,
-                });
+                let mut row = row(m, [parametrization, "none"], budget, error);
+                row.truth = truth.into();
+                if c == 1 {
+                    row.nrmse = Some(ratio * error);
+                }
+                rows.push(row);
             }
+        }
+    }
+    rows
+}
+
+/// Half-difference and hybrid, as they are and warped; `ratio` of each, but for scatter.
+fn warped(materials: usize, ratios: [f64; 4]) -> Vec<StudyRow> {
+    let choices = [
+        ["half-difference", "none"],
+        ["half-difference", "theta_h:square-root"],
+        ["hybrid", "none"],
+        ["hybrid", "h_bar:square-root"],
+    ];
+    let mut rows = Vec::new();
+    for m in 0..materials {
+        for (choice, ratio) in choices.into_iter().zip(ratios) {
+            let error = 0.1 * (m + 1) as f64 * ratio * (1.0 + 1e-4 * (m as f64).sin());
+            rows.push(row(m, choice, 100, error));
         }
     }
     rows
@@ -123,7 +151,9 @@ fn names_are_text_and_never_markup() {
 fn the_verdict_is_what_was_found() {
     let text = report(&rows(12, 1.5, "half-difference table"));
     let worse = verdict(&text);
-    assert!(worse.contains("hybrid errs 1.50 times (95 % 1.50–1.50) as much as half-difference"));
+    assert!(worse.contains(
+        "unwarped hybrid errs 1.50 times (95 % 1.50–1.50) as much as unwarped half-difference"
+    ));
     assert!(
         worse.contains("worse on 12 of 12 materials, better on 0"),
         "{worse}"
@@ -134,10 +164,191 @@ fn the_verdict_is_what_was_found() {
     assert!(verdict(&better).contains("better on 12 of 12 materials, worse on 0"));
     let same = report(&rows(12, 1.0, "neither"));
     let same = verdict(&same);
-    assert!(same.contains("there is no difference between hybrid and half-difference"));
+    assert!(
+        same.contains(
+            "there is no difference between unwarped hybrid and unwarped half-difference"
+        )
+    );
     assert!(same.contains("within the band of 1.0 %"), "{same}");
     let few = report(&rows(4, 1.5, "neither"));
     assert!(verdict(&few).contains("undecided, as 4 materials are too few to tell"));
+    let one = report(&rows(1, 1.5, "neither"));
+    assert!(verdict(&one).contains("undecided, as 1 material is too few to tell"));
+    assert!(verdict(&one).contains("mean over 1 material,"));
+}
+
+#[test]
+fn every_truth_is_asked_for_the_pair_of_the_headline() {
+    // On the first eight the warped are best, on the other eight the unwarped, by less.
+    let mut rows = warped(8, [4.0, 1.0, 6.0, 2.0]);
+    for mut row in warped(16, [1.0, 2.0, 1.1, 3.0]).split_off(32) {
+        row.truth = "theta_h".into();
+        rows.push(row);
+    }
+    assert_eq!(rows.len(), 64);
+    let text = report(&rows);
+    let pair = "as much as half-difference theta_h:square-root";
+    let head = "hybrid h_bar:square-root errs 1.73 times";
+    assert!(
+        verdict(&text).contains(head) && verdict(&text).contains(pair),
+        "{}",
+        verdict(&text)
+    );
+    let alone: Vec<&str> = text.split("On these alone, by cubic, ").skip(1).collect();
+    assert_eq!(alone.len(), 2);
+    for (alone, ratio) in alone.iter().zip(["2.00", "1.50"]) {
+        let head = format!("hybrid h_bar:square-root errs {ratio} times");
+        assert!(alone.starts_with(&head) && alone.contains(pair), "{alone}");
+    }
+    // Where the pair has no errors that is said, and no other takes its place.
+    for row in rows
+        .iter_mut()
+        .filter(|r| r.truth == "theta_h" && r.warp == "h_bar:square-root")
+    {
+        row.nrmse = None;
+    }
+    let text = report(&rows);
+    assert_eq!(text.matches("On these alone, by cubic, ").count(), 1);
+    assert!(text.contains(
+        "On these alone hybrid h_bar:square-root and half-difference theta_h:square-root cannot be compared"
+    ));
+}
+
+#[test]
+fn a_budget_filled_unequally_is_told() {
+    let mut rows = rows(8, 1.0, "neither");
+    assert!(!report(&rows).contains("at equal readings"));
+    // Errors go as 1 / readings, and hybrid has half of them: nothing is left at equal readings.
+    for row in rows.iter_mut().filter(|r| r.parametrization == "hybrid") {
+        row.readings = row.budget / 2;
+        row.nrmse = row.nrmse.map(|e| 2.0 * e);
+        // Within the budgets of the other.
+        if row.budget == 100 {
+            row.readings = 200;
+            row.nrmse = row.nrmse.map(|e| e / 4.0);
+        }
+    }
+    let text = report(&rows);
+    let said = verdict(&text);
+    assert!(
+        said.contains("unwarped hybrid has 200 readings, unwarped half-difference 100; at 200,"),
+        "{said}"
+    );
+    assert!(
+        said.contains("unwarped hybrid errs 1.000 times as much"),
+        "{said}"
+    );
+    assert!(
+        said.contains("2.00 (worse; 1.000 at equal readings) at 400 poses"),
+        "{said}"
+    );
+    assert!(text.contains("200 readings</small>"));
+    // Beyond its budgets nothing is made up.
+    for row in rows.iter_mut().filter(|r| r.parametrization == "hybrid") {
+        row.readings = 50;
+    }
+    let text = report(&rows);
+    assert!(verdict(&text).contains("no two budgets of unwarped half-difference enclose those"));
+}
+
+/// `count` warps of hybrid, each worse than the one before it.
+fn many(materials: usize, count: usize) -> Vec<StudyRow> {
+    let names: Vec<String> = (0..count).map(|c| format!("h_bar:{c}")).collect();
+    let mut rows = Vec::new();
+    for m in 0..materials {
+        for (c, name) in names.iter().enumerate() {
+            let scatter = 1.0 + 0.3 * ((m * m * (c + 1)) as f64).sin();
+            let error = 0.1 * (1.0 + 0.01 * c as f64) * scatter;
+            rows.push(row(m, ["hybrid", name], 100, error));
+        }
+    }
+    rows
+}
+
+#[test]
+fn too_few_materials_for_many_choices_are_not_alike() {
+    // 2 / 2⁸ · 39 = 0.30, 2 / 2⁸ · 5 = 0.04.
+    let text = report(&many(8, 40));
+    let note = "8 materials are too few to tell so many choices apart";
+    assert_eq!(text.matches(note).count(), 2, "once a metric");
+    assert!(text.contains("would have p 0.30"));
+    assert!(!text.contains(" near\"") && !text.contains("</b> ≈"));
+    let text = report(&many(8, 6));
+    assert!(!text.contains("too few to tell so many"));
+    assert!(text.contains(" near\"") && text.contains("</b> ≈"));
+}
+
+#[test]
+fn lines_are_ranked_over_the_budgets_all_have() {
+    // "a" is best at 100, and the only one that is spared the others; "b" is best at 400 and 1600.
+    let mut rows = Vec::new();
+    for m in 0..6 {
+        let mut add = |name, budget, error| rows.push(row(m, ["hybrid", name], budget, error));
+        for (budget, errors) in [(100, [1.2, 1.0, 1.1]), (400, [1.0, 9.0, 0.9])] {
+            add("h_bar:late", budget, errors[0]);
+            if budget == 100 {
+                add("h_bar:spared", budget, errors[1]);
+            }
+            add("h_bar:good", budget, errors[2]);
+        }
+    }
+    let order = |rows: &[StudyRow]| -> Vec<String> {
+        let rows: Vec<&StudyRow> = rows.iter().collect();
+        let findings = Findings::new(&rows, BAND);
+        let sorted = super::sorted(&findings.rankings[0]);
+        sorted
+            .iter()
+            .map(|l| l.choice.warp[6..].to_owned())
+            .collect()
+    };
+    assert_eq!(order(&rows), ["spared", "good", "late"]);
+    // At 400 it counts for nothing, as not all have it.
+    for row in rows
+        .iter_mut()
+        .filter(|r| r.budget == 400 && r.warp == "h_bar:late")
+    {
+        row.nrmse = Some(1e-6);
+    }
+    assert_eq!(order(&rows), ["spared", "good", "late"]);
+    // Ties: the order of the rows.
+    rows.iter_mut().for_each(|r| r.nrmse = Some(0.5));
+    assert_eq!(order(&rows), ["late", "spared", "good"]);
+}
+
+#[test]
+fn a_ratio_names_the_warp_it_is_against() {
+    let mut rows = warped(8, [4.0, 1.0, 6.0, 2.0]);
+    for m in 0..8 {
+        rows.push(row(m, ["spherical", "none"], 100, 0.3 * (m + 1) as f64));
+    }
+    let text = report(&rows);
+    let duels = &text[text.find("id=\"duels\"").unwrap()..];
+    let table = &duels[..duels.find("</details>").unwrap()];
+    let names: Vec<&str> = table
+        .split("<th scope=\"row\">")
+        .skip(1)
+        .map(|t| &t[..t.find('<').unwrap()])
+        .collect();
+    assert_eq!(
+        names,
+        [
+            "hybrid",
+            "spherical",
+            "hybrid h_bar:square-root / theta_h:square-root",
+            "spherical / theta_h:square-root"
+        ]
+    );
+}
+
+#[test]
+fn what_does_not_vary_explains_nothing() {
+    let text = report(&rows(6, 1.5, "neither"));
+    let shares = &text[text.find("id=\"variance\"").unwrap()..text.find("id=\"figures\"").unwrap()];
+    assert!(shares.contains(">parametrization<") && shares.contains(">budget<"));
+    assert!(
+        !shares.contains("warp") && !shares.contains("reconstruction"),
+        "{shares}"
+    );
 }
 
 #[test]

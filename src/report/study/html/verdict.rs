@@ -1,33 +1,152 @@
 //! The answer in a few sentences, and what may be unfair about it.
 
-use super::super::tables::{method, reference, sampling};
+use super::super::tables::{materials, method, reference, sampling};
 use super::middle;
 use crate::brdf::Favours;
-use crate::experiment::study::{Choice, Duels, Factor, Findings, Metric, Ranking, Scope};
+use crate::experiment::study::{Choice, Duels, Factor, Findings, Line, Metric, Ranking};
 use crate::report::table::error;
-use crate::statistics::{FEWEST, Paired, Verdict};
+use crate::statistics::{Paired, SIGNIFICANCE, Verdict, error_at, least_p};
 use maud::{Markup, html};
 
 /// The parametrization that the paper argues for.
 const CHALLENGER: &str = "hybrid";
 
-/// One sampling against the reference, all else equal.
-struct Contest {
+/// Readings that differ by less than this ratio are as many.
+const AS_MANY: f64 = 1.05;
+
+/// One sampling against the reference, all else equal: the same two on all truths, errors and pairs.
+struct Pair {
     challenger: Choice,
     reference: Choice,
+}
+
+/// A pair in one ranking, at every allowance.
+struct Contest<'a> {
+    pair: &'a Pair,
+    ranking: &'a Ranking,
     cells: Vec<Option<Paired>>,
+}
+
+/// Readings of the two where they are not as many, and the ratio of errors at those of the first,
+/// where that is within the budgets of the second.
+struct Effort {
+    challenger: f64,
+    reference: f64,
+    ratio: Option<f64>,
+}
+
+impl<'a> Contest<'a> {
+    fn new(findings: &Findings, ranking: &'a Ranking, pair: &'a Pair) -> Option<Self> {
+        let Pair {
+            challenger,
+            reference,
+        } = pair;
+        let duels = findings.duels.iter().find(|d| d.scope == ranking.scope)?;
+        let cells = duels.duels.iter().find_map(|d| {
+            if (&d.a, &d.b) == (challenger, reference) {
+                Some(d.cells.clone())
+            } else if (&d.b, &d.a) == (challenger, reference) {
+                Some(d.cells.iter().map(|p| p.map(|p| p.inverted())).collect())
+            } else {
+                None
+            }
+        })?;
+        Some(Self {
+            pair,
+            ranking,
+            cells,
+        })
+    }
+
+    fn cell(&self, a: usize) -> Option<&Paired> {
+        self.cells.get(a)?.as_ref()
+    }
+
+    /// The readings at an allowance; `None` where they are as many.
+    fn effort(&self, a: usize) -> Option<Effort> {
+        let line = |choice: &Choice| self.ranking.lines.iter().find(|l| l.choice == *choice);
+        let (mine, other) = (line(&self.pair.challenger)?, line(&self.pair.reference)?);
+        let (x, y) = ((*mine.cells.get(a)?)?, (*other.cells.get(a)?)?);
+        if (1.0 / AS_MANY..=AS_MANY).contains(&(x.readings / y.readings)) {
+            return None;
+        }
+        // Means over different materials cannot be compared.
+        let whole = other.cells.iter().flatten().filter(|c| c.place.is_some());
+        let points: Vec<(f64, f64)> = whole.map(|c| (c.readings, c.mean)).collect();
+        let theirs = x.place.and_then(|_| error_at(&points, x.readings));
+        Some(Effort {
+            challenger: x.readings,
+            reference: y.readings,
+            ratio: theirs.map(|theirs| x.mean / theirs),
+        })
+    }
+
+    /// The ratio at equal readings where they are not, after what it is added to.
+    fn at_equal(&self, a: usize) -> String {
+        let ratio = self.effort(a).and_then(|e| e.ratio);
+        ratio.map_or(String::new(), |r| {
+            format!("; {} at equal readings", number(r))
+        })
+    }
+
+    /// What it says at an allowance, with its numbers.
+    fn said(&self, a: usize, at: &str) -> Option<String> {
+        let cell = self.cell(a)?;
+        let (x, y) = self.pair.names();
+        let n = materials(cell.n);
+        let ratio = match cell.interval {
+            Some([low, high]) => format!(
+                "{} times (95 % {}–{})",
+                number(cell.ratio),
+                number(low),
+                number(high)
+            ),
+            None => format!("{} times", number(cell.ratio)),
+        };
+        let counts = format!("worse on {} of {n}, better on {}", cell.losses, cell.wins);
+        let tests = self.cells.iter().flatten().filter(|c| c.p.is_some());
+        Some(match cell.verdict() {
+            Verdict::Worse => format!("{x} errs {ratio} as much as {y} at {at}: {counts}"),
+            Verdict::Better => format!(
+                "{x} errs {ratio} as much as {y} at {at}: better on {} of {n}, worse on {}",
+                cell.wins, cell.losses
+            ),
+            Verdict::Same => format!(
+                "there is no difference between {x} and {y} at {at}: {x} errs {ratio} as much, \
+                 within the band of {:.1} %",
+                100.0 * (cell.band - 1.0)
+            ),
+            Verdict::Undecided if least_p(cell.n, tests.count()) >= SIGNIFICANCE => format!(
+                "{x} errs {ratio} as much as {y} at {at}; undecided, as {n} {} too few to tell: {counts}",
+                if cell.n == 1 { "is" } else { "are" }
+            ),
+            Verdict::Undecided => format!(
+                "it is undecided whether {x} or {y} errs less at {at}: {x} errs {ratio} as much, {counts}"
+            ),
+        })
+    }
+}
+
+impl Pair {
+    /// Its samplings with their warps.
+    fn names(&self) -> (String, String) {
+        (named(&self.challenger), named(&self.reference))
+    }
 }
 
 pub(super) fn section(findings: &Findings) -> Markup {
     let of_all = |s: &&Ranking| s.scope.truth.is_none();
     let rankings: Vec<&Ranking> = findings.rankings.iter().filter(of_all).collect();
     let a = middle(findings);
+    let pair = rankings.first().and_then(|r| pair(findings, r, a));
+    let pair = pair.as_ref();
     let others = rankings.iter().skip(1);
-    let others: Vec<String> = others.filter_map(|r| in_short(findings, r, a)).collect();
+    let short = |r: &&Ranking| in_short(&Contest::new(findings, r, pair?)?, a);
+    let others: Vec<String> = others.filter_map(short).collect();
     html! {
         div.verdict {
             @if let Some(ranking) = rankings.first() {
-                @for sentence in sentences(findings, ranking, a) { p { (sentence) } }
+                @for sentence in sentences(findings, ranking, pair, a) { p { (sentence) } }
             } @else {
                 p { "There are no results." }
             }
@@ -36,12 +155,12 @@ pub(super) fn section(findings: &Findings) -> Markup {
             }
         }
         h3 { "What may be unfair about it" }
-        @for truth in &findings.truths { (fairness(findings, truth, a)) }
+        @for truth in &findings.truths { (fairness(findings, truth, pair, a)) }
     }
 }
 
 /// The best choice, the contest, and how it goes with the budget.
-fn sentences(findings: &Findings, ranking: &Ranking, a: usize) -> Vec<String> {
+fn sentences(findings: &Findings, ranking: &Ranking, pair: Option<&Pair>, a: usize) -> Vec<String> {
     let mut out = Vec::new();
     let scope = &ranking.scope;
     let first = |l: &&_| place(l, a) == Some(1);
@@ -51,7 +170,7 @@ fn sentences(findings: &Findings, ranking: &Ranking, a: usize) -> Vec<String> {
             "Of {} ways to sample and to reconstruct, {} sampled and reconstructed by {} errs least at {at}: \
              {} {} in the geometric mean over {}, {} pairs.",
             ranking.lines.len(),
-            sampling(&best.choice),
+            named(&best.choice),
             method(&best.choice, findings),
             scope.metric.name(),
             error(mean),
@@ -59,26 +178,26 @@ fn sentences(findings: &Findings, ranking: &Ranking, a: usize) -> Vec<String> {
             scope.measure,
         ));
     }
-    let Some(contest) = contest(findings, scope, a) else {
+    let Some(contest) = pair.and_then(|p| Contest::new(findings, ranking, p)) else {
         return out;
     };
-    let (x, y) = (&contest.challenger, &contest.reference);
-    let how = format!(
-        "Sampled and reconstructed in their own coordinates by {}{},",
-        x.reconstruction,
-        warped(x, y)
-    );
-    if let (Some(Some(cell)), Some(at)) = (contest.cells.get(a), findings.allowances.get(a)) {
-        let (x, y) = (&x.parametrization, &y.parametrization);
-        out.push(format!("{how} {}.", said(cell, x, y, at)));
+    let at = |a: usize| findings.allowances.get(a).map_or("", String::as_str);
+    if let Some(said) = contest.said(a, at(a)) {
+        out.push(format!(
+            "Sampled and reconstructed in their own coordinates by {}, {said}.",
+            contest.pair.challenger.reconstruction,
+        ));
     }
-    let ratios: Vec<String> = (contest.cells.iter().zip(&findings.allowances))
-        .filter_map(|(cell, at)| {
-            let cell = cell.as_ref()?;
+    out.extend(contest.effort(a).map(|e| uneven(&e, contest.pair, at(a))));
+    let ratios: Vec<String> = (0..contest.cells.len())
+        .filter_map(|a| {
+            let cell = contest.cell(a)?;
             Some(format!(
-                "{} ({}) at {at}",
+                "{} ({}{}) at {}",
                 number(cell.ratio),
-                cell.verdict()
+                cell.verdict(),
+                contest.at_equal(a),
+                at(a)
             ))
         })
         .collect();
@@ -91,93 +210,66 @@ fn sentences(findings: &Findings, ranking: &Ranking, a: usize) -> Vec<String> {
     out
 }
 
-/// What a comparison says, with its numbers.
-fn said(cell: &Paired, x: &str, y: &str, at: &str) -> String {
-    let n = cell.n;
-    let ratio = match cell.interval {
-        Some([low, high]) => format!(
-            "{} times (95 % {}–{})",
-            number(cell.ratio),
-            number(low),
-            number(high)
+/// That a budget is not the same effort for both.
+fn uneven(effort: &Effort, pair: &Pair, at: &str) -> String {
+    let (x, y) = pair.names();
+    let Effort {
+        challenger,
+        reference,
+        ratio,
+    } = effort;
+    let equal = match ratio {
+        Some(ratio) => format!(
+            "at {challenger:.0}, where the error of {y} is interpolated between its budgets, {x} errs {} \
+             times as much",
+            number(*ratio)
         ),
-        None => format!("{} times", number(cell.ratio)),
+        None => format!("no two budgets of {y} enclose those of {x}"),
     };
-    let counts = format!(
-        "worse on {} of {}, better on {}",
-        cell.losses,
-        materials(n),
-        cell.wins
-    );
-    match cell.verdict() {
-        Verdict::Worse => format!("{x} errs {ratio} as much as {y} at {at}: {counts}"),
-        Verdict::Better => format!(
-            "{x} errs {ratio} as much as {y} at {at}: better on {} of {}, worse on {}",
-            cell.wins,
-            materials(n),
-            cell.losses
-        ),
-        Verdict::Same => format!(
-            "there is no difference between {x} and {y} at {at}: {x} errs {ratio} as much, \
-             within the band of {:.1} %",
-            100.0 * (cell.band - 1.0)
-        ),
-        Verdict::Undecided if n < FEWEST => format!(
-            "{x} errs {ratio} as much as {y} at {at}; undecided, as {} are too few to tell: {counts}",
-            materials(n)
-        ),
-        Verdict::Undecided => format!(
-            "it is undecided whether {x} or {y} errs less at {at}: {x} errs {ratio} as much, {counts}"
-        ),
-    }
+    format!(
+        "A budget is an upper limit: at {at} {x} has {challenger:.0} readings, {y} {reference:.0}; {equal}."
+    )
 }
 
 /// The contest by another error or measure.
-fn in_short(findings: &Findings, ranking: &Ranking, a: usize) -> Option<String> {
-    let contest = contest(findings, &ranking.scope, a)?;
-    let cell = (*contest.cells.get(a)?)?;
+fn in_short(contest: &Contest, a: usize) -> Option<String> {
+    let cell = contest.cell(a)?;
     let interval = cell.interval.map_or(String::new(), |[low, high]| {
         format!(", 95 % {}–{}", number(low), number(high))
     });
+    let scope = &contest.ranking.scope;
     Some(format!(
-        "{} ({}{interval}; {}, {} pairs, by {})",
+        "{} ({}{interval}{}; {}, {} pairs)",
         number(cell.ratio),
         cell.verdict(),
-        ranking.scope.metric.name(),
-        ranking.scope.measure,
-        contest.challenger.reconstruction
+        contest.at_equal(a),
+        scope.metric.name(),
+        scope.measure,
     ))
 }
 
-/// The duel to speak of: hybrid against half-difference where both are there, else the best against
+/// The pair to speak of: hybrid against half-difference where both are there, else the best against
 /// the reference; by the reconstruction that serves the reference best.
-fn contest(findings: &Findings, scope: &Scope, a: usize) -> Option<Contest> {
-    let duels: &Duels = findings.duels.iter().find(|d| d.scope == *scope)?;
-    let ranking = findings.rankings.iter().find(|r| r.scope == *scope)?;
+fn pair(findings: &Findings, ranking: &Ranking, a: usize) -> Option<Pair> {
+    let duels: &Duels = findings.duels.iter().find(|d| d.scope == ranking.scope)?;
     let name = reference(duels)?;
     let own = duels
         .duels
         .iter()
-        .filter(|d| d.factor == Factor::Sampling && d.a.coordinates == "own");
-    let all: Vec<Contest> = own
+        .filter(|d| d.factor == Factor::Sampling && d.a.coordinates == "own")
+        .filter(|d| d.cells.get(a).is_some_and(Option::is_some));
+    let all: Vec<Pair> = own
         .filter_map(|d| {
-            if d.b.parametrization == name {
-                Some(Contest {
-                    challenger: d.a.clone(),
-                    reference: d.b.clone(),
-                    cells: d.cells.clone(),
-                })
-            } else if d.a.parametrization == name {
-                Some(Contest {
-                    challenger: d.b.clone(),
-                    reference: d.a.clone(),
-                    cells: d.cells.iter().map(|p| p.map(|p| p.inverted())).collect(),
-                })
-            } else {
-                None
-            }
+            let (challenger, reference) = match &name {
+                n if d.b.parametrization == *n => (&d.a, &d.b),
+                n if d.a.parametrization == *n => (&d.b, &d.a),
+                _ => return None,
+            };
+            Some(Pair {
+                challenger: challenger.clone(),
+                reference: reference.clone(),
+            })
         })
-        .filter(|c| c.cells.get(a).is_some_and(Option::is_some))
         .collect();
     let known = all
         .iter()
@@ -187,7 +279,7 @@ fn contest(findings: &Findings, scope: &Scope, a: usize) -> Option<Contest> {
         let cell = line.and_then(|l| *l.cells.get(a)?);
         cell.map_or(f64::INFINITY, |c| c.mean)
     };
-    let key = |c: &Contest| (mean(&c.reference), mean(&c.challenger));
+    let key = |c: &Pair| (mean(&c.reference), mean(&c.challenger));
     all.into_iter()
         .filter(|c| !known || c.challenger.parametrization == CHALLENGER)
         .min_by(|x, y| {
@@ -197,7 +289,7 @@ fn contest(findings: &Findings, scope: &Scope, a: usize) -> Option<Contest> {
 }
 
 /// A truth, what it favours, and whether the verdict is another on it.
-fn fairness(findings: &Findings, truth: &str, a: usize) -> Markup {
+fn fairness(findings: &Findings, truth: &str, pair: Option<&Pair>, a: usize) -> Markup {
     let favours = Favours::ALL.into_iter().find(|f| f.name() == truth);
     let reason = favours.map_or(
         "Too few are alike to be told apart by what their formulas favour.",
@@ -209,12 +301,18 @@ fn fairness(findings: &Findings, truth: &str, a: usize) -> Markup {
         .find(|r| r.scope.truth.as_deref() == Some(truth) && r.scope.metric == Metric::Nrmse);
     let biased = favours.is_some_and(|f| f != Favours::Neither);
     let said = own.and_then(|ranking| {
-        let contest = contest(findings, &ranking.scope, a)?;
-        let cell = (*contest.cells.get(a)?)?;
-        let (x, y) = (&contest.challenger, &contest.reference);
+        let pair = pair?;
         let at = findings.allowances.get(a)?;
-        let said = said(&cell, &x.parametrization, &y.parametrization, at);
-        Some(format!("On these alone, by {}, {said}.", x.reconstruction))
+        let by = &pair.challenger.reconstruction;
+        let contest = Contest::new(findings, ranking, pair);
+        let said = contest.and_then(|c| Some(format!("{}{}", c.said(a, at)?, c.at_equal(a))));
+        Some(match said {
+            Some(said) => format!("On these alone, by {by}, {said}."),
+            None => {
+                let (x, y) = pair.names();
+                format!("On these alone {x} and {y} cannot be compared at {at} by {by}: none has both errors.")
+            }
+        })
     });
     html! {
         p.note.warning[biased] {
@@ -230,23 +328,15 @@ fn fairness(findings: &Findings, truth: &str, a: usize) -> Markup {
     }
 }
 
-fn place(line: &crate::experiment::study::Line, a: usize) -> Option<usize> {
+fn place(line: &Line, a: usize) -> Option<usize> {
     line.cells.get(a)?.as_ref()?.place
 }
 
-/// How two choices are warped, in brackets.
-fn warped(x: &Choice, y: &Choice) -> String {
-    match (x.warp.as_str(), y.warp.as_str()) {
-        ("none", "none") => String::new(),
-        (a, b) if a == b => format!(" (both warped {a})"),
-        (a, b) => format!(" (warped {a} and {b})"),
-    }
-}
-
-fn materials(n: usize) -> String {
-    match n {
-        1 => "1 material".into(),
-        n => format!("{n} materials"),
+/// A sampling with its warps, even where there are none: others of the same name may have some.
+fn named(choice: &Choice) -> String {
+    match choice.warp.as_str() {
+        "none" => format!("unwarped {}", choice.parametrization),
+        _ => sampling(choice),
     }
 }
 
