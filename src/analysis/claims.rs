@@ -31,6 +31,8 @@ pub enum Verdict {
     HoldsPartly,
     /// Not so.
     DoesNotHold,
+    /// What it speaks of is a share of a variance, or of a norm, that is zero.
+    NotDefined,
 }
 
 impl Verdict {
@@ -40,6 +42,7 @@ impl Verdict {
             Verdict::Holds => "holds",
             Verdict::HoldsPartly => "holds partly",
             Verdict::DoesNotHold => "does not hold",
+            Verdict::NotDefined => "not defined",
         }
     }
 
@@ -68,7 +71,7 @@ pub struct Claim {
     pub statement: &'static str,
     /// What is measured, and when the statement holds.
     pub criterion: &'static str,
-    /// What was found: names, with their units, and values.
+    /// What was found: names, with their units, and values; none if nothing is defined.
     pub numbers: Vec<(String, f64)>,
     /// The outcome.
     pub verdict: Verdict,
@@ -96,6 +99,14 @@ impl Statement {
             numbers,
             verdict: Verdict::of(cases),
             finding,
+        }
+    }
+
+    /// The claim on a BRDF that leaves nothing to measure.
+    fn undefined(self, why: &str) -> Claim {
+        Claim {
+            verdict: Verdict::NotDefined,
+            ..self.found(&[], Vec::new(), why.into())
         }
     }
 }
@@ -187,17 +198,24 @@ pub fn on_test_functions() -> Result<Vec<Claim>, BuildError> {
     Ok(claims)
 }
 
-/// Share that one axis explains on each slice, 0 where there is nothing to explain.
-fn on_slices(distortion: &Distortion, axis: usize) -> Vec<f64> {
+/// Why shares of a variance are not defined.
+const CONSTANT: &str = "the BRDF is constant, so that there is no variance to have a share of";
+
+/// Share that one axis explains on each slice; `None` if the function is constant on one.
+fn on_slices(distortion: &Distortion, axis: usize) -> Option<Vec<f64>> {
     let slices = distortion.slices.iter();
-    slices
-        .map(|s| s.shares.map_or(0.0, |s| s.axis[axis]))
-        .collect()
+    slices.map(|s| s.shares.map(|s| s.axis[axis])).collect()
 }
 
-/// Share of the variance that changes with the azimuth.
-fn changes(distortion: &Distortion) -> f64 {
-    distortion.shares.map_or(0.0, |s| 1.0 - s.both)
+/// Share of the variance that changes with the azimuth; `None` if there is no variance.
+fn changes(distortion: &Distortion) -> Option<f64> {
+    distortion.shares.map(|s| 1.0 - s.both)
+}
+
+/// What `of` makes of each chart, if it is defined for all.
+fn of_charts<T>(found: &[Distortion; 3], of: impl Fn(&Distortion) -> Option<T>) -> Option<[T; 3]> {
+    let [a, b, c] = found;
+    Some([of(a)?, of(b)?, of(c)?])
 }
 
 fn smallest(values: &[f64]) -> f64 {

@@ -74,7 +74,6 @@ enum Command {
     Slice(slice::Slice),
     /// Symmetries of a material, by how much it misses them and what they save
     Symmetry(symmetry::SymmetryArgs),
-    /// Write a material of a config as a MERL .binary or UTIA .bin file
     /// How far the isolines of a material are from the axes of each parametrization
     Distortion(distortion::Distortion),
     /// What Barla et al. 2015 say of the parametrizations, and whether it is so
@@ -84,7 +83,7 @@ enum Command {
     Picture(picture::Picture),
     /// The light paths that a box of coordinates stands for
     Subset(subset::Subset),
-    /// Write a material of a config as a MERL .binary file
+    /// Write a material of a config as a MERL .binary or UTIA .bin file
     Tabulate(tabulate::Tabulate),
     /// Measure the program against the clock
     Bench(bench::Bench),

@@ -14,6 +14,8 @@ fn claims_are_judged_with_and_without_a_material() {
     let rows = rows.as_array().unwrap();
     let of_material = rows.iter().filter(|r| r["material"] == "lambert").count();
     assert_eq!(of_material, 6);
+    let undefined = |r: &&serde_json::Value| r["verdict"] == "not-defined";
+    assert_eq!(rows.iter().filter(undefined).count(), 5);
     let row = rows
         .iter()
         .find(|r| r["id"] == "slices-correspond")
@@ -50,6 +52,17 @@ fn distortion_is_told_for_every_parametrization() {
             .refused(&["distortion", "small.toml", "--material", "x"], 2)
             .contains("ggx")
     );
+}
+
+#[test]
+fn commands_are_told_apart() {
+    let help = Bench::new().good(&["--help"]);
+    let line = |command: &str| {
+        let found = help.lines().find(|l| l.trim().starts_with(command));
+        found.unwrap_or_else(|| panic!("{help}")).to_owned()
+    };
+    assert!(line("tabulate").contains("MERL .binary or UTIA .bin"));
+    assert!(line("distortion").contains("isolines") && !line("distortion").contains("MERL"));
 }
 
 #[test]

@@ -1,8 +1,8 @@
 //! Statements under Figs. 1 and 2 and in section 3, on the functions F, S and G.
 
 use super::{
-    ALIGNED, Bench, COMPARED, Claim, EXACT, F, G, S, Statement, above, below, changes, form,
-    largest, on_slices, per_chart, per_slice, percent, smallest,
+    ALIGNED, Bench, COMPARED, CONSTANT, Claim, EXACT, F, G, S, Statement, above, below, changes,
+    form, largest, of_charts, on_slices, per_chart, per_slice, percent, smallest,
 };
 use crate::analysis::LATTICE;
 use crate::geometry::{Direction, DirectionPair};
@@ -36,14 +36,17 @@ pub(super) fn claims(bench: &Bench) -> Vec<Claim> {
         ),
     ];
     for (id, function, chart, axis, statement) in aligned {
-        let shares = on_slices(&bench.distortion(function, chart), axis);
-        let least = smallest(&shares);
         let stated = Statement {
             id,
             place: "Fig. 2, section 3",
             statement,
             criterion: "the axis alone explains all of the variance on every slice",
         };
+        let Some(shares) = on_slices(&bench.distortion(function, chart), axis) else {
+            claims.push(stated.undefined(CONSTANT));
+            continue;
+        };
+        let least = smallest(&shares);
         claims.push(stated.found(
             &[1.0 - least < EXACT],
             vec![("least_share".into(), least)],
@@ -141,8 +144,18 @@ fn mirror_isolines() -> Claim {
 }
 
 fn f_bends(bench: &Bench) -> Claim {
+    let stated = Statement {
+        id: "f-bends-orthographic",
+        place: "Fig. 2, section 3",
+        statement: "in orthographic coordinates isolines of F bend towards the anti-diagonal when \
+                    phi_k departs from 90°",
+        criterion: "|k_bar| alone explains F at 90° and less elsewhere, and at 0° isolines fall with \
+                    |h_bar|",
+    };
     let found = bench.distortion(F, "orthographic");
-    let shares = on_slices(&found, 1);
+    let Some(shares) = on_slices(&found, 1) else {
+        return stated.undefined(CONSTANT);
+    };
     // Along the anti-diagonal |k_bar| falls where |h_bar| rises: F rises with both.
     let form = form("orthographic", true);
     let value = |x: f64, y: f64| {
@@ -162,15 +175,7 @@ fn f_bends(bench: &Bench) -> Claim {
     let mut numbers = per_slice("share_k_bar", &found, &shares);
     numbers.push(("falling_isolines_0deg".into(), falling));
     let less = shares[..3].iter().all(|s| *s < 1.0 - EXACT);
-    Statement {
-        id: "f-bends-orthographic",
-        place: "Fig. 2, section 3",
-        statement: "in orthographic coordinates isolines of F bend towards the anti-diagonal when \
-                    phi_k departs from 90°",
-        criterion: "|k_bar| alone explains F at 90° and less elsewhere, and at 0° isolines fall with \
-                    |h_bar|",
-    }
-    .found(
+    stated.found(
         &[1.0 - shares[3] < EXACT && less, falling > 0.99],
         numbers,
         format!(
@@ -183,8 +188,16 @@ fn f_bends(bench: &Bench) -> Claim {
 }
 
 fn s_distorted(bench: &Bench) -> Claim {
+    let stated = Statement {
+        id: "s-distorted-half-difference",
+        place: "Fig. 2, section 3",
+        statement: "S is significantly distorted in half/difference coordinates",
+        criterion: "theta_h alone explains less than 95 % of its variance on every slice",
+    };
     let found = bench.distortion(S, "half-difference");
-    let shares = on_slices(&found, 0);
+    let Some(shares) = on_slices(&found, 0) else {
+        return stated.undefined(CONSTANT);
+    };
     let cases: Vec<bool> = shares.iter().map(|s| *s < ALIGNED).collect();
     let finding = format!(
         "theta_h explains {} of S at 0°, 30°, 60° and 90°",
@@ -194,24 +207,20 @@ fn s_distorted(bench: &Bench) -> Claim {
             .collect::<Vec<_>>()
             .join(", ")
     );
-    Statement {
-        id: "s-distorted-half-difference",
-        place: "Fig. 2, section 3",
-        statement: "S is significantly distorted in half/difference coordinates",
-        criterion: "theta_h alone explains less than 95 % of its variance on every slice",
-    }
-    .found(&cases, per_slice("share_theta_h", &found, &shares), finding)
+    stated.found(&cases, per_slice("share_theta_h", &found, &shares), finding)
 }
 
 fn s_independent(bench: &Bench) -> Claim {
-    let change = changes(&bench.distortion(S, "half-difference"));
-    Statement {
+    let stated = Statement {
         id: "s-independent-of-phi-d",
         place: "section 3",
         statement: "and that independently of phi_d",
         criterion: "no share of its variance changes with phi_d (|h_bar| = sin theta_h cos theta_d)",
-    }
-    .found(
+    };
+    let Some(change) = changes(&bench.distortion(S, "half-difference")) else {
+        return stated.undefined(CONSTANT);
+    };
+    stated.found(
         &[change.abs() < EXACT],
         vec![("share_changing_with_phi_d".into(), change)],
         format!("{change:.1e} of the variance changes with phi_d"),
@@ -238,13 +247,22 @@ fn g_horizon(bench: &Bench) -> Claim {
 }
 
 fn g_ranking(bench: &Bench) -> Claim {
+    let stated = Statement {
+        id: "g-ranking",
+        place: "Fig. 2, section 3",
+        statement: "every parametrization distorts G, half/difference most and hybrid least",
+        criterion: "in each of three shares of the variance half/difference has the largest and \
+                    hybrid the smallest: what changes with the azimuth, what is no sum of functions \
+                    of the first two axes, what the best axis leaves",
+    };
     let found = COMPARED.map(|chart| bench.distortion(G, chart));
-    let change = [0, 1, 2].map(|i| changes(&found[i]));
-    let bent = [0, 1, 2].map(|i| found[i].shares.map_or(0.0, |s| 1.0 - s.additive));
-    let apart = [0, 1, 2].map(|i| {
-        let best = found[i].shares.map_or(0.0, |s| s.axis[0].max(s.axis[1]));
-        1.0 - best
-    });
+    let (Some(change), Some(bent), Some(apart)) = (
+        of_charts(&found, changes),
+        of_charts(&found, |d| Some(1.0 - d.shares?.additive)),
+        of_charts(&found, |d| d.shares.map(|s| 1.0 - s.axis[0].max(s.axis[1]))),
+    ) else {
+        return stated.undefined(CONSTANT);
+    };
     let most = |v: [f64; 3]| above(v[0], &v[1..]);
     let least = |v: [f64; 3]| below(v[2], &v[..2]);
     let mut numbers = per_chart("changes_with_azimuth", change);
@@ -262,15 +280,7 @@ fn g_ranking(bench: &Bench) -> Claim {
         shown(bent),
         shown(apart)
     );
-    Statement {
-        id: "g-ranking",
-        place: "Fig. 2, section 3",
-        statement: "every parametrization distorts G, half/difference most and hybrid least",
-        criterion: "in each of three shares of the variance half/difference has the largest and \
-                    hybrid the smallest: what changes with the azimuth, what is no sum of functions \
-                    of the first two axes, what the best axis leaves",
-    }
-    .found(&cases, numbers, finding)
+    stated.found(&cases, numbers, finding)
 }
 
 fn g_circular(bench: &Bench) -> Claim {

@@ -239,17 +239,25 @@ fn projection(bench: &Bench) -> Claim {
 
 /// Two-dimensional approximations of one BRDF in both coordinates.
 pub(super) fn projections(brdf: &dyn Brdf, pairs: &[DirectionPair]) -> Claim {
+    let stated = Statement {
+        id: "projection-to-two-dimensions",
+        place: "section 3",
+        statement: "reducing a BRDF to two dimensions by projection gives the same approximation in \
+                    hybrid and half/difference coordinates",
+        criterion: "normalised RMS between the two averages over the azimuth below 1e-3 and a \
+                    hundredth of their errors: over equal steps of it, over solid angle, over \
+                    cosine-weighted solid angle",
+    };
     let forms = ["half-difference", "hybrid"].map(|name| form(name, true));
     let truth = metrics::evaluate(brdf, pairs);
     let of = |averaging: Averaging| {
         let [a, b] = [0, 1].map(|i| reduced(brdf, &*forms[i], averaging, pairs));
-        let error = |from: &Values, to: &Values| {
-            let errors = metrics::compare(pairs, from, to);
-            errors.nrmse.unwrap_or(0.0)
-        };
-        (error(&truth, &a), error(&truth, &b), error(&a, &b))
+        let error = |from: &Values, to: &Values| metrics::compare(pairs, from, to).nrmse;
+        Some((error(&truth, &a)?, error(&truth, &b)?, error(&a, &b)?))
     };
-    let [uniform, solid, cosine] = Averaging::ALL.map(of);
+    let [Some(uniform), Some(solid), Some(cosine)] = Averaging::ALL.map(of) else {
+        return stated.undefined("the BRDF is black, so that there is no norm to normalise by");
+    };
     let mut numbers = Vec::new();
     for (averaging, (half, hybrid, apart)) in Averaging::ALL.iter().zip([uniform, solid, cosine]) {
         let name = averaging.name();
@@ -259,16 +267,7 @@ pub(super) fn projections(brdf: &dyn Brdf, pairs: &[DirectionPair]) -> Claim {
     }
     // Two quadratures of a measured table, linear between nodes, agree to some 1e-4.
     let same = |(half, hybrid, apart): (f64, f64, f64)| apart < 1e-3 + 0.01 * half.max(hybrid);
-    Statement {
-        id: "projection-to-two-dimensions",
-        place: "section 3",
-        statement: "reducing a BRDF to two dimensions by projection gives the same approximation in \
-                    hybrid and half/difference coordinates",
-        criterion: "normalised RMS between the two averages over the azimuth below 1e-3 and a \
-                    hundredth of their errors: over equal steps of it, over solid angle, over \
-                    cosine-weighted solid angle",
-    }
-    .found(
+    stated.found(
         &[uniform, solid, cosine].map(same),
         numbers,
         format!(

@@ -4,10 +4,10 @@
 
 use super::identities::projections;
 use super::{
-    COMPARED, Claim, Distortion, Statement, above, below, changes, form, on_slices, per_chart,
-    per_slice, percent,
+    COMPARED, CONSTANT, Claim, Distortion, Statement, above, below, changes, form, of_charts,
+    on_slices, per_chart, per_slice, percent,
 };
-use crate::analysis::{Scale, Shares, Weight, distortion, distortion_within};
+use crate::analysis::{Scale, Weight, distortion, distortion_within};
 use crate::brdf::{Brdf, BuildError};
 use crate::metrics::{Measure, MetricsSpec, test_pairs};
 
@@ -44,15 +44,22 @@ pub fn on_material(name: &str, brdf: &dyn Brdf) -> Result<Vec<Claim>, BuildError
     Ok(named.collect())
 }
 
-/// Share explained over all azimuths by what `of` names, in each chart.
-fn shares(found: &[Distortion; 3], of: fn(&Shares) -> f64) -> [f64; 3] {
-    [0, 1, 2].map(|i| found[i].shares.as_ref().map_or(0.0, of))
-}
-
 fn like_s(pictures: &[Distortion; 3], solid: &[Distortion; 3]) -> Claim {
-    let slices = [0, 1, 2].map(|i| on_slices(&pictures[i], 0));
-    let overall = shares(pictures, |s| s.axis[0]);
-    let by_solid = shares(solid, |s| s.axis[0]);
+    let stated = Statement {
+        id: "isolines-like-s",
+        place: "Fig. 3 (gold-metallic-paint3)",
+        statement: "isolines are like those of S: distorted in half/difference coordinates whatever \
+                    phi_d, not in the others",
+        criterion: "|h_bar| alone explains more of ln f than theta_h alone: on every slice, in \
+                    orthographic and in hybrid coordinates, and over all pairs by solid angle",
+    };
+    let (Some(slices), Some(overall), Some(by_solid)) = (
+        of_charts(pictures, |d| on_slices(d, 0)),
+        of_charts(pictures, |d| Some(d.shares?.axis[0])),
+        of_charts(solid, |d| Some(d.shares?.axis[0])),
+    ) else {
+        return stated.undefined(CONSTANT);
+    };
     let mut numbers = per_chart("share_of_first_axis", overall);
     numbers.extend(per_chart("share_of_first_axis_by_solid_angle", by_solid));
     let more = |i: usize| {
@@ -60,15 +67,7 @@ fn like_s(pictures: &[Distortion; 3], solid: &[Distortion; 3]) -> Claim {
         slices.all(|(s, half)| above(*s, &[*half]))
     };
     let shown = |v: [f64; 3]| v.map(percent).join(", ");
-    Statement {
-        id: "isolines-like-s",
-        place: "Fig. 3 (gold-metallic-paint3)",
-        statement: "isolines are like those of S: distorted in half/difference coordinates whatever \
-                    phi_d, not in the others",
-        criterion: "|h_bar| alone explains more of ln f than theta_h alone: on every slice, in \
-                    orthographic and in hybrid coordinates, and over all pairs by solid angle",
-    }
-    .found(
+    stated.found(
         &[
             more(1),
             more(2),
@@ -84,8 +83,7 @@ fn like_s(pictures: &[Distortion; 3], solid: &[Distortion; 3]) -> Claim {
 }
 
 fn corner_stable(corner: &[Distortion; 3]) -> Claim {
-    let change = [0, 1, 2].map(|i| changes(&corner[i]));
-    Statement {
+    let stated = Statement {
         id: "sheen-corner-stable",
         place: "Fig. 4 (colonial-maple-223)",
         statement: "about the top left corner, isolines are stable over phi_d in half/difference \
@@ -94,8 +92,11 @@ fn corner_stable(corner: &[Distortion; 3]) -> Claim {
         criterion: "share of the variance of ln f within the first third of the first axis and the \
                     last of the second that changes with the azimuth: orthographic largest, hybrid \
                     smallest",
-    }
-    .found(
+    };
+    let Some(change) = of_charts(corner, changes) else {
+        return stated.undefined("the BRDF is constant about that corner");
+    };
+    stated.found(
         &[
             above(change[1], &[change[0], change[2]]),
             below(change[2], &change[..2]),
@@ -109,11 +110,21 @@ fn corner_stable(corner: &[Distortion; 3]) -> Claim {
 }
 
 fn typical_slices(pictures: &[Distortion; 3]) -> Claim {
-    let deviations = |i: usize| -> Vec<f64> {
-        let slices = pictures[i].slices.iter();
-        slices.map(|s| s.deviation.unwrap_or(0.0)).collect()
+    let stated = Statement {
+        id: "exceptional-slices",
+        place: "Fig. 5 (pink-felt)",
+        statement: "half/difference coordinates are distorted most at phi_d = 90°, orthographic ones \
+                    at phi_k = 0°",
+        criterion: "mean squared deviation of ln f on a slice from the average over all azimuths is \
+                    largest there among 0°, 30°, 60°, 90°",
     };
-    let [half, orthographic] = [deviations(0), deviations(1)];
+    let deviations = |i: usize| -> Option<Vec<f64>> {
+        let slices = pictures[i].slices.iter();
+        slices.map(|s| s.deviation).collect()
+    };
+    let (Some(half), Some(orthographic)) = (deviations(0), deviations(1)) else {
+        return stated.undefined(CONSTANT);
+    };
     let mut numbers = per_slice("deviation_half-difference", &pictures[0], &half);
     numbers.extend(per_slice(
         "deviation_orthographic",
@@ -124,15 +135,7 @@ fn typical_slices(pictures: &[Distortion; 3]) -> Claim {
         let mut others = values.iter().enumerate().filter(|(i, _)| *i != at);
         others.all(|(_, v)| above(values[at], &[*v]))
     };
-    Statement {
-        id: "exceptional-slices",
-        place: "Fig. 5 (pink-felt)",
-        statement: "half/difference coordinates are distorted most at phi_d = 90°, orthographic ones \
-                    at phi_k = 0°",
-        criterion: "mean squared deviation of ln f on a slice from the average over all azimuths is \
-                    largest there among 0°, 30°, 60°, 90°",
-    }
-    .found(
+    stated.found(
         &[most(&half, 3), most(&orthographic, 0)],
         numbers,
         format!(
@@ -146,19 +149,22 @@ fn typical_slices(pictures: &[Distortion; 3]) -> Claim {
 }
 
 fn least_change(pictures: &[Distortion; 3], solid: &[Distortion; 3]) -> Claim {
-    let [change, by_solid] = [pictures, solid].map(|found| [0, 1, 2].map(|i| changes(&found[i])));
-    let mut numbers = per_chart("changes_with_azimuth", change);
-    numbers.extend(per_chart("changes_with_azimuth_by_solid_angle", by_solid));
-    let least = |v: [f64; 3]| below(v[2], &v[..2]);
-    let shown = |v: [f64; 3]| v.map(percent).join(", ");
-    Statement {
+    let stated = Statement {
         id: "hybrid-changes-least",
         place: "Fig. 5 (pink-felt)",
         statement: "hybrid coordinates are the best trade-off: slices change little across phi_k",
         criterion: "the share of the variance of ln f that changes with the azimuth is smallest in \
                     hybrid coordinates, in equal steps of the coordinates and by solid angle",
-    }
-    .found(
+    };
+    let (Some(change), Some(by_solid)) = (of_charts(pictures, changes), of_charts(solid, changes))
+    else {
+        return stated.undefined(CONSTANT);
+    };
+    let mut numbers = per_chart("changes_with_azimuth", change);
+    numbers.extend(per_chart("changes_with_azimuth_by_solid_angle", by_solid));
+    let least = |v: [f64; 3]| below(v[2], &v[..2]);
+    let shown = |v: [f64; 3]| v.map(percent).join(", ");
+    stated.found(
         &[least(change), least(by_solid)],
         numbers,
         format!(
@@ -170,19 +176,22 @@ fn least_change(pictures: &[Distortion; 3], solid: &[Distortion; 3]) -> Claim {
 }
 
 fn aligns_best(pictures: &[Distortion; 3], solid: &[Distortion; 3]) -> Claim {
-    let [sum, by_solid] = [pictures, solid].map(|found| shares(found, |s| s.additive));
-    let mut numbers = per_chart("share_of_a_sum", sum);
-    numbers.extend(per_chart("share_of_a_sum_by_solid_angle", by_solid));
-    let most = |v: [f64; 3]| above(v[2], &v[..2]);
-    let shown = |v: [f64; 3]| v.map(percent).join(", ");
-    Statement {
+    let stated = Statement {
         id: "hybrid-aligns-best",
         place: "section 4",
         statement: "hybrid coordinates are better aligned with common materials",
         criterion: "a sum of functions of the first two axes explains more of the variance of ln f \
                     than in the others, in equal steps of the coordinates and by solid angle",
-    }
-    .found(
+    };
+    let sums = |found| of_charts(found, |d| Some(d.shares?.additive));
+    let (Some(sum), Some(by_solid)) = (sums(pictures), sums(solid)) else {
+        return stated.undefined(CONSTANT);
+    };
+    let mut numbers = per_chart("share_of_a_sum", sum);
+    numbers.extend(per_chart("share_of_a_sum_by_solid_angle", by_solid));
+    let most = |v: [f64; 3]| above(v[2], &v[..2]);
+    let shown = |v: [f64; 3]| v.map(percent).join(", ");
+    stated.found(
         &[most(sum), most(by_solid)],
         numbers,
         format!(

@@ -14,6 +14,13 @@ fn number(claims: &[Claim], id: &str, name: &str) -> f64 {
     found.unwrap_or_else(|| panic!("{claim:?}")).1
 }
 
+fn material(kind: &str, keys: &str) -> Box<dyn Brdf> {
+    let entries = crate::brdf::all();
+    let entry = entries.iter().find(|e| e.kind == kind).unwrap();
+    let spec = registry::read_text(entry, keys).unwrap();
+    spec.build(Channels::Luminance).unwrap()
+}
+
 #[test]
 fn equations_are_judged_as_the_algebra_says() {
     let claims = on_test_functions().unwrap();
@@ -68,8 +75,7 @@ fn equations_are_judged_as_the_algebra_says() {
 #[test]
 fn claims_are_named_once_and_say_what_they_measure() {
     let mut claims = on_test_functions().unwrap();
-    let lambert = Lambert::new(Spectrum::Grey(0.5), Channels::Luminance);
-    claims.extend(on_material("matte", &lambert).unwrap());
+    claims.extend(on_material("shiny", &*material("ggx", "alpha = 0.3")).unwrap());
     let mut names: Vec<_> = claims.iter().map(|c| (c.id, c.material.clone())).collect();
     names.sort();
     let count = names.len();
@@ -89,13 +95,7 @@ fn claims_are_named_once_and_say_what_they_measure() {
 
 #[test]
 fn lobes_of_theta_h_are_not_like_s_and_lobes_of_h_bar_are() {
-    let of = |kind: &str| {
-        let entries = crate::brdf::all();
-        let entry = entries.iter().find(|e| e.kind == kind).unwrap();
-        let spec = registry::read_text(entry, "").unwrap();
-        let brdf = spec.build(Channels::Luminance).unwrap();
-        on_material(kind, &*brdf).unwrap()
-    };
+    let of = |kind: &str| on_material(kind, &*material(kind, "")).unwrap();
     // S is a function of |h_bar| by construction; F of theta_d, which both charts keep.
     let s = of("test-s");
     assert_eq!(verdict(&s, "isolines-like-s"), Verdict::Holds);
@@ -115,4 +115,23 @@ fn lobes_of_theta_h_are_not_like_s_and_lobes_of_h_bar_are() {
         "changes_with_azimuth_orthographic",
     );
     assert!(change > 1e-3, "{change}");
+}
+
+#[test]
+fn a_constant_neither_holds_nor_fails() {
+    // No variance: no share of it, on no slice. Two averages of a constant are that constant, but
+    // an error relative to black is no number.
+    for (albedo, projection) in [(0.5, Verdict::Holds), (0.0, Verdict::NotDefined)] {
+        let lambert = Lambert::new(Spectrum::Grey(albedo), Channels::Luminance);
+        for claim in on_material("matte", &lambert).unwrap() {
+            let want = match claim.id {
+                "projection-to-two-dimensions" => projection,
+                _ => Verdict::NotDefined,
+            };
+            assert_eq!(claim.verdict, want, "{albedo}: {claim:?}");
+            let undefined = want == Verdict::NotDefined;
+            assert_eq!(claim.numbers.is_empty(), undefined, "{claim:?}");
+            assert!(!claim.finding.is_empty());
+        }
+    }
 }
