@@ -40,6 +40,9 @@ pub(super) fn table(findings: &Findings, ranking: &Ranking, number: usize) -> Ma
         details.page id={ "ranking-" (number) } open[number == 0] {
             summary { (scope_title(&ranking.scope)) }
             @if let Some(note) = too_few(findings, ranking) { p.note { (note) } }
+            @if !ranking.scope.left_out.is_empty() {
+                p.note { "Left out: " (ranking.scope.left_out.join(", ")) "." }
+            }
             (part(findings, shown, 1, &told))
             @if !rest.is_empty() {
                 details {
