@@ -399,10 +399,7 @@ impl Compare {
         );
         let text = pictures.svg(&title)?;
         self.folder.make()?;
-        print(&format!(
-            "{title}\nimage nrmse {:.4e}, mean relative {:.4e}\n",
-            pictures.nrmse, pictures.mean_relative
-        ))?;
+        print(&format!("{title}\n{}\n", pictures.errors()))?;
         write(&svg, |out| out.write_all(text.as_bytes()))?;
         write(&png, |out| pictures.write_png(out))?;
         write(&exr, |out| pictures.write_exr(out))

@@ -1,5 +1,9 @@
 //! Truth, reconstruction and difference as spheres beside each other, with the errors of the
 //! picture.
+//!
+//! A table need not reach the horizon. Light from where the truth or the reconstruction has no data
+//! is left out of both, and a pixel that gets most of its light from there is without data: it is
+//! no black, so it is hatched, and in no error.
 
 use super::render::render_spheres;
 use crate::brdf::Brdf;
@@ -13,23 +17,30 @@ use std::io::{self, Seek, Write};
 /// Pixels between the spheres of a PNG.
 const GAP: usize = 8;
 
+/// A pixel that gets more of its light than this from where there is no data is without data.
+const UNKNOWN: f64 = 0.5;
+
 /// A material and what was made of it under the same light.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Comparison {
-    /// The material.
+    /// The material; `None` also in pixels without data.
     pub truth: SphereImage,
-    /// Its reconstruction.
+    /// Its reconstruction; `None` also in pixels without data.
     pub reconstruction: SphereImage,
-    /// RMS of the difference in luminance over RMS of the truth's, over the sphere.
-    pub nrmse: f64,
+    /// RMS of the difference in luminance over RMS of the truth's, over the pixels with data;
+    /// `None` if the truth is black there, or there are none.
+    pub nrmse: Option<f64>,
     /// Mean of |difference| over the truth's luminance, which counts as a thousandth of its mean at
-    /// least.
-    pub mean_relative: f64,
+    /// least; `None` as for `nrmse`.
+    pub mean_relative: Option<f64>,
+    /// Share of the sphere's pixels that is without data.
+    pub without_data: f64,
+    /// Which pixels these are.
+    unknown: Vec<bool>,
 }
 
 impl Comparison {
-    /// Renders both by the same points: see [`render_spheres`]. Pairs without data reflect
-    /// nothing, in either.
+    /// Renders both by the same points: see [`render_spheres`].
     pub fn new(
         truth: &dyn Brdf,
         reconstruction: &dyn Brdf,
@@ -37,28 +48,51 @@ impl Comparison {
         resolution: usize,
         samples: usize,
     ) -> Self {
-        let images = render_spheres([truth, reconstruction], lighting, resolution, samples);
+        let brdfs = [truth, reconstruction];
+        let (mut images, left_out) = render_spheres(brdfs, lighting, resolution, samples);
+        let unknown: Vec<bool> = left_out.iter().map(|share| *share > UNKNOWN).collect();
+        let sphere = images[0].pixels.iter().flatten().count();
+        for image in &mut images {
+            for (pixel, _) in image.pixels.iter_mut().zip(&unknown).filter(|(_, u)| **u) {
+                *pixel = None;
+            }
+        }
         let [truth, reconstruction] = images;
         let both = truth.pixels.iter().zip(&reconstruction.pixels);
         let both = both.filter_map(|(f, g)| Some([luminance((*f)?), luminance((*g)?)]));
         let both: Vec<_> = both.collect();
-        let n = both.len().max(1) as f64;
+        let n = both.len() as f64;
         let mean = both.iter().map(|[f, _]| f).sum::<f64>() / n;
         let squares: f64 = both.iter().map(|[f, g]| (g - f).powi(2)).sum();
         let of_truth: f64 = both.iter().map(|[f, _]| f * f).sum();
-        let relative = |[f, g]: &[f64; 2]| (g - f).abs() / f.max(1e-3 * mean);
-        // Darkness equals darkness.
-        let over = |a: f64, b: f64| if a == 0.0 { 0.0 } else { a / b };
+        let relative: f64 = both
+            .iter()
+            .map(|[f, g]| (g - f).abs() / f.max(1e-3 * mean))
+            .sum();
+        let defined = of_truth > 0.0;
         Self {
-            nrmse: over(squares.sqrt(), of_truth.sqrt()),
-            mean_relative: both
-                .iter()
-                .map(|v| if v[0] == v[1] { 0.0 } else { relative(v) })
-                .sum::<f64>()
-                / n,
+            nrmse: defined.then(|| (squares / of_truth).sqrt()),
+            mean_relative: defined.then(|| relative / n),
+            without_data: unknown.iter().filter(|u| **u).count() as f64 / sphere.max(1) as f64,
             truth,
             reconstruction,
+            unknown,
         }
+    }
+
+    /// Errors of the picture for people: "–" if they are not defined, and the share of the sphere
+    /// without data if there is one.
+    pub fn errors(&self) -> String {
+        let shown = |v: Option<f64>| v.map_or("–".into(), |v| format!("{v:.4}"));
+        let mut text = format!(
+            "image nrmse {}, mean relative {}",
+            shown(self.nrmse),
+            shown(self.mean_relative)
+        );
+        if self.without_data > 0.0 {
+            text += &format!("; {:.1} % without data", 100.0 * self.without_data);
+        }
+        text
     }
 
     /// What the strongest red and blue of the difference stand for, over the truth's white: the
@@ -86,14 +120,14 @@ impl Comparison {
 
     /// Writes truth, reconstruction and difference side by side as PNG: the first two over the
     /// truth's white, the third from blue (too dark) over white to red (too bright), see
-    /// [`range`](Self::range).
+    /// [`range`](Self::range). Hatched in all: no data.
     ///
     /// # Errors
     /// Whatever `out` reports.
     pub fn write_png(&self, out: &mut impl Write) -> io::Result<()> {
         let side = self.truth.resolution;
         let white = self.truth.white();
-        let shown = |p: &Option<[f64; 3]>| p.map_or([255; 3], |c| c.map(|v| encoded(v / white)));
+        let shown = |p: Option<[f64; 3]>| p.map_or([255; 3], |c| c.map(|v| encoded(v / white)));
         let largest = white * self.range();
         let signed = |d: Option<f64>| {
             let t = d.map_or(0.0, |d| (d / largest).clamp(-1.0, 1.0));
@@ -105,21 +139,33 @@ impl Comparison {
                 Some(_) => [other, other, 255],
             }
         };
+        // Stripes as wide on a small sphere as on a large one.
+        let stripe = (side / 32).max(1);
+        let hatched = |at: usize| match (at % side + at / side) / stripe % 2 {
+            0 => [150; 3],
+            _ => [190; 3],
+        };
+        let or_hatched = |at: usize, colour| match self.unknown[at] {
+            true => hatched(at),
+            false => colour,
+        };
         let differences: Vec<_> = self.differences().map(signed).collect();
         let mut bytes = Vec::with_capacity(3 * self.size()[0] * side);
         for row in 0..side {
             let at = row * side..(row + 1) * side;
             for image in [&self.truth, &self.reconstruction] {
-                bytes.extend(image.pixels[at.clone()].iter().flat_map(shown));
+                let colour = |i| or_hatched(i, shown(image.pixels[i]));
+                bytes.extend(at.clone().flat_map(colour));
                 bytes.extend([255; 3 * GAP]);
             }
-            bytes.extend(differences[at].as_flattened());
+            bytes.extend(at.flat_map(|i| or_hatched(i, differences[i])));
         }
         write_rgb(&bytes, self.size()[0], out)
     }
 
     /// Writes one OpenEXR file with the layers `truth`, `reconstruction` and `difference`
-    /// (reconstruction − truth), each with linear `R`, `G`, `B`, and `A`: 1 on the sphere.
+    /// (reconstruction − truth), each with linear `R`, `G`, `B`, and `A`: 1 on the sphere
+    /// where there are data.
     ///
     /// # Errors
     /// Whatever `out` reports.
@@ -177,12 +223,15 @@ impl Comparison {
                 text(canvas, [x, 52.0], name, 13.0, false)?;
             }
             canvas.image([16.0, TOP], size, &png);
+            let r = self.range();
+            let hatched = if self.without_data > 0.0 {
+                " (hatched)"
+            } else {
+                ""
+            };
             let caption = format!(
-                "image nrmse {:.4}, mean relative {:.4}; difference in luminance: \
-                 blue −{r}, red +{r} of white",
-                self.nrmse,
-                self.mean_relative,
-                r = self.range(),
+                "{}{hatched}; difference in luminance: blue −{r}, red +{r} of white",
+                self.errors()
             );
             text(
                 canvas,
@@ -198,8 +247,10 @@ impl Comparison {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::brdf::{Channels, Lambert, Spectrum};
+    use crate::brdf::{Channels, Lambert, Presence, Spectrum};
+    use crate::geometry::{DirectionPair, Symmetry};
     use crate::lighting::{LightingSpec, SkySpec};
+    use std::f64::consts::PI;
 
     fn compare(truth: f64, other: f64) -> Comparison {
         let [f, g] = [truth, other].map(|a| Lambert::new(Spectrum::Grey(a), Channels::Rgb));
@@ -211,12 +262,81 @@ mod tests {
     fn the_errors_of_a_darker_copy_are_exact() {
         // By the same points a copy of 0.4 times the albedo is 0.4 times the picture, noise and all.
         let darker = compare(0.5, 0.2);
-        assert!((darker.nrmse - 0.6).abs() < 1e-12 && (darker.mean_relative - 0.6).abs() < 1e-12);
+        let near = |v: Option<f64>| (v.unwrap() - 0.6).abs() < 1e-12;
+        assert!(near(darker.nrmse) && near(darker.mean_relative));
         assert!((0.2..=1.0).contains(&darker.range()), "{}", darker.range());
         let same = compare(0.5, 0.5);
-        assert_eq!((same.nrmse, same.mean_relative), (0.0, 0.0));
-        let black = compare(0.0, 0.0);
-        assert_eq!((black.nrmse, black.mean_relative), (0.0, 0.0));
+        assert_eq!((same.nrmse, same.mean_relative), (Some(0.0), Some(0.0)));
+        // Relative to nothing.
+        for grey in [0.0, 0.3] {
+            let black = compare(0.0, grey);
+            assert_eq!((black.nrmse, black.mean_relative), (None, None));
+            assert_eq!(black.errors(), "image nrmse –, mean relative –");
+        }
+    }
+
+    /// Reflects like a matte surface of albedo 0.5, and has no data beyond some elevation of light
+    /// or view.
+    struct Bounded(f64);
+
+    impl Brdf for Bounded {
+        fn channels(&self) -> Channels {
+            Channels::Luminance
+        }
+        fn symmetry(&self) -> Symmetry {
+            Symmetry::FULL
+        }
+        fn conserves_energy(&self) -> bool {
+            true
+        }
+        fn eval(&self, pair: &DirectionPair, out: &mut [f64]) -> Presence {
+            out[0] = 0.5 / PI;
+            if pair.omega_i.theta().max(pair.omega_o.theta()) > self.0 {
+                out[0] = 0.0;
+                return Presence::Missing;
+            }
+            Presence::Present
+        }
+    }
+
+    #[test]
+    fn missing_data_are_not_black() {
+        let entries = crate::lighting::all();
+        let even = entries.iter().find(|e| e.kind == "constant").unwrap();
+        let even = crate::registry::read_text(even, "")
+            .unwrap()
+            .build()
+            .unwrap();
+        let bound = 70_f64.to_radians();
+        let matte = |albedo| Lambert::new(Spectrum::Grey(albedo), Channels::Luminance);
+        // Whichever of the two lacks data: what both have is equal, or 0.4 of it.
+        let bounded = Bounded(bound);
+        for (truth, other, want) in [
+            (&bounded as &dyn Brdf, &matte(0.5) as &dyn Brdf, 0.0),
+            (&matte(0.5), &bounded, 0.0),
+            (&bounded, &matte(0.2), 0.6),
+        ] {
+            let found = Comparison::new(truth, other, &*even, 64, 32);
+            for error in [found.nrmse, found.mean_relative] {
+                assert!((error.unwrap() - want).abs() < 1e-12, "{error:?} {want}");
+            }
+            // The ring of the disk beyond sin 70°, within a pixel of its edge; other views have
+            // sin² 70° of their light from within 70°.
+            let ring = 1.0 - bound.sin().powi(2);
+            assert!((found.without_data - ring).abs() < 0.04, "{found:?}");
+            let said = found.errors();
+            assert!(said.ends_with("% without data"), "{said}");
+            let mut png = Vec::new();
+            found.write_png(&mut png).unwrap();
+            let picture = image::load_from_memory(&png).unwrap().into_rgb8();
+            // The leftmost pixels of the sphere.
+            for x in [0, 64 + 8, 2 * (64 + 8)] {
+                let [r, g, b] = picture.get_pixel(x, 32).0;
+                assert!((r == 150 || r == 190) && r == g && g == b, "{x}: {r}");
+            }
+        }
+        let nothing = Comparison::new(&Bounded(0.0), &matte(0.5), &*even, 16, 8);
+        assert_eq!((nothing.nrmse, nothing.without_data), (None, 1.0));
     }
 
     #[test]

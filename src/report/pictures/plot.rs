@@ -26,6 +26,8 @@ pub(super) struct Plane {
     pub y: Axis,
     /// Symbol of the azimuth that is fixed; the first azimuth is 0.
     pub azimuth: String,
+    /// Symbol of the azimuth that is 0 in all planes, by which an anisotropic BRDF differs.
+    pub turn: String,
 }
 
 impl Plane {
@@ -39,11 +41,22 @@ impl Plane {
             "delta" => "φ_k".into(),
             other => symbol(other),
         };
+        let general = entry.form(Symmetry::NONE);
+        let [_, first, _, second] = general.axes() else {
+            unreachable!("general forms have four axes");
+        };
+        // The view of spherical coordinates is at azimuth 0, the half vector of others.
+        let turn = if first.symbol == "phi_h" {
+            first
+        } else {
+            second
+        };
         Self {
             name: entry.name,
             x: *x,
             y: *y,
             azimuth,
+            turn: symbol(turn.symbol),
             form,
         }
     }

@@ -48,18 +48,20 @@ pub fn render_sphere(
     resolution: usize,
     samples: usize,
 ) -> SphereImage {
-    let [image] = render_spheres([brdf], lighting, resolution, samples);
+    let ([image], _) = render_spheres([brdf], lighting, resolution, samples);
     image
 }
 
 /// The spheres of several BRDFs, as [`render_sphere`] draws them, but by the same points: where
-/// BRDFs agree pictures agree to the last digit, and noise hides no difference.
+/// BRDFs agree pictures agree to the last digit, and noise hides no difference. Pairs that one of
+/// them has no data for are left out of all. Second is, for each pixel, the share of the light on
+/// it (luminance times cos θ_i) that is left out; 0 beside the sphere and in darkness.
 pub fn render_spheres<const N: usize>(
     brdfs: [&dyn Brdf; N],
     lighting: &dyn Lighting,
     resolution: usize,
     samples: usize,
-) -> [SphereImage; N] {
+) -> ([SphereImage; N], Vec<f64>) {
     let resolution = resolution.clamp(1, 4096);
     let points = samples.clamp(2, 1 << 16).div_ceil(2) as u64;
     let light = light_table(lighting);
@@ -90,10 +92,12 @@ pub fn render_spheres<const N: usize>(
     });
     let rows: Vec<_> = rows.collect();
     let pixels = rows.concat();
-    std::array::from_fn(|i| SphereImage {
+    let images = std::array::from_fn(|i| SphereImage {
         resolution,
-        pixels: pixels.iter().map(|p| p.map(|all| all[i])).collect(),
-    })
+        pixels: pixels.iter().map(|p| p.map(|(all, _)| all[i])).collect(),
+    });
+    let left_out = pixels.iter().map(|p| p.map_or(0.0, |(_, share)| share));
+    (images, left_out.collect())
 }
 
 /// Where light comes from: luminance times solid angle.
@@ -206,6 +210,8 @@ struct Shader<'a, const N: usize> {
     radiance: Vec<[f64; 3]>,
     values: Vec<f64>,
     presence: Vec<Presence>,
+    /// True where every BRDF has data.
+    known: Vec<bool>,
 }
 
 impl<'a, const N: usize> Shader<'a, N> {
@@ -219,10 +225,19 @@ impl<'a, const N: usize> Shader<'a, N> {
             radiance: Vec::new(),
             values: Vec::new(),
             presence: Vec::new(),
+            known: Vec::new(),
         }
     }
 
-    fn pixel(&mut self, lobe: &Lobe<'_>, frame: &Frame, seed: u64, points: u64) -> [[f64; 3]; N] {
+    /// What each BRDF makes of the light, and the share of it that falls from where one of them has
+    /// no data.
+    fn pixel(
+        &mut self,
+        lobe: &Lobe<'_>,
+        frame: &Frame,
+        seed: u64,
+        points: u64,
+    ) -> ([[f64; 3]; N], f64) {
         let omega_o = lobe.omega_o;
         self.pairs.clear();
         self.towards.clear();
@@ -249,24 +264,46 @@ impl<'a, const N: usize> Shader<'a, N> {
             self.radiance
                 .push(light.map(|v| v * weight / points as f64));
         }
-        std::array::from_fn(|i| self.reflected(i))
+        let n = self.pairs.len();
+        self.known.clear();
+        self.known.resize(n, true);
+        self.values.clear();
+        self.presence.resize(n, Presence::Missing);
+        let mut start = 0;
+        for brdf in self.brdfs {
+            self.presence.fill(Presence::Missing);
+            let end = start + brdf.channels().count() * n;
+            self.values.resize(end, 0.0);
+            brdf.eval_batch(&self.pairs, &mut self.values[start..], &mut self.presence);
+            for (known, presence) in self.known.iter_mut().zip(&self.presence) {
+                *known &= *presence == Presence::Present;
+            }
+            start = end;
+        }
+        let [mut all, mut left_out] = [0.0; 2];
+        for (light, known) in self.radiance.iter().zip(&self.known) {
+            all += luminance(*light);
+            left_out += if *known { 0.0 } else { luminance(*light) };
+        }
+        let share = if all > 0.0 { left_out / all } else { 0.0 };
+        let mut start = 0;
+        let reflected = self.brdfs.map(|brdf| {
+            let channels = brdf.channels().count();
+            let values = &self.values[start..start + channels * n];
+            start += channels * n;
+            self.reflected(values, channels)
+        });
+        (reflected, share)
     }
 
-    /// What a BRDF makes of the light of a pixel.
-    fn reflected(&mut self, i: usize) -> [f64; 3] {
-        let brdf = self.brdfs[i];
-        let n = brdf.channels().count();
-        self.values.clear();
-        self.values.resize(n * self.pairs.len(), 0.0);
-        self.presence.clear();
-        self.presence.resize(self.pairs.len(), Presence::Missing);
-        brdf.eval_batch(&self.pairs, &mut self.values, &mut self.presence);
+    /// What a BRDF of these values makes of the light of a pixel.
+    fn reflected(&self, values: &[f64], channels: usize) -> [f64; 3] {
         let mut sum = [0.0; 3];
-        let found = self.radiance.iter().zip(self.values.chunks_exact(n));
-        for ((light, f), presence) in found.zip(&self.presence) {
-            if *presence == Presence::Present {
+        let found = self.radiance.iter().zip(values.chunks_exact(channels));
+        for ((light, f), known) in found.zip(&self.known) {
+            if *known {
                 for channel in 0..3 {
-                    sum[channel] += f[channel % n] * light[channel];
+                    sum[channel] += f[channel % channels] * light[channel];
                 }
             }
         }

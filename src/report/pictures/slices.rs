@@ -37,6 +37,8 @@ pub struct BrdfSlices {
     phi_deg: Vec<f64>,
     resolution: usize,
     channels: Channels,
+    /// An isotropic BRDF is the same whatever the first azimuth.
+    isotropic: bool,
     /// Planes of the first parametrization first; row after row from the top.
     pixels: Vec<Vec<Pixel>>,
 }
@@ -64,6 +66,7 @@ impl BrdfSlices {
             phi_deg: phi_deg.to_vec(),
             resolution,
             channels: brdf.channels(),
+            isotropic: brdf.symmetry().isotropic,
         }
     }
 
@@ -76,6 +79,21 @@ impl BrdfSlices {
         let mut values: Vec<_> = values.collect();
         values.sort_by(f64::total_cmp);
         values
+    }
+
+    /// Where the planes of an anisotropic BRDF lie in its four dimensions, by the azimuth that each
+    /// parametrization keeps at 0.
+    fn cut(&self) -> Option<String> {
+        if self.isotropic {
+            return None;
+        }
+        let mut symbols: Vec<_> = self.planes.iter().map(|p| p.turn.as_str()).collect();
+        symbols.sort_unstable();
+        symbols.dedup();
+        Some(format!(
+            "anisotropic, cut at {} = 0°",
+            symbols.join(" = 0°, ")
+        ))
     }
 
     /// A row a parametrization, a column an azimuth. Values are tone-mapped by luminance
@@ -94,7 +112,10 @@ impl BrdfSlices {
         let below = top + self.planes.len() as f64 * STEP[1];
         Canvas::draw([width, below + 70.0], |canvas| {
             let fits = fitted(title, 18.5, width - 2.0 * MARGIN);
-            text(canvas, [0.5 * width, 24.0], &fits, 17.0, true)?;
+            text(canvas, [0.5 * width, 22.0], &fits, 17.0, true)?;
+            if let Some(cut) = self.cut() {
+                text(canvas, [0.5 * width, 42.0], &cut, 12.0, false)?;
+            }
             for (j, plane) in self.planes.iter().enumerate() {
                 let y = top + j as f64 * STEP[1] + 26.0;
                 let side = [MARGIN + 0.5 * NAME - 4.0, y + 0.5 * SIDE];
@@ -426,6 +447,15 @@ mod tests {
         let slices = BrdfSlices::new(&Half, &charts(&["spherical"]), &[0.0], 20);
         let count = |p: Pixel| slices.pixels[0].iter().filter(|q| **q == p).count();
         assert!(count(Pixel::Missing) > 150 && count(Pixel::Value([0.0; 3])) > 150);
-        assert!(slices.svg("black").unwrap().contains("all is black"));
+        let svg = slices.svg("black").unwrap();
+        assert!(svg.contains("all is black") && svg.contains("anisotropic, cut at"));
+        let cut = |names: &[&str]| BrdfSlices::new(&Half, &charts(names), &[0.0], 8).cut();
+        let places = ["φ_h = 0°", "φ_h = 0°, φ_o = 0°"].map(|p| format!("anisotropic, cut at {p}"));
+        let [one, two] = places.map(Some);
+        assert_eq!(cut(&["hybrid", "half-difference"]), one);
+        assert_eq!(cut(&["hybrid", "spherical"]), two);
+        let s = TestFunctionSpec::S.build(Channels::Luminance).unwrap();
+        let isotropic = BrdfSlices::new(&*s, &charts(&["hybrid"]), &[0.0], 8);
+        assert!(!isotropic.svg("x").unwrap().contains("cut at"));
     }
 }
