@@ -41,6 +41,12 @@ const POLE: f64 = 1e-7;
 /// Pairs of the Monte Carlo check: a standard error of 0.1 % for a set of half of all pairs.
 const CHECK_PAIRS: u64 = 1 << 20;
 
+/// Seed of the pairs that boxes around a set are counted by.
+const IMAGE_SEED: u64 = 0x1A6E;
+
+/// Points of a set that hold energy; of fewer a share is better found in the set alone.
+const FEW: usize = 1000;
+
 /// Independent sets of points for the standard error of energies.
 const SETS: u64 = 16;
 
@@ -54,6 +60,59 @@ pub struct Estimate {
     pub value: f64,
     /// Of a quadrature the difference from half as many nodes, else the standard error.
     pub error: f64,
+}
+
+impl Estimate {
+    /// Larger errors, relative to the number, mean that it is not resolved.
+    const RESOLVED: f64 = 0.1;
+
+    /// False if the error exceeds a tenth of the number.
+    pub fn resolved(&self) -> bool {
+        self.error <= Self::RESOLVED * self.value.abs()
+    }
+
+    /// This one over another, independent of it, as a share: at most 1.
+    fn share_of(&self, all: &Estimate) -> Estimate {
+        let value = self.value / all.value;
+        Estimate {
+            value: value.min(1.0),
+            error: (self.error / all.value).hypot(value * all.error / all.value),
+        }
+    }
+}
+
+/// The measure of a set, found in two ways.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SubsetMeasure {
+    /// By [`Subset::quadrature`], sr².
+    pub quadrature: Estimate,
+    /// By [`Subset::monte_carlo`], sr².
+    pub counted: Estimate,
+}
+
+impl SubsetMeasure {
+    /// True if counting is to be trusted: its stated error is smaller, or quadrature is so far off it
+    /// that its own error must be understated.
+    pub fn is_counted(&self) -> bool {
+        let [a, b] = [self.quadrature, self.counted];
+        b.error < a.error || (a.value - b.value).abs() > 4.0 * (a.error + b.error)
+    }
+
+    /// The one to trust.
+    pub fn best(&self) -> Estimate {
+        match self.is_counted() {
+            true => self.counted,
+            false => self.quadrature,
+        }
+    }
+
+    /// Share of all pairs, in [0, 1].
+    pub fn share(&self) -> Estimate {
+        self.best().share_of(&Estimate {
+            value: TAU * TAU,
+            error: 0.0,
+        })
+    }
 }
 
 /// A box of coordinates of an isotropic form.
@@ -99,8 +158,8 @@ pub struct Reach {
 pub struct Image {
     /// Lowest and highest coordinate found along each axis.
     pub ranges: [[f64; 2]; 3],
-    /// Measure of the set over that of the box, in [0, 1] up to its error.
-    pub fill: f64,
+    /// Measure of the set over that of the box, in [0, 1].
+    pub fill: Estimate,
 }
 
 impl Subset {
@@ -149,8 +208,17 @@ impl Subset {
         self.ranges.iter().map(|[lo, hi]| hi - lo).product()
     }
 
-    /// Measure of the set (sr²) by quadrature.
-    pub fn measure(&self) -> Estimate {
+    /// Measure of the set (sr²), by quadrature and by counting with this seed.
+    pub fn measure(&self, seed: u64) -> SubsetMeasure {
+        SubsetMeasure {
+            quadrature: self.quadrature(),
+            counted: self.monte_carlo(seed),
+        }
+    }
+
+    /// Measure of the set (sr²) by quadrature. Coarse where the box is narrow and lies about the
+    /// horizon: few nodes are above it.
+    pub fn quadrature(&self) -> Estimate {
         let fine = self.integral(PANELS);
         Estimate {
             value: fine,
@@ -250,7 +318,7 @@ impl Subset {
     }
 
     /// Measure of the set (sr²) by counting which of independent pairs, uniform over both
-    /// hemispheres, are in it; shares nothing with [`measure`](Self::measure) but the coordinates of
+    /// hemispheres, are in it; shares nothing with [`quadrature`](Self::quadrature) but the coordinates of
     /// a pair.
     pub fn monte_carlo(&self, seed: u64) -> Estimate {
         let random = Random::new(seed);
@@ -264,10 +332,12 @@ impl Subset {
                 self.contains(&pair)
             })
             .count();
-        let share = inside as f64 / CHECK_PAIRS as f64;
+        let n = CHECK_PAIRS as f64;
+        // None of n may still be one of them (Laplace), so that no error is 0.
+        let likely = (inside as f64 + 1.0) / (n + 2.0);
         Estimate {
-            value: TAU * TAU * share,
-            error: TAU * TAU * (share * (1.0 - share) / CHECK_PAIRS as f64).sqrt(),
+            value: TAU * TAU * inside as f64 / n,
+            error: TAU * TAU * (likely * (1.0 - likely) / n).sqrt(),
         }
     }
 
@@ -356,9 +426,9 @@ impl Subset {
     }
 
     /// Its image in another form: the smallest box, as far as some 40 000 pairs tell, and how much
-    /// of it the set fills. `None` if no point of the box was found physical. Across the ends of a
-    /// periodic axis the box is the whole axis.
-    pub fn image(&self, form: &Arc<dyn Parametrization>) -> Option<Image> {
+    /// of it the set, of this measure, fills. `None` if no point of the box was found physical.
+    /// Across the ends of a periodic axis the box is the whole axis.
+    pub fn image(&self, form: &Arc<dyn Parametrization>, measure: &Estimate) -> Option<Image> {
         let pairs = self.extremes();
         let mut coords = vec![[0.0; 4]; pairs.len()];
         form.forward_batch(&pairs, &mut coords);
@@ -366,11 +436,10 @@ impl Subset {
         let counts = |i: usize, c: &Coords| i < 2 || c[0].min(c[1]) > POLE;
         let along = |i: usize| ends(coords.iter().filter(|c| counts(i, c)).map(|c| c[i]));
         let ranges = [along(0)?, along(1)?, along(2)?];
-        let whole = Subset::new(Arc::clone(form), ranges).measure().value;
-        let own = self.measure().value;
+        let whole = Subset::new(Arc::clone(form), ranges).measure(IMAGE_SEED);
         Some(Image {
             ranges,
-            fill: if whole > 0.0 { own / whole } else { 0.0 },
+            fill: measure.share_of(&whole.best()),
         })
     }
 
@@ -379,28 +448,17 @@ impl Subset {
     pub fn energy(&self, brdf: &dyn Brdf) -> Estimate {
         let sets = (0..SETS).map(|seed| {
             let members = self.members(SET_POINTS, 3 + seed);
-            let pairs: Vec<_> = members.iter().map(|m| m.pair).collect();
-            let values = metrics::evaluate(brdf, &pairs);
-            let part = |(i, m): (usize, &Member)| {
-                let cosines = m.pair.omega_i.cos_theta() * m.pair.omega_o.cos_theta();
-                m.weight * cosines * values.get(i).unwrap_or(0.0)
-            };
-            let sum: f64 = members.iter().enumerate().map(part).sum();
-            sum * self.volume() / SET_POINTS as f64
+            energies(&members, brdf).sum::<f64>() * self.volume() / SET_POINTS as f64
         });
-        let sets: Vec<f64> = sets.collect();
-        let n = SETS as f64;
-        let value = sets.iter().sum::<f64>() / n;
-        let square: f64 = sets.iter().map(|s| (s - value) * (s - value)).sum();
-        Estimate {
-            value,
-            error: (square / (n * (n - 1.0))).sqrt(),
-        }
+        mean(&sets.collect::<Vec<_>>())
     }
 
-    /// Share of the energy of a BRDF that the set holds. All of it is found in half/difference
-    /// coordinates with theta_h spread towards the peak, where narrow lobes are wide.
-    pub fn energy_share(&self, brdf: &dyn Brdf) -> Estimate {
+    /// Share of the energy of a BRDF that the set holds; `None` of a black one.
+    ///
+    /// All of it is found in half/difference coordinates with theta_h spread towards the peak, where
+    /// narrow lobes are wide, and the share is that of the points that lie in the set. A small set
+    /// that few of them lie in is integrated on its own.
+    pub fn energy_share(&self, brdf: &dyn Brdf) -> Option<Estimate> {
         let warps = BTreeMap::from([("theta_h".to_owned(), WarpName::SquareRoot)]);
         let spread = parametrization::find("half-difference")
             .and_then(|entry| entry.warped(self.form.symmetry(), &warps).ok());
@@ -409,19 +467,60 @@ impl Subset {
             unreachable!("half-difference with a warp on theta_h is missing");
         };
         let ranges = [0, 1, 2].map(|i| form.axes()[i].range);
-        let all = Subset::new(form, ranges).energy(brdf);
-        let part = self.energy(brdf);
-        if all.value == 0.0 {
-            return Estimate {
-                value: 0.0,
-                error: 0.0,
-            };
+        let whole = Subset::new(form, ranges);
+        let mut hits = 0;
+        let sets = (0..SETS).map(|seed| {
+            let members = whole.members(SET_POINTS, 3 + seed);
+            let (mut all, mut held) = (0.0, 0.0);
+            for (energy, member) in energies(&members, brdf).zip(&members) {
+                all += energy;
+                if energy > 0.0 && self.contains(&member.pair) {
+                    hits += 1;
+                    held += energy;
+                }
+            }
+            [held, all]
+        });
+        let sets: Vec<[f64; 2]> = sets.collect();
+        let [held, all] = [0, 1].map(|i| sets.iter().map(|s| s[i]).sum::<f64>());
+        if all == 0.0 {
+            return None;
         }
-        let value = part.value / all.value;
-        Estimate {
-            value,
-            error: (part.error / all.value).hypot(value * all.error / all.value),
+        if hits < FEW {
+            let total = whole.energy(brdf);
+            return Some(self.energy(brdf).share_of(&total));
         }
+        // Of a ratio: errors of both parts are those of the same points.
+        let share = held / all;
+        let off: Vec<f64> = sets
+            .iter()
+            .map(|[h, a]| (h - share * a) * SETS as f64 / all)
+            .collect();
+        Some(Estimate {
+            value: share,
+            error: mean(&off).error,
+        })
+    }
+}
+
+/// What each of some pairs adds to the energy, per unit of the box's volume.
+fn energies<'a>(members: &'a [Member], brdf: &dyn Brdf) -> impl Iterator<Item = f64> + use<'a> {
+    let pairs: Vec<_> = members.iter().map(|m| m.pair).collect();
+    let values = metrics::evaluate(brdf, &pairs);
+    members.iter().enumerate().map(move |(i, m)| {
+        let cosines = m.pair.omega_i.cos_theta() * m.pair.omega_o.cos_theta();
+        m.weight * cosines * values.get(i).unwrap_or(0.0)
+    })
+}
+
+/// Mean of independent numbers, and its standard error.
+fn mean(numbers: &[f64]) -> Estimate {
+    let n = numbers.len() as f64;
+    let value = numbers.iter().sum::<f64>() / n;
+    let square: f64 = numbers.iter().map(|s| (s - value) * (s - value)).sum();
+    Estimate {
+        value,
+        error: (square / (n * (n - 1.0))).sqrt(),
     }
 }
 

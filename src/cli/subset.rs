@@ -43,7 +43,7 @@ pub(super) struct Subset {
     /// Set a key of the material (alpha=0.1)
     #[arg(long = "set", value_name = "KEY=VALUE", requires = "material")]
     set: Vec<String>,
-    /// Seed of the Monte Carlo check
+    /// Seed of the pairs that are counted
     #[arg(long, value_name = "N", default_value = "1")]
     seed: u64,
     /// Format of what is printed
@@ -95,15 +95,16 @@ impl Subset {
             let share = subset.energy_share(&*brdf);
             (name, share)
         });
+        let measure = subset.measure(self.seed);
+        let best = measure.best();
         let others = entries.iter().filter(|e| e.name != entry.name);
         let images = others.filter_map(|other| {
             let form = other.form(symmetry);
-            let image = subset.image(&form)?;
+            let image = subset.image(&form, &best)?;
             Some((form, image))
         });
         let report = SubsetReport {
-            measure: subset.measure(),
-            counted: subset.monte_carlo(self.seed),
+            measure,
             needs,
             images: images.collect(),
             reaches: reaches(&subset)?,

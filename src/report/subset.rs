@@ -1,27 +1,39 @@
 //! What a box of coordinates stands for: text, JSON and a picture.
 
 use super::plot::{Axis as PlotAxis, Mark, Panel, Series};
-use crate::analysis::{Estimate, Image, Needs, Reach, Subset};
+use crate::analysis::{Estimate, Image, Needs, Reach, Subset, SubsetMeasure};
 use crate::geometry::DirectionPair;
 use crate::parametrization::{Axis, Parametrization, Unit};
-use std::f64::consts::TAU;
 
 /// Everything that is known of a box.
 pub struct SubsetReport<'a> {
     /// The box.
     pub subset: &'a Subset,
-    /// Its measure by quadrature, sr².
-    pub measure: Estimate,
-    /// Its measure by counting, sr².
-    pub counted: Estimate,
+    /// Its measure.
+    pub measure: SubsetMeasure,
     /// The angles it needs.
     pub needs: Needs,
     /// Its image in each of the other parametrizations.
     pub images: Vec<(std::sync::Arc<dyn Parametrization>, Image)>,
     /// What each instrument makes of it.
     pub reaches: Vec<(String, Reach)>,
-    /// A material, and which share of its energy the set holds.
-    pub energy: Option<(String, Estimate)>,
+    /// A material, and which share of its energy the set holds: `None` of a black one.
+    pub energy: Option<(String, Option<Estimate>)>,
+}
+
+/// "0.377 ± 2.1e-3": the first digit that is uncertain is the last one.
+fn shown(value: f64, error: f64) -> String {
+    let digits = if error > 0.0 {
+        (-error.log10()).ceil().clamp(0.0, 9.0) as usize
+    } else {
+        9
+    };
+    format!("{value:.digits$} ± {error:.1e}")
+}
+
+/// A share as [`shown`], in percent.
+fn percent(share: &Estimate) -> String {
+    format!("{} %", shown(100.0 * share.value, 100.0 * share.error))
 }
 
 /// "30° to 60°", or "0.2 to 0.4".
@@ -52,20 +64,31 @@ impl SubsetReport<'_> {
             form.name(),
             ranges(form.axes(), &self.subset.ranges())
         );
-        let Estimate { value, error } = self.measure;
+        let SubsetMeasure {
+            quadrature,
+            counted,
+        } = self.measure;
+        let by_quadrature = ("by quadrature", quadrature);
+        let by_counting = ("counted", counted);
+        let [(name, best), (other_name, other)] = match self.measure.is_counted() {
+            true => [by_counting, by_quadrature],
+            false => [by_quadrature, by_counting],
+        };
         out += &format!(
-            "  measure             {value:.6} sr² ± {error:.1e}, {:.4} % of all pairs; \
-             counted {:.6} ± {:.1e}\n",
-            100.0 * value / (TAU * TAU),
-            self.counted.value,
-            self.counted.error
+            "  measure             {} sr² {name} ({} {other_name}), {} of all pairs\n",
+            shown(best.value, best.error),
+            shown(other.value, other.error),
+            percent(&self.measure.share())
         );
         if let Some((material, share)) = &self.energy {
-            out += &format!(
-                "  energy              {:.3} % ± {:.1e} % of that of {material}\n",
-                100.0 * share.value,
-                100.0 * share.error
-            );
+            let share = match share {
+                None => "–".into(),
+                Some(share) if share.value > 0.0 && !share.resolved() => {
+                    format!("not resolved ({})", percent(share))
+                }
+                Some(share) => percent(share),
+            };
+            out += &format!("  energy              {share} of that of {material}\n");
         }
         for (name, angles) in self.angles() {
             out += &format!("  {name:19} {}\n", range(Unit::Radian, angles));
@@ -73,9 +96,9 @@ impl SubsetReport<'_> {
         out += "  the smallest box around it in other coordinates, and how much of that it fills\n";
         for (form, image) in &self.images {
             out += &format!(
-                "    {:17} {:5.1} %  {}\n",
+                "    {:17} {:>18}  {}\n",
                 form.name(),
-                100.0 * image.fill,
+                percent(&image.fill),
                 ranges(form.axes(), &image.ranges)
             );
         }
@@ -116,7 +139,8 @@ impl SubsetReport<'_> {
         let images = self.images.iter().map(|(form, image)| {
             let found = serde_json::json!({
                 "box": boxed(form.axes(), &image.ranges),
-                "fill": image.fill,
+                "fill": image.fill.value,
+                "fill_error": image.fill.error,
             });
             (form.name().to_owned(), found)
         });
@@ -131,11 +155,15 @@ impl SubsetReport<'_> {
         serde_json::json!({
             "parametrization": form.name(),
             "box": boxed(form.axes(), &self.subset.ranges()),
-            "measure_sr2": estimate(&self.measure),
-            "counted_sr2": estimate(&self.counted),
-            "share_of_all_pairs": self.measure.value / (TAU * TAU),
+            "measure_sr2": estimate(&self.measure.best()),
+            "measured_by": if self.measure.is_counted() { "counting" } else { "quadrature" },
+            "quadrature_sr2": estimate(&self.measure.quadrature),
+            "counted_sr2": estimate(&self.measure.counted),
+            "share_of_all_pairs": self.measure.share().value,
             "energy_share": self.energy.as_ref().map(|(material, share)| serde_json::json!({
-                "material": material, "value": share.value, "error": share.error,
+                "material": material,
+                "value": share.map(|s| s.value),
+                "error": share.map(|s| s.error),
             })),
             "theta_i_deg": degrees(self.needs.theta_i),
             "theta_o_deg": degrees(self.needs.theta_o),

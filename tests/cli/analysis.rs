@@ -78,6 +78,21 @@ fn a_box_is_told_and_drawn() {
     // sin⁴ 30°.
     assert!(said.contains("energy              6.2"), "{said}");
     assert!(bench.read("box.svg").starts_with("<svg"));
+    let black = ["--material", "lambert", "--set", "albedo=0"];
+    let said = bench.good(&[&args("theta_i=0..30")[..], &black].concat());
+    assert!(
+        said.contains("energy              – of that of lambert"),
+        "{said}"
+    );
+    let narrow = [
+        "subset",
+        "--parametrization",
+        "stark",
+        "--box",
+        "alpha=0.95..1",
+    ];
+    let said = bench.good(&narrow);
+    assert!(said.contains("sr² counted ("), "{said}");
     let refused = |bounds, parts: &[&str]| {
         let sentence = bench.refused(&args(bounds), 2);
         assert!(parts.iter().all(|p| sentence.contains(p)), "{sentence}");
