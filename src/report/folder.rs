@@ -415,7 +415,7 @@ fn clear(dir: &Path) -> io::Result<()> {
 }
 
 /// What is not there need not be removed.
-fn remove(result: io::Result<()>) -> io::Result<()> {
+pub(super) fn remove(result: io::Result<()>) -> io::Result<()> {
     match result {
         Err(e) if e.kind() == ErrorKind::NotFound => Ok(()),
         other => other,

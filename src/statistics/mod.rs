@@ -16,6 +16,5 @@ pub use bootstrap::{Bootstrap, FEWEST};
 pub use mean::{EXACT, geometric_mean};
 pub use order::{Order, PooledOrder, error_at, order, pooled_order};
 pub use paired::{BAND, Paired, SIGNIFICANCE, Verdict};
-pub use ranks::mean_ranks;
 pub use variance::{Shares, variance_shares};
 pub use wilcoxon::{holm, least_p, signed_rank};

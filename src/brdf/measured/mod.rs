@@ -16,6 +16,12 @@ use std::path::{Path, PathBuf};
 /// The extension of a MERL file.
 const EXTENSION: &str = "binary";
 
+/// What a table is called: its file, or its kind where that has no name.
+fn label_of(path: &Path, kind: &str) -> String {
+    let stem = path.file_stem();
+    stem.map_or(kind.into(), |stem| stem.to_string_lossy().into_owned())
+}
+
 /// The MERL files (`*.binary`) directly in a folder, sorted by name.
 ///
 /// Names that start with a dot are left out: they are other programs' side files (`._gold.binary`

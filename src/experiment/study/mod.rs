@@ -18,7 +18,7 @@ mod sketch;
 pub use config::PictureSpec;
 pub use findings::{Cell, Duel, Duels, Explained, Factor, Findings, Line, Metric, Ranking, Scope};
 pub use jobs::{StudyJob, jobs};
-pub use plan::{Choice, Expected, Label, Shard, StudyMethod, StudyPlan, Unit};
+pub use plan::{Choice, Expected, Label, OWN, Shard, StudyMethod, StudyPlan, Unit};
 pub use row::{RowKey, StudyRow};
 pub use run::{StudyObserver, StudySummary, study};
 pub use sketch::{Sketch, sketch};

@@ -17,7 +17,7 @@ use toml::Value;
 use toml::de::DeTable;
 
 /// What `coordinates` calls those of the schedule.
-pub(super) const OWN: &str = "own";
+pub const OWN: &str = "own";
 
 /// A reconstruction in one kind of coordinates.
 #[derive(Debug)]

@@ -1,6 +1,7 @@
 //! A line of the results of a study.
 
 use super::plan::{Choice, Label};
+use crate::experiment::row::Row;
 use serde::{Deserialize, Serialize};
 
 /// The hash of everything that determines a row, 16 hexadecimal digits.
@@ -79,7 +80,7 @@ impl StudyRow {
     /// The columns, in order, and what they mean.
     pub const COLUMNS: [(&str, &str); 31] = [
         ("key", "hash of everything that determines the row"),
-        ("material", "name of the material"),
+        of_acquisition("material"),
         (
             "material_key",
             "hash of what it is: its keys and the bytes of its files",
@@ -92,52 +93,31 @@ impl StudyRow {
             "alignment",
             "measured alignment q of the lobe, whose width in theta_h goes as (cos theta_d)^-q: 0 is theta_h, 1 is |h_bar|; empty without a lobe",
         ),
-        (
-            "parametrization",
-            "coordinates the sample set is uniform in",
-        ),
-        ("warp", "their warps, `axis:warp` joined by `;`, or `none`"),
-        ("sample_set", "name of the sample set"),
-        ("instrument", "name of the instrument; ideal has no flaws"),
-        ("reconstruction", "name of the reconstruction"),
+        of_acquisition("parametrization"),
+        of_acquisition("warp"),
+        of_acquisition("sample_set"),
+        of_acquisition("instrument"),
+        of_acquisition("reconstruction"),
         (
             "coordinates",
             "coordinates it works in; own: those of the sample set",
         ),
-        (
-            "allowed",
-            "what the schedule was allowed: N poses (the budget itself), N readings or M minutes",
-        ),
-        (
-            "budget",
-            "distinct configurations that were allowed, or found for the readings or minutes that were",
-        ),
-        ("readings", "poses that have a reading"),
-        ("seed", "seed of the sample set"),
-        ("measure", "distribution of the test pairs"),
-        (
-            "nrmse",
-            "RMS of (g − f) cos over RMS of f cos; f truth, g reconstruction, cos = cos theta_i",
-        ),
-        ("log_relative", "mean |ln((g + 1e-3)/(f + 1e-3))|"),
-        ("log1p", "mean |ln(1 + g cos) − ln(1 + f cos)|"),
-        ("cbrt", "RMS of (g cos)^(1/3) − (f cos)^(1/3)"),
-        ("mean_relative", "mean of |g − f| / max(f, 1e-3)"),
-        ("max_relative", "maximum of |g − f| / max(f, 1e-3)"),
-        ("reachable", "share of the poses the instrument can take"),
-        (
-            "instrument_seconds",
-            "time the instrument takes for the schedule",
-        ),
-        (
-            "unphysical_share",
-            "share of the points of the box that are no physical configuration",
-        ),
-        ("pairs", "test pairs compared"),
-        (
-            "pairs_missing",
-            "test pairs left out because the truth has no data there",
-        ),
+        of_acquisition("allowed"),
+        of_acquisition("budget"),
+        of_acquisition("readings"),
+        of_acquisition("seed"),
+        of_acquisition("measure"),
+        of_acquisition("nrmse"),
+        of_acquisition("log_relative"),
+        of_acquisition("log1p"),
+        of_acquisition("cbrt"),
+        of_acquisition("mean_relative"),
+        of_acquisition("max_relative"),
+        of_acquisition("reachable"),
+        of_acquisition("instrument_seconds"),
+        of_acquisition("unphysical_share"),
+        of_acquisition("pairs"),
+        of_acquisition("pairs_missing"),
         (
             "plan_seconds",
             "wall time to make the schedule and the instrument's way through it, made once for all materials",
@@ -180,5 +160,47 @@ impl StudyRow {
     /// evaluating.
     pub fn seconds(&self) -> f64 {
         self.measure_seconds + self.reconstruct_seconds + self.evaluate_seconds
+    }
+}
+
+/// A column that means what it means in an acquisition, found by its name while compiling.
+const fn of_acquisition(name: &str) -> (&'static str, &'static str) {
+    let mut i = 0;
+    while i < Row::COLUMNS.len() {
+        let column = Row::COLUMNS[i];
+        if same(column.0.as_bytes(), name.as_bytes()) {
+            return column;
+        }
+        i += 1;
+    }
+    panic!("an acquisition has no such column")
+}
+
+const fn same(a: &[u8], b: &[u8]) -> bool {
+    let mut i = 0;
+    while i < a.len() && i < b.len() && a[i] == b[i] {
+        i += 1;
+    }
+    i == a.len() && i == b.len()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn columns_are_the_fields() {
+        let columns = StudyRow::COLUMNS.map(|(name, _)| name);
+        let object = columns.map(|name| match name {
+            "key" | "material" | "material_key" | "truth" | "parametrization" | "warp"
+            | "sample_set" | "instrument" | "reconstruction" | "coordinates" | "allowed"
+            | "measure" => format!("\"{name}\":\"\""),
+            _ => format!("\"{name}\":1"),
+        });
+        let text = format!("{{{}}}", object.join(","));
+        let row: StudyRow = serde_json::from_str(&text).unwrap();
+        let value = serde_json::to_value(&row).unwrap();
+        let fields: Vec<_> = value.as_object().unwrap().keys().cloned().collect();
+        assert_eq!(fields, columns);
     }
 }

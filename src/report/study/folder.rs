@@ -14,11 +14,11 @@ use super::csv::ranking_csv;
 use crate::error::Error;
 use crate::experiment::study::{Findings, RowKey, StudyRow};
 use crate::files::write_atomically;
-use crate::report::folder::{CONFIG, CONFIG_HEAD, MANIFEST};
+use crate::report::folder::{CONFIG, CONFIG_HEAD, MANIFEST, remove};
 use crate::report::manifest::Manifest;
 use std::collections::{BTreeSet, HashMap, HashSet};
 use std::fs::{self, File, OpenOptions, TryLockError};
-use std::io::{self, BufWriter, ErrorKind, Read, Seek, SeekFrom, Write};
+use std::io::{self, BufWriter, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 use toml::Table;
 
@@ -78,7 +78,7 @@ impl StudyFolder {
         }
         let rows = match read_file(&path, &mut file) {
             // What is dropped need not be understood, but must be ours.
-            Ok((rows, _)) if force && (!rows.is_empty() || is_empty(&file)) => {
+            Ok(_) if force => {
                 file.set_len(0).map_err(failed)?;
                 Vec::new()
             }
@@ -302,10 +302,6 @@ fn read_file(path: &Path, file: &mut File) -> Result<(Vec<StudyRow>, u64), Error
     Ok((rows, whole as u64))
 }
 
-fn is_empty(file: &File) -> bool {
-    file.metadata().is_ok_and(|m| m.len() == 0)
-}
-
 fn write_lines<'a>(
     out: &mut impl Write,
     rows: impl IntoIterator<Item = &'a StudyRow>,
@@ -326,12 +322,4 @@ fn write_csv(out: &mut impl Write, rows: &[&StudyRow]) -> io::Result<()> {
         csv.serialize(row)?;
     }
     csv.flush()
-}
-
-/// What is not there need not be removed.
-fn remove(result: io::Result<()>) -> io::Result<()> {
-    match result {
-        Err(e) if e.kind() == ErrorKind::NotFound => Ok(()),
-        other => other,
-    }
 }

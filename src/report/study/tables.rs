@@ -1,7 +1,7 @@
 //! What a study prints at its end, as texts and as a table of its own.
 
 use crate::experiment::study::{
-    Choice, Duel, Duels, Explained, Factor, Findings, Metric, Ranking, Scope,
+    Cell, Choice, Duel, Duels, Explained, Factor, Findings, Metric, OWN, Ranking, Scope,
 };
 use crate::report::table::error;
 use crate::statistics::{Paired, Verdict};
@@ -30,7 +30,7 @@ pub(super) fn method(choice: &Choice, findings: &Findings) -> String {
         lines.map(|l| of(&l.choice)).any(|v| v != of(choice))
     };
     let mut parts = vec![choice.reconstruction.clone()];
-    if choice.coordinates != "own" {
+    if choice.coordinates != OWN {
         parts.push(format!("in {}", choice.coordinates));
     }
     if several(|c| &c.sample_set) {
@@ -50,7 +50,7 @@ pub fn study_text(findings: &Findings) -> String {
     for ranking in findings.rankings.iter().filter(|r| of_all(&r.scope)) {
         best_of_each(findings, ranking, &mut out);
         let duels = findings.duels.iter().find(|d| d.scope == ranking.scope);
-        for method in duels.iter().flat_map(|_| in_own_coordinates(ranking)) {
+        for method in in_own_coordinates(ranking) {
             if let Some(duels) = duels {
                 against_reference(findings, duels, &method, &mut out);
             }
@@ -116,7 +116,7 @@ fn best_of_each(findings: &Findings, ranking: &Ranking, out: &mut String) {
 
 /// The choice with the best mean place, of those that are used at every allowance.
 pub(super) fn leader(ranking: &Ranking) -> Option<Choice> {
-    let places = |cells: &[Option<crate::experiment::study::Cell>]| {
+    let places = |cells: &[Option<Cell>]| {
         let places: Option<Vec<usize>> = cells.iter().map(|c| c.as_ref()?.place).collect();
         Some(places?.iter().sum::<usize>())
     };
@@ -137,7 +137,7 @@ fn in_own_coordinates(ranking: &Ranking) -> Vec<Choice> {
     for line in &ranking.lines {
         let choice = &line.choice;
         let everywhere = line.cells.iter().all(Option::is_some);
-        if everywhere && choice.coordinates == "own" && !methods.iter().any(|m| like(m, choice)) {
+        if everywhere && choice.coordinates == OWN && !methods.iter().any(|m| like(m, choice)) {
             methods.push(choice.clone());
         }
     }
@@ -145,10 +145,13 @@ fn in_own_coordinates(ranking: &Ranking) -> Vec<Choice> {
 }
 
 /// What the duels of a report are against: the parametrization everybody knows, or the first.
-pub(super) const REFERENCE: &str = "half-difference";
+const REFERENCE: &str = "half-difference";
+
+/// The parametrization that Barla et al. (2015) argue for.
+pub(super) const CHALLENGER: &str = "hybrid";
 
 /// The duel as one against the reference, turned round if need be.
-pub(super) fn against(duel: &Duel, reference: &str) -> Option<(Choice, Vec<Option<Paired>>)> {
+fn against(duel: &Duel, reference: &str) -> Option<(Choice, Vec<Option<Paired>>)> {
     if duel.b.parametrization == reference {
         return Some((duel.a.clone(), duel.cells.clone()));
     }
@@ -186,7 +189,7 @@ fn against_reference(findings: &Findings, duels: &Duels, best: &Choice, out: &mu
         // As it is, and as it is warped first.
         let hybrids = rows
             .into_iter()
-            .filter(|r| r.choice.parametrization == "hybrid");
+            .filter(|r| r.choice.parametrization == CHALLENGER);
         let truth = other.scope.truth.as_deref().unwrap_or_default();
         for row in hybrids.take(2) {
             let name = format!("    {}, {truth} ({})", row.name, other.scope.materials);

@@ -1,5 +1,6 @@
 //! A MERL file as a config names it.
 
+use super::super::label_of;
 use super::{Merl, MerlError, check};
 use crate::brdf::{Brdf, BrdfSpec, BuildError, Channels, Favours};
 use crate::geometry::Symmetry;
@@ -63,10 +64,7 @@ impl BrdfSpec for MerlSpec {
     }
 
     fn label(&self) -> String {
-        match self.path.file_stem() {
-            Some(stem) => stem.to_string_lossy().into_owned(),
-            None => KIND.into(),
-        }
+        label_of(&self.path, KIND)
     }
 
     fn check(&self) -> Result<(), BuildError> {

@@ -1,5 +1,6 @@
 //! A UTIA file as a config names it.
 
+use super::super::label_of;
 use super::{Utia, UtiaError, check};
 use crate::brdf::{Brdf, BrdfSpec, BuildError, Channels, Favours};
 use crate::error::in_left_open;
@@ -48,10 +49,7 @@ impl BrdfSpec for UtiaSpec {
     }
 
     fn label(&self) -> String {
-        match self.path.file_stem() {
-            Some(stem) => stem.to_string_lossy().into_owned(),
-            None => KIND.into(),
-        }
+        label_of(&self.path, KIND)
     }
 
     fn check(&self) -> Result<(), BuildError> {

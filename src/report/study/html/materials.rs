@@ -4,7 +4,7 @@ use super::super::tables::sampling;
 use super::figure::figures;
 use super::{MaterialPictures, charts, sampling_name};
 use crate::error::Error;
-use crate::experiment::study::{Choice, StudyRow};
+use crate::experiment::study::{Choice, OWN, StudyRow};
 use crate::report::table::error;
 use crate::statistics::geometric_mean;
 use maud::{Markup, html};
@@ -110,7 +110,7 @@ pub(super) fn tables(rows: &[&StudyRow], allowances: &[String]) -> Vec<Material>
             let [name, coordinates, ..] = methods[m];
             Some(Best {
                 method: match coordinates {
-                    "own" => name.into(),
+                    OWN => name.into(),
                     c => format!("{name} in {c}"),
                 },
                 error: geometric_mean(&errors)?,

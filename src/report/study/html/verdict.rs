@@ -1,15 +1,12 @@
 //! The answer in a few sentences, and what may be unfair about it.
 
-use super::super::tables::{materials, method, reference, sampling};
+use super::super::tables::{CHALLENGER, materials, method, reference, sampling};
 use super::middle;
 use crate::brdf::Favours;
-use crate::experiment::study::{Choice, Duels, Factor, Findings, Line, Metric, Ranking};
+use crate::experiment::study::{Choice, Duels, Factor, Findings, Line, Metric, OWN, Ranking};
 use crate::report::table::error;
 use crate::statistics::{Paired, SIGNIFICANCE, Verdict, error_at, least_p};
 use maud::{Markup, html};
-
-/// The parametrization that the paper argues for.
-const CHALLENGER: &str = "hybrid";
 
 /// Readings that differ by less than this ratio are as many.
 const AS_MANY: f64 = 1.05;
@@ -256,7 +253,7 @@ fn pair(findings: &Findings, ranking: &Ranking, a: usize) -> Option<Pair> {
     let own = duels
         .duels
         .iter()
-        .filter(|d| d.factor == Factor::Sampling && d.a.coordinates == "own")
+        .filter(|d| d.factor == Factor::Sampling && d.a.coordinates == OWN)
         .filter(|d| d.cells.get(a).is_some_and(Option::is_some));
     let all: Vec<Pair> = own
         .filter_map(|d| {
