@@ -14,6 +14,7 @@
 
 mod albedo;
 mod chi_squared;
+mod lobe;
 
 pub use albedo::{DirectionalAlbedo, MaxAlbedo, directional_albedo, max_albedo, standard_views};
 pub use chi_squared::{ChiSquared, chi_squared};

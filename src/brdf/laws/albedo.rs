@@ -1,31 +1,26 @@
-//! Directional albedo by a quadrature made for narrow lobes.
+//! Directional albedo by adaptive quadrature that finds narrow lobes and ridges first.
 //!
-//! a(ω_o) = ∫ f cos θ_i dω_i = ∫ f cos θ_i 4 (ω_o·h) dω_h,   ω_i = 2 (ω_o·h) h − ω_o.
+//! a(ω_o) = ∫ f cos θ_i dω_i, in the half vectors h of ω_i and ω_o, see [`Lobe`]. The plane is cut into
+//! cells that shrink towards the peak of the lobe, towards the planes an anisotropic lobe is stretched
+//! along, and towards a second peak; how far, single values along and across them tell. Every cell has
+//! the product of the Gauss–Kronrod pair of 7 and 15 nodes; those whose sums differ most are halved,
+//! along the axis they differ along, until all differences together are within the tolerance.
 //!
-//! Over half vectors in polar coordinates (θ, φ) about the normal, φ counted from the view's
-//! azimuth, a mirror-like peak sits at θ = 0 for every view, however stretched it is over ω_i. ω_i is above
-//! the horizon for every φ while θ < θ_1 = (π/2 − θ_o)/2, on the arc |φ| < φ_m up to θ_2 = (π/2 + θ_o)/2, and
-//! nowhere beyond:
-//!
-//! tan φ_m = sqrt(sin 2(θ − θ_1) sin 2(θ_2 − θ)) / (−cos 2θ cos θ_o),
-//!
-//! so that the domain is integrated exactly, without a step at the horizon inside any panel.
-//! θ: Gauss–Legendre on panels that double in width from 1e-9 rad, away from the peak and from
-//! θ_1 and θ_2, where φ_m has a square root. φ: equal steps on circles (spectral for a periodic function),
-//! Gauss–Legendre on arcs. The error is estimated from a second, coarser rule.
+//! A feature narrower than some degrees anywhere else may be missed; no rule that looks at finitely
+//! many values can promise more.
 
+use super::lobe::Lobe;
 use crate::brdf::{Brdf, Presence};
-use crate::geometry::{Direction, DirectionPair};
-use crate::sampling::gauss_legendre;
-use glam::DVec3;
-use std::f64::consts::{FRAC_PI_2, TAU};
+use crate::geometry::Direction;
+use crate::sampling::GAUSS_KRONROD;
 
 /// Directional albedo of one view.
 #[derive(Clone, Copy, Debug)]
 pub struct DirectionalAlbedo {
     /// Albedo of each channel; entries beyond the BRDF's channels are 0.
     pub value: [f64; 3],
-    /// Difference from a coarser rule, the largest over channels: an upper estimate of the error.
+    /// Bound of the error of every channel, from how much rules of lower degree differ. It is large
+    /// where the values that one albedo may cost did not suffice.
     pub error: f64,
     /// Share of the cosine-weighted hemisphere without data, which counts as 0 in `value`.
     pub missing: f64,
@@ -88,123 +83,150 @@ pub fn directional_albedo(brdf: &dyn Brdf, omega_o: Direction) -> DirectionalAlb
             missing: 0.0,
         };
     }
-    let fine = integrate(brdf, omega_o, 10, 96);
-    let coarse = integrate(brdf, omega_o, 7, 64);
-    let error = fine.value.iter().zip(coarse.value);
-    DirectionalAlbedo {
-        error: error.fold(0.0, |e, (a, b)| e.max((a - b).abs())),
-        ..fine
+    let peaks = [false, true].map(|retro| Lobe::new(brdf, omega_o, retro));
+    let [mirror, retro] = peaks.each_ref().map(Lobe::top);
+    let [first, second] = if retro > mirror { [1, 0] } else { [0, 1] };
+    let mut found = integrate(&peaks[first]);
+    // A ridge through the second peak is bent in the half vectors of the first: cells may miss it,
+    // and those of the second may not. Either way the difference is what is not known.
+    if !brdf.symmetry().isotropic && peaks[first].second_peak().is_some() {
+        let other = integrate(&peaks[second]);
+        let error = found.error.max(other.error) + (found.max() - other.max()).abs();
+        if other.max() - other.error > found.max() + found.error {
+            found = other;
+        }
+        found.error = error;
+    }
+    found
+}
+
+/// Error that is small enough, relative to the albedo.
+const TOLERANCE: f64 = 1e-10;
+
+/// Values of the BRDF after which no cell is halved.
+const REFINEMENT: usize = 150_000;
+
+/// Nodes along each axis of a cell.
+const NODES: usize = GAUSS_KRONROD.len();
+
+/// A part of the lobe's plane.
+struct Cell {
+    /// Ranges of s and φ.
+    range: [[f64; 2]; 2],
+    /// Sums over f cos θ_i of the channels, over cos θ_i without data, and over cos θ_i.
+    sums: [f64; 5],
+    /// Difference of the two rules along s and along φ, the largest of any channel.
+    errors: [f64; 2],
+}
+
+/// Memory for the nodes of a cell.
+struct Nodes {
+    weights: Vec<f64>,
+    values: Vec<f64>,
+    presence: Vec<Presence>,
+}
+
+impl Cell {
+    fn new(lobe: &Lobe<'_>, range: [[f64; 2]; 2], nodes: &mut Nodes) -> Self {
+        let channels = lobe.brdf.channels().count();
+        let centre = range.map(|[lo, hi]| 0.5 * (lo + hi));
+        let half = range.map(|[lo, hi]| 0.5 * (hi - lo));
+        let at = |axis: usize, x: f64| centre[axis] + half[axis] * x;
+        let mut pairs = Vec::with_capacity(NODES * NODES);
+        nodes.weights.clear();
+        for [y, ..] in GAUSS_KRONROD {
+            let meridian = lobe.meridian(at(1, y));
+            for [x, ..] in GAUSS_KRONROD {
+                let (pair, weight) = meridian.at(at(0, x));
+                pairs.push(pair);
+                nodes.weights.push(weight * half[0] * half[1]);
+            }
+        }
+        nodes.values.resize(pairs.len() * channels, 0.0);
+        nodes.presence.resize(pairs.len(), Presence::Present);
+        lobe.brdf
+            .eval_batch(&pairs, &mut nodes.values, &mut nodes.presence);
+        let mut sums = [0.0; 5];
+        let mut differences = [[0.0; 3]; 2];
+        for (i, weight) in nodes.weights.iter().enumerate() {
+            let [[_, k0, g0], [_, k1, g1]] = [GAUSS_KRONROD[i % NODES], GAUSS_KRONROD[i / NODES]];
+            sums[4] += k0 * k1 * weight;
+            if nodes.presence[i] == Presence::Missing {
+                sums[3] += k0 * k1 * weight;
+                continue;
+            }
+            for c in 0..channels {
+                let value = weight * nodes.values[i * channels + c];
+                sums[c] += k0 * k1 * value;
+                differences[0][c] += (k0 - g0) * k1 * value;
+                differences[1][c] += k0 * (k1 - g1) * value;
+            }
+        }
+        let largest = |d: [f64; 3]| d.into_iter().fold(0.0, |e: f64, d| e.max(d.abs()));
+        Self {
+            range,
+            sums,
+            errors: differences.map(largest),
+        }
+    }
+
+    fn error(&self) -> f64 {
+        self.errors[0] + self.errors[1]
     }
 }
 
-/// One rule: `nodes` per panel of θ, `turns` per circle or arc.
-fn integrate(brdf: &dyn Brdf, omega_o: Direction, nodes: usize, turns: usize) -> DirectionalAlbedo {
-    let channels = brdf.channels().count();
-    let (theta_o, phi_o) = (omega_o.theta(), omega_o.phi());
-    let cos_o = omega_o.cos_theta();
-    let [theta_1, theta_2] = [-theta_o, theta_o].map(|t| 0.5 * (FRAC_PI_2 + t));
-    let (rule, arc) = (gauss_legendre(nodes), gauss_legendre(turns));
-    let mut total = [0.0; 3];
-    let (mut weight_total, mut weight_missing) = (0.0, 0.0);
-    let mut pairs = Vec::with_capacity(turns);
-    let mut weights = Vec::with_capacity(turns);
-    let mut values = vec![0.0; turns * channels];
-    let mut presence = vec![Presence::Present; turns];
-
-    for (lo, hi) in panels(theta_1, theta_2) {
-        for &(x, w) in &rule {
-            let theta = 0.5 * ((hi - lo) * x + (hi + lo));
-            let w_theta = 0.5 * (hi - lo) * w;
-            let (sin, cos) = theta.sin_cos();
-            pairs.clear();
-            weights.clear();
-            let mut add = |phi: f64, w_phi: f64| {
-                let (s, c) = (phi_o + phi).sin_cos();
-                let h = DVec3::new(sin * c, sin * s, cos);
-                let cos_d = omega_o.vector().dot(h);
-                // A node within rounding of the horizon may fall below it, with weight 0.
-                if let Some(omega_i) = Direction::try_new(2.0 * cos_d * h - omega_o.vector()) {
-                    pairs.push(DirectionPair::new(omega_i, omega_o));
-                    let cos_i = omega_i.cos_theta().max(0.0);
-                    weights.push(w_theta * w_phi * sin * 4.0 * cos_d * cos_i);
-                }
-            };
-            if theta < theta_1 {
-                let step = TAU / turns as f64;
-                (0..turns).for_each(|k| add(step * (k as f64 + 0.5), step));
-            } else {
-                let root = (2.0 * (theta - theta_1)).sin() * (2.0 * (theta_2 - theta)).sin();
-                let half = root.max(0.0).sqrt().atan2(-(2.0 * theta).cos() * cos_o);
-                arc.iter().for_each(|&(x, w)| add(half * x, half * w));
+/// The integral over the half vectors of one lobe.
+fn integrate(lobe: &Lobe<'_>) -> DirectionalAlbedo {
+    let mut nodes = Nodes {
+        weights: Vec::new(),
+        values: Vec::new(),
+        presence: Vec::new(),
+    };
+    let mesh = lobe.mesh();
+    let narrowest = mesh
+        .iter()
+        .flatten()
+        .map(|[lo, hi]| hi - lo)
+        .fold(1.0, f64::min);
+    let new = |range| Cell::new(lobe, range, &mut nodes);
+    let mut cells: Vec<Cell> = mesh.into_iter().map(new).collect();
+    let mut evaluations = cells.len() * NODES * NODES;
+    loop {
+        let mut sums = [0.0; 5];
+        for cell in &cells {
+            for (sum, x) in sums.iter_mut().zip(cell.sums) {
+                *sum += x;
             }
-            let n = pairs.len();
-            brdf.eval_batch(&pairs, &mut values[..n * channels], &mut presence[..n]);
-            for ((w, values), presence) in weights
-                .iter()
-                .zip(values.chunks_exact(channels))
-                .zip(&presence)
-            {
-                weight_total += w;
-                match presence {
-                    Presence::Present => {
-                        for (total, value) in total.iter_mut().zip(values) {
-                            *total += w * value;
-                        }
-                    }
-                    Presence::Missing => weight_missing += w,
+        }
+        let [r, g, b, missing, whole] = sums;
+        let value = [r, g, b];
+        let largest = value.into_iter().fold(0.0, f64::max);
+        let error: f64 = cells.iter().map(Cell::error).sum();
+        let done = error <= TOLERANCE * largest || evaluations >= REFINEMENT;
+        let worst = cells.iter().map(Cell::error).fold(0.0, f64::max);
+        let count = cells.len();
+        if !done {
+            for i in 0..count {
+                if cells[i].error() > 0.25 * worst {
+                    let [s, phi] = cells[i].errors;
+                    let axis = usize::from(phi > s);
+                    let [mut below, mut above] = [cells[i].range; 2];
+                    let middle = 0.5 * (below[axis][0] + below[axis][1]);
+                    (below[axis][1], above[axis][0]) = (middle, middle);
+                    cells[i] = Cell::new(lobe, below, &mut nodes);
+                    cells.push(Cell::new(lobe, above, &mut nodes));
+                    evaluations += 2 * NODES * NODES;
                 }
             }
         }
-    }
-    DirectionalAlbedo {
-        value: total,
-        error: 0.0,
-        missing: weight_missing / weight_total,
-    }
-}
-
-/// Panels of θ that double in width away from 0, θ_1 and θ_2.
-fn panels(theta_1: f64, theta_2: f64) -> Vec<(f64, f64)> {
-    /// Narrower than the peak of any allowed roughness by a factor of a thousand.
-    const FIRST: f64 = 1e-9;
-    let mut edges = vec![0.0];
-    let mut x = FIRST;
-    while x < theta_1 {
-        edges.push(x);
-        x *= 2.0;
-    }
-    edges.push(theta_1);
-    let half = 0.5 * (theta_2 - theta_1);
-    let mut offsets = Vec::new();
-    let mut x = FIRST;
-    while x < half {
-        offsets.push(x);
-        x *= 2.0;
-    }
-    edges.extend(offsets.iter().map(|x| theta_1 + x));
-    if half > 0.0 {
-        edges.push(theta_1 + half);
-    }
-    edges.extend(offsets.iter().rev().map(|x| theta_2 - x));
-    edges.push(theta_2);
-    let panels = edges.windows(2).map(|w| (w[0], w[1]));
-    panels.filter(|(lo, hi)| lo < hi).collect()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn panels_cover_the_range_once() {
-        for theta_o in [0.0, 1e-12, 0.3, 1.4, FRAC_PI_2 - 1e-10] {
-            let (a, b) = (0.5 * (FRAC_PI_2 - theta_o), 0.5 * (FRAC_PI_2 + theta_o));
-            let panels = panels(a, b);
-            assert_eq!(panels[0].0, 0.0);
-            assert_eq!(panels[panels.len() - 1].1, b);
-            assert!(panels.windows(2).all(|w| w[0].1 == w[1].0));
-            // No panel straddles the end of the full circles.
-            assert!(panels.iter().all(|&(lo, hi)| hi <= a || lo >= a));
+        if cells.len() == count {
+            // Rounding of the sums, and of half vectors against the narrowest cell.
+            let rounding = 1e-13 + f64::EPSILON / narrowest;
+            return DirectionalAlbedo {
+                value,
+                error: error + rounding * largest,
+                missing: missing / whole,
+            };
         }
     }
 }
