@@ -17,7 +17,7 @@ use crate::schedule::{Itinerary, MAX_AXES, Positions, Schedule};
 use rand_distr::{Distribution, StandardNormal};
 
 /// Which parts of an instrument are simulated. What is left out costs nothing.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Parts {
     /// It cannot reach every pose.
     pub limits: bool,
@@ -90,7 +90,7 @@ const NOISE: u64 = 2 << 48;
 const ROUGH: Tolerance = Tolerance {
     relative: 3e-2,
     absolute: 1e-12,
-    max_evaluations: 5000,
+    refinement: 5000,
 };
 
 /// A standard normal number.
@@ -159,7 +159,8 @@ impl Bench {
     }
 
     /// When it visits the poses of a schedule, and which it cannot take. A pose may be turned about
-    /// the normal if the schedule takes the material to be isotropic.
+    /// the normal if the schedule takes the material to be isotropic. The errors of a realisation
+    /// do not matter.
     pub fn plan(&self, schedule: &Schedule, order: Order) -> Itinerary {
         self.motion
             .itinerary(&self.machine, &self.spec.name, schedule, order)

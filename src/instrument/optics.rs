@@ -43,9 +43,18 @@ pub struct Tolerance {
     pub relative: f64,
     /// An error that never matters, sr⁻¹: below it a tail is not followed.
     pub absolute: f64,
-    /// Values of the BRDF that one average may cost. Where they do not suffice the error that is
-    /// reported is larger than the tolerance.
-    pub max_evaluations: usize,
+    /// Values of the BRDF after which an average is refined no further. Where they do not suffice
+    /// the error that is reported is larger than the tolerance.
+    pub refinement: usize,
+}
+
+impl Tolerance {
+    /// The most values of the BRDF that one average costs. The last refinement takes up to twice
+    /// what all before may have cost, and the first look at the narrowest peak in the widest
+    /// apertures 1.7 million whatever the refinement.
+    pub fn max_evaluations(&self) -> usize {
+        (3 * self.refinement).max(2_000_000)
+    }
 }
 
 impl Default for Tolerance {
@@ -54,7 +63,7 @@ impl Default for Tolerance {
             // Less than the tiles of the presets are uncertain, which goes into every reading.
             relative: 1e-3,
             absolute: 1e-12,
-            max_evaluations: 100_000,
+            refinement: 100_000,
         }
     }
 }
@@ -157,8 +166,8 @@ impl Optics {
             Disk::new(pair.omega_i, self.source),
             Disk::new(pair.omega_o, self.detector),
         ];
-        if clipped {
-            return self.clipped(brdf, &disks, work);
+        if clipped || self.half_vector_is_lost(pair) {
+            return self.products(brdf, &disks, work);
         }
         let kinds = [PeakKind::Mirror, PeakKind::Retro];
         let peak = kinds
@@ -189,7 +198,7 @@ impl Optics {
             }
         }
         let spent = work.evaluations() - start;
-        let budget = self.tolerance.max_evaluations.saturating_sub(spent);
+        let budget = self.tolerance.refinement.saturating_sub(spent);
         // Kinks of a table are everywhere: it would take all there is for little.
         let (peak, budget) = match narrow {
             Some(peak) => (peak, budget),
@@ -202,10 +211,18 @@ impl Optics {
         }
     }
 
-    /// The best estimate of disks that the horizon cuts: products over what is above it. Models
+    /// Rounding of the half vector, which grows as light and sensor become opposite, moves directions
+    /// by more than a thousandth of the smaller aperture.
+    fn half_vector_is_lost(&self, pair: &DirectionPair) -> bool {
+        let apertures = [self.source, self.detector].into_iter();
+        let smaller = apertures.filter(|a| *a > 0.0).fold(f64::INFINITY, f64::min);
+        f64::EPSILON > 1e-3 * smaller * pair.half().length()
+    }
+
+    /// The best estimate from products alone, over what is above the horizon. Models
     /// diverge where both directions are on the horizon; a difference of two orders is then no better
     /// than the one before.
-    fn clipped(&self, brdf: &dyn Brdf, disks: &[Disk; 2], work: &mut Workspace) -> Estimate {
+    fn products(&self, brdf: &dyn Brdf, disks: &[Disk; 2], work: &mut Workspace) -> Estimate {
         let mut steps = Vec::with_capacity(PRODUCTS.len());
         let mut order = 0;
         loop {

@@ -3,11 +3,12 @@
 use crate::common::model;
 use glam::DVec3;
 use gonio::brdf::{Brdf, Channels, Presence};
-use gonio::geometry::{Direction, DirectionPair, Symmetry};
+use gonio::geometry::{Direction, DirectionPair, Symmetry, angle_between};
 use gonio::instrument::{Average, Filling, Optics, Tolerance, Workspace};
 use gonio::sampling::{Sobol, gauss_legendre};
 use rayon::prelude::*;
-use std::f64::consts::{PI, TAU};
+use std::f64::consts::{FRAC_PI_2, PI, TAU};
+use std::sync::Mutex;
 
 /// A BRDF of one formula.
 struct Formula<F>(F);
@@ -39,7 +40,7 @@ fn deg(x: f64) -> f64 {
 fn average(brdf: &dyn Brdf, pair: &DirectionPair, a: [f64; 2], relative: f64) -> Average {
     let tolerance = Tolerance {
         relative,
-        max_evaluations: 4_000_000,
+        refinement: 4_000_000,
         ..Tolerance::default()
     };
     let optics = Optics::new(a[0], a[1], tolerance);
@@ -504,4 +505,98 @@ fn spots_are_compared_along_and_across() {
     let pair = DirectionPair::from_spherical(0.0, 0.0, 0.5, 0.0);
     let over = gonio::instrument::footprint(&spec, &pair).filling;
     assert_eq!(over, Filling::OverFilled);
+}
+
+/// A BRDF that keeps the range of its values within the apertures, and refuses more of them than an
+/// average may cost.
+struct Watched<'a> {
+    of: &'a dyn Brdf,
+    pair: DirectionPair,
+    apertures: [f64; 2],
+    seen: Mutex<(usize, [f64; 2])>,
+}
+
+impl Brdf for Watched<'_> {
+    fn channels(&self) -> Channels {
+        self.of.channels()
+    }
+    fn symmetry(&self) -> Symmetry {
+        self.of.symmetry()
+    }
+    fn conserves_energy(&self) -> bool {
+        self.of.conserves_energy()
+    }
+    fn eval(&self, pair: &DirectionPair, out: &mut [f64]) -> Presence {
+        let off = |a: Direction, b: Direction| angle_between(a.vector(), b.vector());
+        let off = [
+            off(pair.omega_i, self.pair.omega_i),
+            off(pair.omega_o, self.pair.omega_o),
+        ];
+        // Rounding of the half vector, which directions are mirrored at.
+        let slack = 4.0 * f64::EPSILON / self.pair.half().length();
+        let within = (0..2).all(|k| off[k] <= self.apertures[k] * (1.0 + 1e-9) + slack);
+        let presence = self.of.eval(pair, out);
+        let mut seen = self.seen.lock().unwrap();
+        seen.0 += 1;
+        assert!(seen.0 <= Tolerance::default().max_evaluations(), "no end");
+        if within {
+            seen.1 = [seen.1[0].min(out[0]), seen.1[1].max(out[0])];
+        }
+        presence
+    }
+}
+
+#[test]
+fn any_aperture_at_any_elevation_comes_to_an_end() {
+    let materials = [
+        ("lambert", "albedo = 0.5"),
+        ("ggx", "alpha = 0.3"),
+        ("ggx", "alpha = 1e-6"),
+        ("ward", "alpha = [0.01, 0.1]"),
+        ("retro-reflective", "of = { kind = \"ggx\", alpha = 0.01 }"),
+    ];
+    let mut thetas = vec![0.0, deg(45.0), deg(89.0)];
+    thetas.extend([3, 5, 7, 8, 9, 10, 11, 12].map(|e| FRAC_PI_2 - f64::powi(10.0, -e)));
+    let mut cases = Vec::new();
+    for (kind, text) in materials {
+        for &theta in &thetas {
+            for a in [1e-15, 1e-12, 1e-10, 1e-8, 1e-6, 1e-3, 1e-1, 0.5] {
+                for a in [[a, a], [0.0, a], [a, 0.3 * a]] {
+                    cases.push((kind, text, theta, a));
+                }
+            }
+        }
+    }
+    let most = cases.into_par_iter().map(|(kind, text, theta, a)| {
+        let brdf = model(kind, text);
+        let mut most = 0;
+        // Mirror, retro and at right angles, and beside them by a part of the apertures.
+        for turn in [PI, 0.0, FRAC_PI_2] {
+            for [tilt, aside] in [[0.0, 0.0], [0.3 * a[1], 0.0], [0.0, 0.5 * a[0]]] {
+                let pair =
+                    DirectionPair::from_spherical(theta, 0.3, theta - tilt, 0.3 + turn + aside);
+                let case = format!("{kind} {text} {theta} {a:?} {turn} {tilt:e} {aside:e}");
+                let watched = Watched {
+                    of: &*brdf,
+                    pair,
+                    apertures: a,
+                    seen: Mutex::new((0, [f64::INFINITY, 0.0])),
+                };
+                let optics = Optics::new(a[0], a[1], Tolerance::default());
+                let got = optics.average(&watched, &pair, &mut Workspace::default());
+                let got = got.expect(&case);
+                let (count, [lo, hi]) = watched.seen.into_inner().unwrap();
+                assert_eq!(count, got.evaluations, "{case}");
+                let (value, error) = (got.value[0], got.error[0]);
+                assert!(value.is_finite() && !error.is_nan(), "{case}: {got:?}");
+                assert!(
+                    value >= lo - error && value <= hi + error,
+                    "{case}: {lo} {got:?} {hi}"
+                );
+                most = most.max(count);
+            }
+        }
+        most
+    });
+    println!("at most {} values", most.max().unwrap_or_default());
 }

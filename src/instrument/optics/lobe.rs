@@ -407,6 +407,7 @@ pub(super) fn integrate(
             break estimate;
         }
         let largest = errors.iter().map(|e| e[0] + e[1]).fold(0.0, f64::max);
+        let before = cells.len();
         for i in 0..errors.len() {
             if errors[i][0] + errors[i][1] > 0.25 * largest {
                 let axis = usize::from(errors[i][1] > errors[i][0]);
@@ -416,6 +417,10 @@ pub(super) fn integrate(
                 cells[i] = below;
                 cells.push(above);
             }
+        }
+        // No cell is to blame where errors are infinite, or no channel is above 0.
+        if cells.len() == before {
+            break estimate;
         }
     };
     let mut last = coarse;
