@@ -9,7 +9,7 @@
 //! Ill-conditioned (floor about 3e-8 rad) where both directions are on the horizon.
 //! Degenerate: phi_h at h_bar = 0, phi_k at k = 0.
 
-use super::orthographic::{lengths_and_delta, polar};
+use super::orthographic::{length, lengths_and_delta, polar};
 use super::spherical::azimuth;
 use super::{Chart, Unit};
 use crate::geometry::{Direction, DirectionPair};
@@ -38,9 +38,9 @@ impl Chart for Hybrid {
     fn absolute(&self, pair: &DirectionPair) -> [f64; 4] {
         let (h, k) = pair.half_and_back();
         [
-            h.x.hypot(h.y),
+            length(h.x.hypot(h.y)),
             azimuth(h.y, h.x),
-            k.length(),
+            length(k.length()),
             azimuth(k.y, k.x),
         ]
     }

@@ -176,7 +176,31 @@ pub struct WarpError {
     /// The axis symbol as written.
     pub axis: String,
     /// What is wrong and what is allowed.
-    pub problem: String,
+    #[source]
+    pub problem: WarpProblem,
+}
+
+/// Why an axis cannot have a warp.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum WarpProblem {
+    /// It is an azimuth.
+    #[error("azimuths are not warped; allowed are radial axes")]
+    Azimuth,
+    /// The rows of a MERL table are those of one axis.
+    #[error("the merl warp is defined for theta_h only")]
+    NotThetaH,
+    /// An arcsine is that of a length.
+    #[error("the arcsine warp is defined for the lengths h_bar, k_bar and k only")]
+    NoLength,
+    /// There is no such axis.
+    #[error("no axis of {parametrization}; allowed: {axes}")]
+    NoAxis {
+        /// The parametrization.
+        parametrization: &'static str,
+        /// Its axes.
+        axes: String,
+    },
 }
 
 impl ParametrizationEntry {

@@ -17,11 +17,18 @@ use glam::{DVec2, Vec3Swizzles};
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Orthographic;
 
+/// A length as a coordinate. No length here exceeds 1 on paper; of opposed directions on the horizon
+/// |k| = 1 rounds to 1 + ulp, which would lie past the end of its axis. NaN stays NaN.
+#[inline]
+pub(super) fn length(x: f64) -> f64 {
+    x.clamp(0.0, 1.0)
+}
+
 /// `[|h_bar|, |other|, delta]`, delta the angle from h_bar to the projection of `k`.
 #[inline]
 pub(super) fn lengths_and_delta(h: DVec2, k: DVec2, k_norm: f64) -> [f64; 3] {
     let delta = azimuth(h.x * k.y - h.y * k.x, h.dot(k));
-    [h.x.hypot(h.y), k_norm, delta]
+    [length(h.x.hypot(h.y)), length(k_norm), delta]
 }
 
 impl Chart for Orthographic {
@@ -38,9 +45,9 @@ impl Chart for Orthographic {
     fn absolute(&self, pair: &DirectionPair) -> [f64; 4] {
         let (h, k) = (pair.half().xy(), pair.back().xy());
         [
-            h.x.hypot(h.y),
+            length(h.x.hypot(h.y)),
             azimuth(h.y, h.x),
-            k.x.hypot(k.y),
+            length(k.x.hypot(k.y)),
             azimuth(k.y, k.x),
         ]
     }

@@ -1,7 +1,7 @@
 //! A monotone warp on any axis of any parametrization, so that "uniform in the parametrization"
 //! and "uniform in the warped parametrization" are the same code.
 
-use super::{Axis, AxisKind, Coords, Parametrization, Unit, WarpError};
+use super::{Axis, AxisKind, Coords, Parametrization, Unit, WarpError, WarpProblem};
 use crate::geometry::{DirectionPair, Symmetry};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -46,21 +46,19 @@ impl WarpName {
     }
 
     /// The warp of an axis, if it can have it.
-    fn on(self, axis: &Axis) -> Result<Warp, String> {
+    fn on(self, axis: &Axis) -> Result<Warp, WarpProblem> {
         let [lo, max] = axis.range;
         if axis.kind != AxisKind::Radial || lo != 0.0 {
-            return Err("azimuths are not warped; allowed are radial axes".into());
+            return Err(WarpProblem::Azimuth);
         }
         match self {
             WarpName::SquareRoot => Ok(Warp::Power { top: 1.0, max }),
             WarpName::Merl if axis.symbol == "theta_h" => Ok(Warp::Power { top: 90.0, max }),
-            WarpName::Merl => Err("the merl warp is defined for theta_h only".into()),
+            WarpName::Merl => Err(WarpProblem::NotThetaH),
             WarpName::Arcsine if ["h_bar", "k_bar", "k"].contains(&axis.symbol) => {
                 Ok(Warp::Arcsine)
             }
-            WarpName::Arcsine => {
-                Err("the arcsine warp is defined for the lengths h_bar, k_bar and k only".into())
-            }
+            WarpName::Arcsine => Err(WarpProblem::NoLength),
         }
     }
 }
@@ -88,8 +86,7 @@ impl Warp {
         match self {
             Warp::Identity => x,
             Warp::Power { top, max } => (top * (x.abs() / max).sqrt()).copysign(x),
-            // |k| may round to 1 + ulp.
-            Warp::Arcsine => x.clamp(-1.0, 1.0).asin(),
+            Warp::Arcsine => x.asin(),
         }
     }
 
@@ -142,11 +139,10 @@ impl<P: Parametrization> Warped<P> {
             };
             let Some(i) = axes.iter().position(|a| a.symbol == symbol) else {
                 let allowed: Vec<_> = axes.iter().map(|a| a.symbol).collect();
-                return Err(error(format!(
-                    "no axis of {}; allowed: {}",
-                    inner.name(),
-                    allowed.join(", ")
-                )));
+                return Err(error(WarpProblem::NoAxis {
+                    parametrization: inner.name(),
+                    axes: allowed.join(", "),
+                }));
             };
             let warp = name.on(&axes[i]).map_err(error)?;
             let top = match warp {

@@ -33,7 +33,7 @@ impl Coordinates {
         entry.warped(symmetry, &self.warp).map_err(|e| {
             let key = format!("coordinates.warp.{}", e.axis);
             let value = self.warp.get(&e.axis).map_or("", |w| w.name());
-            ParameterError::new(key, value, e.problem)
+            ParameterError::new(key, value, e.problem.to_string())
         })
     }
 
