@@ -184,7 +184,7 @@ fn poles_and_seam_have_no_jump() {
 
 #[test]
 fn maps_that_are_none_are_refused() {
-    let message = Map::new(10, vec![[1.0; 3]; 40]).unwrap_err();
+    let message = Map::new(10, vec![[1.0; 3]; 40]).unwrap_err().to_string();
     assert!(message.contains("10 × 4"), "{message}");
     assert!(Map::new(9, vec![[1.0; 3]; 36]).is_ok());
     assert!(Map::new(7, vec![[1.0; 3]; 28]).is_ok());
@@ -192,12 +192,12 @@ fn maps_that_are_none_are_refused() {
     for bad in [f32::NAN, -1.0, f32::INFINITY] {
         let mut pixels = vec![[1.0; 3]; 32];
         pixels[8 + 3][1] = bad;
-        let message = Map::new(8, pixels).unwrap_err();
+        let message = Map::new(8, pixels).unwrap_err().to_string();
         assert!(message.contains("column 3, row 1"), "{message}");
     }
 }
 
-#[cfg(feature = "exr")]
+#[cfg(feature = "pictures")]
 mod files {
     use super::*;
     use std::fs::{self, File};
@@ -266,6 +266,19 @@ mod files {
         let whole = fs::read(at("nan.exr")).unwrap();
         fs::write(at("cut.exr"), &whole[..whole.len() / 2]).unwrap();
         fs::write(at("cut.hdr"), "#?RADIANCE\n").unwrap();
+        // A few bytes whose header promises gigabytes.
+        let mut huge = whole.clone();
+        for window in ["dataWindow\0box2i\0", "displayWindow\0box2i\0"] {
+            let found = huge
+                .windows(window.len())
+                .position(|w| w == window.as_bytes());
+            let last = found.unwrap() + window.len() + 4 + 8;
+            huge[last..last + 4].copy_from_slice(&59_999_i32.to_le_bytes());
+            huge[last + 4..last + 8].copy_from_slice(&29_999_i32.to_le_bytes());
+        }
+        fs::write(at("huge.exr"), huge).unwrap();
+        let start = "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 30000 +X 60000\n";
+        fs::write(at("huge.hdr"), start).unwrap();
         let cases = [
             ("square.exr", "8 × 8"),
             ("square.hdr", "8 × 8"),
@@ -273,6 +286,8 @@ mod files {
             ("text.exr", "OpenEXR, Radiance HDR"),
             ("cut.exr", "cannot read"),
             ("cut.hdr", "cannot read"),
+            ("huge.exr", "60000 × 30000 pixels; allowed: at most"),
+            ("huge.hdr", "cannot read"),
             ("absent.exr", "cannot read"),
         ];
         for (name, part) in cases {
@@ -287,7 +302,7 @@ mod files {
     }
 }
 
-#[cfg(not(feature = "exr"))]
+#[cfg(not(feature = "pictures"))]
 #[test]
 fn a_build_without_pictures_says_so() {
     let message = spec("map", "path = 'a.exr'")

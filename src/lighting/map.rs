@@ -49,7 +49,7 @@ impl LightingSpec for MapSpec {
         in_closed("rotation_deg", self.rotation_deg, -360.0, 360.0)?;
         files::size(&self.path)
             .and_then(aspect)
-            .map_err(|message| self.unusable(message))
+            .map_err(|e| self.unusable(e))
     }
 
     fn inputs(&self) -> Vec<PathBuf> {
@@ -60,27 +60,101 @@ impl LightingSpec for MapSpec {
         self.check()?;
         let map = files::pixels(&self.path)
             .and_then(|([width, _], pixels)| Map::new(width, pixels))
-            .map_err(|message| self.unusable(message))?;
+            .map_err(|e| self.unusable(e))?;
         Ok(Box::new(map.rotated(self.rotation_deg.to_radians())))
     }
 }
 
 impl MapSpec {
-    fn unusable(&self, message: String) -> BuildError {
+    fn unusable(&self, e: MapError) -> BuildError {
         BuildError::Data {
             path: self.path.clone(),
-            message,
+            message: e.to_string(),
         }
     }
 }
 
-fn aspect([width, height]: [usize; 2]) -> Result<(), String> {
+/// Values that a picture may have: the header says how many, and they are all held.
+const LARGEST: usize = 4 << 27;
+
+/// Why a picture is no environment.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum MapError {
+    /// It is not twice as wide as high.
+    #[error("this picture is {width} × {height} pixels; allowed: twice as wide as high")]
+    Shape {
+        /// Pixels to a row.
+        width: usize,
+        /// Rows.
+        height: usize,
+    },
+    /// The last row is not complete.
+    #[error("the last row has less than {width} pixels")]
+    Short {
+        /// Pixels to a row.
+        width: usize,
+    },
+    /// A pixel is no radiance.
+    #[error(
+        "the pixel in column {column}, row {row} (counted from 0) is {found:?}; allowed: finite \
+         numbers not below 0"
+    )]
+    Pixel {
+        /// From the left.
+        column: usize,
+        /// From the top.
+        row: usize,
+        /// Its R, G, B.
+        found: [f32; 3],
+    },
+    /// It has more values than are held.
+    #[error(
+        "this picture is {width} × {height} pixels; allowed: at most {LARGEST} values, as four \
+         channels of 16384 × 8192 have"
+    )]
+    Large {
+        /// Pixels to a row.
+        width: usize,
+        /// Rows.
+        height: usize,
+    },
+    /// It is of another format.
+    #[error("this is no picture that can be read; allowed: OpenEXR, Radiance HDR")]
+    Format,
+    /// It has no colours.
+    #[error("its channels are {0}; allowed: R, G, B or Y")]
+    Channels(String),
+    /// Its channels differ in resolution.
+    #[error("some of its channels are coarser than others")]
+    Coarse,
+    /// It is a folder, a pipe or a device.
+    #[error("cannot read this file: not a regular file")]
+    NoFile,
+    /// It has no layer.
+    #[error("cannot read this file: it has no layer")]
+    Empty,
+    /// The file cannot be read.
+    #[error("cannot read this file: {0}")]
+    Io(#[from] std::io::Error),
+    /// The OpenEXR file cannot be read.
+    #[cfg(feature = "pictures")]
+    #[error("cannot read this file: {0}")]
+    Exr(#[from] exr::error::Error),
+    /// The Radiance file cannot be read.
+    #[cfg(feature = "pictures")]
+    #[error("cannot read this file: {0}")]
+    Hdr(#[from] image::ImageError),
+    /// This build reads no pictures.
+    #[error("this build of gonio cannot read pictures: it lacks the feature pictures")]
+    Absent,
+}
+
+fn aspect([width, height]: [usize; 2]) -> Result<(), MapError> {
     if height > 0 && width >= 2 && width.abs_diff(2 * height) <= 1 {
         return Ok(());
     }
-    Err(format!(
-        "this picture is {width} × {height} pixels; allowed: twice as wide as high"
-    ))
+    Err(MapError::Shape { width, height })
 }
 
 /// A panorama.
@@ -99,23 +173,20 @@ impl Map {
     /// From linear R, G, B, row after row from the zenith, `width` to a row.
     ///
     /// # Errors
-    /// One sentence if it is not twice as wide as high (to a pixel), or if a value is negative or
-    /// not finite.
-    pub fn new(width: usize, pixels: Vec<[f32; 3]>) -> Result<Self, String> {
+    /// If it is not twice as wide as high (to a pixel), or if a value is negative or not finite.
+    pub fn new(width: usize, pixels: Vec<[f32; 3]>) -> Result<Self, MapError> {
         let height = pixels.len() / width.max(1);
         aspect([width, height])?;
         if pixels.len() != width * height {
-            return Err(format!("the last row has less than {width} pixels"));
+            return Err(MapError::Short { width });
         }
         let wrong = |v: &f32| !(v.is_finite() && *v >= 0.0);
         if let Some(i) = pixels.iter().position(|p| p.iter().any(wrong)) {
-            let found = pixels[i];
-            return Err(format!(
-                "the pixel in column {}, row {} (counted from 0) is {found:?}; allowed: finite \
-                 numbers not below 0",
-                i % width,
-                i / width
-            ));
+            return Err(MapError::Pixel {
+                column: i % width,
+                row: i / width,
+                found: pixels[i],
+            });
         }
         let mean = |row: &[[f32; 3]]| {
             let sum = |c: usize| row.iter().map(|p| f64::from(p[c])).sum::<f64>();
@@ -176,10 +247,13 @@ impl Lighting for Map {
     }
 }
 
-/// Reading pictures; errors are one sentence.
-#[cfg(feature = "exr")]
+/// Width, height, and R, G, B row after row from the top.
+type Picture = ([usize; 2], Vec<[f32; 3]>);
+
+/// Reading pictures.
+#[cfg(feature = "pictures")]
 mod files {
-    use super::Path;
+    use super::{LARGEST, MapError, Path, Picture};
     use exr::prelude::{MetaData, ReadChannels, ReadLayers};
     use image::{ImageDecoder, ImageFormat, ImageReader};
     use std::fs::File;
@@ -191,38 +265,46 @@ mod files {
     }
 
     /// By the first bytes: names may lie.
-    fn format(path: &Path) -> Result<Format, String> {
+    fn format(path: &Path) -> Result<Format, MapError> {
+        // Asked by name: a pipe that nobody writes to would not open.
+        if !std::fs::metadata(path)?.is_file() {
+            return Err(MapError::NoFile);
+        }
         let mut start = Vec::new();
-        let file = File::open(path).map_err(unreadable)?;
-        file.take(4).read_to_end(&mut start).map_err(unreadable)?;
+        let file = File::open(path)?;
+        file.take(4).read_to_end(&mut start)?;
         match start[..] {
             [0x76, 0x2f, 0x31, 0x01] => Ok(Format::Exr),
             [b'#', b'?', ..] => Ok(Format::Hdr),
-            _ => Err("this is no picture that can be read; allowed: OpenEXR, Radiance HDR".into()),
+            _ => Err(MapError::Format),
         }
     }
 
-    fn unreadable(e: impl std::fmt::Display) -> String {
-        format!("cannot read this file: {e}")
-    }
-
-    fn reader(path: &Path) -> Result<ImageReader<BufReader<File>>, String> {
-        let mut reader = ImageReader::open(path).map_err(unreadable)?;
+    fn reader(path: &Path) -> Result<ImageReader<BufReader<File>>, MapError> {
+        let mut reader = ImageReader::open(path)?;
         reader.set_format(ImageFormat::Hdr);
         Ok(reader)
     }
 
     /// Width and height, from the header.
-    pub fn size(path: &Path) -> Result<[usize; 2], String> {
+    pub fn size(path: &Path) -> Result<[usize; 2], MapError> {
         match format(path)? {
             Format::Exr => {
-                let meta = MetaData::read_from_file(path, false).map_err(unreadable)?;
+                let meta = MetaData::read_from_file(path, false)?;
+                for header in &meta.headers {
+                    let [width, height] = [header.layer_size.width(), header.layer_size.height()];
+                    let values = width.saturating_mul(height);
+                    let values = values.saturating_mul(header.channels.list.len());
+                    if values > LARGEST {
+                        return Err(MapError::Large { width, height });
+                    }
+                }
                 let header = meta.headers.first();
-                let header = header.ok_or_else(|| unreadable("it has no layer"))?;
+                let header = header.ok_or(MapError::Empty)?;
                 Ok([header.layer_size.width(), header.layer_size.height()])
             }
             Format::Hdr => {
-                let decoder = reader(path)?.into_decoder().map_err(unreadable)?;
+                let decoder = reader(path)?.into_decoder()?;
                 let (width, height) = decoder.dimensions();
                 Ok([width as usize, height as usize])
             }
@@ -230,28 +312,25 @@ mod files {
     }
 
     /// Width, height, and R, G, B row after row from the top.
-    #[allow(clippy::type_complexity)]
-    pub fn pixels(path: &Path) -> Result<([usize; 2], Vec<[f32; 3]>), String> {
+    pub fn pixels(path: &Path) -> Result<Picture, MapError> {
         match format(path)? {
             Format::Exr => exr_pixels(path),
             Format::Hdr => {
-                let image = reader(path)?.decode().map_err(unreadable)?.into_rgb32f();
+                let image = reader(path)?.decode()?.into_rgb32f();
                 let size = [image.width() as usize, image.height() as usize];
                 Ok((size, image.pixels().map(|p| p.0).collect()))
             }
         }
     }
 
-    #[allow(clippy::type_complexity)]
-    fn exr_pixels(path: &Path) -> Result<([usize; 2], Vec<[f32; 3]>), String> {
+    fn exr_pixels(path: &Path) -> Result<Picture, MapError> {
         let image = exr::prelude::read()
             .no_deep_data()
             .largest_resolution_level()
             .all_channels()
             .first_valid_layer()
             .all_attributes()
-            .from_file(path)
-            .map_err(unreadable)?;
+            .from_file(path)?;
         let layer = image.layer_data;
         let size = [layer.size.width(), layer.size.height()];
         let list = layer.channel_data.list;
@@ -265,30 +344,27 @@ mod files {
             _ => {
                 let names: Vec<_> = list.iter().map(|c| c.name.to_string()).collect();
                 let names = names.join(", ");
-                return Err(format!("its channels are {names}; allowed: R, G, B or Y"));
+                return Err(MapError::Channels(names));
             }
         };
         let count = size[0] * size[1];
         if channels.iter().any(|c| c.sample_data.len() != count) {
-            return Err("some of its channels are coarser than others".into());
+            return Err(MapError::Coarse);
         }
         let pixel = |i: usize| channels.map(|c| c.sample_data.value_by_flat_index(i).to_f32());
         Ok((size, (0..count).map(pixel).collect()))
     }
 }
 
-#[cfg(not(feature = "exr"))]
+#[cfg(not(feature = "pictures"))]
 mod files {
-    use super::Path;
+    use super::{MapError, Path, Picture};
 
-    const ABSENT: &str = "this build of gonio cannot read pictures: it lacks the feature exr";
-
-    pub fn size(_path: &Path) -> Result<[usize; 2], String> {
-        Err(ABSENT.into())
+    pub fn size(_path: &Path) -> Result<[usize; 2], MapError> {
+        Err(MapError::Absent)
     }
 
-    #[allow(clippy::type_complexity)]
-    pub fn pixels(_path: &Path) -> Result<([usize; 2], Vec<[f32; 3]>), String> {
-        Err(ABSENT.into())
+    pub fn pixels(_path: &Path) -> Result<Picture, MapError> {
+        Err(MapError::Absent)
     }
 }
