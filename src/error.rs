@@ -1,6 +1,20 @@
 //! The one public error; its variants say who must act.
 
+use std::borrow::Cow;
 use std::path::PathBuf;
+
+/// Characters of a user's text that a message repeats.
+const EXCERPT: usize = 60;
+
+/// What a message repeats of a user's text: all of it, or the start of one that is long. Quotes are
+/// closed.
+pub(crate) fn excerpt(text: &str) -> Cow<'_, str> {
+    let quote = if text.starts_with('"') { "\"" } else { "" };
+    match text.char_indices().nth(EXCERPT) {
+        None => text.into(),
+        Some((end, _)) => format!("{}…{quote}", &text[..end]).into(),
+    }
+}
 
 /// A parameter outside its range.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
@@ -15,7 +29,7 @@ pub struct ParameterError {
 }
 
 impl ParameterError {
-    /// The key, the value that was given, and what is allowed.
+    /// The key, the value that was given (of a long one the start is kept), and what is allowed.
     pub fn new(
         key: impl Into<String>,
         value: impl std::fmt::Display,
@@ -23,7 +37,7 @@ impl ParameterError {
     ) -> Self {
         Self {
             key: key.into(),
-            value: value.to_string(),
+            value: excerpt(&value.to_string()).into_owned(),
             allowed: allowed.into(),
         }
     }

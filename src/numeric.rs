@@ -21,6 +21,12 @@ pub const HORIZON_SLACK: f64 = 1e-14;
 /// that values stay finite without moving any that can be told from the horizon.
 pub const DENOMINATOR_FLOOR: f64 = 1e-100;
 
+/// Largest size of a reading in a file, sr⁻¹.
+///
+/// Far above what any model gives (see [`DENOMINATOR_FLOOR`]), and its square, summed over millions
+/// of readings, is still finite.
+pub const LARGEST_READING: f64 = 1e150;
+
 /// `sqrt(max(x, 0))`: for differences that are non-negative on paper and may
 /// round to a few ulp below 0.
 #[inline]
@@ -47,6 +53,27 @@ pub fn luminance(rgb: [f64; 3]) -> f64 {
 
 /// Rec. 709 luminance weights of linear R, G, B.
 pub const LUMINANCE: [f64; 3] = [0.2126, 0.7152, 0.0722];
+
+/// Numbers that may be infinite in formats that have no infinity: JSON writes `null` for it.
+pub mod infinite_as_null {
+    use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
+    /// Writes a number, or nothing in place of an infinite one.
+    ///
+    /// # Errors
+    /// Those of the format.
+    pub fn serialize<S: Serializer>(value: &f64, serializer: S) -> Result<S::Ok, S::Error> {
+        value.is_finite().then_some(*value).serialize(serializer)
+    }
+
+    /// Reads a number, or infinity in place of nothing.
+    ///
+    /// # Errors
+    /// Those of the format.
+    pub fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<f64, D::Error> {
+        Ok(Option::deserialize(deserializer)?.unwrap_or(f64::INFINITY))
+    }
+}
 
 #[cfg(test)]
 mod tests {

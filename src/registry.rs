@@ -7,6 +7,7 @@
 //! first and the rest is deserialized into the member's own struct, whose
 //! `deny_unknown_fields` then sees every key with its position.
 
+use crate::error::excerpt;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 use std::ops::Range;
@@ -84,6 +85,7 @@ pub fn take_kind(what: &str, kinds: &[&str], table: &mut Table<'_>) -> Result<us
             } else {
                 "a"
             };
+            let name = excerpt(&name);
             let message = format!("kind = \"{name}\" is not {a} {what}; allowed: {allowed}");
             ReadError::at(span, message)
         }),
@@ -185,7 +187,7 @@ fn shown(value: &DeValue<'_>) -> String {
         DeValue::Integer(number) => number.to_string(),
         DeValue::Float(number) => number.to_string(),
         DeValue::Boolean(on) => on.to_string(),
-        DeValue::String(text) => format!("{text:?}"),
+        DeValue::String(text) => format!("{:?}", excerpt(text)),
         other => format!("a value of type {}", other.type_str()),
     }
 }

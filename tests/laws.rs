@@ -132,14 +132,8 @@ fn energy_is_conserved_where_declared() {
                 ", not declared"
             },
         );
-        // The rule's own error: 1e-5 measured at most, for models with a kink in azimuth; but for a
-        // peak at the light, where the rule has few nodes near the horizon: 2.5e-2 measured.
-        let limit = if name.starts_with("retro-reflective") {
-            5e-2
-        } else {
-            2e-5
-        };
-        assert!(albedo.error < limit, "{name}: {found:?}");
+        // 4e-6 measured at most, for models with a kink.
+        assert!(albedo.error < 2e-5, "{name}: {found:?}");
         if brdf.conserves_energy() {
             assert!(albedo.max() <= 1.0 + 1e-6, "{name}: {found:?}");
         }

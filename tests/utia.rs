@@ -103,6 +103,12 @@ fn what_was_not_measured_is_missing() {
         let near = table.luminance(&pair([31.0, 1.0, 31.0, 1.0])).unwrap();
         assert!((near - 0.25).abs() < 1e-15);
     }
+    // Stored, it is finite; in 1/sr it is not.
+    let huge = |c, n| if (c, n) == (1, node) { 1e305 } else { 0.25 };
+    for channels in [Channels::Rgb, Channels::Luminance] {
+        let table = Utia::read(bytes(huge).as_slice(), 1e6, channels).unwrap();
+        assert_eq!(table.luminance(&pair([30.0, 0.0, 30.0, 0.0])), None);
+    }
     // Noise below 0 is darkness.
     let table = Utia::read(bytes(|_, _| -0.1).as_slice(), 1.0, Channels::Luminance).unwrap();
     assert_eq!(table.luminance(&pair([30.0, 0.0, 30.0, 0.0])), Some(0.0));

@@ -184,6 +184,11 @@ pub trait BrdfSpec: std::fmt::Debug + Send + Sync {
     fn inputs(&self) -> Vec<PathBuf> {
         Vec::new()
     }
+
+    /// Bytes of the tables it holds once it is built; next to nothing for a formula.
+    fn table_bytes(&self, _channels: Channels) -> usize {
+        0
+    }
 }
 
 /// Why a material could not be built.

@@ -153,6 +153,11 @@ impl BrdfSpec for SumSpec {
         let components = self.component.iter();
         components.flat_map(|c| c.brdf.inputs()).collect()
     }
+
+    fn table_bytes(&self, channels: Channels) -> usize {
+        let components = self.component.iter();
+        components.map(|c| c.brdf.table_bytes(channels)).sum()
+    }
 }
 
 /// The error of component `j`, with its key spelled from the sum's table.

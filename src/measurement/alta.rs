@@ -29,8 +29,9 @@
 //! symmetric interval, of the first value or of each: it is taken for a standard uncertainty that
 //! readings share. The two ends that `#VS 2` gives are passed over.
 
-use super::{Details, Flags, Measurement, Outcome};
+use super::{Details, Flags, Measurement, Outcome, without_cosine};
 use crate::brdf::Channels;
+use crate::error::excerpt;
 use crate::geometry::{Direction, DirectionPair, Symmetry};
 use crate::numeric::{GRAZING_COS, safe_sqrt};
 use crate::schedule::import::form;
@@ -168,7 +169,7 @@ struct Header {
 ///
 /// # Errors
 /// One sentence with the line: a header that lacks a line or says what is not supported, a row with
-/// another number of cells, or with one that is no finite number.
+/// another number of cells, or with one that is no finite number or no reading.
 pub fn read(text: &str, name: &str, assume: &Assume) -> Result<AltaFile, FileError> {
     let header = Header::read(text, name)?;
     let (input, dimension, fixes_sample, inverse) = header.input;
@@ -202,11 +203,18 @@ pub fn read(text: &str, name: &str, assume: &Assume) -> Result<AltaFile, FileErr
             1.0
         };
         pairs.push(DirectionPair::new(light, view));
-        values.extend(cells[dimension..dimension + n].iter().map(|v| v / cos));
+        let add = |to: &mut Vec<f64>, value: f64| {
+            let reading = without_cosine(value, cos);
+            to.push(reading.map_err(|message| FileError::at(name, i + 1, message))?);
+            Ok(())
+        };
         let interval = &cells[dimension + n..];
-        if header.intervals == 1 {
-            // One radius stands for all values.
-            radii.extend((0..n).map(|c| interval[c.min(interval.len() - 1)] / cos));
+        for c in 0..n {
+            add(&mut values, cells[dimension + c])?;
+            if header.intervals == 1 {
+                // One radius stands for all values.
+                add(&mut radii, interval[c.min(interval.len() - 1)])?;
+            }
         }
     }
     if pairs.is_empty() {
@@ -270,19 +278,25 @@ impl Header {
         if let Some((line, words)) = fact("FORMAT")
             && words != ["text"]
         {
-            let message = format!("#FORMAT {}: allowed is text", words.join(" "));
+            let message = format!("#FORMAT {}: allowed is text", excerpt(&words.join(" ")));
             return Err(FileError::at(name, line, message));
         }
         let (line, words) = needed("PARAM_IN")?;
         let Some(input) = INPUTS.into_iter().find(|input| words == [input.0]) else {
             let allowed = INPUTS.map(|input| input.0).join(", ");
-            let message = format!("#PARAM_IN {}: allowed are {allowed}", words.join(" "));
+            let message = format!(
+                "#PARAM_IN {}: allowed are {allowed}",
+                excerpt(&words.join(" "))
+            );
             return Err(FileError::at(name, line, message));
         };
         let (line, words) = needed("PARAM_OUT")?;
         let Some(output) = OUTPUTS.into_iter().find(|output| words == [output.0]) else {
             let allowed = OUTPUTS.map(|output| output.0).join(", ");
-            let message = format!("#PARAM_OUT {}: allowed are {allowed}", words.join(" "));
+            let message = format!(
+                "#PARAM_OUT {}: allowed are {allowed}",
+                excerpt(&words.join(" "))
+            );
             return Err(FileError::at(name, line, message));
         };
         let (line, words) = needed("DIM")?;
@@ -293,7 +307,7 @@ impl Header {
                 let allowed: Vec<_> = output.1.iter().map(usize::to_string).collect();
                 let message = format!(
                     "#DIM {}: allowed are {} coordinates of {} and {} values of {}",
-                    words.join(" "),
+                    excerpt(&words.join(" ")),
                     input.1,
                     input.0,
                     allowed.join(" or "),
@@ -309,7 +323,8 @@ impl Header {
                 ["1"] => 1,
                 ["2"] => 2,
                 _ => {
-                    let message = format!("#VS {}: allowed are 0, 1 and 2", words.join(" "));
+                    let message =
+                        format!("#VS {}: allowed are 0, 1 and 2", excerpt(&words.join(" ")));
                     return Err(FileError::at(name, line, message));
                 }
             },
@@ -331,6 +346,7 @@ impl Header {
         let parse = |word: &str| match word.parse::<f64>() {
             Ok(value) if value.is_finite() => Ok(value),
             _ => {
+                let word = excerpt(word);
                 let message = format!("{word}: allowed is a finite number");
                 Err(FileError::at(name, line, message))
             }

@@ -18,8 +18,9 @@
 //! value times cos theta_i and divided by it, with its uncertainties; an empty value without a
 //! reason is `no-data`. A later attempt at a pose replaces an earlier one.
 
-use super::{Details, Flags, Measurement, Outcome};
+use super::{Details, Flags, Measurement, Outcome, without_cosine};
 use crate::brdf::Channels;
+use crate::error::excerpt;
 use crate::schedule::export::{PoseRows, description};
 use crate::schedule::import::{Rows, known_columns};
 use crate::schedule::table::{Cell, Sheet, Table, WORDS};
@@ -196,6 +197,7 @@ fn parse_words(words: &str) -> Result<(Option<Outcome>, Flags), String> {
             (_, None) => {
                 let names = Flags::ALL.map(|(_, name)| name).join(", ");
                 let reasons = Unreachable::NAMES.join(", ");
+                let word = excerpt(word);
                 return Err(format!(
                     "flags = {word:?}: allowed are {names}, {NO_DATA}, {OCCLUDED}, {NOT_VISITED}, \
                      {UNREACHABLE} with one of {reasons}"
@@ -203,6 +205,7 @@ fn parse_words(words: &str) -> Result<(Option<Outcome>, Flags), String> {
             }
         };
         if outcome.replace(found).is_some() {
+            let words = excerpt(words);
             return Err(format!(
                 "flags = {words:?}: allowed is one reason for no reading"
             ));
@@ -215,7 +218,8 @@ fn parse_words(words: &str) -> Result<(Option<Outcome>, Flags), String> {
 ///
 /// # Errors
 /// One sentence with the line: all that [`crate::schedule::read_schedule`] refuses, a value that is
-/// none, a negative uncertainty, an unknown flag, two rows of one pose with the same attempt.
+/// none or beyond [`crate::numeric::LARGEST_READING`], a negative uncertainty, an unknown flag, two
+/// rows of one pose with the same attempt.
 pub fn read_measurement(
     text: &str,
     name: &str,
@@ -260,7 +264,7 @@ pub fn read_measurement(
             (true, None) => Outcome::Reading,
             (false, reason) => reason.unwrap_or(Outcome::NoData),
             (true, Some(_)) => {
-                let words = table.words(row);
+                let words = excerpt(table.words(row));
                 let message = format!("there is a value, and flags = {words:?} says there is none");
                 return Err(table.row_error(row, message));
             }
@@ -369,8 +373,17 @@ impl ValueColumns {
         self.type_a.is_some() || self.type_b.is_some() || self.both.is_some()
     }
 
-    fn without_cosine(&self, value: f64, cos: f64) -> f64 {
-        if self.with_cosine { value / cos } else { value }
+    /// The reading that a number in a cell stands for.
+    fn reading(
+        &self,
+        table: &Table,
+        row: usize,
+        column: usize,
+        value: f64,
+        cos: f64,
+    ) -> Result<f64, FileError> {
+        without_cosine(value, if self.with_cosine { cos } else { 1.0 })
+            .map_err(|e| table.row_error(row, format!("{} = {e}", table.columns[column])))
     }
 
     /// Reads the values of a row; false if there are none.
@@ -384,7 +397,7 @@ impl ValueColumns {
         let mut found = 0;
         for (out, &column) in out.iter_mut().zip(&self.values) {
             if let Some(value) = table.number(row, column) {
-                *out = self.without_cosine(value, cos);
+                *out = self.reading(table, row, column, value, cos)?;
                 found += 1;
             }
         }
@@ -414,7 +427,7 @@ impl ValueColumns {
                     let message = format!("{name} = {value}: allowed is a number from 0");
                     return Err(table.row_error(row, message));
                 }
-                *out = self.without_cosine(value, cos);
+                *out = self.reading(table, row, column, value, cos)?;
             }
         }
         Ok(())

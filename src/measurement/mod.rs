@@ -9,8 +9,23 @@ pub use file::{About, MeasurementFile, read_measurement, write_measurement};
 pub use record::{MeasurementRow, measurement_schema};
 
 use crate::brdf::Channels;
+use crate::numeric::LARGEST_READING;
 use crate::schedule::{Schedule, Unreachable};
 use std::sync::Arc;
+
+/// A value or uncertainty of a file without the cosine that it holds (1: none), sr⁻¹.
+///
+/// # Errors
+/// The value and what is allowed, if the reading is larger than [`LARGEST_READING`].
+fn without_cosine(value: f64, cos: f64) -> Result<f64, String> {
+    let reading = value / cos;
+    if reading.abs() <= LARGEST_READING {
+        return Ok(reading);
+    }
+    Err(format!(
+        "{value:e}: allowed is a reading of at most {LARGEST_READING:e} 1/sr without the cosine"
+    ))
+}
 
 /// What became of one pose.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -34,9 +34,10 @@
 //! | Oren–Nayar, σ = 30° and 90°, the model with a kink | 1.6e-4, 2.5e-4 |
 //!
 //! A narrow lobe elsewhere than around the mirror direction (retro-reflection) is only seen with
-//! the resolution of the outer nodes, some 3°.
+//! the resolution of the outer nodes, some 3°, and a lobe that is narrow along one tangent axis only
+//! with that of the nodes in φ_h, 6°: [`crate::brdf::laws::directional_albedo`] finds both.
 
-use super::{Values, errors::Sum, evaluate};
+use super::{Quantity, Values, errors::Sum, evaluate};
 use crate::brdf::Brdf;
 use crate::geometry::{Direction, DirectionPair};
 use crate::sampling::gauss_legendre;
@@ -75,6 +76,12 @@ pub struct AlbedoProbe {
 impl AlbedoProbe {
     /// θ_o of the views, degrees.
     pub const VIEWS_DEG: [f64; 8] = [0.0, 15.0, 30.0, 45.0, 55.0, 65.0, 75.0, 80.0];
+
+    /// What [`error`](Self::error) returns.
+    pub const QUANTITY: Quantity = Quantity::real(
+        "albedo",
+        "mean relative error of the directional albedo at eight theta_o from 0 to 80°, if `quantities` asks for it; the same for every measure",
+    );
 
     const PER_VIEW: usize = (CIRCLES + ARCS) * PHI_NODES;
 

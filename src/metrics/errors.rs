@@ -14,7 +14,7 @@
 //! compare, `nrmse` also if the truth is black. A NaN would be written as text, survive into a
 //! median and compare false with every threshold; 0 would read as a perfect reconstruction.
 
-use super::Values;
+use super::{Judged, Quantity, Values};
 use crate::geometry::DirectionPair;
 use serde::Serialize;
 
@@ -42,6 +42,39 @@ pub struct Errors {
     pub pairs_missing: usize,
     /// Pairs left out because the reconstruction has no value where the truth has one.
     pub pairs_unreconstructed: usize,
+}
+
+impl Errors {
+    /// Every error, in the order of columns, and where it stands.
+    pub const QUANTITIES: [Judged<Errors>; 6] = [
+        (
+            Quantity::real(
+                "nrmse",
+                "RMS of (g − f) cos over RMS of f cos; f truth, g reconstruction, cos = cos theta_i",
+            ),
+            |e| e.nrmse,
+        ),
+        (
+            Quantity::real("log_relative", "mean |ln((g + 1e-3)/(f + 1e-3))|"),
+            |e| e.log_relative,
+        ),
+        (
+            Quantity::real("log1p", "mean |ln(1 + g cos) − ln(1 + f cos)|"),
+            |e| e.log1p,
+        ),
+        (
+            Quantity::real("cbrt", "RMS of (g cos)^(1/3) − (f cos)^(1/3)"),
+            |e| e.cbrt,
+        ),
+        (
+            Quantity::real("mean_relative", "mean of |g − f| / max(f, 1e-3)"),
+            |e| e.mean_relative,
+        ),
+        (
+            Quantity::real("max_relative", "maximum of |g − f| / max(f, 1e-3)"),
+            |e| e.max_relative,
+        ),
+    ];
 }
 
 /// The metrics over the pairs where both have a value; the others are counted.

@@ -20,10 +20,12 @@
 mod albedo;
 mod errors;
 mod pairs;
+mod quantity;
 
 pub use albedo::AlbedoProbe;
 pub use errors::{Errors, compare};
 pub use pairs::{Measure, MetricsSpec, test_pairs};
+pub use quantity::{Judged, Quantity};
 
 use crate::brdf::{Brdf, Presence};
 use crate::geometry::DirectionPair;

@@ -13,4 +13,4 @@ pub use hemisphere::{
     cosine_hemisphere, cosine_hemisphere_pdf, ggx_half_vector, ggx_half_vector_pdf,
 };
 pub use points::{Random, RandomStream, Sobol};
-pub use quadrature::gauss_legendre;
+pub use quadrature::{GAUSS_KRONROD, gauss_legendre};

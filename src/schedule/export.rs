@@ -12,42 +12,13 @@
 //! its nodes and poses follow, see [`super::Grid`]), instrument and order, and `schedule_hash`, the
 //! BLAKE3 hash of the rows.
 
+use super::format::ScheduleFormat;
 use super::table::{Cell, Sheet};
 use super::{Itinerary, Schedule};
 use crate::geometry::Symmetry;
 use crate::parametrization::{Axis, Unit};
-use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value, json};
 use std::io::{self, Write};
-
-/// File formats of a schedule.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum ScheduleFormat {
-    /// Comma-separated values with a commented header.
-    Csv,
-    /// One JSON object a line, the first one the header.
-    JsonLines,
-}
-
-impl ScheduleFormat {
-    /// The format a file name asks for: `.csv`, `.jsonl` or `.ndjson`.
-    pub fn of(path: &std::path::Path) -> Option<Self> {
-        match path.extension()?.to_str()?.to_ascii_lowercase().as_str() {
-            "csv" => Some(Self::Csv),
-            "jsonl" | "ndjson" => Some(Self::JsonLines),
-            _ => None,
-        }
-    }
-
-    /// The extension of file names.
-    pub fn extension(self) -> &'static str {
-        match self {
-            Self::Csv => "csv",
-            Self::JsonLines => "jsonl",
-        }
-    }
-}
 
 /// The fact that holds the hash of a schedule's rows.
 pub(crate) const SCHEDULE_HASH: &str = "schedule_hash";

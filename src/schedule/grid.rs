@@ -10,7 +10,7 @@ use super::{Pose, Schedule};
 use crate::error::ParameterError;
 use crate::geometry::Symmetry;
 use crate::parametrization::{Axis, AxisKind, Coords, Parametrization, WarpName};
-use crate::registry;
+use crate::registry::{self, Entry};
 use crate::sampling::Random;
 use rustc_hash::FxHashMap;
 use serde::{Deserialize, Serialize};
@@ -32,7 +32,18 @@ pub struct Grid {
 }
 
 impl Grid {
-    pub(super) const KIND: &'static str = "grid";
+    const KIND: &'static str = "grid";
+
+    /// The registry entry.
+    pub(super) const ENTRY: Entry<dyn SampleSet> = Entry {
+        kind: Self::KIND,
+        summary: "regular grid, cell- or node-centred per axis",
+        examples: &[
+            "",
+            "ratio = [4, 4, 1]\ncentring = [\"start\", \"cell\", \"cell\"]",
+        ],
+        read: |table| Ok(Box::new(registry::parse::<Self>(table)?)),
+    };
 
     /// The lattice axes of a shape.
     fn axes(&self, axes: &[Axis], shape: &[usize]) -> Vec<LatticeAxis> {
@@ -80,6 +91,10 @@ impl SampleSet for Grid {
 
     fn is_grid(&self) -> bool {
         true
+    }
+
+    fn is_random(&self) -> bool {
+        false
     }
 
     fn check(&self, axes: &[Axis]) -> Result<(), ParameterError> {
@@ -135,7 +150,15 @@ pub struct Stratified {
 }
 
 impl Stratified {
-    pub(super) const KIND: &'static str = "stratified";
+    const KIND: &'static str = "stratified";
+
+    /// The registry entry.
+    pub(super) const ENTRY: Entry<dyn SampleSet> = Entry {
+        kind: Self::KIND,
+        summary: "one random point in each cell of a regular grid",
+        examples: &["", "ratio = [2, 2, 1]"],
+        read: |table| Ok(Box::new(registry::parse::<Self>(table)?)),
+    };
 
     /// The schedule of one shape, `None` if it has more than `budget` configurations.
     fn jitter(

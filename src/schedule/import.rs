@@ -15,15 +15,23 @@ use super::itinerary::{MAX_AXES, Positions, Unreachable};
 use super::lattice::{Lattice, LatticeAxis};
 use super::table::{FileError, Table};
 use super::{Pose, Schedule};
+use crate::error::excerpt;
 use crate::geometry::{Direction, DirectionPair, Symmetry};
 use crate::numeric::GRAZING_COS;
 use crate::parametrization::{self, Axis, Coords, Parametrization, Unit, WarpName};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, VecDeque};
 use std::sync::Arc;
 
 /// Two poses closer than this are one, rad: ten million times closer than any arm moves, ten
 /// million times further than two roundings.
 const SAME_POSE: f64 = 1e-9;
+
+/// Nodes that a lattice may have whatever its rows are, e.g. after most of them were taken out.
+const NODES: usize = 1_000_000;
+
+/// Nodes that a larger lattice may have for each pose that is listed. A grid has a few, of which one
+/// is the pose and the others are the same pose or below the horizon.
+const NODES_A_POSE: usize = 100;
 
 /// What a reader takes a file for: a choice goes before the header, the header before the default.
 #[derive(Clone, Debug)]
@@ -86,7 +94,7 @@ pub fn read_schedule(text: &str, name: &str, assume: &Assume) -> Result<Schedule
     let (axes, positions) = positions(&table)?;
     let mut unreachable = Vec::new();
     if schedule.lattice.is_some() {
-        let listed: Vec<(u32, String)> = table.fact("unreachable")?.unwrap_or_default();
+        let listed = listed_unreachable(&table)?;
         let mut free = vec![true; schedule.poses.len()];
         for &pose in &order {
             free[pose as usize] = false;
@@ -106,6 +114,11 @@ pub fn read_schedule(text: &str, name: &str, assume: &Assume) -> Result<Schedule
         positions,
         hash: table.hash(),
     })
+}
+
+/// Poses that have no row, and why.
+fn listed_unreachable(table: &Table) -> Result<Vec<(u32, String)>, FileError> {
+    Ok(table.fact("unreachable")?.unwrap_or_default())
 }
 
 /// Names of the columns that a file of poses may have, and `further` ones.
@@ -338,15 +351,16 @@ impl Rows {
         schedule: &mut Schedule,
     ) -> Result<Vec<u32>, FileError> {
         let form = &*schedule.parametrization;
-        let poses: Option<usize> = table.fact("poses")?;
+        let poses: usize = table.fact("poses")?.unwrap_or(0);
         let nodes = axes.iter().try_fold(1_usize, |n, a| n.checked_mul(a.n));
-        // A pose has few nodes; far more, and the number is a misprint.
-        let limit = poses.unwrap_or(0).saturating_mul(10_000).max(1_000_000);
+        // The header alone does not say how much there is: it must be borne out by what is listed.
+        let listed = table.lines.len() + listed_unreachable(table)?.len();
+        let limit = listed.saturating_mul(NODES_A_POSE).max(NODES);
         let fits = axes.len() == form.axes().len()
-            && nodes.is_some_and(|n| n > 0 && n <= limit)
+            && nodes.is_some_and(|n| n <= limit)
             && axes.iter().zip(form.axes()).all(|(a, axis)| a.fits(axis));
-        let laid = fits.then(|| grid::nodes(form, &axes, usize::MAX)).flatten();
-        let Some((all, of_node)) = laid.filter(|(all, _)| Some(all.len()) == poses) else {
+        let laid = fits.then(|| grid::nodes(form, &axes, poses)).flatten();
+        let Some((all, of_node)) = laid.filter(|(all, _)| all.len() == poses) else {
             let message = "lattice: this is not the lattice of the poses in this file; allowed: the \
                            header as it was written, or one without this line";
             return Err(table.fact_error("lattice", message));
@@ -419,6 +433,7 @@ pub(crate) fn form(table: &Table, assume: &Assume) -> Result<Arc<dyn Parametriza
     let Some(entry) = parametrization::find(&name) else {
         let all = parametrization::all();
         let all: Vec<_> = all.iter().map(|e| e.name).collect();
+        let name = excerpt(&name);
         let message = format!("parametrization = {name:?}: allowed are {}", all.join(", "));
         return refuse("parametrization", message);
     };
@@ -437,6 +452,7 @@ pub(crate) fn form(table: &Table, assume: &Assume) -> Result<Arc<dyn Parametriza
         match parts {
             Some((symbol, warp)) => warps.insert(symbol, warp),
             None => {
+                let warp = excerpt(warp);
                 let message = format!("warp = {warp:?}: allowed is e.g. \"theta_h:square-root\"");
                 return refuse("warp", message);
             }
@@ -492,18 +508,22 @@ fn same_poses(pairs: &[DirectionPair]) -> Vec<usize> {
     let shadows: Vec<f64> = pairs.iter().map(shadow).collect();
     let mut sorted: Vec<usize> = (0..pairs.len()).collect();
     sorted.sort_by(|&a, &b| shadows[a].total_cmp(&shadows[b]));
-    let mut first: Vec<usize> = (0..pairs.len()).collect();
-    for (k, &a) in sorted.iter().enumerate() {
-        for &b in &sorted[k + 1..] {
-            // The weights are a vector shorter than 1 for each direction.
-            if shadows[b] - shadows[a] > 2.0 * SAME_POSE {
-                break;
+    // Each pair is compared with one of each pose, however many are that pose.
+    let mut poses: VecDeque<usize> = VecDeque::new();
+    let mut of: Vec<usize> = (0..pairs.len()).collect();
+    let mut first = of.clone();
+    for &a in &sorted {
+        // The weights are a vector shorter than 1 for each direction.
+        while (poses.front()).is_some_and(|&p| shadows[a] - shadows[p] > 2.0 * SAME_POSE) {
+            poses.pop_front();
+        }
+        match (poses.iter()).find(|&&p| distance(&pairs[a], &pairs[p]) < SAME_POSE) {
+            Some(&pose) => {
+                of[a] = pose;
+                first[pose] = first[pose].min(a);
             }
-            if distance(&pairs[a], &pairs[b]) < SAME_POSE {
-                let earliest = first[a].min(first[b]);
-                (first[a], first[b]) = (earliest, earliest);
-            }
+            None => poses.push_back(a),
         }
     }
-    first
+    of.into_iter().map(|pose| first[pose]).collect()
 }

@@ -1,25 +1,30 @@
 //! Which configurations are visited, in which order.
 
 pub(crate) mod export;
+mod format;
 pub(crate) mod grid;
 pub(crate) mod import;
 mod itinerary;
 mod lattice;
+mod points;
 pub(crate) mod record;
 mod sample_set;
 pub(crate) mod table;
 
-pub use export::{ScheduleFormat, Sequence, schedule_hash, write_schedule};
+pub use export::{Sequence, schedule_hash, write_schedule};
+pub use format::ScheduleFormat;
 pub use grid::{Grid, Stratified};
 pub use import::{Assume, ScheduleFile, read_schedule};
 pub use itinerary::{Itinerary, MAX_AXES, Positions, Unreachable, Visit};
 pub use lattice::{Centring, Lattice, LatticeAxis, for_each_node};
+pub use points::{PointSet, RandomSet, SobolSet};
 pub use record::{ScheduleRow, schedule_schema};
-pub use sample_set::{PlanError, RandomSet, SampleSet, SobolSet, all, read};
+pub use sample_set::{PlanError, SampleSet};
 pub use table::FileError;
 
 use crate::geometry::DirectionPair;
 use crate::parametrization::{Coords, Parametrization};
+use crate::registry::{self, Entry, ReadError, Table};
 use std::sync::Arc;
 
 /// One configuration to be measured.
@@ -45,4 +50,19 @@ pub struct Schedule {
     pub lattice: Option<Lattice>,
     /// Share of the points of the box that are no physical configuration, in [0, 1].
     pub unphysical_share: f64,
+}
+
+/// Every sample set a config can name.
+pub fn all() -> Vec<Entry<dyn SampleSet>> {
+    vec![
+        Grid::ENTRY,
+        Stratified::ENTRY,
+        SobolSet::ENTRY,
+        RandomSet::ENTRY,
+    ]
+}
+
+/// Reads a sample set from its config table.
+pub fn read(table: Table<'_>) -> Result<Box<dyn SampleSet>, ReadError> {
+    registry::read("sample set", &all(), table)
 }

@@ -3,14 +3,10 @@
 //! A budget N counts distinct configurations above the horizon: coordinates that coincide (all
 //! azimuths at a pole) or that a declared symmetry folds together count once.
 
-use super::grid::{Grid, Stratified};
 use super::{Pose, Schedule};
 use crate::error::ParameterError;
 use crate::numeric::GRAZING_COS;
 use crate::parametrization::{Axis, Coords, Parametrization};
-use crate::registry::{self, Entry, ReadError, Table};
-use crate::sampling::{Random, Sobol};
-use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 
 /// Chooses the configurations of an acquisition. A config names one by `kind`.
@@ -24,6 +20,11 @@ pub trait SampleSet: std::fmt::Debug + Send + Sync {
     /// True if the poses lie on a lattice, which grid reconstructions need.
     fn is_grid(&self) -> bool {
         false
+    }
+
+    /// True if the poses depend on the seed.
+    fn is_random(&self) -> bool {
+        true
     }
 
     /// Checks the keys against the axes of a parametrization.
@@ -65,110 +66,6 @@ pub enum PlanError {
     },
 }
 
-/// Every sample set a config can name.
-pub fn all() -> Vec<Entry<dyn SampleSet>> {
-    vec![
-        Entry {
-            kind: Grid::KIND,
-            summary: "regular grid, cell- or node-centred per axis",
-            examples: &[
-                "",
-                "ratio = [4, 4, 1]\ncentring = [\"start\", \"cell\", \"cell\"]",
-            ],
-            read: |table| Ok(Box::new(registry::parse::<Grid>(table)?)),
-        },
-        Entry {
-            kind: Stratified::KIND,
-            summary: "one random point in each cell of a regular grid",
-            examples: &["", "ratio = [2, 2, 1]"],
-            read: |table| Ok(Box::new(registry::parse::<Stratified>(table)?)),
-        },
-        Entry {
-            kind: SobolSet::KIND,
-            summary: "Owen-scrambled Sobol points",
-            examples: &[""],
-            read: |table| Ok(Box::new(registry::parse::<SobolSet>(table)?)),
-        },
-        Entry {
-            kind: RandomSet::KIND,
-            summary: "independent uniform points",
-            examples: &[""],
-            read: |table| Ok(Box::new(registry::parse::<RandomSet>(table)?)),
-        },
-    ]
-}
-
-/// Reads a sample set from its config table.
-pub fn read(table: Table<'_>) -> Result<Box<dyn SampleSet>, ReadError> {
-    registry::read("sample set", &all(), table)
-}
-
-/// Scrambled Sobol points: the first N that are physical.
-#[derive(Clone, Debug, Default, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct SobolSet {}
-
-impl SobolSet {
-    const KIND: &'static str = "sobol";
-}
-
-impl SampleSet for SobolSet {
-    fn resolved(&self) -> toml::Table {
-        registry::resolved(Self::KIND, self)
-    }
-
-    fn label(&self) -> String {
-        Self::KIND.into()
-    }
-
-    fn check(&self, _axes: &[Axis]) -> Result<(), ParameterError> {
-        Ok(())
-    }
-
-    fn plan(
-        &self,
-        parametrization: &Arc<dyn Parametrization>,
-        budget: usize,
-        seed: u64,
-    ) -> Result<Schedule, PlanError> {
-        let mut sobol = Sobol::new(seed);
-        accept(parametrization, budget, Self::KIND, |i| sobol.point(i))
-    }
-}
-
-/// Independent uniform points: the first N that are physical.
-#[derive(Clone, Debug, Default, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct RandomSet {}
-
-impl RandomSet {
-    const KIND: &'static str = "random";
-}
-
-impl SampleSet for RandomSet {
-    fn resolved(&self) -> toml::Table {
-        registry::resolved(Self::KIND, self)
-    }
-
-    fn label(&self) -> String {
-        Self::KIND.into()
-    }
-
-    fn check(&self, _axes: &[Axis]) -> Result<(), ParameterError> {
-        Ok(())
-    }
-
-    fn plan(
-        &self,
-        parametrization: &Arc<dyn Parametrization>,
-        budget: usize,
-        seed: u64,
-    ) -> Result<Schedule, PlanError> {
-        let random = Random::new(seed);
-        accept(parametrization, budget, Self::KIND, |i| random.point(i))
-    }
-}
-
 /// The pose at `coords`, in its canonical coordinates; `None` if it is not physical.
 pub(super) fn place(parametrization: &dyn Parametrization, coords: &Coords) -> Option<Pose> {
     let coords = parametrization.canonical(coords)?;
@@ -184,38 +81,4 @@ pub(super) fn from_unit(axes: &[Axis], u: &[f64; 4]) -> Coords {
         c[d] = axis.range[0] + u[d] * axis.length();
     }
     c
-}
-
-/// The first `budget` physical points of a sequence.
-fn accept(
-    parametrization: &Arc<dyn Parametrization>,
-    budget: usize,
-    kind: &'static str,
-    mut point: impl FnMut(u64) -> [f64; 4],
-) -> Result<Schedule, PlanError> {
-    let axes = parametrization.axes();
-    // Every parametrization has more than half of its box above the horizon in 3-D and more than
-    // a quarter in 4-D; a sequence that misses a thousand times in a row never hits.
-    let patience = 1000 * (budget as u64 + 1);
-    let mut poses = Vec::with_capacity(budget);
-    let mut tried = 0;
-    while poses.len() < budget && tried < patience {
-        poses.extend(place(&**parametrization, &from_unit(axes, &point(tried))));
-        tried += 1;
-    }
-    if poses.is_empty() {
-        return Err(PlanError::Empty {
-            budget,
-            sample_set: kind,
-            parametrization: parametrization.name(),
-        });
-    }
-    let unphysical_share = 1.0 - poses.len() as f64 / tried as f64;
-    Ok(Schedule {
-        parametrization: Arc::clone(parametrization),
-        sample_set: kind.into(),
-        poses,
-        lattice: None,
-        unphysical_share,
-    })
 }

@@ -217,6 +217,41 @@ fn rows_below_the_horizon_are_counted_and_rows_of_one_pose_averaged() {
 }
 
 #[test]
+fn a_reading_beyond_all_bounds_is_refused_with_its_line() {
+    let near = 89.9_f64.to_radians();
+    let read = |output: &str, row: &[f64], more: &str| {
+        let rows = [vec![0.1, 0.0, 0.2, 0.0, 1.0, 1.0], row.to_vec()];
+        let text = file("SPHERICAL_TL_PL_TV_PV", output, 1, &rows, more);
+        read(&text, "a.txt", &Assume::default())
+    };
+    for (output, value, good) in [
+        ("INV_STERADIAN", 1e308, false),
+        ("INV_STERADIAN", -1e150, true),
+        ("INV_STERADIAN_COSINE_FACTOR", 1e306, false),
+        ("INV_STERADIAN_COSINE_FACTOR", 1e148, false),
+        ("INV_STERADIAN_COSINE_FACTOR", 1e147, true),
+    ] {
+        for row in [
+            [0.1, 0.0, near, 0.0, value, 0.0],
+            [0.1, 0.0, near, 0.0, 0.0, value],
+        ] {
+            match read(output, &row, "#VS 1\n") {
+                Ok(back) => {
+                    assert!(good, "{value}");
+                    assert!(back.measurement.values.iter().all(|v| v.is_finite()));
+                }
+                Err(e) => {
+                    assert!(!good, "{e}");
+                    assert_eq!(e.line, Some(8), "{e}");
+                    let start = format!("{value:e}: allowed is");
+                    assert!(e.message.starts_with(&start), "{e}");
+                }
+            }
+        }
+    }
+}
+
+#[test]
 fn what_is_not_supported_is_refused_with_its_line() {
     let row = vec![0.1, 0.2, 0.3, 0.4, 5.0];
     let text = file(

@@ -191,6 +191,77 @@ fn a_later_attempt_replaces_an_earlier_one() {
 }
 
 #[test]
+fn a_pose_may_have_any_number_of_attempts() {
+    // Two poses, tried in turns; the azimuth of one goes round, which moves it by roundings.
+    const ATTEMPTS: usize = 100_000;
+    for index in ["", "index,"] {
+        let mut text =
+            format!("{index}theta_i_deg,phi_i_deg,theta_o_deg,phi_o_deg,value,attempt\n");
+        for i in 0..ATTEMPTS {
+            // The latest is in the middle.
+            let attempt = 1 + (i + ATTEMPTS / 2) % ATTEMPTS;
+            let turn = 360 * (i / 2 % 2);
+            let pose = ["10,70,20,0", "33,TURN,20,7"][i % 2].replace("TURN", &turn.to_string());
+            let number = if index.is_empty() {
+                ""
+            } else {
+                ["0,", "1,"][i % 2]
+            };
+            text += &format!("{number}{pose},{i},{attempt}\n");
+        }
+        let back = read(&text);
+        let latest = ATTEMPTS / 2;
+        assert_eq!(back.replaced, ATTEMPTS - 2);
+        assert_eq!(
+            back.measurement.values,
+            [latest as f64 - 2.0, latest as f64 - 1.0]
+        );
+    }
+}
+
+#[test]
+fn a_reading_beyond_all_bounds_is_refused_with_its_line() {
+    let angles = "theta_i_deg,phi_i_deg,theta_o_deg,phi_o_deg";
+    let fields = |theta: f64| {
+        format!("\"theta_i_deg\":{theta},\"phi_i_deg\":0,\"theta_o_deg\":3,\"phi_o_deg\":4")
+    };
+    for (column, theta, value, good) in [
+        ("value", 10.0, "1e308", false),
+        ("value", 10.0, "-1e151", false),
+        ("value", 10.0, "1e150", true),
+        // The cosine of 89.9° is 1/573.
+        ("value_cos", 89.9, "1e306", false),
+        ("value_cos", 89.9, "1e148", false),
+        ("value_cos", 89.9, "1e147", true),
+        ("value_cos", 10.0, "0.9e150", true),
+    ] {
+        let csv = format!("{angles},{column}\n1,0,2,0,1\n{theta},0,3,4,{value}\n");
+        let row = |theta: f64, value: &str| format!("{{{},\"{column}\":{value}}}\n", fields(theta));
+        let json = row(1.0, "1") + &row(theta, value);
+        for (text, line) in [(csv, 3), (json, 2)] {
+            match read_measurement(&text, "m", &Assume::default()) {
+                Ok(back) => {
+                    assert!(good, "{text}");
+                    assert!(back.measurement.values.iter().all(|v| v.is_finite()));
+                }
+                Err(e) => {
+                    assert!(!good, "{e}");
+                    assert_eq!(e.line, Some(line), "{e}");
+                    let number: f64 = value.parse().unwrap();
+                    let start = format!("{column} = {number:e}: allowed is");
+                    assert!(e.message.starts_with(&start), "{e}");
+                }
+            }
+        }
+    }
+    let text = format!("{angles},value_cos,uncertainty\n89.9,0,3,4,1,1e306\n");
+    let e = read_measurement(&text, "m", &Assume::default())
+        .err()
+        .unwrap();
+    assert!(e.message.starts_with("uncertainty = 1e306"), "{e}");
+}
+
+#[test]
 fn readings_of_one_configuration_become_their_mean() {
     // Light and sensor exchanged, and the sample turned: one configuration to an isotropic and
     // reciprocal material, three to one without symmetries.

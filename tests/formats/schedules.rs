@@ -371,6 +371,43 @@ fn what_is_no_schedule_is_refused_with_its_line() {
 }
 
 #[test]
+fn a_lattice_without_the_rows_to_bear_it_out_is_refused() {
+    let axis = |n: f64, d: f64| {
+        let step = d / n;
+        format!(
+            "{{\"n\":{n},\"origin\":{},\"step\":{step},\"periodic\":false}}",
+            step / 2.0
+        )
+    };
+    let quarter = std::f64::consts::FRAC_PI_2;
+    for n in [1e3, 1e6, 1e12] {
+        for poses in ["200000", "18446744073709551615"] {
+            let axes = [quarter; 3].map(|d| axis(n, d)).join(",");
+            let text = format!(
+                "# symmetry = {{\"isotropic\":true,\"reciprocal\":true,\"bilateral\":true}}\n\
+                 # poses = {poses}\n# lattice = [{axes}]\n\
+                 index,theta_i_deg,phi_i_deg,theta_o_deg,phi_o_deg\n0,10,0,20,0\n"
+            );
+            let e = read_schedule(&text, "s", &assumed()).err().unwrap();
+            assert_eq!(e.line, Some(3), "{e}");
+            assert!(e.message.starts_with("lattice: "), "{e}");
+        }
+    }
+}
+
+#[test]
+fn a_lattice_most_rows_of_which_were_taken_out_is_laid_out() {
+    let entry = parametrization::find("half-difference").unwrap();
+    let schedule = planned(&entry.form(Symmetry::FULL), "grid", 20_000);
+    let whole = text(&schedule, None, ScheduleFormat::Csv);
+    let promise = |l: &&str| !l.starts_with("# schedule_hash") && !l.starts_with("# rows");
+    let few: Vec<&str> = whole.lines().filter(promise).take(30).collect();
+    let back = read_schedule(&few.join("\n"), "s", &assumed()).unwrap();
+    assert!(back.order.len() < 30);
+    assert!(back.schedule.lattice == schedule.lattice);
+}
+
+#[test]
 fn a_lattice_that_does_not_fit_its_rows_is_refused() {
     let entry = parametrization::find("half-difference").unwrap();
     let schedule = planned(&entry.form(Symmetry::FULL), "grid", 60);

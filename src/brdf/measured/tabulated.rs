@@ -159,6 +159,15 @@ impl BrdfSpec for TabulatedSpec {
     fn inputs(&self) -> Vec<PathBuf> {
         self.of.inputs()
     }
+
+    fn table_bytes(&self, channels: Channels) -> usize {
+        let planes = match self.keys.format {
+            // The grid is chosen when the material is built: the larger one.
+            TableFormat::Merl => MerlGrid::Full.file_len(),
+            TableFormat::Utia => FILE_LEN,
+        };
+        planes as usize / Channels::Rgb.count() * channels.count()
+    }
 }
 
 fn merl_of(brdf: &dyn Brdf, channels: Channels) -> Result<Merl, MerlError> {

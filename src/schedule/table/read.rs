@@ -5,8 +5,13 @@
 //! comma in place of the decimal point are all taken as they are.
 
 use super::{FileError, RowHash, WORDS};
-use serde::de::DeserializeOwned;
+use crate::error::excerpt;
+use serde::de::{Deserialize, DeserializeOwned, Deserializer, MapAccess, Visitor};
 use serde_json::{Map, Value};
+use std::fmt::{self, Formatter};
+
+/// The key of the first line of JSON Lines.
+const HEADER: &str = "header";
 
 /// A table that was read. Cells are numbers but for one column of words.
 #[derive(Debug, Default)]
@@ -66,9 +71,10 @@ impl Table {
     pub fn fact<T: DeserializeOwned>(&self, key: &str) -> Result<Option<T>, FileError> {
         match self.facts.get(key) {
             None | Some(Value::Null) => Ok(None),
-            Some(value) => T::deserialize(value)
-                .map(Some)
-                .map_err(|e| self.fact_error(key, format!("{key} = {value}: {e}"))),
+            Some(value) => T::deserialize(value).map(Some).map_err(|e| {
+                let (value, e) = (value.to_string(), e.to_string());
+                self.fact_error(key, format!("{key} = {}: {}", excerpt(&value), excerpt(&e)))
+            }),
         }
     }
 
@@ -148,11 +154,12 @@ impl Table {
         let known = allowed(self)?;
         for (i, column) in columns.iter().enumerate() {
             if !known.contains(column) {
-                let known = known.join(", ");
+                let (column, known) = (excerpt(column), known.join(", "));
                 let message = format!("column {column:?} is not known; allowed: {known}");
                 return Err(self.error(line, message));
             }
             if columns[..i].contains(column) {
+                let column = excerpt(column);
                 return Err(self.error(line, format!("column {column:?} is there twice")));
             }
         }
@@ -226,7 +233,7 @@ impl Table {
         match cell.parse::<f64>() {
             Ok(value) if value.is_finite() => Ok(value),
             _ => {
-                let column = &self.columns[column];
+                let (column, cell) = (&self.columns[column], excerpt(cell));
                 let message = format!("{column} = {cell}: allowed is a finite number");
                 Err(self.error(line, message))
             }
@@ -247,6 +254,7 @@ impl Table {
         // Spreadsheets pad short lines to the width of the table.
         let value = value.trim_end_matches([',', ';', '\t']);
         let value = serde_json::from_str(value).map_err(|_| {
+            let (key, value) = (excerpt(key), excerpt(value));
             self.error(line, format!("{key} = {value}: allowed is a value in JSON"))
         })?;
         self.facts.insert(key.into(), value);
@@ -264,16 +272,17 @@ impl Table {
             if content.trim().is_empty() {
                 continue;
             }
-            let mut object: Map<String, Value> = serde_json::from_str(content).map_err(|_| {
+            let Object { mut map, twice } = serde_json::from_str(content).map_err(|_| {
                 self.error(
                     line,
                     "this is no JSON object; allowed: one whole object a line",
                 )
             })?;
-            if let Some(header) = object.remove("header") {
-                let Value::Object(header) = header else {
-                    return Err(self.error(line, "header must be an object"));
-                };
+            if let Some(key) = twice {
+                let message = format!("key {:?} is there twice; allowed: once", excerpt(&key));
+                return Err(self.error(line, message));
+            }
+            if let Some(Value::Object(header)) = map.remove(HEADER) {
                 if self.head > 0 || !self.facts.is_empty() {
                     return Err(self.error(line, "the header must be the first line"));
                 }
@@ -286,9 +295,9 @@ impl Table {
                 continue;
             }
             if self.columns.is_empty() {
-                self.name_columns(object.keys().cloned().collect(), line, &allowed)?;
+                self.name_columns(map.keys().cloned().collect(), line, &allowed)?;
             }
-            self.read_object(object, line)?;
+            self.read_object(map, line)?;
         }
         if self.columns.is_empty() {
             return Err(FileError::whole(&self.name, "there is no row"));
@@ -322,6 +331,8 @@ impl Table {
                 },
                 (other, words) => {
                     let kind = if words { "a string" } else { "a finite number" };
+                    let other = other.to_string();
+                    let other = excerpt(&other);
                     let message = format!("{column} = {other}: allowed is {kind}");
                     return Err(self.error(line, message));
                 }
@@ -330,13 +341,50 @@ impl Table {
         }
         match object.keys().next() {
             Some(stray) => {
-                let known = self.columns.join(", ");
+                let (stray, known) = (excerpt(stray), self.columns.join(", "));
                 let message =
                     format!("{stray:?} is no column of the rows before; allowed: {known}");
                 Err(self.error(line, message))
             }
             None => Ok(()),
         }
+    }
+}
+
+/// A line, and a key that it or its header has twice: a plain map would keep the last.
+#[derive(Default)]
+struct Object {
+    map: Map<String, Value>,
+    twice: Option<String>,
+}
+
+impl<'de> Deserialize<'de> for Object {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        deserializer.deserialize_map(Object::default())
+    }
+}
+
+impl<'de> Visitor<'de> for Object {
+    type Value = Self;
+
+    fn expecting(&self, f: &mut Formatter) -> fmt::Result {
+        f.write_str("a row, or a header that is an object")
+    }
+
+    fn visit_map<A: MapAccess<'de>>(mut self, mut entries: A) -> Result<Self, A::Error> {
+        while let Some(key) = entries.next_key::<String>()? {
+            let value = if key == HEADER {
+                let header: Object = entries.next_value()?;
+                self.twice = self.twice.or(header.twice);
+                Value::Object(header.map)
+            } else {
+                entries.next_value()?
+            };
+            if self.map.insert(key.clone(), value).is_some() {
+                self.twice = Some(key);
+            }
+        }
+        Ok(self)
     }
 }
 

@@ -1,6 +1,6 @@
 //! Writing.
 
-use super::super::ScheduleFormat;
+use super::super::format::ScheduleFormat;
 use super::{RowHash, WHOLE};
 use serde_json::{Map, Value, json};
 use std::io::{self, Write};

@@ -73,11 +73,12 @@ impl Merl {
 
 /// Opens a file and checks its header and length.
 fn open(path: &Path) -> Result<(File, MerlGrid), MerlError> {
-    let mut file = File::open(path)?;
-    let meta = file.metadata()?;
+    // Asked by name: a pipe that nobody writes to would not open.
+    let meta = std::fs::metadata(path)?;
     if !meta.is_file() {
         return Err(MerlError::NotAFile);
     }
+    let mut file = File::open(path)?;
     let grid = read_header(&mut file, Some(meta.len()))?;
     if meta.len() != grid.file_len() {
         return Err(MerlError::Length {

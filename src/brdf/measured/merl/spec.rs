@@ -92,4 +92,10 @@ impl BrdfSpec for MerlSpec {
     fn inputs(&self) -> Vec<PathBuf> {
         vec![self.path.clone()]
     }
+
+    fn table_bytes(&self, channels: Channels) -> usize {
+        // Header and size were checked; without a file there is nothing to hold.
+        let bytes = std::fs::metadata(&self.path).map_or(0, |m| m.len());
+        bytes as usize / Channels::Rgb.count() * channels.count()
+    }
 }

@@ -2,7 +2,8 @@
 //!
 //! A cell holds f_r / scale at its node, the lower edge. It holds −1 where a direction is not above
 //! the horizon (h_z ≤ |k_z|), where the BRDF has no data, and where it breaks its promise and
-//! returns a negative or non-finite value. A BRDF in luminance is written as a grey one.
+//! returns a negative value or one that is not finite when stored. A BRDF in luminance is written as
+//! a grey one.
 
 use super::file::{SCALE, is_data};
 use super::{MerlError, MerlGrid};
@@ -136,7 +137,8 @@ impl Row {
         brdf.eval_batch(&self.pairs, &mut self.out, &mut self.presence);
         let found = self.out.chunks_exact(n).zip(&self.presence);
         for (&phi, (found, &presence)) in self.cells.iter().zip(found) {
-            if presence == Presence::Present && found.iter().all(|&v| is_data(v)) {
+            // Of the scales the least: the others make smaller numbers of a value.
+            if presence == Presence::Present && found.iter().all(|&v| is_data(v / SCALE[0])) {
                 values[n * phi..][..n].copy_from_slice(found);
             }
         }

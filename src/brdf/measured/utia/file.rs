@@ -6,7 +6,8 @@
 //!
 //! There is no header: a file is known by its length. Negative values occur where the instrument's
 //! noise is larger than the signal, and count as 0, as in the readers of the database's authors; a
-//! value that is NaN or infinite is no data. The writer here marks missing data by NaN.
+//! value that is NaN or infinite, as it is stored or in sr⁻¹, is no data. The writer here
+//! marks missing data by NaN.
 //!
 //! Colours are linear. The absolute scale of the database is not documented; `scale` turns stored
 //! values into sr⁻¹.
@@ -62,11 +63,12 @@ pub fn check(path: &Path) -> Result<(), UtiaError> {
 }
 
 fn open(path: &Path) -> Result<File, UtiaError> {
-    let file = File::open(path)?;
-    let meta = file.metadata()?;
+    // Asked by name: a pipe that nobody writes to would not open.
+    let meta = std::fs::metadata(path)?;
     if !meta.is_file() {
         return Err(UtiaError::NotAFile);
     }
+    let file = File::open(path)?;
     if meta.len() != FILE_LEN {
         return Err(UtiaError::Length { found: meta.len() });
     }
@@ -137,8 +139,9 @@ impl Utia {
 
 /// A stored value in sr⁻¹, NaN if it is no data.
 fn held(stored: f64, scale: f64) -> f64 {
-    if stored.is_finite() {
-        stored.max(0.0) * scale
+    let held = stored.max(0.0) * scale;
+    if stored.is_finite() && held.is_finite() {
+        held
     } else {
         f64::NAN
     }

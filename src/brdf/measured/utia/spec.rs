@@ -74,4 +74,8 @@ impl BrdfSpec for UtiaSpec {
     fn inputs(&self) -> Vec<PathBuf> {
         vec![self.path.clone()]
     }
+
+    fn table_bytes(&self, channels: Channels) -> usize {
+        super::file::FILE_LEN as usize / Channels::Rgb.count() * channels.count()
+    }
 }

@@ -1,0 +1,35 @@
+//! Numbers by which reconstructions are judged.
+
+/// A number by which a reconstruction is judged: a column of results. Less is better, 0 is exact.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Quantity {
+    /// Its column, snake case.
+    pub name: &'static str,
+    /// One line for lists and docs.
+    pub summary: &'static str,
+    /// True of whole numbers.
+    pub is_count: bool,
+}
+
+/// A quantity, and where it stands in what holds several; `None` where it is not defined.
+pub type Judged<T> = (Quantity, fn(&T) -> Option<f64>);
+
+impl Quantity {
+    /// A real number.
+    pub const fn real(name: &'static str, summary: &'static str) -> Self {
+        Self {
+            name,
+            summary,
+            is_count: false,
+        }
+    }
+
+    /// A whole number.
+    pub const fn count(name: &'static str, summary: &'static str) -> Self {
+        Self {
+            name,
+            summary,
+            is_count: true,
+        }
+    }
+}

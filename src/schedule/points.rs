@@ -1,0 +1,124 @@
+//! Sample sets of the physical points of a sequence in the unit cube.
+
+use super::Schedule;
+use super::sample_set::{PlanError, SampleSet, from_unit, place};
+use crate::error::ParameterError;
+use crate::parametrization::{Axis, Parametrization};
+use crate::registry::{self, Entry};
+use crate::sampling::{Random, Sobol};
+use serde::{Deserialize, Serialize};
+use std::sync::Arc;
+
+/// A sequence of points in the unit cube, as a kind of sample set: the first N that are physical.
+pub trait PointSet: std::fmt::Debug + Serialize + Send + Sync {
+    /// The `kind` a config writes.
+    const KIND: &'static str;
+
+    /// Point by point, from 0 on.
+    fn points(seed: u64) -> impl FnMut(u64) -> [f64; 4];
+}
+
+impl<S: PointSet> SampleSet for S {
+    fn resolved(&self) -> toml::Table {
+        registry::resolved(Self::KIND, self)
+    }
+
+    fn label(&self) -> String {
+        Self::KIND.into()
+    }
+
+    fn check(&self, _axes: &[Axis]) -> Result<(), ParameterError> {
+        Ok(())
+    }
+
+    fn plan(
+        &self,
+        parametrization: &Arc<dyn Parametrization>,
+        budget: usize,
+        seed: u64,
+    ) -> Result<Schedule, PlanError> {
+        accept(parametrization, budget, Self::KIND, Self::points(seed))
+    }
+}
+
+/// Scrambled Sobol points.
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct SobolSet {}
+
+impl SobolSet {
+    /// The registry entry.
+    pub(super) const ENTRY: Entry<dyn SampleSet> = Entry {
+        kind: Self::KIND,
+        summary: "Owen-scrambled Sobol points",
+        examples: &[""],
+        read: |table| Ok(Box::new(registry::parse::<Self>(table)?)),
+    };
+}
+
+impl PointSet for SobolSet {
+    const KIND: &'static str = "sobol";
+
+    fn points(seed: u64) -> impl FnMut(u64) -> [f64; 4] {
+        let mut sobol = Sobol::new(seed);
+        move |i| sobol.point(i)
+    }
+}
+
+/// Independent uniform points.
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct RandomSet {}
+
+impl RandomSet {
+    /// The registry entry.
+    pub(super) const ENTRY: Entry<dyn SampleSet> = Entry {
+        kind: Self::KIND,
+        summary: "independent uniform points",
+        examples: &[""],
+        read: |table| Ok(Box::new(registry::parse::<Self>(table)?)),
+    };
+}
+
+impl PointSet for RandomSet {
+    const KIND: &'static str = "random";
+
+    fn points(seed: u64) -> impl FnMut(u64) -> [f64; 4] {
+        let random = Random::new(seed);
+        move |i| random.point(i)
+    }
+}
+
+/// The first `budget` physical points of a sequence.
+fn accept(
+    parametrization: &Arc<dyn Parametrization>,
+    budget: usize,
+    kind: &'static str,
+    mut point: impl FnMut(u64) -> [f64; 4],
+) -> Result<Schedule, PlanError> {
+    let axes = parametrization.axes();
+    // Every parametrization has more than half of its box above the horizon in 3-D and more than
+    // a quarter in 4-D; a sequence that misses a thousand times in a row never hits.
+    let patience = 1000 * (budget as u64 + 1);
+    let mut poses = Vec::with_capacity(budget);
+    let mut tried = 0;
+    while poses.len() < budget && tried < patience {
+        poses.extend(place(&**parametrization, &from_unit(axes, &point(tried))));
+        tried += 1;
+    }
+    if poses.is_empty() {
+        return Err(PlanError::Empty {
+            budget,
+            sample_set: kind,
+            parametrization: parametrization.name(),
+        });
+    }
+    let unphysical_share = 1.0 - poses.len() as f64 / tried as f64;
+    Ok(Schedule {
+        parametrization: Arc::clone(parametrization),
+        sample_set: kind.into(),
+        poses,
+        lattice: None,
+        unphysical_share,
+    })
+}
