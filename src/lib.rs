@@ -53,9 +53,8 @@
 //!
 //! # Features
 //!
-//! `cli` (default): the `gonio` command. `exr` (default): pictures (OpenEXR, PNG) and environment
-//! maps (OpenEXR, Radiance HDR). `plots` (default): SVG diagrams. Without them the library needs
-//! neither an argument parser nor an image format.
+//! `cli` (default): the `gonio` command; it has `pictures`. `pictures`: OpenEXR, PNG, diagrams, reports, and
+//! environment maps from files. Without them the library needs neither an argument parser nor an image format.
 //!
 //! # Pages
 //!

@@ -2,7 +2,7 @@
 //! allowed; the resolved config means the same as the one it was made from.
 
 use gonio::Error;
-use gonio::experiment::{self, Config, Job, Observer, Plan, Row, Source, Stage};
+use gonio::experiment::{Event, Experiment, Extent, Known, Observer, Plan, Row, Source};
 
 /// A config in which every part is written out; tests change one thing at a time.
 const GOOD: &str = r#"question = "?"
@@ -44,7 +44,7 @@ fn plan(text: &str, sets: &[&str]) -> Result<Plan, Error> {
     for set in sets {
         source.set(set, format!("--set {set}"))?;
     }
-    Plan::new(Config::read(&source)?)
+    Plan::read(&source)
 }
 
 fn refusal(text: &str, sets: &[&str]) -> (String, u8) {
@@ -76,7 +76,7 @@ fn a_mistake_in_the_file_is_reported_with_its_line() {
         (
             "kind = \"cubic\"",
             "kind = \"cubic\"\nstretch = 1",
-            "c.toml:26: unknown key reconstruction[0].stretch; allowed: kind, name, values, epsilon",
+            "c.toml:26: unknown key reconstruction[0].stretch; allowed: kind, name, up_to, on, values, epsilon",
         ),
         (
             "seeds = [1]",
@@ -211,7 +211,7 @@ fn a_mistake_in_the_file_is_reported_with_its_line() {
         (
             "\"grid\"",
             "\"sobol\"",
-            "c.toml:24: reconstruction[0] \"cubic\" needs readings on a grid, and sample_set \"sobol\" is none",
+            "c.toml:24: reconstruction[0] \"cubic\" is never used; allowed: an up_to that a budget stays within, and a grid",
         ),
         (
             "\"grid\"",
@@ -452,7 +452,7 @@ fn anisotropic_tables_are_refused_before_they_are_made() {
 #[test]
 fn pictures_need_a_build_that_has_them() {
     let made = plan(GOOD, &["output.slices=true"]);
-    if cfg!(feature = "exr") {
+    if cfg!(feature = "pictures") {
         assert!(made.unwrap().output.slices);
     } else {
         let (message, code) = refusal(GOOD, &["output.slices=true"]);
@@ -461,24 +461,155 @@ fn pictures_need_a_build_that_has_them() {
     }
 }
 
-/// Asks to stop as soon as something is compared.
+/// What both kinds of configs may ask for.
+const ALL_KEYS: &str = r#"
+channels = "rgb"
+quantities = ["moments", "albedo"]
+budgets = [40, 200]
+seeds = [1, 2]
+measures = ["lobe"]
+band = 1.2
+
+[[material]]
+kind = "lambert"
+
+[[parametrization]]
+kind = "hybrid"
+
+[[sample_set]]
+kind = "grid"
+
+[[sample_set]]
+kind = "sobol"
+
+[[reconstruction]]
+kind = "cubic"
+
+[[reconstruction]]
+kind = "nearest"
+on = "sobol"
+up_to = 100
+
+[[coordinates]]
+kind = "own"
+
+[[coordinates]]
+kind = "spherical"
+
+[metrics]
+pairs = 50
+
+[moments]
+views = 3
+order = 2
+
+[pictures]
+draw = false
+resolution = 32
+
+[output]
+schedules = "csv"
+"#;
+
+#[test]
+fn acquisitions_and_studies_may_ask_for_the_same() {
+    let [acquisition, study] = ["acquisition", "study"].map(|kind| {
+        let set = format!("experiment={kind}");
+        plan(ALL_KEYS, &[&set]).unwrap()
+    });
+    // Cubic at two budgets, nearest in two coordinates at one, with two seeds each.
+    assert_eq!(study.rows(), 2 * (2 + 2));
+    let [mut a, mut b] = [&acquisition, &study].map(|p| p.resolved.clone());
+    for (table, kind) in [(&mut a, "acquisition"), (&mut b, "study")] {
+        let found = table.remove("experiment");
+        assert_eq!(found.unwrap().as_str(), Some(kind));
+    }
+    assert_eq!(a, b);
+    let labels = |plan: &Plan| -> Vec<_> {
+        let expected = plan.expected(None).into_iter();
+        expected.map(|e| (e.label.clone(), e.part)).collect()
+    };
+    // The same question is the same row, whoever asks.
+    assert_eq!(labels(&acquisition), labels(&study));
+}
+
+#[test]
+fn kinds_differ_in_what_they_do_unasked() {
+    let bare = "[[material]]\nkind = \"lambert\"\n";
+    let [acquisition, study] = ["acquisition", "study"].map(|kind| {
+        let set = format!("experiment={kind}");
+        plan(bare, &[&set]).unwrap()
+    });
+    assert!(acquisition.albedo && !study.albedo);
+    assert!(study.pictures.draw && !acquisition.pictures.draw);
+    assert!(acquisition.moments.is_none() && study.moments.is_none());
+    // Whoever writes the table wants its pictures.
+    assert!(plan(bare, &["pictures={}"]).unwrap().pictures.draw);
+}
+
+#[test]
+fn what_needs_a_grid_is_used_on_grids() {
+    let two = "sample_set=[{kind=\"grid\"},{kind=\"sobol\"}]";
+    let nearest = "reconstruction=[{kind=\"cubic\"},{kind=\"nearest\"}]";
+    let plan = plan(GOOD, &[two, nearest]).unwrap();
+    let labels: Vec<_> = plan
+        .units()
+        .iter()
+        .flat_map(|unit| {
+            let set = plan.sample_sets[unit.sample_set].name.clone();
+            let methods = plan.methods_on(unit).into_iter();
+            let named = methods.map(|m| plan.methods[m].name.clone());
+            named
+                .map(move |name| (set.clone(), name))
+                .collect::<Vec<_>>()
+        })
+        .collect();
+    let pair = |set: &str, name: &str| (set.to_owned(), name.to_owned());
+    let of_budget = [
+        vec![pair("grid", "cubic"), pair("grid", "nearest")],
+        vec![pair("sobol", "nearest")],
+    ];
+    // Two budgets of each set.
+    let expected = of_budget
+        .map(|pairs| [pairs.clone(), pairs].concat())
+        .concat();
+    assert_eq!(labels, expected);
+    // A set that nothing works on is a mistake, and so is what works on no set.
+    let (message, code) = refusal(GOOD, &[two]);
+    assert!(
+        message.contains("sample_set[1] \"sobol\" has no reconstruction"),
+        "{message}"
+    );
+    assert_eq!(code, 2);
+    let sobol = "sample_set=[{kind=\"sobol\"}]";
+    let (message, code) = refusal(GOOD, &[sobol, nearest]);
+    assert!(
+        message.contains("reconstruction[0] \"cubic\" is never used"),
+        "{message}"
+    );
+    assert_eq!(code, 2);
+}
+
+/// Asks to stop as soon as something is reconstructed, to be compared.
 #[derive(Default)]
 struct Impatient {
-    comparing: bool,
+    reconstructing: bool,
     rows: usize,
 }
 
-impl Observer for Impatient {
+impl Observer<Row> for Impatient {
     fn cancelled(&self) -> bool {
-        self.comparing
+        self.reconstructing
     }
 
-    fn stage(&mut self, stage: Stage, _job: &Job<'_>) {
-        self.comparing = stage == Stage::Evaluate;
-    }
-
-    fn rows(&mut self, rows: Vec<Row>) -> Result<(), Error> {
-        self.rows += rows.len();
+    fn tell(&mut self, event: &Event<'_, Row>) -> Result<(), Error> {
+        match event {
+            Event::Doing(what) => {
+                self.reconstructing = what.to_string().starts_with("reconstructing");
+            }
+            Event::Made(rows) => self.rows += rows.len(),
+            _ => {}
+        }
         Ok(())
     }
 }
@@ -487,7 +618,8 @@ impl Observer for Impatient {
 fn a_run_stops_within_its_last_stage_too() {
     let plan = plan("[[material]]\nkind = \"lambert\"", &["budgets=[50]"]).unwrap();
     let mut observer = Impatient::default();
-    let summary = experiment::run(&plan, &mut observer).unwrap();
-    assert!(summary.interrupted);
+    let summary = plan.run(&Extent::default(), &Known::new(), &mut observer);
+    let summary = summary.unwrap();
+    assert!(summary.interrupted && observer.reconstructing);
     assert_eq!((summary.rows, observer.rows), (0, 0));
 }

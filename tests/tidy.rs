@@ -97,6 +97,174 @@ fn arrows_point_down() {
     );
 }
 
+/// A module of the library and its code.
+struct Module {
+    /// `["experiment", "findings", "index"]`.
+    path: Vec<String>,
+    code: String,
+}
+
+/// Every module of the library.
+fn modules() -> Vec<Module> {
+    let all = files(&source(), ".rs");
+    let module = |file: &PathBuf| {
+        let inside = file.strip_prefix(source()).unwrap().with_extension("");
+        let mut path: Vec<String> = inside
+            .iter()
+            .map(|p| p.to_str().unwrap().to_owned())
+            .collect();
+        if path.last().is_some_and(|p| p == "mod") {
+            path.pop();
+        }
+        let code = code(file);
+        Module { path, code }
+    };
+    let of_library = |m: &Module| !["lib", "main"].contains(&m.path[0].as_str());
+    all.iter().map(module).filter(of_library).collect()
+}
+
+/// The paths of a `use` tree, one an item: `a::{b, c::D}` is `a::b` and `a::c::D`.
+fn leaves(tree: &str) -> Vec<Vec<String>> {
+    let Some((head, rest)) = tree.split_once('{') else {
+        let path = tree.split(" as ").next().unwrap_or_default();
+        return vec![path.split("::").map(|p| p.trim().to_owned()).collect()];
+    };
+    let body = rest.trim_end().trim_end_matches('}');
+    let (mut depth, mut item, mut items) = (0, String::new(), Vec::new());
+    for c in body.chars() {
+        match c {
+            '{' => depth += 1,
+            '}' => depth -= 1,
+            ',' if depth == 0 => items.push(std::mem::take(&mut item)),
+            _ => {}
+        }
+        if c != ',' || depth > 0 {
+            item.push(c);
+        }
+    }
+    items.push(item);
+    let items = items.iter().filter(|i| !i.trim().is_empty());
+    items
+        .flat_map(|i| leaves(&format!("{head}{}", i.trim())))
+        .collect()
+}
+
+/// Every path that a module imports or passes on, from the root of the library; `true` of those it
+/// passes on.
+fn imports(module: &Module) -> Vec<(Vec<String>, bool)> {
+    let mut found = Vec::new();
+    let text = module.code.replace('\n', " ");
+    for (at, _) in text.match_indices("use ") {
+        let before = text[..at].trim_end();
+        let Some(end) = text[at..].find(';') else {
+            continue;
+        };
+        let passes_on = before.ends_with("pub") || before.ends_with(')');
+        if !(passes_on || before.is_empty() || before.ends_with([';', '}', '{', ']'])) {
+            continue;
+        }
+        for path in leaves(&text[at + 4..at + end]) {
+            let mut base = module.path.clone();
+            let mut rest = &path[..];
+            match rest[0].as_str() {
+                "crate" => {
+                    base.clear();
+                    rest = &rest[1..];
+                }
+                "self" => rest = &rest[1..],
+                _ => {
+                    while rest.first().is_some_and(|p| p == "super") {
+                        base.pop();
+                        rest = &rest[1..];
+                    }
+                }
+            }
+            base.extend_from_slice(rest);
+            found.push((base, passes_on));
+        }
+    }
+    found
+}
+
+/// The arrows between modules: who uses what of whom, where names that a door passes on lead to the
+/// module that has them. A module and the modules inside it are one house: their arrows are left out.
+/// So are those of a registry's `all()` to its members.
+fn arrows(modules: &[Module]) -> Vec<Vec<usize>> {
+    let place = |path: &[String]| modules.iter().position(|m| m.path == path);
+    // The module a path leads into, and what is left of the path.
+    let enter = |path: &[String]| {
+        let lengths = (1..=path.len()).rev();
+        let mut found = lengths.filter_map(|n| Some((place(&path[..n])?, path[n..].to_vec())));
+        found.next()
+    };
+    let all: Vec<Vec<(Vec<String>, bool)>> = modules.iter().map(imports).collect();
+    let follow = |path: &[String]| {
+        let (mut at, mut rest) = enter(path)?;
+        for _ in 0..8 {
+            let Some(name) = rest.first() else {
+                break;
+            };
+            let mut passed = all[at].iter().filter(|(_, on)| *on);
+            let Some((next, _)) = passed.find(|(p, _)| p.last() == Some(name)) else {
+                break;
+            };
+            let next = enter(next)?;
+            if next.0 == at {
+                break;
+            }
+            (at, rest) = next;
+        }
+        Some(at)
+    };
+    let mut arrows = Vec::new();
+    for (i, module) in modules.iter().enumerate() {
+        let has_all = module.code.contains("pub fn all()");
+        let mut targets = Vec::new();
+        for (path, passes_on) in &all[i] {
+            let Some(target) = follow(path).filter(|t| *t != i && !passes_on) else {
+                continue;
+            };
+            let other = &modules[target];
+            let one_house =
+                other.path.starts_with(&module.path) || module.path.starts_with(&other.path);
+            let member = has_all && other.code.contains("Entry<");
+            if !one_house && !member {
+                targets.push(target);
+            }
+        }
+        arrows.push(targets);
+    }
+    arrows
+}
+
+#[test]
+fn no_modules_form_a_circle() {
+    let modules = modules();
+    let arrows = arrows(&modules);
+    assert!(arrows.iter().map(Vec::len).sum::<usize>() > 500);
+    // Leaves are taken away until none is left; what stays is part of a circle or leads into one.
+    let mut left: Vec<usize> = (0..modules.len()).collect();
+    loop {
+        let free = |&m: &usize| !arrows[m].iter().any(|t| left.contains(t));
+        let (gone, stay): (Vec<usize>, Vec<usize>) = left.iter().partition(|m| free(m));
+        left = stay;
+        if gone.is_empty() {
+            break;
+        }
+    }
+    // And from the other side: what nobody of them uses is in no circle.
+    loop {
+        let used = |m: &usize| left.iter().any(|l| arrows[*l].contains(m));
+        let kept: Vec<usize> = left.iter().copied().filter(used).collect();
+        if kept.len() == left.len() {
+            break;
+        }
+        left = kept;
+    }
+    let names: Vec<_> = left.iter().map(|&m| modules[m].path.join("::")).collect();
+    assert!(names.is_empty(), "these form a circle: {names:?}");
+}
+
 #[test]
 fn no_file_outgrows_its_purpose() {
     for path in files(&source(), ".rs") {

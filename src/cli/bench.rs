@@ -438,17 +438,7 @@ fn write_csv(rows: &[Row], path: &Path) -> Result<(), Error> {
     written(path, result)
 }
 
-#[cfg(not(feature = "plots"))]
-fn draw(_rows: &[Row], path: &Path) -> Result<(), Error> {
-    say(&format!(
-        "{} is left out: this program was built without plots",
-        path.display()
-    ));
-    Ok(())
-}
-
 /// A panel a material: error over seconds, energy drawn through, covariance dashed.
-#[cfg(feature = "plots")]
 fn draw(rows: &[Row], path: &Path) -> Result<(), Error> {
     use crate::report::{Axis, Mark, Panel, Scale, Series, svg};
     use std::io::Write;

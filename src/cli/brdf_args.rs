@@ -2,9 +2,9 @@
 
 use super::say;
 use crate::brdf::{self, Brdf, Channels};
-use crate::error::Error;
+use crate::error::{Error, excerpt};
 use crate::experiment::moments::MomentsPlan;
-use crate::experiment::{Kind, Material, Source};
+use crate::experiment::{AnyPlan, Kind, Material, Source};
 use clap::Args;
 use std::path::Path;
 
@@ -72,7 +72,7 @@ impl BrdfArgs {
                      table (*.bin) nor a kind of material; allowed kinds: {}",
                     kinds.join(", ")
                 );
-                return Err(Error::config(&self.target, message));
+                return Err(Error::config(excerpt(&self.target), message));
             }
         };
         let of_config = is_file && extension == "toml";
@@ -89,7 +89,7 @@ impl BrdfArgs {
                 source.set(&format!("material.0.{assignment}"), label)?;
             }
         }
-        if Kind::of(&source)? == Kind::Acquisition {
+        if !Kind::of(&source)?.has_profiles() {
             // Its own run may not want moments; this command does.
             source.set("quantities=[\"moments\"]", "quantities".into())?;
         }
@@ -130,7 +130,7 @@ impl BrdfArgs {
 
     /// The materials, and what of their moments is asked for.
     pub(super) fn plan(&self, source: &Source) -> Result<MomentsPlan, Error> {
-        let mut plan = MomentsPlan::of_any(source)?;
+        let mut plan = AnyPlan::read(source)?.into_moments();
         let Some(name) = &self.material else {
             return Ok(plan);
         };
@@ -138,6 +138,7 @@ impl BrdfArgs {
         plan.materials.retain(|m| m.name == *name);
         if plan.materials.is_empty() {
             let allowed = names.join(", ");
+            let name = excerpt(name);
             let message = format!("{name:?} is not in this config; allowed: {allowed}");
             return Err(Error::config("--material", message));
         }

@@ -1,12 +1,12 @@
 //! `gonio check`.
 
 use super::list::{apertures, limits};
+use super::run::experiment;
 use super::{ConfigArgs, SeedArgs, print};
 use crate::error::Error;
 use crate::experiment::moments::MomentsPlan;
 use crate::experiment::relations::RelationsPlan;
-use crate::experiment::study::StudyPlan;
-use crate::experiment::{Kind, Material, Plan, ScheduleKey, Source, route};
+use crate::experiment::{Material, Plan, Router, ScheduleKey, Source};
 use crate::geometry::{DirectionPair, Symmetry};
 use crate::instrument::{self, InstrumentSpec, Machine, Tag, footprint};
 use crate::sampling::{Random, cosine_hemisphere};
@@ -32,13 +32,31 @@ impl Check {
             return print(&described(&spec, seed)?);
         }
         self.seed.apply(&mut source)?;
-        match Kind::of(&source)? {
-            Kind::Acquisition => {}
-            Kind::Moments => return profiles(&MomentsPlan::read(&source)?),
-            Kind::Relations => return relations(&RelationsPlan::read(&source)?),
-            Kind::Study => return study(&StudyPlan::read(&source)?),
-        }
-        let plan = super::plan(&source)?;
+        experiment(&source)?.check()
+    }
+}
+
+/// What tells what a run would do.
+pub(super) trait Checked {
+    /// Prints it.
+    fn check(&self) -> Result<(), Error>;
+}
+
+impl Checked for MomentsPlan {
+    fn check(&self) -> Result<(), Error> {
+        profiles(self)
+    }
+}
+
+impl Checked for RelationsPlan {
+    fn check(&self) -> Result<(), Error> {
+        relations(self)
+    }
+}
+
+impl Checked for Plan {
+    fn check(&self) -> Result<(), Error> {
+        let plan = self;
         if let Some(question) = &plan.question {
             print(&format!("{}\n\n", question.trim()))?;
         }
@@ -50,7 +68,7 @@ impl Check {
             .filter(|_| !plan.budgets.is_empty());
         for symmetry in known {
             print(&format!("\nschedules for {}\n", words(symmetry)))?;
-            schedules(&plan, symmetry)?;
+            schedules(plan, symmetry)?;
         }
         if let Some(table) = &plan.moments {
             print(&format!(
@@ -61,22 +79,23 @@ impl Check {
                 table.estimator.label(),
             ))?;
         }
-        let names: Vec<_> = plan
-            .reconstructions
-            .iter()
-            .map(|r| r.name.as_str())
-            .collect();
+        let names = plan.methods.iter().map(|m| {
+            let most = m.up_to.map_or(String::new(), |n| format!(" up to {n}"));
+            m.label() + &most
+        });
+        let names: Vec<_> = names.collect();
         let measures: Vec<_> = plan.measures.iter().map(|m| m.name()).collect();
         let mut infeasible = None;
         if !plan.instruments.is_empty() {
-            infeasible = ways(&plan)?;
+            infeasible = ways(plan)?;
         }
         print(&format!(
-            "\nreconstructions: {}\nmeasures: {}, {} pairs each\nseeds: {:?}\n{} reconstructions, {} rows\n",
+            "\nreconstructions: {}\nmeasures: {}, {} pairs each\nseeds: {:?}\n{} schedules, {} reconstructions, {} rows\n",
             names.join(", "),
             measures.join(", "),
             plan.metrics.pairs,
             plan.seeds,
+            plan.units().len(),
             plan.jobs(),
             plan.rows()
         ))?;
@@ -322,6 +341,7 @@ fn schedules(plan: &Plan, symmetry: Symmetry) -> Result<(), Error> {
 /// Returns the first plan that one cannot carry out.
 fn ways(plan: &Plan) -> Result<Option<Error>, Error> {
     let mut infeasible = None;
+    let mut router = Router::default();
     let labels = plan.parametrizations.iter().map(|c| c.label().len());
     let w = labels.max().unwrap_or(0).max(15);
     let sets = plan.sample_sets.iter().map(|s| s.name.chars().count());
@@ -342,27 +362,26 @@ fn ways(plan: &Plan) -> Result<Option<Error>, Error> {
             for coordinates in &plan.parametrizations {
                 for sample_set in &plan.sample_sets {
                     for allowance in plan.allowances() {
-                        let mut key = ScheduleKey {
+                        let key = ScheduleKey {
                             coordinates,
                             symmetry,
                             sample_set,
                             allowance,
-                            budget: 0,
                             instrument: Some(instrument),
                             seed: plan.seeds[0],
                         };
-                        let line = match route(&mut key) {
+                        let line = match router.find(&key) {
                             Err(e) => {
                                 let line = e.to_string();
                                 infeasible.get_or_insert(e);
                                 line
                             }
-                            Ok(routed) => routed.itinerary.map_or(String::new(), |i| {
+                            Ok(route) => route.itinerary().map_or(String::new(), |i| {
                                 let reach = 100.0 * i.reachable();
                                 let minutes = i.seconds() / 60.0;
                                 format!(
                                     "{:>8}  {reach:>6.1}%  {minutes:>9.1}  {}",
-                                    key.budget,
+                                    route.budget,
                                     i.reasons_text()
                                 )
                             }),
@@ -393,30 +412,4 @@ pub(super) fn words(symmetry: Symmetry) -> String {
     words.extend(symmetry.reciprocal.then_some("reciprocal"));
     words.extend(symmetry.bilateral.then_some("bilateral"));
     words.join(", ")
-}
-
-/// What a study would do.
-fn study(plan: &StudyPlan) -> Result<(), Error> {
-    let common = &plan.plan;
-    if let Some(question) = &common.question {
-        print(&format!("{}\n\n", question.trim()))?;
-    }
-    print(&materials(&common.materials, &common.missing))?;
-    let mut out = String::from("\nreconstructions\n");
-    for method in &plan.methods {
-        out += &format!("  {} in {} coordinates", method.name, method.coordinates);
-        if let Some(most) = method.up_to {
-            out += &format!(", up to {most}");
-        }
-        out += "\n";
-    }
-    let units = plan.units();
-    out += &format!(
-        "\n{} schedules, {} reconstructions of each of {} materials, {} rows\n",
-        units.len(),
-        plan.jobs_of(&units),
-        common.materials.len(),
-        plan.rows()
-    );
-    print(&out)
 }

@@ -3,7 +3,6 @@
 use super::print;
 use crate::brdf;
 use crate::error::Error;
-use crate::experiment::study::StudyRow;
 use crate::experiment::{Kind, Row, Use};
 use crate::geometry::Symmetry;
 use crate::instrument::{self, InstrumentSpec, Order};
@@ -41,13 +40,9 @@ enum Family {
 type Columns = (&'static str, &'static [(&'static str, &'static str)]);
 
 /// The tables of the other kinds of experiments.
-const MORE_COLUMNS: [Columns; 6] = [
+const MORE_COLUMNS: [Columns; 5] = [
     (
-        "results.csv and results.jsonl of a study",
-        &StudyRow::COLUMNS,
-    ),
-    (
-        "ranking.csv of a study",
+        "ranking.csv",
         &[
             (
                 "metric, measure, truth",
@@ -252,9 +247,7 @@ fn section(family: Family) -> String {
             titled("measures: measures = [ … ]", lines)
         }
         Family::Columns => {
-            let lines = Row::COLUMNS
-                .iter()
-                .map(|(name, meaning)| format!("  {name:<22} {meaning}"));
+            let lines = Row::columns().map(|(name, meaning)| format!("  {name:<22} {meaning}"));
             let others = MORE_COLUMNS.iter().map(|(file, columns)| {
                 let lines = columns
                     .iter()

@@ -93,9 +93,7 @@ impl Measure {
         let about = About {
             material: Some(material.name.clone()),
             instrument: Some(instrument.as_ref().map_or(IDEAL, |i| &i.name).into()),
-            realisation: instrument
-                .as_ref()
-                .map(|i| i.use_of.realisation.unwrap_or(seed)),
+            realisation: instrument.as_ref().map(|i| i.realisation(seed)),
             seed: instrument.as_ref().map(|_| seed),
             schedule_hash: Some(file.hash.clone()),
         };

@@ -1,11 +1,10 @@
 //! `gonio merge`.
 
-use super::study::finish;
+use super::run::{End, Shown, experiment, manifest};
 use super::{print, read_text, say};
 use crate::error::Error;
-use crate::experiment::Source;
-use crate::experiment::study::{Label, RowKey, StudyPlan, StudyRow};
-use crate::report::{CONFIG, MadeBy, Manifest, Outcome, ROWS, StudyFolder, read_rows};
+use crate::experiment::{Expected, Record, RowKey, Source};
+use crate::report::{CONFIG, Outcome, RunFolder, read_rows};
 use clap::Args;
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
@@ -19,7 +18,7 @@ pub(super) struct Merge {
     /// Folder of the whole
     #[arg(short, long, value_name = "DIR")]
     output: PathBuf,
-    /// Replace a study that is in the output folder
+    /// Replace a run that is in the output folder
     #[arg(long)]
     force: bool,
 }
@@ -27,34 +26,51 @@ pub(super) struct Merge {
 impl Merge {
     pub(super) fn run(self) -> Result<(), Error> {
         let started = SystemTime::now();
-        let taken = !self.force && self.output.join(ROWS).exists();
-        if taken {
-            let message = "a study is here already; choose another folder with -o, or --force";
+        // What replaces a part is not made from it.
+        let place = |dir: &PathBuf| dir.canonicalize().ok();
+        let mut parts = self.parts.iter().filter_map(place);
+        if parts.any(|part| Some(part) == place(&self.output)) {
+            let message = "this is one of the parts; choose another folder with -o";
             return Err(Error::output(&self.output, message));
         }
         let source = self.config()?;
-        let plan = StudyPlan::read(&source)?;
-        let expected = plan.expected();
-        let places: HashMap<&Label, usize> = expected.iter().map(|e| &e.label).zip(0..).collect();
-        let mut found: Vec<Option<StudyRow>> = vec![None; expected.len()];
+        experiment(&source)?.merge(&self, &source, started)
+    }
+
+    pub(super) fn put_together<E: Shown>(
+        &self,
+        plan: &E,
+        source: &Source,
+        started: SystemTime,
+    ) -> Result<(), Error> {
+        let taken = !self.force && self.output.join(E::Record::FILE).exists();
+        if taken {
+            let message = "a run is here already; choose another folder with -o, or --force";
+            return Err(Error::output(&self.output, message));
+        }
+        let expected = plan.expected(None);
+        let of = |e: &Expected| (plan.materials()[e.material].name.clone(), e.label.clone());
+        let places: HashMap<(String, String), usize> = expected.iter().map(of).zip(0..).collect();
+        let mut found: Vec<Option<E::Record>> = vec![None; expected.len()];
         // Which files each material was made from, and where that was found.
         let mut made_from: HashMap<String, (RowKey, &Path)> = HashMap::new();
         let mut others = 0;
         for dir in &self.parts {
-            for row in read_rows(dir)? {
-                let place = places.get(&row.label()).copied();
+            for row in read_rows::<E::Record>(dir)? {
+                let (material, material_key) = row.material();
+                let place = places.get(&(material.to_owned(), row.label())).copied();
                 // What a folder held before it was of this config is left there.
-                let Some(place) = place.filter(|&p| expected[p].is(&row)) else {
+                let is_ours = |p: &usize| row.key() == expected[*p].key(material_key);
+                let Some(place) = place.filter(is_ours) else {
                     others += 1;
                     continue;
                 };
-                let entry = made_from.entry(row.material.clone());
-                let (key, first) = entry.or_insert_with(|| (row.material_key.clone(), dir));
-                if *key != row.material_key {
+                let entry = made_from.entry(material.to_owned());
+                let (key, first) = entry.or_insert_with(|| (material_key.to_owned(), dir));
+                if *key != material_key {
                     let message = format!(
-                        "its {} is another material than in {}: the files differ; allowed: parts \
-                         that were made from the same files",
-                        row.material,
+                        "its {material} is another material than in {}: the files differ; \
+                         allowed: parts that were made from the same files",
                         first.display()
                     );
                     return Err(Error::data(dir, message));
@@ -67,32 +83,35 @@ impl Merge {
                 "gonio: {others} rows of other configs are left out"
             ));
         }
-        let sorted: Vec<StudyRow> = found.into_iter().flatten().collect();
-        let keys: Vec<RowKey> = sorted.iter().map(|r| r.key.clone()).collect();
-        let materials: Vec<Option<RowKey>> = plan
-            .plan
-            .materials
-            .iter()
-            .map(|m| made_from.get(&m.name).map(|(key, _)| key.clone()))
-            .collect();
+        let sorted: Vec<E::Record> = found.into_iter().flatten().collect();
+        let keys: Vec<RowKey> = sorted.iter().map(|r| r.key().to_owned()).collect();
+        let key_of = |name: &String| made_from.get(name).map(|(key, _)| key.clone());
+        let materials: Vec<Option<RowKey>> =
+            plan.materials().iter().map(|m| key_of(&m.name)).collect();
         let (found, of) = (keys.len(), expected.len());
-        let mut folder = StudyFolder::open(&self.output, self.force, &plan.resolved)?;
-        folder.write_rows(sorted)?;
+        let mut folder = RunFolder::open(&self.output, self.force, plan.resolved())?;
+        folder.write_rows(&sorted)?;
         for dir in &self.parts {
-            folder.copy_pictures(dir)?;
+            folder.copy_below(dir)?;
         }
-        let made_by = MadeBy {
-            resolved: &plan.resolved,
-            seeds: &plan.plan.seeds,
-            missing: &plan.plan.missing,
-        };
         let outcome = Outcome {
             rows: found,
             incomplete: found < of,
             ..Outcome::default()
         };
-        let manifest = Manifest::new(made_by, &source, Vec::new(), outcome, started);
-        let path = finish(&plan, folder, &keys, &materials, manifest)?;
+        let manifest = manifest(plan, source, Vec::new(), outcome, started);
+        let facts = serde_json::to_value(&manifest).map_err(|e| Error::Internal(e.to_string()))?;
+        plan.conclude(
+            &mut folder,
+            &End {
+                keys: &keys,
+                materials: &materials,
+                manifest: &facts,
+                ended: true,
+                whole: true,
+            },
+        )?;
+        let path = folder.finish(&keys, manifest)?;
         print(&format!(
             "\n{found} of {of} rows are in {}\n",
             path.display()
@@ -120,7 +139,7 @@ impl Merge {
                 }
                 Some((first, source)) if source.original() != text => {
                     let message = format!(
-                        "this is another config than {}; allowed: parts of one study",
+                        "this is another config than {}; allowed: parts of one run",
                         first.display()
                     );
                     return Err(Error::data(path, message));

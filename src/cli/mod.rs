@@ -11,27 +11,22 @@ mod distortion;
 mod list;
 mod measure;
 mod merge;
-mod moment_study;
 mod moments;
 mod output;
-#[cfg(all(feature = "exr", feature = "plots"))]
 mod picture;
-mod progress;
 mod reconstruct;
-mod relations;
 mod run;
 mod schedule;
 mod schema;
-#[cfg(all(feature = "exr", feature = "plots"))]
 mod slice;
-mod study;
 mod subset;
 mod symmetry;
 mod tabulate;
 
 use crate::brdf::{Brdf, BuildError, Channels};
-use crate::error::Error;
-use crate::experiment::{Config, Material, Plan, Source};
+use crate::error::{Error, excerpt};
+use crate::experiment::{Material, Plan, Source};
+use crate::files;
 use crate::instrument;
 use clap::{Args, Parser, Subcommand};
 use std::io::{self, ErrorKind, Write};
@@ -53,7 +48,7 @@ pub struct Cli {
 enum Command {
     /// Run an experiment: measure, reconstruct, compare
     Run(run::Run),
-    /// Put the parts of a study together
+    /// Put the parts of a run together
     Merge(merge::Merge),
     /// Check a config as `run` would and print its plan, without measuring
     Check(check::Check),
@@ -70,7 +65,6 @@ enum Command {
     /// Moment profiles of a material, or of every material of a config
     Moments(moments::Moments),
     /// Pictures of a material seen from chosen elevations
-    #[cfg(all(feature = "exr", feature = "plots"))]
     Slice(slice::Slice),
     /// Symmetries of a material, by how much it misses them and what they save
     Symmetry(symmetry::SymmetryArgs),
@@ -79,7 +73,6 @@ enum Command {
     /// What Barla et al. 2015 say of the parametrizations, and whether it is so
     Claims(claims::Claims),
     /// Pictures of parametrizations, materials and reconstructions
-    #[cfg(all(feature = "exr", feature = "plots"))]
     Picture(picture::Picture),
     /// The light paths that a box of coordinates stands for
     Subset(subset::Subset),
@@ -105,12 +98,10 @@ impl Cli {
             Command::Reconstruct(command) => command.run(),
             Command::Schema(command) => command.run(),
             Command::Moments(command) => command.run(),
-            #[cfg(all(feature = "exr", feature = "plots"))]
             Command::Slice(command) => command.run(),
             Command::Distortion(command) => command.run(),
             Command::Claims(command) => command.run(),
             Command::Symmetry(command) => command.run(),
-            #[cfg(all(feature = "exr", feature = "plots"))]
             Command::Picture(command) => command.run(),
             Command::Subset(command) => command.run(),
             Command::Tabulate(command) => command.run(),
@@ -178,7 +169,7 @@ impl ThreadArgs {
 }
 
 fn plan(source: &Source) -> Result<Plan, Error> {
-    Plan::new(Config::read(source)?)
+    Plan::read(source)
 }
 
 /// The material that `--material` names; the only one needs no name.
@@ -195,7 +186,10 @@ fn choose_material<'a>(
         let names: Vec<_> = materials.iter().map(|m| m.name.as_str()).collect();
         let allowed = names.join(", ");
         let message = match name {
-            Some(name) => format!("\"{name}\" is not in this config; allowed: {allowed}"),
+            Some(name) => {
+                let name = excerpt(name);
+                format!("\"{name}\" is not in this config; allowed: {allowed}")
+            }
             None => format!("this config has several materials; allowed: one of {allowed}"),
         };
         Error::config("--material", message)
@@ -212,7 +206,7 @@ fn build(material: &Material, channels: Channels) -> Result<Box<dyn Brdf>, Error
 
 /// The text of an input file.
 fn read_text(path: &Path) -> Result<String, Error> {
-    std::fs::read_to_string(path)
+    files::read_text(path, files::TABLE_LIMIT)
         .map_err(|e| Error::data(path, format!("cannot read this file: {e}")))
 }
 
@@ -256,9 +250,11 @@ fn axis_names() -> Result<Vec<String>, Error> {
     Ok(names)
 }
 
-/// Refuses to replace a file unless told to.
+/// Refuses to replace a file unless told to, and what is no file at all events.
 fn refuse_existing(path: &Path, force: bool) -> Result<(), Error> {
-    if force || path.symlink_metadata().is_err() {
+    let unwritable = |e| Error::output(path, format!("cannot write this file: {e}"));
+    let exists = files::destination(path).map_err(unwritable)?.exists();
+    if force || !exists {
         return Ok(());
     }
     Err(Error::output(

@@ -3,10 +3,9 @@
 use super::brdf_args::BrdfArgs;
 use super::run::tell_missing;
 use super::{ThreadArgs, print, refuse_existing, say};
-use crate::brdf::Brdf;
 use crate::error::Error;
-use crate::experiment::moments::{self, MaterialProfiles, MomentsPlan, ProfileRow};
-use crate::experiment::{Failure, Input, Material, Source};
+use crate::experiment::moments::{MaterialProfiles, MomentsPlan, ProfileRow};
+use crate::experiment::{Event, Experiment, Extent, Failure, Known, Observer, Source};
 use crate::files::write_atomically;
 use crate::report::{profiles_csv, profiles_json};
 use clap::{Args, ValueEnum};
@@ -56,9 +55,9 @@ impl Moments {
             }
             None => Vec::new(),
         };
-        tell_missing(&plan.missing, false);
+        tell_missing(&plan.missing);
         let mut desk = Collect::default();
-        moments::measure(&plan, &mut desk)?;
+        plan.run(&Extent::default(), &Known::default(), &mut desk)?;
         if let (Some(failure), true) = (desk.failures.first(), desk.profiles.is_empty()) {
             return Err(unusable(&plan, failure, &source));
         }
@@ -116,7 +115,6 @@ impl Moments {
         write(&files[1], |out| profiles_json(&rows, out))?;
         let config = toml::to_string(&plan.resolved).map_err(|e| Error::Internal(e.to_string()))?;
         write(&files[2], |out| out.write_all(config.as_bytes()))?;
-        #[cfg(feature = "plots")]
         for profiles in &desk.profiles {
             let sheet = crate::report::material_sheet(profiles);
             let svg = crate::report::svg(&sheet.title, &sheet.panels, sheet.columns)?;
@@ -156,9 +154,7 @@ fn names(plan: &MomentsPlan, dir: &Path) -> Vec<PathBuf> {
     let mut names: Vec<_> = ["profiles.csv", "profiles.json", "config.toml"]
         .map(|name| dir.join(name))
         .into();
-    if cfg!(feature = "plots") {
-        names.extend(plan.materials.iter().map(|m| diagram(dir, &m.name)));
-    }
+    names.extend(plan.materials.iter().map(|m| diagram(dir, &m.name)));
     names
 }
 
@@ -176,26 +172,20 @@ fn text(body: impl FnOnce(&mut Vec<u8>) -> io::Result<()>) -> Result<String, Err
     String::from_utf8(out).map_err(|e| Error::Internal(e.to_string()))
 }
 
+/// Keeps what is told.
 #[derive(Default)]
 struct Collect {
     profiles: Vec<MaterialProfiles>,
     failures: Vec<Failure>,
 }
 
-impl moments::Desk for Collect {
-    fn begins(&mut self, _material: &Material) {}
-
-    fn profiles(
-        &mut self,
-        _brdf: &dyn Brdf,
-        profiles: MaterialProfiles,
-        _inputs: Vec<Input>,
-    ) -> Result<(), Error> {
-        self.profiles.push(profiles);
+impl Observer<MaterialProfiles> for Collect {
+    fn tell(&mut self, event: &Event<'_, MaterialProfiles>) -> Result<(), Error> {
+        match event {
+            Event::Made(profiles) => self.profiles.extend_from_slice(profiles),
+            Event::Failed(failure) => self.failures.push((*failure).clone()),
+            _ => {}
+        }
         Ok(())
-    }
-
-    fn failed(&mut self, failure: Failure) {
-        self.failures.push(failure);
     }
 }

@@ -3,7 +3,7 @@
 use super::brdf_args::BrdfArgs;
 use super::{ThreadArgs, build, choose_material, print, refuse_existing, say};
 use crate::brdf::{Brdf, BuildError, Channels};
-use crate::error::Error;
+use crate::error::{Error, excerpt};
 use crate::files::write_atomically;
 use crate::instrument::{Ideal, Instrument};
 use crate::lighting::{self, Lighting, LightingSpec, MapSpec};
@@ -114,7 +114,8 @@ fn entry(name: &str) -> Result<ParametrizationEntry, Error> {
         let all = parametrization::all();
         let all: Vec<_> = all.iter().map(|e| e.name).collect();
         let message = format!(
-            "{name:?} is no parametrization; allowed: {}",
+            "{:?} is no parametrization; allowed: {}",
+            excerpt(name),
             all.join(", ")
         );
         Error::config("--parametrization", message)
@@ -282,7 +283,7 @@ impl Scene {
                     let message = format!(
                         "{:?} is neither a panorama (*.exr, *.hdr) nor a kind of light; allowed \
                          kinds: {}",
-                        self.lighting,
+                        excerpt(&self.lighting),
                         kinds.join(", ")
                     );
                     return Err(Error::config("--lighting", message));
@@ -357,7 +358,7 @@ impl Compare {
             let kinds: Vec<_> = methods.iter().map(|e| e.kind).collect();
             let message = format!(
                 "{:?} is no reconstruction; allowed: {}",
-                self.reconstruction,
+                excerpt(&self.reconstruction),
                 kinds.join(", ")
             );
             return Err(Error::config("--reconstruction", message));

@@ -5,9 +5,8 @@ use super::check::words;
 use super::{ThreadArgs, build, choose_material, print, read_text, refuse_existing};
 use crate::brdf::Brdf;
 use crate::brdf::measured::merl::{MerlError, MerlGrid, write_merl_file};
-use crate::error::Error;
-use crate::experiment::moments::MomentsPlan;
-use crate::experiment::{Kind, Source};
+use crate::error::{Error, ParameterError, excerpt};
+use crate::experiment::{AnyPlan, Kind, Source};
 use crate::geometry::Symmetry;
 use crate::measurement::{Flags, Measurement, Outcome, alta, read_measurement};
 use crate::metrics::{self, Measure, MetricsSpec};
@@ -19,7 +18,6 @@ use clap::Args;
 use std::path::{Path, PathBuf};
 
 /// Pixels along each side of the picture.
-#[cfg(feature = "exr")]
 const PICTURE: usize = 200;
 
 /// Makes a BRDF of readings, and says what it was made of
@@ -66,7 +64,7 @@ pub(super) struct Reconstruct {
     threads: ThreadArgs,
 }
 
-fn symmetry(text: &str) -> Result<Symmetry, String> {
+fn symmetry(text: &str) -> Result<Symmetry, ParameterError> {
     let mut symmetry = Symmetry::NONE;
     if text == "none" {
         return Ok(symmetry);
@@ -76,7 +74,10 @@ fn symmetry(text: &str) -> Result<Symmetry, String> {
             "isotropic" => symmetry.isotropic = true,
             "reciprocal" => symmetry.reciprocal = true,
             "bilateral" => symmetry.bilateral = true,
-            _ => return Err("allowed: isotropic, reciprocal, bilateral, or none".into()),
+            name => {
+                let allowed = "isotropic, reciprocal, bilateral, or none";
+                return Err(ParameterError::new("symmetry", name, allowed));
+            }
         }
     }
     Ok(symmetry)
@@ -125,7 +126,8 @@ impl Reconstruct {
         let all = parametrization::all();
         let all: Vec<_> = all.iter().map(|e| e.name).collect();
         let message = format!(
-            "{name:?} is no parametrization; allowed: {}",
+            "{:?} is no parametrization; allowed: {}",
+            excerpt(name),
             all.join(", ")
         );
         Err(Error::config("--parametrization", message))
@@ -176,7 +178,8 @@ impl Reconstruct {
         let Some(entry) = all.iter().find(|e| e.kind == kind) else {
             let kinds: Vec<_> = all.iter().map(|e| e.kind).collect();
             let message = format!(
-                "{kind:?} is no reconstruction; allowed: {}",
+                "{:?} is no reconstruction; allowed: {}",
+                excerpt(kind),
                 kinds.join(", ")
             );
             return Err(Error::config("--reconstruction", message));
@@ -196,11 +199,11 @@ impl Reconstruct {
         };
         let source = BrdfArgs::of(target).source()?;
         let of_config = Path::new(target).extension().is_some_and(|e| e == "toml");
-        let (materials, metrics) = if of_config && Kind::of(&source)? == Kind::Acquisition {
+        let (materials, metrics) = if of_config && !Kind::of(&source)?.has_profiles() {
             let plan = super::plan(&source)?;
             (plan.materials, plan.metrics)
         } else {
-            let plan = MomentsPlan::of_any(&source)?;
+            let plan = AnyPlan::read(&source)?.into_moments();
             (plan.materials, MetricsSpec::default())
         };
         let material = choose_material(&materials, self.material.as_deref())?;
@@ -307,7 +310,6 @@ fn tabulate(brdf: &dyn Brdf, path: &Path) -> Result<(), Error> {
     })
 }
 
-#[cfg(feature = "exr")]
 fn picture(brdf: &dyn Brdf, path: &Path) -> Result<(), Error> {
     use crate::files::write_atomically;
     use crate::lighting::{LightingSpec, SkySpec};
@@ -319,9 +321,4 @@ fn picture(brdf: &dyn Brdf, path: &Path) -> Result<(), Error> {
     let image = crate::report::sphere(brdf, &*light, PICTURE);
     let drawn = write_atomically(path, |out| image.write_png(image.white(), out));
     drawn.map_err(|e| Error::output(path, format!("cannot write this file: {e}")))
-}
-
-#[cfg(not(feature = "exr"))]
-fn picture(_brdf: &dyn Brdf, _path: &Path) -> Result<(), Error> {
-    Err(Error::config("--picture", "this build draws no pictures"))
 }

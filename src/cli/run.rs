@@ -1,46 +1,143 @@
 //! `gonio run`.
 
-use super::progress::Progress;
+mod acquisition;
+mod consumers;
+mod moments;
+mod relations;
+
 use super::{ConfigArgs, SeedArgs, ThreadArgs, print, say};
 use crate::error::Error;
-use crate::experiment::study::Shard;
 use crate::experiment::{
-    self, Allowance, Failure, Input, Job, Kind, Material, Observer, Plan, Row, ScheduleKey, Stage,
+    AnyPlan, Experiment, Extent, Known, Observer, Record, RowKey, Shard, Source, material_key,
 };
-use crate::report::{MadeBy, Manifest, Outcome, RunFolder, Table, instruments, ranking};
-use crate::schedule::{Itinerary, Schedule};
+use crate::report::{MadeBy, Manifest, Outcome, RunFolder, read_rows};
 use clap::Args;
+use consumers::{Consumers, Files, Progress};
+use std::cell::RefCell;
+use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::SystemTime;
 
 /// Where runs go that name no folder.
-pub(super) const RUNS: &str = "runs";
+const RUNS: &str = "runs";
 
 #[derive(Debug, Args)]
 pub(super) struct Run {
     #[command(flatten)]
-    pub(super) config: ConfigArgs,
+    config: ConfigArgs,
     #[command(flatten)]
     seed: SeedArgs,
     #[command(flatten)]
     threads: ThreadArgs,
-    /// Folder of the results [default: runs/NAME, or the next free NAME-2, NAME-3, …]
+    /// Folder of the results; a run that is there goes on [default: runs/NAME, or NAME-2, NAME-3, …
+    /// where other configs have taken it]
     #[arg(short, long, value_name = "DIR")]
-    pub(super) output: Option<PathBuf>,
-    /// Replace a run that is in the output folder; a study makes rows again that are there
+    output: Option<PathBuf>,
+    /// Make everything again that is in the output folder
     #[arg(long)]
-    pub(super) force: bool,
-    /// Of a study: only this part of its schedules, i/n with 1 <= i <= n
+    force: bool,
+    /// Only this part of the work, i/n with 1 <= i <= n
     #[arg(long, value_name = "I/N")]
-    pub(super) shard: Option<Shard>,
-    /// Of a study: list what would be run, and what of it is done
+    shard: Option<Shard>,
+    /// List what would be run, and what of it is done
     #[arg(long)]
-    pub(super) list: bool,
+    list: bool,
+    /// Memory for materials and their readings, in megabytes; results do not depend on it
+    #[arg(long, value_name = "MB", default_value_t = 512, value_parser = clap::value_parser!(u32).range(1..))]
+    memory: u32,
     /// No progress bar and no notes on stderr; errors are still told
     #[arg(short, long)]
     quiet: bool,
+}
+
+/// A kind of experiment as the command shows it: who listens to a run, and what its end writes.
+pub(super) trait Shown: Experiment {
+    /// Those who listen beside the progress bar and the records' file.
+    ///
+    /// # Errors
+    /// Those of building what they need.
+    fn listeners<'a>(
+        &'a self,
+        folder: &'a RefCell<RunFolder<Self::Record>>,
+        desk: &Desk,
+    ) -> Result<Vec<Box<dyn Observer<Self::Record> + 'a>>, Error>;
+
+    /// Prints what the records say, and writes their tables and pictures.
+    ///
+    /// # Errors
+    /// Those of drawing, printing and writing.
+    fn conclude(&self, folder: &mut RunFolder<Self::Record>, end: &End<'_>) -> Result<(), Error>;
+}
+
+/// What listeners are told of the run.
+pub(super) struct Desk {
+    /// Set when the run shall stop.
+    pub(super) stop: Arc<AtomicBool>,
+    /// Nothing but errors shall be told.
+    pub(super) quiet: bool,
+    /// The part that is run.
+    pub(super) shard: Option<Shard>,
+}
+
+/// How a run ended.
+pub(super) struct End<'a> {
+    /// Keys of the records of the plan, or of its part, in their order.
+    pub(super) keys: &'a [RowKey],
+    /// Keys of the materials, as far as they are known.
+    pub(super) materials: &'a [Option<RowKey>],
+    /// The manifest, as JSON.
+    pub(super) manifest: &'a serde_json::Value,
+    /// True unless it was stopped.
+    pub(super) ended: bool,
+    /// True of a whole run, false of a part.
+    pub(super) whole: bool,
+}
+
+/// What commands do with an experiment of any kind.
+pub(super) trait Runnable {
+    /// `gonio run`.
+    fn run(&self, command: &Run, source: &Source, started: SystemTime) -> Result<(), Error>;
+
+    /// `gonio merge`.
+    fn merge(
+        &self,
+        command: &super::merge::Merge,
+        source: &Source,
+        started: SystemTime,
+    ) -> Result<(), Error>;
+
+    /// `gonio check`.
+    fn check(&self) -> Result<(), Error>;
+}
+
+/// The experiment of a config.
+pub(super) fn experiment(source: &Source) -> Result<Box<dyn Runnable>, Error> {
+    Ok(match AnyPlan::read(source)? {
+        AnyPlan::Acquisition(plan) => plan,
+        AnyPlan::Moments(plan) => plan,
+        AnyPlan::Relations(plan) => plan,
+    })
+}
+
+impl<E: Shown + super::check::Checked> Runnable for E {
+    fn run(&self, command: &Run, source: &Source, started: SystemTime) -> Result<(), Error> {
+        command.perform(self, source, started)
+    }
+
+    fn merge(
+        &self,
+        command: &super::merge::Merge,
+        source: &Source,
+        started: SystemTime,
+    ) -> Result<(), Error> {
+        command.put_together(self, source, started)
+    }
+
+    fn check(&self) -> Result<(), Error> {
+        super::check::Checked::check(self)
+    }
 }
 
 impl Run {
@@ -49,112 +146,92 @@ impl Run {
         self.threads.apply()?;
         let mut source = self.config.source()?;
         self.seed.apply(&mut source)?;
-        match Kind::of(&source)? {
-            Kind::Acquisition => {}
-            Kind::Moments => return self.moment_study(&source, started),
-            Kind::Relations => return self.relations(&source, started),
-            Kind::Study => return self.study(&source, started),
+        experiment(&source)?.run(&self, &source, started)
+    }
+
+    fn perform<E: Shown>(
+        &self,
+        plan: &E,
+        source: &Source,
+        started: SystemTime,
+    ) -> Result<(), Error> {
+        if !self.quiet {
+            tell_missing(plan.missing());
         }
-        let plan = super::plan(&source)?;
-        tell_missing(&plan.missing, self.quiet);
-        let stop = stop_on_ctrl_c()?;
-        let folder = self.folder(Kind::Acquisition, &plan.resolved)?;
-        let table = Table::new(&plan);
-        if let Some(question) = &plan.question {
+        let resolved = plan.resolved();
+        let stem = self.stem();
+        let dir = match &self.output {
+            Some(dir) => dir.clone(),
+            None => RunFolder::<E::Record>::next(Path::new(RUNS), &stem, resolved)?,
+        };
+        if self.list {
+            return list(plan, self.shard, &dir);
+        }
+        if let Some(shard) = self
+            .shard
+            .filter(|_| RunFolder::<E::Record>::is_whole(&dir))
+        {
+            let message = format!(
+                "a whole run is here, of which --shard {shard} would leave a part; choose \
+                 another folder with -o"
+            );
+            return Err(Error::output(dir, message));
+        }
+        let desk = Desk {
+            stop: stop_on_ctrl_c()?,
+            quiet: self.quiet,
+            shard: self.shard,
+        };
+        let folder = RunFolder::open(&dir, self.force, resolved)?;
+        if let Some(question) = plan.question() {
             print(&format!("{}\n\n", question.trim()))?;
         }
-        print(&table.head())?;
-        let mut desk = Desk {
-            progress: Progress::new(&plan, self.quiet),
-            plan: &plan,
-            stop,
-            folder,
-            table,
-            rows: Vec::new(),
-            inputs: Vec::new(),
+        let known = folder.known();
+        let folder = RefCell::new(folder);
+        let extent = Extent {
+            shard: self.shard,
+            memory: (self.memory as usize) << 20,
         };
-        let summary = experiment::run(&plan, &mut desk)?;
-        desk.progress.finish();
-        let made_by = MadeBy {
-            resolved: &plan.resolved,
-            seeds: &plan.seeds,
-            missing: &plan.missing,
+        let summary = {
+            let mut consumers = Consumers {
+                stop: Arc::clone(&desk.stop),
+                progress: Progress::new(self.quiet),
+                list: vec![Box::new(Files(&folder))],
+            };
+            consumers.list.extend(plan.listeners(&folder, &desk)?);
+            let summary = plan.run(&extent, &known, &mut consumers)?;
+            consumers.progress.finish();
+            summary
         };
+        let mut folder = folder.into_inner();
+        let rows = folder.sorted(&summary.keys).0.len();
         let outcome = Outcome {
-            rows: summary.rows,
+            rows,
             failures: summary.failures.clone(),
             seconds: serde_json::to_value(summary.seconds).unwrap_or_default(),
             interrupted: summary.interrupted,
+            shard: self.shard.map(|s| s.to_string()),
             ..Outcome::default()
         };
-        let manifest = Manifest::new(made_by, &source, desk.inputs, outcome, started);
-        let path = desk.folder.finish(manifest)?;
-        if plan.instruments.is_empty() {
-            print(&ranking(&desk.rows))?;
-        } else {
-            print(&instruments(&desk.rows))?;
-        }
-        let end = End {
-            rows: summary.rows,
-            failed: summary.failures.iter().map(|f| f.jobs).sum(),
-            jobs: plan.jobs(),
-            interrupted: summary.interrupted,
-        };
-        self.tell(&end, path)
-    }
-}
-
-/// How a run of any kind ended.
-pub(super) struct End {
-    /// Rows that were written.
-    pub(super) rows: usize,
-    /// Jobs that could not be done, of all there were.
-    pub(super) failed: usize,
-    pub(super) jobs: usize,
-    /// It was stopped before its end.
-    pub(super) interrupted: bool,
-}
-
-impl Run {
-    /// The folder of the results.
-    pub(super) fn folder(&self, kind: Kind, resolved: &toml::Table) -> Result<RunFolder, Error> {
-        self.refuse_study_options(kind)?;
-        match &self.output {
-            Some(dir) => RunFolder::create(dir, self.force, kind, resolved),
-            None => {
-                let stem = self.config.config.file_stem().unwrap_or("run".as_ref());
-                RunFolder::create_next(Path::new(RUNS), &stem.to_string_lossy(), kind, resolved)
-            }
-        }
-    }
-
-    /// Options that only a study knows.
-    fn refuse_study_options(&self, kind: Kind) -> Result<(), Error> {
-        let shard = self.shard.map(|_| "--shard");
-        if let Some(option) = shard.or(self.list.then_some("--list")) {
-            let message = format!(
-                "an experiment of kind {:?} has no such option; allowed: with {:?}",
-                kind.name(),
-                Kind::Study.name()
-            );
-            return Err(Error::config(option, message));
-        }
-        if self.force && self.output.is_none() {
-            let message = "there is nothing to replace in a new folder; allowed: with -o DIR";
-            return Err(Error::config("--force", message));
-        }
-        Ok(())
-    }
-
-    /// Says where the results are, or what kept them from being whole.
-    pub(super) fn tell(&self, end: &End, path: PathBuf) -> Result<(), Error> {
-        let &End {
-            rows, failed, jobs, ..
-        } = end;
-        if end.interrupted {
+        let manifest = manifest(plan, source, summary.inputs.clone(), outcome, started);
+        let facts = serde_json::to_value(&manifest).map_err(|e| Error::Internal(e.to_string()))?;
+        plan.conclude(
+            &mut folder,
+            &End {
+                keys: &summary.keys,
+                materials: &summary.materials,
+                manifest: &facts,
+                ended: !summary.interrupted,
+                whole: self.shard.is_none(),
+            },
+        )?;
+        let path = folder.finish(&summary.keys, manifest)?;
+        if summary.interrupted {
             return Err(Error::Interrupted { rows, path });
         }
+        let failed: usize = summary.failures.iter().map(|f| f.jobs).sum();
         if failed > 0 {
+            let jobs = jobs(plan, self.shard);
             return Err(Error::JobsFailed { failed, jobs, path });
         }
         if !self.quiet {
@@ -163,15 +240,69 @@ impl Run {
         Ok(())
     }
 
-    /// True if nothing but errors shall be told.
-    pub(super) fn is_quiet(&self) -> bool {
-        self.quiet
+    /// What the folder of this run is called unless it is named.
+    fn stem(&self) -> String {
+        let stem = self.config.config.file_stem().unwrap_or("run".as_ref());
+        let stem = stem.to_string_lossy();
+        match self.shard {
+            Some(Shard { part, of }) => format!("{stem}.shard-{part}-of-{of}"),
+            None => stem.into_owned(),
+        }
     }
 }
 
+/// The manifest of a run or of what was put together.
+pub(super) fn manifest<E: Experiment>(
+    plan: &E,
+    source: &Source,
+    inputs: Vec<crate::experiment::Input>,
+    outcome: Outcome,
+    started: SystemTime,
+) -> Manifest {
+    let made_by = MadeBy {
+        resolved: plan.resolved(),
+        seeds: &plan.seeds(),
+        missing: plan.missing(),
+    };
+    Manifest::new(made_by, source, inputs, outcome, started)
+}
+
+/// Jobs of a run: records that are made together count once.
+fn jobs<E: Experiment>(plan: &E, shard: Option<Shard>) -> usize {
+    let expected = plan.expected(shard);
+    expected.chunk_by(|a, b| a.job == b.job).count()
+}
+
+/// Prints every job and whether it is done.
+fn list<E: Experiment>(plan: &E, shard: Option<Shard>, dir: &Path) -> Result<(), Error> {
+    let rows: Vec<E::Record> = if dir.join(E::Record::FILE).exists() {
+        read_rows(dir)?
+    } else {
+        Vec::new()
+    };
+    let known: Known<E::Record> = rows.into_iter().map(|r| (r.key().to_owned(), r)).collect();
+    let expected = plan.expected(shard);
+    let mut keys: HashMap<usize, RowKey> = HashMap::new();
+    let (mut out, mut done, mut jobs) = (String::new(), 0, 0);
+    for job in expected.chunk_by(|a, b| a.job == b.job) {
+        let material = job[0].material;
+        if let std::collections::hash_map::Entry::Vacant(entry) = keys.entry(material) {
+            entry.insert(material_key(&plan.materials()[material])?);
+        }
+        let mine: Vec<RowKey> = job.iter().map(|e| e.key(&keys[&material])).collect();
+        let is_done = mine.iter().all(|k| known.contains_key(k));
+        done += usize::from(is_done);
+        jobs += 1;
+        let word = if is_done { "done" } else { "open" };
+        out += &format!("{word}  {}  {}\n", mine.join(" "), job[0].job);
+    }
+    out += &format!("{done} of {jobs} jobs are done in {}\n", dir.display());
+    print(&out)
+}
+
 /// Tells which materials a config names in vain.
-pub(super) fn tell_missing(names: &[String], quiet: bool) {
-    if !names.is_empty() && !quiet {
+pub(super) fn tell_missing(names: &[String]) {
+    if !names.is_empty() {
         let list = names.join(", ");
         say(&format!("gonio: not in materials_dir, skipped: {list}"));
     }
@@ -188,71 +319,4 @@ pub(super) fn stop_on_ctrl_c() -> Result<Arc<AtomicBool>, Error> {
     };
     ctrlc::set_handler(handler).map_err(|e| Error::Internal(e.to_string()))?;
     Ok(stop)
-}
-
-/// Where a run's news arrive.
-struct Desk<'a> {
-    plan: &'a Plan,
-    stop: Arc<AtomicBool>,
-    progress: Progress,
-    folder: RunFolder,
-    table: Table,
-    rows: Vec<Row>,
-    inputs: Vec<Input>,
-}
-
-impl Observer for Desk<'_> {
-    fn cancelled(&self) -> bool {
-        self.stop.load(Ordering::SeqCst)
-    }
-
-    fn stage(&mut self, stage: Stage, job: &Job<'_>) {
-        self.progress.stage(stage, job);
-    }
-
-    fn loaded(&mut self, _material: &Material, inputs: &[Input]) {
-        self.inputs.extend_from_slice(inputs);
-    }
-
-    fn planned(
-        &mut self,
-        key: &ScheduleKey<'_>,
-        schedule: &Schedule,
-        itinerary: Option<&Itinerary>,
-    ) -> Result<(), Error> {
-        match self.plan.output.schedules.0 {
-            Some(format) => self.folder.write_schedule(key, schedule, itinerary, format),
-            None => Ok(()),
-        }
-    }
-
-    #[cfg(feature = "exr")]
-    fn reconstructed(
-        &mut self,
-        job: &Job<'_>,
-        truth: &dyn crate::brdf::Brdf,
-        reconstruction: &dyn crate::brdf::Brdf,
-    ) -> Result<(), Error> {
-        if self.plan.output.slices {
-            self.folder.write_slice(job, truth, reconstruction)?;
-        }
-        Ok(())
-    }
-
-    fn rows(&mut self, rows: Vec<Row>) -> Result<(), Error> {
-        self.folder.write_rows(&rows)?;
-        let lines = self.table.lines(&rows);
-        self.rows.extend(rows);
-        self.progress.aside(|| print(&lines))
-    }
-
-    fn failed(&mut self, failure: &Failure) {
-        let Failure { job, reason, .. } = failure;
-        self.progress
-            .aside(|| say(&format!("gonio: {job}: {reason}")));
-    }
-
-    fn advanced(&mut self, jobs: usize, allowance: Allowance) {
-        self.progress.advance(jobs, allowance);
-    }
 }

@@ -1,8 +1,8 @@
 //! `gonio schedule`.
 
 use super::{ConfigArgs, SeedArgs, refuse_existing, written};
-use crate::error::Error;
-use crate::experiment::{Allowance, Plan, PlannedInstrument, Routed, ScheduleKey, route};
+use crate::error::{Error, excerpt};
+use crate::experiment::{Allowance, Plan, PlannedInstrument, Route, Router, ScheduleKey};
 use crate::files::write_atomically;
 use crate::instrument::Order;
 use crate::report::schedule_stem;
@@ -103,14 +103,10 @@ impl Schedule {
             ));
         };
         if stdout {
-            let Routed {
-                schedule,
-                itinerary,
-            } = self.make(key)?;
-            let itinerary = itinerary.as_deref();
+            let route = self.make(key, &mut Router::default())?;
             let mut out = BufWriter::new(io::stdout().lock());
             let format = format.unwrap_or(ScheduleFormat::Csv);
-            let result = write_schedule(&schedule, itinerary, format, &mut out);
+            let result = write_schedule(&route.schedule, route.itinerary(), format, &mut out);
             return written(Path::new("stdout"), result.and_then(|()| out.flush()));
         }
         let Some(format) = format.or_else(|| ScheduleFormat::of(&self.output)) else {
@@ -120,7 +116,7 @@ impl Schedule {
             ));
         };
         refuse_existing(&self.output, self.force)?;
-        self.write(key, format, &self.output)
+        self.write(key, format, &self.output, &mut Router::default())
     }
 
     /// The schedules that the options leave.
@@ -184,7 +180,6 @@ impl Schedule {
                                 symmetry,
                                 sample_set,
                                 allowance,
-                                budget: 0,
                                 instrument,
                                 seed,
                             }));
@@ -257,15 +252,14 @@ impl Schedule {
         Ok(vec![instrument])
     }
 
-    fn make(&self, key: &ScheduleKey<'_>) -> Result<Routed, Error> {
-        let routed = route(&mut { *key })?;
-        let unreachable = routed.itinerary.as_ref().map_or(0, |i| i.unreachable.len());
-        if let (Some(itinerary), true) = (&routed.itinerary, unreachable > 0)
-            && !self.skip_unreachable
-        {
-            return Err(Error::infeasible("--instrument", out_of_reach(itinerary)));
+    fn make(&self, key: &ScheduleKey<'_>, router: &mut Router) -> Result<Route, Error> {
+        let route = router.find(key)?;
+        match route.itinerary() {
+            Some(itinerary) if !itinerary.unreachable.is_empty() && !self.skip_unreachable => {
+                Err(Error::infeasible("--instrument", out_of_reach(itinerary)))
+            }
+            _ => Ok(route),
         }
-        Ok(routed)
     }
 
     fn write(
@@ -273,16 +267,13 @@ impl Schedule {
         key: &ScheduleKey<'_>,
         format: ScheduleFormat,
         path: &Path,
+        router: &mut Router,
     ) -> Result<(), Error> {
-        let Routed {
-            schedule,
-            itinerary,
-        } = self.make(key)?;
-        let itinerary = itinerary.as_deref();
+        let route = self.make(key, router)?;
         written(
             path,
             write_atomically(path, |out| {
-                write_schedule(&schedule, itinerary, format, out)
+                write_schedule(&route.schedule, route.itinerary(), format, out)
             }),
         )
     }
@@ -295,8 +286,9 @@ impl Schedule {
         for key in keys {
             refuse_existing(&path(key), self.force)?;
         }
+        let mut router = Router::default();
         keys.iter()
-            .try_for_each(|key| self.write(key, format, &path(key)))
+            .try_for_each(|key| self.write(key, format, &path(key), &mut router))
     }
 }
 
@@ -348,7 +340,10 @@ fn unknown(option: &str, name: &str, allowed: impl Iterator<Item = String>) -> E
     };
     Error::config(
         option,
-        format!("\"{name}\" is not in this config; allowed: {allowed}"),
+        format!(
+            "\"{}\" is not in this config; allowed: {allowed}",
+            excerpt(name)
+        ),
     )
 }
 

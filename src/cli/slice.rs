@@ -3,7 +3,7 @@
 use super::brdf_args::BrdfArgs;
 use super::{ThreadArgs, print, refuse_existing};
 use crate::brdf::BuildError;
-use crate::error::Error;
+use crate::error::{Error, ParameterError};
 use crate::files::write_atomically;
 use crate::moments::{Channel, Slice as BrdfSlice};
 use crate::report::{FlatSlice, Radius, lobe_svg};
@@ -47,12 +47,9 @@ pub(super) struct Slice {
     force: bool,
 }
 
-fn channel(text: &str) -> Result<Channel, String> {
+fn channel(text: &str) -> Result<Channel, ParameterError> {
     let found = Channel::ALL.into_iter().find(|c| c.name() == text);
-    found.ok_or_else(|| {
-        let allowed = Channel::ALL.map(Channel::name).join(", ");
-        format!("allowed: {allowed}")
-    })
+    found.ok_or_else(|| ParameterError::new("channel", text, Channel::names()))
 }
 
 impl Slice {

@@ -1,20 +1,17 @@
 //! `gonio subset`.
 
 use super::brdf_args::BrdfArgs;
-#[cfg(feature = "plots")]
 use super::refuse_existing;
 use super::{ThreadArgs, build, choose_material, print};
 use crate::analysis::{Reach, Subset as LightPaths};
 use crate::brdf::{Brdf, Channels};
-use crate::error::Error;
-#[cfg(feature = "plots")]
+use crate::error::{Error, excerpt};
 use crate::files::write_atomically;
 use crate::geometry::Symmetry;
 use crate::instrument::{self, Machine};
 use crate::parametrization;
 use crate::report::SubsetReport;
 use clap::{Args, ValueEnum};
-#[cfg(feature = "plots")]
 use std::{io::Write, path::PathBuf};
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
@@ -50,11 +47,9 @@ pub(super) struct Subset {
     #[arg(long, value_enum, default_value = "text")]
     format: Format,
     /// Draw it into this file (*.svg) as well
-    #[cfg(feature = "plots")]
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
     /// Replace the file if it exists
-    #[cfg(feature = "plots")]
     #[arg(long, requires = "output")]
     force: bool,
     #[command(flatten)]
@@ -64,7 +59,6 @@ pub(super) struct Subset {
 impl Subset {
     pub(super) fn run(self) -> Result<(), Error> {
         self.threads.apply()?;
-        #[cfg(feature = "plots")]
         if let Some(path) = &self.output {
             refuse_existing(path, self.force)?;
         }
@@ -73,7 +67,7 @@ impl Subset {
             let allowed: Vec<_> = entries.iter().map(|e| e.name).collect();
             let message = format!(
                 "{:?} is no parametrization; allowed: {}",
-                self.parametrization,
+                excerpt(&self.parametrization),
                 allowed.join(", ")
             );
             return Err(Error::config("--parametrization", message));
@@ -115,7 +109,6 @@ impl Subset {
             Format::Text => print(&report.text())?,
             Format::Json => print(&format!("{:#}\n", report.json()))?,
         }
-        #[cfg(feature = "plots")]
         if let Some(path) = &self.output {
             let title = format!("{}: {}", self.parametrization, self.bounds);
             let svg = crate::report::svg(&title, &report.panels(&background()?), 3)?;
@@ -139,7 +132,6 @@ impl Subset {
 }
 
 /// Pairs from everywhere, for the picture.
-#[cfg(feature = "plots")]
 fn background() -> Result<Vec<crate::geometry::DirectionPair>, Error> {
     use crate::metrics::{Measure, MetricsSpec, test_pairs};
     let spec = MetricsSpec {

@@ -1,11 +1,9 @@
-//! Checks of single keys of a config: ranges, empty lists, names that are taken.
+//! Checks of lists and names: empty ones, and what is there twice.
 
-use super::config::{Config, Named, Quantity};
-use super::plan::MAX_BUDGET;
-use super::source::{KeyPath, Source};
-use crate::brdf::Channels;
-use crate::error::{Error, ParameterError, in_left_open};
-use crate::metrics::{self, MetricsSpec};
+use super::keypath::KeyPath;
+use super::source::Source;
+use super::tables::Named;
+use crate::error::{Error, ParameterError, excerpt};
 use std::collections::HashSet;
 use std::fmt::Display;
 
@@ -14,78 +12,6 @@ pub(super) fn below(base: &KeyPath, key: &str) -> KeyPath {
     key.split('.')
         .fold(base.clone(), |path, part| path.key(part))
 }
-
-/// Lists of whole numbers, each in range and each once.
-pub(super) struct Numbers {
-    pub seeds: Vec<u64>,
-    pub budgets: Vec<usize>,
-    pub readings: Vec<usize>,
-}
-
-impl Numbers {
-    /// Checks them and `minutes`, and that there is at least one seed and one allowance.
-    pub(super) fn of(config: &Config<'_>) -> Result<Self, Error> {
-        let (source, scalars) = (config.source, &config.scalars);
-        let convert = |key: &str, i: usize, value: i64, max: i64, min: i64| {
-            if (min..=max).contains(&value) {
-                return Ok(value);
-            }
-            let path = KeyPath::of(key).index(i);
-            let allowed = format!("a whole number from {min} to {max}");
-            Err(source.error_at(&path, ParameterError::new(path.to_string(), value, allowed)))
-        };
-        let mut seeds = Vec::new();
-        for (i, &seed) in scalars.seeds.iter().enumerate() {
-            seeds.push(convert("seeds", i, seed, i64::MAX, 0)?.unsigned_abs());
-        }
-        distinct(source, "seeds", &seeds, u64::to_string)?;
-        let counts = |key: &str, list: &[i64]| {
-            let mut counts = Vec::new();
-            for (i, &count) in list.iter().enumerate() {
-                // In range of usize by its limit.
-                counts.push(convert(key, i, count, MAX_BUDGET as i64, 1)? as usize);
-            }
-            if !counts.is_empty() {
-                distinct(source, key, &counts, usize::to_string)?;
-            }
-            Ok::<_, Error>(counts)
-        };
-        let budgets = counts("budgets", &scalars.budgets)?;
-        let readings = counts("readings", &scalars.readings)?;
-        let minutes = &scalars.minutes;
-        if readings.is_empty() && minutes.is_empty() {
-            refuse_empty(source, "budgets", &budgets)?;
-        }
-        if !minutes.is_empty() {
-            distinct(source, "minutes", minutes, f64::to_string)?;
-        }
-        for (i, &m) in minutes.iter().enumerate() {
-            let path = KeyPath::of("minutes").index(i);
-            in_left_open(&path.to_string(), m, 0.0, MAX_MINUTES)
-                .map_err(|e| source.error_at(&path, e))?;
-        }
-        for (key, used) in [
-            ("readings", !readings.is_empty()),
-            ("minutes", !minutes.is_empty()),
-        ] {
-            if used && config.instruments.is_empty() {
-                let message = format!(
-                    "{key} are those of an instrument, and there is none; allowed: with an \
-                     [[instrument]] only"
-                );
-                return Err(source.error_at(&KeyPath::of(key), message));
-            }
-        }
-        Ok(Self {
-            seeds,
-            budgets,
-            readings,
-        })
-    }
-}
-
-/// The longest time a schedule may be asked to take: a year.
-const MAX_MINUTES: f64 = 525_600.0;
 
 /// Refuses an empty list and one that names something twice.
 pub(super) fn distinct<T, S: Display + Eq + std::hash::Hash>(
@@ -115,78 +41,6 @@ pub(super) fn refuse_empty<T>(source: &Source, key: &str, list: &[T]) -> Result<
     Ok(())
 }
 
-pub(super) fn check_metrics(config: &Config<'_>) -> Result<(), Error> {
-    let base = KeyPath::of("metrics");
-    let refuse = |e: ParameterError| {
-        // Keys that only fail together are listed with commas; the first one is a place.
-        let first = e.key.split(',').next().unwrap_or(&e.key).to_owned();
-        config
-            .source
-            .error_at(&below(&base, &first), format!("metrics.{e}"))
-    };
-    config.metrics.check().map_err(refuse)?;
-    // A window that keeps next to nothing shows in the first few pairs.
-    let few = MetricsSpec {
-        pairs: config.metrics.pairs.min(16),
-        ..config.metrics.clone()
-    };
-    for &measure in &config.scalars.measures {
-        metrics::test_pairs(measure, &few).map_err(refuse)?;
-    }
-    Ok(())
-}
-
-/// True if moments are to be compared.
-pub(super) fn check_quantities(config: &Config<'_>) -> Result<bool, Error> {
-    let (source, wanted) = (config.source, &config.scalars.quantities);
-    if !wanted.is_empty() {
-        distinct(source, "quantities", wanted, |q| q.name())?;
-    }
-    let wanted = wanted.contains(&Quantity::Moments);
-    let Some(moments) = &config.moments else {
-        return Ok(wanted);
-    };
-    if !wanted {
-        let message = "moments has keys for a quantity that is not asked for; allowed: with \
-                       quantities = [\"moments\"] only";
-        return Err(source.error_at(&KeyPath::of("moments"), message));
-    }
-    moments.check(source)?;
-    let path = KeyPath::of("moments").key("channels");
-    match moments.spec.channels.as_slice() {
-        [channel]
-            if config.scalars.channels == Channels::Rgb
-                || channel.needs() == Channels::Luminance =>
-        {
-            Ok(true)
-        }
-        [channel] => {
-            let message = format!(
-                "{path} = [{:?}] needs channels = \"rgb\"; allowed: luminance, or that",
-                channel.name()
-            );
-            Err(source.error_at(&path, message))
-        }
-        several => {
-            let message = format!(
-                "{path} has {} channels; allowed: one, which the columns of results are about",
-                several.len()
-            );
-            Err(source.error_at(&path, message))
-        }
-    }
-}
-
-pub(super) fn check_output(config: &Config<'_>) -> Result<(), Error> {
-    if config.output.slices && cfg!(not(feature = "exr")) {
-        let path = KeyPath::of("output").key("slices");
-        let allowed = "false in this build, which has no OpenEXR; true in one with the feature exr";
-        let e = ParameterError::new(path.to_string(), true, allowed);
-        return Err(config.source.error_at(&path, e));
-    }
-    Ok(())
-}
-
 /// Gives every choice its name, written or made from its keys.
 pub(super) fn name_all<T: ?Sized>(
     source: &Source,
@@ -204,6 +58,10 @@ pub(super) fn name_all<T: ?Sized>(
     }
     Ok(out)
 }
+
+/// Bytes of a name. File systems allow 255, of which endings and whatever tells several files of one
+/// name apart need some.
+const LONGEST_NAME: usize = 200;
 
 /// Names that are taken.
 #[derive(Default)]
@@ -223,7 +81,13 @@ impl Names {
             let e = ParameterError::new(place.to_string(), format!("{name:?}"), allowed);
             return Err(source.error_at(&place, e));
         }
+        if name.len() > LONGEST_NAME {
+            let allowed = format!("at most {LONGEST_NAME} bytes, as names become those of files");
+            let e = ParameterError::new(place.to_string(), format!("{name:?}"), allowed);
+            return Err(source.error_at(&place, e));
+        }
         if !self.0.insert(name.to_owned()) {
+            let name = excerpt(name);
             let message = format!(
                 "{place} = {name:?} is taken; allowed: names that differ, e.g. name = \"{name}-2\""
             );

@@ -4,16 +4,22 @@
 //! sample set, reconstruction) is read by its own registry. Whether the values fit each other is
 //! [`Plan`](super::Plan)'s business.
 
+use super::checks::distinct;
+use super::choices::MAX_BUDGET;
 use super::instruments::{self, InstrumentTable};
-use super::kind::Kind;
+use super::keypath::KeyPath;
+use super::kind::{Kind, QuantityGroup};
+use super::materials::{MaterialTable, material};
 use super::moments::MomentsTable;
+use super::pictures::PictureSpec;
+use super::question::ReportSpec;
 use super::source::Source;
-use crate::brdf::{self, BrdfSpec, Channels};
-use crate::error::Error;
-use crate::geometry::Symmetry;
+use super::tables::{Named, named, refuse_unknown, take_list};
+use crate::brdf::Channels;
+use crate::error::{Error, ParameterError, in_closed};
 use crate::metrics::{Measure, MetricsSpec};
 use crate::parametrization::{self, WarpName};
-use crate::reconstruct::{self, Reconstruct};
+use crate::reconstruct::{self, Coordinates, Reconstruct};
 use crate::registry::{self, ReadError, Table};
 use crate::schedule::{self, SampleSet, ScheduleFormat};
 use serde::de::{self, Visitor};
@@ -21,9 +27,10 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use std::collections::BTreeMap;
 use std::fmt;
 use std::path::PathBuf;
+use toml::de::{DeTable, DeValue};
 
 /// The keys of a config's top level.
-pub(super) const KEYS: [&str; 20] = [
+const KEYS: [&str; 24] = [
     "question",
     "experiment",
     "channels",
@@ -40,21 +47,14 @@ pub(super) const KEYS: [&str; 20] = [
     "parametrization",
     "sample_set",
     "reconstruction",
+    "coordinates",
     "instrument",
     "metrics",
     "moments",
+    "band",
+    "report",
+    "pictures",
     "output",
-];
-
-/// Keys of the elements of a list that are read before their family sees the table, and so are
-/// missing from what it lists as allowed.
-pub(super) const COMMON_KEYS: [(&str, &[&str]); 6] = [
-    ("instrument", &["preset", "file", "spec", "name"]),
-    ("lighting", &["kind", "name"]),
-    ("material", &["kind", "name", "symmetry"]),
-    ("parametrization", &["kind"]),
-    ("sample_set", &["kind", "name"]),
-    ("reconstruction", &["kind", "name"]),
 ];
 
 /// An experiment as it was written, defaults filled in.
@@ -74,14 +74,36 @@ pub struct Config<'s> {
     pub sample_sets: Vec<Named<dyn SampleSet>>,
     /// The reconstructions.
     pub reconstructions: Vec<Named<dyn Reconstruct>>,
+    /// Where each of them is used.
+    pub reach: Vec<Reach>,
+    /// What scattered readings are interpolated in; empty: the coordinates of their schedule only.
+    pub coordinates: Vec<Coordinates>,
     /// The instruments; none: the ideal one.
     pub instruments: Vec<InstrumentTable>,
     /// How reconstructions are compared with the truth.
     pub metrics: MetricsSpec,
     /// How their moments are, if `quantities` asks for it.
     pub moments: Option<MomentsTable>,
+    /// The largest ratio of errors that counts as no difference.
+    pub band: f64,
+    /// What the report is about.
+    pub report: ReportSpec,
+    /// What of each material is drawn.
+    pub pictures: PictureSpec,
     /// What is written beside the results.
     pub output: Output,
+}
+
+/// The keys of a `[[reconstruction]]` that say where it is used.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Reach {
+    /// The largest budget it is used at.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub up_to: Option<i64>,
+    /// The one sample set it is used on.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub on: Option<String>,
 }
 
 /// The keys of the top level that are no tables.
@@ -107,31 +129,14 @@ pub struct Scalars {
     pub minutes: Vec<f64>,
     /// Distributions of the test pairs.
     pub measures: Vec<Measure>,
-    /// What is compared beside the values.
-    pub quantities: Vec<Quantity>,
+    /// What is compared beside the values; what its kind compares if not written.
+    pub quantities: Option<Vec<QuantityGroup>>,
     /// A folder whose `*.binary` files are all materials.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub materials_dir: Option<PathBuf>,
     /// The files of that folder that are meant, by name; all of them if not written.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub only: Option<Vec<String>>,
-}
-
-/// What a run compares beside the values of truth and reconstruction.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Quantity {
-    /// The moments of their slices, see [`moments`](crate::moments).
-    Moments,
-}
-
-impl Quantity {
-    /// As configs write it.
-    pub fn name(self) -> &'static str {
-        match self {
-            Quantity::Moments => "moments",
-        }
-    }
 }
 
 impl Default for Scalars {
@@ -145,47 +150,9 @@ impl Default for Scalars {
             readings: Vec::new(),
             minutes: Vec::new(),
             measures: Measure::ALL.to_vec(),
-            quantities: Vec::new(),
+            quantities: None,
             materials_dir: None,
             only: None,
-        }
-    }
-}
-
-/// A choice with the name it has in results, if one is written.
-#[derive(Debug)]
-pub struct Named<T: ?Sized> {
-    /// `name`.
-    pub name: Option<String>,
-    /// The member of its family.
-    pub choice: Box<T>,
-}
-
-/// A `[[material]]`.
-#[derive(Debug)]
-pub struct MaterialTable {
-    /// Its name and model.
-    pub named: Named<dyn BrdfSpec>,
-    /// What schedules assume of it instead of what its BRDF declares.
-    pub symmetry: SymmetryTable,
-}
-
-/// Symmetries that a config overrides, one by one.
-#[derive(Clone, Copy, Debug, Default, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct SymmetryTable {
-    isotropic: Option<bool>,
-    reciprocal: Option<bool>,
-    bilateral: Option<bool>,
-}
-
-impl SymmetryTable {
-    /// The symmetries to assume of a BRDF that declares `declared`.
-    pub fn over(self, declared: Symmetry) -> Symmetry {
-        Symmetry {
-            isotropic: self.isotropic.unwrap_or(declared.isotropic),
-            reciprocal: self.reciprocal.unwrap_or(declared.reciprocal),
-            bilateral: self.bilateral.unwrap_or(declared.bilateral),
         }
     }
 }
@@ -255,17 +222,29 @@ impl<'s> Config<'s> {
     /// # Errors
     /// [`Error::Config`] with the place of the first key that is unknown, missing or of another type.
     pub fn read(source: &'s Source) -> Result<Self, Error> {
-        Kind::Acquisition.require(source)?;
-        Self::from_table(source, source.table()?, &KEYS).map_err(|e| source.error(e))
+        let kind = Kind::of(source)?;
+        if kind.has_profiles() {
+            return Err(Kind::Acquisition.refusal(kind, source));
+        }
+        let mut table = source.table()?;
+        let band = take_band(source, &mut table)?;
+        let config = Self::from_table(source, table, kind, band).map_err(|e| source.error(e))?;
+        config.check()?;
+        Ok(config)
     }
 
-    /// Reads the tables that kinds of experiments share; `keys` are those the kind allows.
-    pub(super) fn from_table(
+    fn from_table(
         source: &'s Source,
         mut table: Table<'s>,
-        keys: &[&str],
+        kind: Kind,
+        band: f64,
     ) -> Result<Self, ReadError> {
-        refuse_unknown(&table, keys)?;
+        refuse_unknown(&table, &KEYS)?;
+        let coordinates = take_list(&mut table, "coordinates", registry::parse)?;
+        let report = registry::take_table(&mut table, "report")?;
+        let report = report.map(registry::parse).transpose()?;
+        let pictures = PictureSpec::take(&mut table, kind.draws())?;
+        let reach = take_reach(&mut table)?;
         let materials = take_list(&mut table, "material", material)?;
         let parametrizations = take_list(&mut table, "parametrization", parametrization)?;
         let sample_sets = take_list(&mut table, "sample_set", |t| named(t, schedule::read))?;
@@ -283,8 +262,15 @@ impl<'s> Config<'s> {
         if no_budgets {
             scalars.budgets.clear();
         }
+        let quantities = scalars.quantities.take();
+        scalars.quantities = Some(quantities.unwrap_or_else(|| kind.quantities().to_vec()));
         Ok(Self {
             source,
+            reach,
+            coordinates: coordinates.unwrap_or_default(),
+            band,
+            report: report.unwrap_or_default(),
+            pictures,
             scalars,
             merl,
             materials: materials.unwrap_or_default(),
@@ -312,55 +298,64 @@ impl<'s> Config<'s> {
             output: output.map(registry::parse).transpose()?.unwrap_or_default(),
         })
     }
-}
 
-/// Refuses a config with a key of the top level that is not in `keys`.
-pub(super) fn refuse_unknown(table: &Table<'_>, keys: &[&str]) -> Result<(), ReadError> {
-    for key in table.get_ref().keys() {
-        let name = key.get_ref().as_ref();
-        if !keys.contains(&name) {
-            let allowed = keys.join(", ");
-            let message = format!("unknown key {name}; allowed: {allowed}");
-            return Err(ReadError::at(key.span(), message));
+    fn check(&self) -> Result<(), Error> {
+        let source = self.source;
+        self.pictures.check(source)?;
+        for (i, reach) in self.reach.iter().enumerate() {
+            let path = KeyPath::of("reconstruction").index(i).key("up_to");
+            if let Some(n) = reach.up_to
+                && !(1..=MAX_BUDGET as i64).contains(&n)
+            {
+                let allowed = format!("a whole number from 1 to {MAX_BUDGET}");
+                let e = ParameterError::new(path.to_string(), n, allowed);
+                return Err(source.error_at(&path, e));
+            }
         }
+        if !self.coordinates.is_empty() {
+            distinct(source, "coordinates", &self.coordinates, Coordinates::label)?;
+        }
+        Ok(())
     }
-    Ok(())
 }
 
-/// Takes an array of tables and reads each; `None` if the key is absent, which is not the same as
-/// an empty list.
-pub(super) fn take_list<'s, T>(
-    table: &mut Table<'s>,
-    key: &str,
-    read: impl Fn(Table<'s>) -> Result<T, ReadError>,
-) -> Result<Option<Vec<T>>, ReadError> {
-    let Some(tables) = registry::take_tables(table, key)? else {
-        return Ok(None);
+/// The default band: a twentieth. Less is nothing to choose an acquisition by.
+const BAND: f64 = 1.05;
+
+/// Takes `band`.
+fn take_band(source: &Source, config: &mut Table<'_>) -> Result<f64, Error> {
+    let Some(value) = config.get_mut().remove("band") else {
+        return Ok(BAND);
     };
-    tables
-        .into_iter()
-        .map(read)
-        .collect::<Result<_, _>>()
-        .map(Some)
+    let path = KeyPath::of("band");
+    let value = f64::deserialize(toml::de::ValueDeserializer::from(value));
+    let value = value.map_err(|e| source.error_at(&path, format!("band: {}", e.message())))?;
+    in_closed("band", value, 1.0, 10.0).map_err(|e| source.error_at(&path, e))
 }
 
-/// Takes `name` and lets the family read the rest.
-pub(super) fn named<'s, T: ?Sized>(
-    mut table: Table<'s>,
-    read: impl Fn(Table<'s>) -> Result<Box<T>, ReadError>,
-) -> Result<Named<T>, ReadError> {
-    let name = registry::take_string(&mut table, "name")?;
-    let choice = read(table)?;
-    Ok(Named { name, choice })
-}
-
-pub(super) fn material(mut table: Table<'_>) -> Result<MaterialTable, ReadError> {
-    let symmetry = registry::take_table(&mut table, "symmetry")?;
-    let symmetry = symmetry.map(registry::parse).transpose()?;
-    Ok(MaterialTable {
-        named: named(table, brdf::read)?,
-        symmetry: symmetry.unwrap_or_default(),
-    })
+/// Takes the keys of every `[[reconstruction]]` that say where it is used; what is no list of tables
+/// is left for its reader to refuse.
+fn take_reach(config: &mut Table<'_>) -> Result<Vec<Reach>, ReadError> {
+    let Some(list) = config.get_mut().get_mut("reconstruction") else {
+        return Ok(vec![Reach::default()]);
+    };
+    let DeValue::Array(items) = list.get_mut() else {
+        return Ok(Vec::new());
+    };
+    let mut all = Vec::new();
+    for item in items.iter_mut() {
+        let span = item.span();
+        let mut own = DeTable::new();
+        if let DeValue::Table(table) = item.get_mut() {
+            for key in ["up_to", "on"] {
+                if let Some((key, value)) = table.remove_entry(key) {
+                    own.insert(key, value);
+                }
+            }
+        }
+        all.push(registry::parse(toml::Spanned::new(span, own))?);
+    }
+    Ok(all)
 }
 
 fn parametrization(mut table: Table<'_>) -> Result<ParametrizationTable, ReadError> {

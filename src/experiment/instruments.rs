@@ -2,10 +2,12 @@
 //! visit the poses.
 
 use super::checks::Names;
-use super::plan::Material;
-use super::row::IDEAL;
-use super::source::{KeyPath, Source};
-use crate::error::{Error, ParameterError};
+use super::choices::IDEAL;
+use super::choices::Material;
+use super::keypath::KeyPath;
+use super::source::Source;
+use super::tables::section;
+use crate::error::{Error, ParameterError, excerpt};
 use crate::geometry::Symmetry;
 use crate::instrument::{self, Bench, InstrumentSpec, Order, Parts};
 use crate::registry::{self, ReadError, Table};
@@ -180,24 +182,28 @@ impl PlannedInstrument {
         Err(Error::infeasible(place(), message))
     }
 
-    /// The machine, as the `realisation`-th of its kind was built.
+    /// Seed of what all its readings share, in rows of a seed.
+    pub fn realisation(&self, seed: u64) -> u64 {
+        self.use_of.realisation.unwrap_or(seed)
+    }
+
+    /// The machine that measures the rows of a seed.
     ///
     /// # Errors
     /// Those of the specification; none for a plan's instruments, which were tried.
     pub fn bench(&self, parts: Parts, seed: u64) -> Result<Bench, ParameterError> {
-        let realisation = self.use_of.realisation.unwrap_or(seed);
-        Bench::new(&self.spec, parts, realisation)
+        Bench::new(&self.spec, parts, self.realisation(seed))
     }
 
     /// Every key with its value.
-    pub(super) fn resolved(&self) -> toml::Table {
+    pub fn resolved(&self) -> toml::Table {
         let mut table = toml::Table::new();
         match &self.preset {
             Some(preset) => table.insert("preset".into(), preset.clone().into()),
-            None => table.insert("spec".into(), super::resolved::section(&self.spec).into()),
+            None => table.insert("spec".into(), section(&self.spec).into()),
         };
         table.insert("name".into(), self.name.clone().into());
-        table.extend(super::resolved::section(&self.use_of));
+        table.extend(section(&self.use_of));
         table
     }
 }
@@ -216,7 +222,8 @@ pub fn load(preset_or_path: &str) -> Result<InstrumentSpec, Error> {
         return read(path);
     }
     let message = format!(
-        "\"{preset_or_path}\" is no instrument; allowed: {}, or the path of a file.toml",
+        "\"{}\" is no instrument; allowed: {}, or the path of a file.toml",
+        excerpt(preset_or_path),
         names()
     );
     Err(Error::config("--instrument", message))
@@ -261,6 +268,7 @@ pub(super) fn gather(
                 Some(spec) => (spec, Some(name)),
                 None => {
                     let path = path.key("preset");
+                    let name = excerpt(&name);
                     let message = format!("{path} = \"{name}\"; allowed: {}", names());
                     return Err(source.error_at(&path, message));
                 }
@@ -320,7 +328,7 @@ mod tests {
             let read = toml::de::DeTable::parse(value).map(table);
             assert!(matches!(read, Ok(Ok(_))), "{key}");
         }
-        let fields = super::super::resolved::section(&Use {
+        let fields = super::section(&Use {
             realisation: Some(1),
             ..Use::default()
         });

@@ -1,21 +1,22 @@
 //! What kind of experiment a config describes.
 
-use super::source::{KeyPath, Source};
-use crate::error::Error;
+use super::keypath::KeyPath;
+use super::source::Source;
+use crate::error::{Error, excerpt};
 use serde::{Deserialize, Serialize};
 
 /// Kinds of experiments: the value of `experiment`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Kind {
-    /// Measure materials at sample sets, reconstruct them and compare; [`Config`](super::Config).
+    /// Measure materials at sample sets, reconstruct them and compare; [`Plan`](super::Plan).
     #[default]
     Acquisition,
     /// Moment profiles of materials, their fits and correlations; [`moments`](super::moments).
     Moments,
     /// Moments of reflected radiance, rendered and predicted; [`relations`](super::relations).
     Relations,
-    /// Which coordinates to sample and to reconstruct in; [`study`](super::study).
+    /// The same with other defaults: what a large cross table wants, for its report.
     Study,
 }
 
@@ -45,7 +46,7 @@ impl Kind {
             Kind::Moments => "moment profiles of BRDF slices, their fits and correlations",
             Kind::Relations => "moments of reflected radiance, rendered and predicted from moments",
             Kind::Study => {
-                "the cross table of coordinates to sample and to reconstruct in; resumable, with a report"
+                "an acquisition that draws its materials, leaves out albedos, and prints its findings only"
             }
         }
     }
@@ -64,12 +65,30 @@ impl Kind {
             return Ok(kind);
         }
         let found = match text {
-            Some(text) => format!("{text:?}"),
+            Some(text) => format!("{:?}", excerpt(text)),
             None => format!("a value of type {}", value.get_ref().type_str()),
         };
         let names = Self::ALL.map(|k| format!("{:?}", k.name())).join(", ");
         let message = format!("experiment = {found}; allowed: {names}");
         Err(source.error_at(&KeyPath::of("experiment"), message))
+    }
+
+    /// True of the kinds that analyse profiles of moments instead of reconstructions.
+    pub fn has_profiles(self) -> bool {
+        matches!(self, Kind::Moments | Kind::Relations)
+    }
+
+    /// True of the kind that draws materials unless told not to.
+    pub(super) fn draws(self) -> bool {
+        self == Kind::Study
+    }
+
+    /// What is compared beside values unless the config says.
+    pub(super) fn quantities(self) -> &'static [QuantityGroup] {
+        match self {
+            Kind::Acquisition => &[QuantityGroup::Albedo],
+            Kind::Moments | Kind::Relations | Kind::Study => &[],
+        }
     }
 
     /// Refuses a config of another kind.
@@ -81,11 +100,36 @@ impl Kind {
         if found == self {
             return Ok(());
         }
+        Err(self.refusal(found, source))
+    }
+
+    /// What is said of a config of kind `found` where this kind is needed.
+    pub(super) fn refusal(self, found: Kind, source: &Source) -> Error {
         let message = format!(
             "experiment = {:?}: allowed here is {:?}",
             found.name(),
             self.name()
         );
-        Err(source.error_at(&KeyPath::of("experiment"), message))
+        source.error_at(&KeyPath::of("experiment"), message)
+    }
+}
+
+/// What a run compares beside the values of truth and reconstruction.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum QuantityGroup {
+    /// Their directional albedos.
+    Albedo,
+    /// The moments of their slices, see [`moments`](crate::moments).
+    Moments,
+}
+
+impl QuantityGroup {
+    /// As configs write it.
+    pub fn name(self) -> &'static str {
+        match self {
+            QuantityGroup::Albedo => "albedo",
+            QuantityGroup::Moments => "moments",
+        }
     }
 }

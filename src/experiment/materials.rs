@@ -1,16 +1,57 @@
 //! The materials of a plan: those written out, and the MERL files of a folder.
 
 use super::checks::{Names, below};
-use super::config::{MaterialTable, SymmetryTable};
-use super::plan::Material;
-use super::source::{KeyPath, Source};
+use super::choices::Material;
+use super::keypath::KeyPath;
+use super::source::Source;
+use super::tables::{Named, named};
 use crate::brdf::{self, BrdfSpec, BuildError, measured};
 use crate::error::Error;
-use crate::registry::Table;
+use crate::geometry::Symmetry;
+use crate::registry::{self, ReadError, Table};
+use serde::Deserialize;
 use std::borrow::Cow;
 use std::path::Path;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
+
+/// A `[[material]]`.
+#[derive(Debug)]
+pub struct MaterialTable {
+    /// Its name and model.
+    pub named: Named<dyn BrdfSpec>,
+    /// What schedules assume of it instead of what its BRDF declares.
+    pub symmetry: SymmetryTable,
+}
+
+/// Symmetries that a config overrides, one by one.
+#[derive(Clone, Copy, Debug, Default, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct SymmetryTable {
+    isotropic: Option<bool>,
+    reciprocal: Option<bool>,
+    bilateral: Option<bool>,
+}
+
+impl SymmetryTable {
+    /// The symmetries to assume of a BRDF that declares `declared`.
+    pub fn over(self, declared: Symmetry) -> Symmetry {
+        Symmetry {
+            isotropic: self.isotropic.unwrap_or(declared.isotropic),
+            reciprocal: self.reciprocal.unwrap_or(declared.reciprocal),
+            bilateral: self.bilateral.unwrap_or(declared.bilateral),
+        }
+    }
+}
+
+pub(super) fn material(mut table: Table<'_>) -> Result<MaterialTable, ReadError> {
+    let symmetry = registry::take_table(&mut table, "symmetry")?;
+    let symmetry = symmetry.map(registry::parse).transpose()?;
+    Ok(MaterialTable {
+        named: named(table, brdf::read)?,
+        symmetry: symmetry.unwrap_or_default(),
+    })
+}
 
 /// Where the materials of a config come from.
 pub(super) struct Origins<'a, 's> {

@@ -1,54 +1,81 @@
 //! Experiments: what is written ([`Config`]), what it means ([`Plan`]), and doing it
-//! ([`run`](run())), the only place where all stages meet. Nothing here prints or knows a folder:
+//! ([`Experiment::run`]), the only place where all stages meet. Nothing here prints or knows a folder:
 //! an [`Observer`] is told what happens.
 //!
 //! ```
-//! use gonio::experiment::{Config, Observer, Plan, Row, Source, run};
+//! use gonio::experiment::{Event, Experiment, Extent, Known, Observer, Plan, Row, Source};
 //!
 //! struct Keep(Vec<Row>);
 //!
-//! impl Observer for Keep {
-//!     fn rows(&mut self, rows: Vec<Row>) -> Result<(), gonio::Error> {
-//!         self.0.extend(rows);
+//! impl Observer<Row> for Keep {
+//!     fn tell(&mut self, event: &Event<'_, Row>) -> Result<(), gonio::Error> {
+//!         if let Event::Made(rows) = event {
+//!             self.0.extend_from_slice(rows);
+//!         }
 //!         Ok(())
 //!     }
 //! }
 //!
 //! let text = "budgets = [100]\nmeasures = [\"cosine\"]\n[[material]]\nkind = \"lambert\"";
-//! let source = Source::new("example", text);
-//! let plan = Plan::new(Config::read(&source)?)?;
+//! let plan = Plan::read(&Source::new("example", text))?;
 //! let mut keep = Keep(Vec::new());
-//! let summary = run(&plan, &mut keep)?;
+//! let summary = plan.run(&Extent::default(), &Known::default(), &mut keep)?;
 //! assert_eq!((plan.rows(), summary.rows), (1, 1));
-//! assert!(keep.0[0].nrmse.unwrap() < 1e-12);
+//! assert!(keep.0[0].value("nrmse").unwrap() < 1e-12);
 //! # Ok::<(), gonio::Error>(())
 //! ```
 
+mod any;
 mod checks;
+mod choices;
 mod config;
+mod findings;
 mod instruments;
+mod judge;
+mod key;
+mod keypath;
 mod kind;
 mod materials;
 pub mod moments;
 mod observer;
+mod pictures;
 mod plan;
+mod question;
 mod readings;
+mod record;
 pub mod relations;
 mod resolved;
 mod route;
 mod row;
 mod run;
+mod schedules;
+mod sketch;
 mod source;
-pub mod study;
+mod stack;
+mod tables;
+mod unit;
+mod validate;
 mod wording;
 
-pub use config::{Config, Named, Output, Quantity, Scalars, Schedules};
-pub use config::{MaterialTable, ParametrizationTable, SymmetryTable};
+pub use any::AnyPlan;
+pub use choices::{
+    Allowance, Choice, Coordinates, IDEAL, Label, MAX_BUDGET, Material, Method, OWN, PlannedSet,
+};
+pub use config::{Config, Output, ParametrizationTable, Reach, Scalars, Schedules};
+pub use findings::{Cell, Duel, Duels, Explained, Findings, Line, Metric, Ranking, Scope};
 pub use instruments::{InstrumentTable, PlannedInstrument, Use, load as load_instrument};
-pub use kind::Kind;
-pub use observer::{Failure, Input, Job, Observer, ScheduleKey, Seconds, Stage, Summary};
-pub use plan::{Allowance, Coordinates, MAX_BUDGET, Material, Method, Plan, PlannedSet};
-pub use route::{Routed, route};
-pub use row::{IDEAL, Row};
-pub use run::run;
-pub use source::{KeyPath, Source, Step};
+pub use key::{Expected, Input, RESULTS_REVISION, RowKey, material_key};
+pub use keypath::{KeyPath, Step};
+pub use kind::{Kind, QuantityGroup};
+pub use materials::{MaterialTable, SymmetryTable};
+pub use observer::{Event, Failure, Job, Observer, ScheduleKey, Seconds, Summary, Wish};
+pub use pictures::PictureSpec;
+pub use plan::Plan;
+pub use question::{Factor, ReportSpec};
+pub use record::{Experiment, Extent, Known, Record, Shard, ShardError};
+pub use route::{Route, Router};
+pub use row::{Quantities, Row, quantities};
+pub use sketch::{Sketch, sketch};
+pub use source::Source;
+pub use tables::Named;
+pub use unit::Unit;

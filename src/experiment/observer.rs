@@ -1,68 +1,51 @@
-//! What a run tells while it goes on, and at the end.
+//! The observer of a run, and what it is told.
 
+use super::choices::{Allowance, Coordinates, Material, Method, PlannedSet};
 use super::instruments::PlannedInstrument;
-use super::plan::{Allowance, Coordinates, Material, PlannedSet};
-use super::row::Row;
+use super::key::{Input, RowKey};
 use crate::brdf::Brdf;
 use crate::error::Error;
 use crate::geometry::Symmetry;
 use crate::schedule::{Itinerary, Schedule};
 use serde::Serialize;
 use std::fmt;
-use std::path::PathBuf;
+use std::time::Instant;
 
-/// What a run is doing.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Stage {
-    /// Building a material and evaluating it at the test pairs.
-    Load,
-    /// Making a schedule.
-    Plan,
-    /// Measuring it.
-    Measure,
-    /// Reconstructing the measurement.
-    Reconstruct,
-    /// Comparing the reconstruction with the truth.
-    Evaluate,
-}
-
-/// What a job is about, from the material on; `None` where it is about all of them.
+/// A material, one of its schedules and one reconstruction; `None` stands for all of them.
 #[derive(Clone, Copy)]
 pub struct Job<'a> {
     /// The material.
     pub material: &'a Material,
     /// The schedule.
     pub schedule: Option<ScheduleKey<'a>>,
-    /// Name of the reconstruction.
-    pub reconstruction: Option<&'a str>,
+    /// The reconstruction.
+    pub method: Option<&'a Method>,
 }
 
-/// What determines a schedule.
+/// A schedule as it is asked for; its budget is found by the [`Router`](super::Router).
 #[derive(Clone, Copy)]
 pub struct ScheduleKey<'a> {
-    /// The coordinates it is uniform in.
+    /// Coordinates in which the sample set is uniform.
     pub coordinates: &'a Coordinates,
-    /// The symmetries it folds.
+    /// Symmetries that fold the coordinates.
     pub symmetry: Symmetry,
-    /// How its points are spread.
+    /// The sample set.
     pub sample_set: &'a PlannedSet,
-    /// How large it may be.
+    /// Most poses, readings or minutes.
     pub allowance: Allowance,
-    /// Configurations it may have, once they are known.
-    pub budget: usize,
-    /// Who visits it; `None`: the ideal instrument.
+    /// The instrument that measures; `None`: the ideal one.
     pub instrument: Option<&'a PlannedInstrument>,
-    /// Seed.
+    /// Seed of the sample set and of the noise.
     pub seed: u64,
 }
 
 impl<'a> Job<'a> {
-    /// Everything about a material.
-    pub(super) fn of(material: &'a Material) -> Self {
+    /// All schedules and reconstructions of a material.
+    pub fn of(material: &'a Material) -> Self {
         Self {
             material,
             schedule: None,
-            reconstruction: None,
+            method: None,
         }
     }
 }
@@ -82,20 +65,11 @@ impl fmt::Display for Job<'_> {
                 write!(f, ", {}", instrument.name)?;
             }
         }
-        match self.reconstruction {
-            Some(name) => write!(f, ", {name}"),
+        match self.method {
+            Some(method) => write!(f, ", {}", method.label()),
             None => Ok(()),
         }
     }
-}
-
-/// A file that a material was read from.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
-pub struct Input {
-    /// As the config names it.
-    pub path: PathBuf,
-    /// BLAKE3 of its bytes, hexadecimal.
-    pub blake3: String,
 }
 
 /// A job, or all jobs of a schedule or material, that could not be done.
@@ -109,7 +83,7 @@ pub struct Failure {
     pub jobs: usize,
 }
 
-/// Where the time went.
+/// Wall times of a run, s.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct Seconds {
     /// Building materials, hashing their files.
@@ -128,67 +102,166 @@ pub struct Seconds {
     pub moments: f64,
 }
 
-/// How a run ended.
+/// Rows, failures and times of a run.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Summary {
-    /// Rows that were handed to the observer.
+    /// Records that were made, without those that were known.
     pub rows: usize,
+    /// Keys of all records of the plan, or of its shard, in the order of results; those of materials
+    /// that cannot be read are left out.
+    pub keys: Vec<RowKey>,
     /// What could not be done.
     pub failures: Vec<Failure>,
-    /// Where the time went.
+    /// The files of the materials.
+    pub inputs: Vec<Input>,
+    /// What each material is, as a hash; `None` of one that cannot be read.
+    pub materials: Vec<Option<RowKey>>,
+    /// Wall times.
     pub seconds: Seconds,
     /// True if the observer asked to stop before the end.
     pub interrupted: bool,
 }
 
+/// What happens during a run; `R` is its record.
+pub enum Event<'a, R> {
+    /// What is done now, for people.
+    Doing(&'a dyn fmt::Display),
+    /// A material was built; the key is the hash of what it is.
+    Loaded(&'a Material, &'a str, &'a dyn Brdf),
+    /// A schedule was made, and the way of its instrument through it, if it has one.
+    Planned(&'a ScheduleKey<'a>, &'a Schedule, Option<&'a Itinerary>),
+    /// A material was reconstructed: the job, the truth, the reconstruction. Told only where a plan
+    /// [asks](super::Output) for pictures of slices.
+    Reconstructed(&'a Job<'a>, &'a dyn Brdf, &'a dyn Brdf),
+    /// Records were made.
+    Made(&'a [R]),
+    /// All there is of one schedule or material, made now or known from before, in the order of
+    /// results.
+    Complete(&'a [&'a R]),
+    /// Something could not be done; the run goes on.
+    Failed(&'a Failure),
+    /// So much of the [work](Observer::begins) is over: done, failed or known.
+    Advanced(f64),
+}
+
+/// Something beside the records, which an observer may want though the records are known.
+pub enum Wish<'a> {
+    /// A material, by position and key.
+    Material(usize, &'a Material, &'a str),
+    /// A schedule.
+    Schedule(&'a ScheduleKey<'a>),
+    /// A reconstruction.
+    Reconstruction(&'a Job<'a>),
+}
+
 /// Is told what happens during a run, and may stop it.
-pub trait Observer {
-    /// True if the run shall stop; asked before every stage, and several times during long ones.
+pub trait Observer<R> {
+    /// True if the run shall stop; asked before every step, and several times during long ones.
     fn cancelled(&self) -> bool {
         false
     }
 
-    /// A stage begins.
-    fn stage(&mut self, _stage: Stage, _job: &Job<'_>) {}
+    /// How much work there is, in the unit of [`Event::Advanced`].
+    fn begins(&mut self, _work: f64) {}
 
-    /// A material is there; `inputs` are the files it was read from.
-    fn loaded(&mut self, _material: &Material, _inputs: &[Input]) {}
+    /// True if something shall be made and told though all its records are known.
+    fn wants(&self, _wish: &Wish<'_>) -> bool {
+        false
+    }
 
-    /// A schedule was made, and the way of its instrument through it, if it has one.
+    /// Something happened.
     ///
     /// # Errors
     /// End the run.
-    fn planned(
-        &mut self,
-        _key: &ScheduleKey<'_>,
-        _schedule: &Schedule,
-        _itinerary: Option<&Itinerary>,
-    ) -> Result<(), Error> {
+    fn tell(&mut self, event: &Event<'_, R>) -> Result<(), Error>;
+}
+
+/// Why a run ends early.
+pub(super) enum Stop {
+    Cancelled,
+    Error(Error),
+}
+
+impl From<Error> for Stop {
+    fn from(e: Error) -> Self {
+        Stop::Error(e)
+    }
+}
+
+/// An observer with the summary of what it was told.
+pub(super) struct Teller<'o, R> {
+    pub observer: &'o mut dyn Observer<R>,
+    pub summary: Summary,
+}
+
+impl<'o, R> Teller<'o, R> {
+    pub fn new(observer: &'o mut dyn Observer<R>) -> Self {
+        Self {
+            observer,
+            summary: Summary::default(),
+        }
+    }
+
+    /// Announces a step, or stops before it.
+    pub fn doing(&mut self, what: &dyn fmt::Display) -> Result<(), Stop> {
+        self.go_on()?;
+        Ok(self.observer.tell(&Event::Doing(what))?)
+    }
+
+    /// Stops if the observer wants it.
+    pub fn go_on(&self) -> Result<(), Stop> {
+        if self.observer.cancelled() {
+            return Err(Stop::Cancelled);
+        }
         Ok(())
     }
 
-    /// A reconstruction is there, to be compared with the truth.
-    ///
-    /// # Errors
-    /// End the run.
-    fn reconstructed(
+    pub fn made(&mut self, records: &[R]) -> Result<(), Stop> {
+        if records.is_empty() {
+            return Ok(());
+        }
+        self.summary.rows += records.len();
+        Ok(self.observer.tell(&Event::Made(records))?)
+    }
+
+    pub fn complete(&mut self, records: &[&R]) -> Result<(), Stop> {
+        if records.is_empty() {
+            return Ok(());
+        }
+        Ok(self.observer.tell(&Event::Complete(records))?)
+    }
+
+    pub fn failed(
         &mut self,
-        _job: &Job<'_>,
-        _truth: &dyn Brdf,
-        _reconstruction: &dyn Brdf,
-    ) -> Result<(), Error> {
+        job: String,
+        reason: &dyn fmt::Display,
+        jobs: usize,
+    ) -> Result<(), Stop> {
+        let reason = reason.to_string();
+        let failure = Failure { job, reason, jobs };
+        self.observer.tell(&Event::Failed(&failure))?;
+        self.summary.failures.push(failure);
         Ok(())
     }
 
-    /// The rows of one material, parametrization, sample set, instrument and allowance.
-    ///
-    /// # Errors
-    /// End the run.
-    fn rows(&mut self, rows: Vec<Row>) -> Result<(), Error>;
+    pub fn advanced(&mut self, work: f64) -> Result<(), Stop> {
+        Ok(self.observer.tell(&Event::Advanced(work))?)
+    }
 
-    /// Something could not be done; the run goes on.
-    fn failed(&mut self, _failure: &Failure) {}
+    /// What became of the run.
+    pub fn ended(mut self, result: Result<(), Stop>) -> Result<Summary, Error> {
+        match result {
+            Ok(()) => {}
+            Err(Stop::Cancelled) => self.summary.interrupted = true,
+            Err(Stop::Error(e)) => return Err(e),
+        }
+        Ok(self.summary)
+    }
+}
 
-    /// So many jobs of this allowance are over, done or failed.
-    fn advanced(&mut self, _jobs: usize, _allowance: Allowance) {}
+/// The result of some work, and the seconds it took.
+pub(super) fn timed<T>(work: impl FnOnce() -> T) -> (T, f64) {
+    let start = Instant::now();
+    let result = work();
+    (result, start.elapsed().as_secs_f64())
 }

@@ -3,129 +3,40 @@
 //! Everything that can be refused without measuring is refused here, so that a mistake costs a
 //! second and not an hour. No table is loaded; headers and lengths of files are read.
 
-use super::checks::{
-    Numbers, below, check_metrics, check_output, check_quantities, distinct, name_all, refuse_empty,
-};
-use super::config::{Config, Output};
+use super::checks::{below, distinct, name_all, refuse_empty};
+use super::choices::{Allowance, Coordinates, Material, Method, OWN, PlannedSet};
+use super::config::{Config, Output, Reach};
 use super::instruments::{self, PlannedInstrument};
-use super::kind::Kind;
+use super::keypath::KeyPath;
+use super::kind::{Kind, QuantityGroup};
 use super::materials::{self, Origins};
 use super::moments::MomentsTable;
-use super::resolved;
-use super::source::{KeyPath, Source};
-use crate::brdf::{BrdfSpec, Channels};
-use crate::error::Error;
+use super::pictures::PictureSpec;
+use super::question::{Factor, ReportSpec};
+use super::resolved::{Parts, Resolver};
+use super::source::Source;
+use super::unit::Unit;
+use super::validate::{Numbers, check_metrics, check_output, check_quantities};
+use crate::brdf::Channels;
+use crate::error::{Error, excerpt};
 use crate::geometry::Symmetry;
 use crate::metrics::{Measure, MetricsSpec};
+use crate::parametrization::WarpName;
 use crate::parametrization::find as find_parametrization;
-use crate::parametrization::{Parametrization, ParametrizationEntry, WarpError, WarpName};
-use crate::reconstruct::Reconstruct;
-use crate::schedule::SampleSet;
+use crate::reconstruct::{self, Reconstruct};
 use std::collections::{BTreeMap, HashSet};
-use std::fmt::{self, Display};
-use std::sync::Arc;
-
-/// The largest budget: a gigabyte of poses. More is a misprint.
-pub const MAX_BUDGET: usize = 10_000_000;
+use std::fmt::Display;
+use toml::Value;
+use toml::de::DeTable;
 
 /// Configurations of the smallest schedule that is tried out; every larger budget works if this
 /// one does.
 const PROBE_BUDGET: usize = 64;
 
-/// A material to be measured.
-#[derive(Debug)]
-pub struct Material {
-    /// Its name in results, unique in its plan.
-    pub name: String,
-    /// How to build it.
-    pub spec: Box<dyn BrdfSpec>,
-    /// The symmetries its schedules fold.
-    pub symmetry: Symmetry,
-}
-
-impl Material {
-    /// Its kind, which it shares with the materials it is compared with.
-    pub fn group(&self) -> String {
-        let resolved = self.spec.resolved();
-        let kind = resolved.get("kind").and_then(toml::Value::as_str);
-        kind.unwrap_or_default().to_owned()
-    }
-}
-
-/// A parametrization with its warps.
-pub struct Coordinates {
-    entry: ParametrizationEntry,
-    /// Warps by axis symbol.
-    pub warps: BTreeMap<String, WarpName>,
-    /// The warps as results name them, `none` if there are none.
-    pub warp: String,
-}
-
-impl Coordinates {
-    /// Name of the parametrization.
-    pub fn name(&self) -> &'static str {
-        self.entry.name
-    }
-
-    /// Name with warps, for lists: `half-difference theta_h:square-root`.
-    pub fn label(&self) -> String {
-        if self.warps.is_empty() {
-            self.name().into()
-        } else {
-            format!("{} {}", self.name(), self.warp)
-        }
-    }
-
-    /// The form for a material of these symmetries.
-    ///
-    /// # Errors
-    /// If a warp does not fit an axis; not for the symmetries of the plan's materials.
-    pub fn form(&self, symmetry: Symmetry) -> Result<Arc<dyn Parametrization>, WarpError> {
-        self.entry.warped(symmetry, &self.warps)
-    }
-}
-
-/// A sample set with its name in results, unique in its plan.
-#[derive(Debug)]
-pub struct PlannedSet {
-    /// The name.
-    pub name: String,
-    /// The set.
-    pub set: Box<dyn SampleSet>,
-}
-
-/// A reconstruction with its name in results, unique in its plan.
-#[derive(Debug)]
-pub struct Method {
-    /// The name.
-    pub name: String,
-    /// The method.
-    pub method: Box<dyn Reconstruct>,
-}
-
-/// How large a schedule may be.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Allowance {
-    /// So many distinct configurations, reachable or not.
-    Poses(usize),
-    /// As many configurations as have at most so many that its instrument can take.
-    Readings(usize),
-    /// As many configurations as its instrument visits in this time.
-    Minutes(f64),
-}
-
-impl fmt::Display for Allowance {
-    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        match self {
-            Allowance::Poses(n) => write!(f, "{n} poses"),
-            Allowance::Readings(n) => write!(f, "{n} readings"),
-            Allowance::Minutes(m) => write!(f, "{m} minutes"),
-        }
-    }
-}
-
 /// An experiment that can be run.
 pub struct Plan {
+    /// Which defaults its config has, and what it prints.
+    pub kind: Kind,
     /// What it asks.
     pub question: Option<String>,
     /// What is measured.
@@ -142,6 +53,8 @@ pub struct Plan {
     pub measures: Vec<Measure>,
     /// Which test pairs.
     pub metrics: MetricsSpec,
+    /// Whether directional albedos are compared.
+    pub albedo: bool,
     /// How moments are compared, if they are.
     pub moments: Option<MomentsTable>,
     /// The materials.
@@ -152,10 +65,16 @@ pub struct Plan {
     pub parametrizations: Vec<Coordinates>,
     /// The sample sets.
     pub sample_sets: Vec<PlannedSet>,
-    /// The reconstructions.
-    pub reconstructions: Vec<Method>,
+    /// The reconstructions, each in every kind of its coordinates.
+    pub methods: Vec<Method>,
     /// The instruments; none: the ideal one.
     pub instruments: Vec<PlannedInstrument>,
+    /// The largest ratio of errors that counts as no difference.
+    pub band: f64,
+    /// What the report is about.
+    pub report: ReportSpec,
+    /// What of each material is drawn.
+    pub pictures: PictureSpec,
     /// What is written beside the results.
     pub output: Output,
     /// The config with every default filled in; reading it gives this plan again.
@@ -179,7 +98,8 @@ impl Plan {
         check_metrics(&config)?;
         check_output(&config)?;
         let wanted = check_quantities(&config)?;
-        let resolver = resolved::Resolver::new(&config);
+        let resolver = Resolver::new(&config);
+        let groups = config.scalars.quantities.clone().unwrap_or_default();
         let Config {
             scalars,
             merl,
@@ -187,9 +107,14 @@ impl Plan {
             parametrizations,
             sample_sets,
             reconstructions,
+            reach,
+            coordinates,
             instruments,
             metrics,
             moments,
+            band,
+            report,
+            pictures,
             output,
             ..
         } = config;
@@ -207,6 +132,7 @@ impl Plan {
         let sample_sets = name_all(source, "sample_set", sample_sets, |s| s.label())?;
         let reconstructions = name_all(source, "reconstruction", reconstructions, |r| r.label())?;
         let mut plan = Self {
+            kind: scalars.experiment,
             question: scalars.question,
             channels: scalars.channels,
             seeds,
@@ -215,6 +141,7 @@ impl Plan {
             minutes: scalars.minutes,
             measures: scalars.measures,
             metrics,
+            albedo: groups.contains(&QuantityGroup::Albedo),
             moments: wanted.then(|| moments.unwrap_or_default()),
             materials,
             missing,
@@ -223,20 +150,49 @@ impl Plan {
                 .into_iter()
                 .map(|(name, set)| PlannedSet { name, set })
                 .collect(),
-            reconstructions: reconstructions
-                .into_iter()
-                .map(|(name, method)| Method { name, method })
-                .collect(),
+            methods: Vec::new(),
             instruments,
+            band,
+            report,
+            pictures,
             output,
             resolved: toml::Table::new(),
         };
         let tables = parametrizations.into_iter().map(|t| (t.name, t.warp));
         plan.parametrizations = plan.coordinates(source, tables.collect())?;
         plan.check_sample_sets(source)?;
-        plan.check_reconstructions(source, scalars.experiment)?;
-        plan.resolved = resolver.finish(&plan);
+        plan.check_coordinates(source, &coordinates)?;
+        plan.resolved = resolver.finish(&Parts {
+            materials: &plan.materials,
+            parametrizations: &plan.parametrizations,
+            sample_sets: &plan.sample_sets,
+            reconstructions: &reconstructions,
+            reach: &reach,
+            coordinates: &coordinates,
+            instruments: &plan.instruments,
+            metrics: &plan.metrics,
+            moments: plan.moments.as_ref(),
+            band,
+            report: &plan.report,
+            pictures: &plan.pictures,
+            output,
+        });
+        for (i, (name, method)) in reconstructions.into_iter().enumerate() {
+            let reach = reach.get(i).cloned().unwrap_or_default();
+            let methods = plan.methods(source, i, &name, &*method, &reach, &coordinates)?;
+            plan.methods.extend(methods);
+        }
+        plan.check_use(source)?;
+        plan.check_report(source)?;
         Ok(plan)
+    }
+
+    /// Reads a config and puts it together.
+    ///
+    /// # Errors
+    /// As [`Config::read`] and [`new`](Self::new).
+    pub fn read(source: &Source) -> Result<Self, Error> {
+        Self::new(Config::read(source)?)
     }
 
     /// The symmetries that schedules fold, each once, in the order of the materials.
@@ -254,24 +210,9 @@ impl Plan {
         budgets.chain(readings).chain(minutes).collect()
     }
 
-    /// Reconstructions that a run makes.
-    pub fn jobs(&self) -> usize {
-        self.materials.len() * self.jobs_per_material()
-    }
-
-    /// Reconstructions that a run makes of each material.
-    pub fn jobs_per_material(&self) -> usize {
-        self.parametrizations.len()
-            * self.sample_sets.len()
-            * self.instruments.len().max(1)
-            * self.allowances().len()
-            * self.seeds.len()
-            * self.reconstructions.len()
-    }
-
-    /// Rows of results of a complete run.
-    pub fn rows(&self) -> usize {
-        self.jobs() * self.measures.len()
+    /// True if reconstructions are needed as BRDFs of their own, and not only at the test pairs.
+    pub(super) fn needs_brdfs(&self) -> bool {
+        self.moments.is_some() || self.output.slices
     }
 
     fn coordinates(
@@ -339,29 +280,147 @@ impl Plan {
         Ok(())
     }
 
-    fn check_reconstructions(&self, source: &Source, kind: Kind) -> Result<(), Error> {
-        for (i, planned) in self.reconstructions.iter().enumerate() {
-            let path = KeyPath::of("reconstruction").index(i);
-            planned
-                .method
-                .check()
-                .map_err(|e| source.error_at(&below(&path, &e.key), e))?;
-            let scattered = self.sample_sets.iter().find(|s| !s.set.is_grid());
-            // A study uses every reconstruction where it can be used.
-            let everywhere = kind != Kind::Study && planned.method.needs_grid();
-            if let (true, Some(scattered)) = (everywhere, scattered) {
-                return Err(source.error_at(
-                    &path,
-                    format!(
-                        "{path} \"{}\" needs readings on a grid, and sample_set \"{}\" is none; \
-                         allowed: a grid, or a reconstruction from scattered readings",
-                        planned.name, scattered.name
-                    ),
-                ));
+    fn check_coordinates(
+        &self,
+        source: &Source,
+        coordinates: &[reconstruct::Coordinates],
+    ) -> Result<(), Error> {
+        for (i, c) in coordinates.iter().enumerate().filter(|c| c.1.kind != OWN) {
+            for symmetry in self.symmetries() {
+                c.form(symmetry).map_err(|e| {
+                    let path = KeyPath::of("coordinates").index(i);
+                    let key = e.key.trim_start_matches("coordinates.").to_owned();
+                    let allowed = if key == "kind" { ", own" } else { "" };
+                    source.error_at(&below(&path, &key), format!("{e}{allowed}"))
+                })?;
             }
         }
         Ok(())
     }
+
+    /// One reconstruction in each of its coordinates.
+    fn methods(
+        &self,
+        source: &Source,
+        i: usize,
+        name: &str,
+        method: &dyn Reconstruct,
+        reach: &Reach,
+        coordinates: &[reconstruct::Coordinates],
+    ) -> Result<Vec<Method>, Error> {
+        let path = KeyPath::of("reconstruction").index(i);
+        method
+            .check()
+            .map_err(|e| source.error_at(&below(&path, &e.key), e))?;
+        let on = self.on(source, &path, reach)?;
+        let table = method.resolved();
+        let labelled = |coordinates: String, table: &toml::Table| {
+            Ok(Method {
+                name: name.to_owned(),
+                coordinates,
+                method: read_again(table)?,
+                up_to: reach.up_to.map(|n| n.unsigned_abs() as usize),
+                on,
+            })
+        };
+        match table.get("coordinates").cloned() {
+            Some(own) => {
+                let own: reconstruct::Coordinates = own.try_into().map_err(internal)?;
+                Ok(vec![labelled(own.label(), &table)?])
+            }
+            None if method.needs_grid() || coordinates.is_empty() => {
+                Ok(vec![labelled(OWN.into(), &table)?])
+            }
+            None => {
+                let each = coordinates.iter().map(|c| {
+                    let mut table = table.clone();
+                    if c.kind != OWN {
+                        let value = Value::try_from(c).map_err(internal)?;
+                        table.insert("coordinates".into(), value);
+                    }
+                    labelled(c.label(), &table)
+                });
+                each.collect()
+            }
+        }
+    }
+
+    /// The sample set that `on` names.
+    fn on(&self, source: &Source, path: &KeyPath, reach: &Reach) -> Result<Option<usize>, Error> {
+        let Some(name) = &reach.on else {
+            return Ok(None);
+        };
+        let found = self.sample_sets.iter().position(|s| s.name == *name);
+        if found.is_none() {
+            let path = path.key("on");
+            let names: Vec<_> = self.sample_sets.iter().map(|s| s.name.as_str()).collect();
+            let message = format!(
+                "{path} = \"{}\" is no sample set of this config; allowed: {}",
+                excerpt(name),
+                names.join(", ")
+            );
+            return Err(source.error_at(&path, message));
+        }
+        Ok(found)
+    }
+
+    /// Every reconstruction must have a schedule, and every schedule a reconstruction.
+    fn check_use(&self, source: &Source) -> Result<(), Error> {
+        let units = self.units();
+        let mut names: Vec<&str> = Vec::new();
+        for method in &self.methods {
+            if !names.contains(&method.name.as_str()) {
+                names.push(&method.name);
+            }
+        }
+        for (i, name) in names.into_iter().enumerate() {
+            let mine = |m: &usize| self.methods[*m].name == name;
+            let used = |u: &Unit| self.methods_on(u).iter().any(mine);
+            if !units.iter().any(used) {
+                let path = KeyPath::of("reconstruction").index(i);
+                let message = format!(
+                    "{path} \"{name}\" is never used; allowed: an up_to that a budget stays \
+                     within, and a grid for what needs one"
+                );
+                return Err(source.error_at(&path, message));
+            }
+        }
+        for (i, set) in self.sample_sets.iter().enumerate() {
+            let mut mine = units.iter().filter(|u| u.sample_set == i);
+            if mine.all(|u| self.methods_on(u).is_empty()) {
+                let path = KeyPath::of("sample_set").index(i);
+                let message = format!(
+                    "{path} \"{}\" has no reconstruction; allowed: one that works on it",
+                    set.name
+                );
+                return Err(source.error_at(&path, message));
+            }
+        }
+        Ok(())
+    }
+}
+
+impl Plan {
+    /// The names that a report's keys may have are those of the plan.
+    fn check_report(&self, source: &Source) -> Result<(), Error> {
+        let factor = self.report.factor;
+        let levels: Vec<&str> = match factor {
+            Factor::Parametrization => self.parametrizations.iter().map(|c| c.name()).collect(),
+            Factor::Warp => self.parametrizations.iter().map(|c| &*c.warp).collect(),
+            Factor::SampleSet => self.sample_sets.iter().map(|s| &*s.name).collect(),
+            Factor::Instrument => self.instruments.iter().map(|i| &*i.name).collect(),
+            Factor::Reconstruction => self.methods.iter().map(|m| &*m.name).collect(),
+            Factor::Coordinates => self.methods.iter().map(|m| &*m.coordinates).collect(),
+        };
+        self.report.check(source, &levels)
+    }
+}
+
+/// A method from its resolved table.
+fn read_again(table: &toml::Table) -> Result<Box<dyn Reconstruct>, Error> {
+    let text = toml::to_string(table).map_err(internal)?;
+    let table = DeTable::parse(&text).map_err(internal)?;
+    reconstruct::read(table).map_err(internal)
 }
 
 fn internal(e: impl Display) -> Error {

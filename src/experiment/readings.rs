@@ -1,11 +1,11 @@
 //! Measuring a schedule on its instrument, and what rows say about that.
 
-use super::observer::ScheduleKey;
-use super::route::{Route, bench, bench_without_limits};
-use super::run::Stop;
+use super::observer::Stop;
+use super::route::{Route, Tour};
 use crate::brdf::Brdf;
 use crate::instrument::{Ideal, Instrument};
 use crate::measurement::{Flags, Measurement};
+use crate::schedule::Itinerary;
 
 /// The readings of one schedule.
 pub(super) struct Readings {
@@ -22,6 +22,7 @@ pub(super) struct Readings {
 /// What the rows of a schedule share.
 #[derive(Clone)]
 pub(super) struct Facts {
+    pub budget: usize,
     pub poses: usize,
     pub readings: usize,
     pub no_data: usize,
@@ -34,71 +35,51 @@ pub(super) struct Facts {
 }
 
 impl Readings {
-    /// Measures a BRDF along a route.
+    /// Measures a BRDF along a route; the noise depends on the seed.
     pub fn take(
         brdf: &dyn Brdf,
-        key: &ScheduleKey<'_>,
         route: &Route,
+        seed: u64,
         cancelled: &dyn Fn() -> bool,
     ) -> Result<Self, Stop> {
         let schedule = &route.schedule;
-        let (Some(instrument), Some(itinerary)) = (key.instrument, &route.itinerary) else {
+        let Some(tour) = &route.tour else {
             let measured = Ideal.measure(brdf, schedule);
             return Ok(Self {
-                facts: Facts::of(&measured, 1.0, String::new(), None),
+                facts: Facts::of(&measured, route),
                 measured,
                 whole: None,
                 nothing_lost: true,
             });
         };
-        let machine = bench(instrument, key.seed)?;
-        let mut go_on = || !cancelled();
-        let session = machine.session(itinerary, key.seed);
-        let measured = session.measure_while(brdf, schedule, &mut go_on);
-        let measured = measured.ok_or(Stop::Cancelled)?;
-        let whole = match &route.whole {
-            None => None,
-            Some(itinerary) => {
-                let machine = bench_without_limits(instrument, key.seed)?;
-                let session = machine.session(itinerary, key.seed);
-                let whole = session.measure_while(brdf, schedule, &mut go_on);
-                Some(whole.ok_or(Stop::Cancelled)?)
-            }
-        };
+        let measure = |tour: &Tour| tour.measure(brdf, schedule, seed, cancelled);
+        let measured = measure(tour)?;
         Ok(Self {
-            facts: Facts::of(
-                &measured,
-                itinerary.reachable(),
-                itinerary.reasons_text(),
-                Some(itinerary.seconds()),
-            ),
-            nothing_lost: itinerary.unreachable.is_empty(),
+            facts: Facts::of(&measured, route),
+            nothing_lost: tour.itinerary.unreachable.is_empty(),
             measured,
-            whole,
+            whole: route.whole.as_ref().map(measure).transpose()?,
         })
     }
 }
 
 impl Facts {
-    fn of(
-        measured: &Measurement,
-        reachable: f64,
-        unreachable: String,
-        instrument_seconds: Option<f64>,
-    ) -> Self {
+    fn of(measured: &Measurement, route: &Route) -> Self {
+        let itinerary = route.itinerary();
         let count = |flag: Flags| {
             let flags = measured.details.iter().flat_map(|d| &d.flags);
             flags.filter(|f| f.has(flag)).count()
         };
         Self {
+            budget: route.budget,
             poses: measured.schedule.poses.len(),
             readings: measured.readings(),
             no_data: measured.no_data(),
-            reachable,
-            unreachable,
+            reachable: itinerary.map_or(1.0, Itinerary::reachable),
+            unreachable: itinerary.map_or(String::new(), Itinerary::reasons_text),
             saturated: count(Flags::SATURATED),
             below_noise: count(Flags::BELOW_NOISE),
-            instrument_seconds,
+            instrument_seconds: itinerary.map(Itinerary::seconds),
             unphysical_share: measured.schedule.unphysical_share,
         }
     }

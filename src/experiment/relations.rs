@@ -3,17 +3,19 @@
 //! [`docs::relations`](crate::docs::relations)).
 
 use super::checks::{below, distinct, name_all};
-use super::config::{named, refuse_unknown, take_list};
+use super::choices::Material;
+use super::key::{Expected, Identity, Input, Part, RowKey, forget_paths, hash};
+use super::keypath::KeyPath;
 use super::kind::Kind;
 use super::materials::build_error;
 use super::moments::MomentsPlan;
-use super::observer::{Failure, Input, Job};
-use super::resolved::{self, insert_list, section};
-use super::run::hash;
-use super::source::{KeyPath, Source};
-use crate::brdf::Brdf;
+use super::observer::{Observer, Stop, Summary, Teller, timed};
+use super::record::{Experiment, Extent, Known, Record, Shard};
+use super::source::Source;
+use super::tables::{Named, insert_list, named, refuse_unknown, section, take_list, with_name};
+use crate::brdf::{Brdf, BuildError};
 use crate::error::{Error, ParameterError};
-use crate::lighting::{self, Lighting, LightingSpec};
+use crate::lighting::{self, LightingSpec};
 use crate::moments::Profile;
 use crate::moments::relations::{Along, Relation, RelationSpec, compare};
 use crate::registry::{self, ReadError, Table};
@@ -157,7 +159,7 @@ impl RelationsPlan {
         resolved.remove("analysis");
         let tables = lightings
             .iter()
-            .map(|l| resolved::named(l.spec.resolved(), &l.name));
+            .map(|l| with_name(l.spec.resolved(), &l.name));
         insert_list(&mut resolved, "lighting", tables);
         resolved.insert("relations".into(), section(&keys).into());
         Ok(Self {
@@ -171,7 +173,7 @@ impl RelationsPlan {
     }
 }
 
-type Parts<'s> = (Table<'s>, Vec<super::config::Named<dyn LightingSpec>>, Keys);
+type Parts<'s> = (Table<'s>, Vec<Named<dyn LightingSpec>>, Keys);
 
 fn parts(mut table: Table<'_>) -> Result<Parts<'_>, ReadError> {
     refuse_unknown(&table, &KEYS)?;
@@ -179,6 +181,33 @@ fn parts(mut table: Table<'_>) -> Result<Parts<'_>, ReadError> {
     let keys = registry::take_table(&mut table, "relations")?;
     let keys = keys.map(registry::parse).transpose()?;
     Ok((table, lights.unwrap_or_default(), keys.unwrap_or_default()))
+}
+
+/// The relations of a material under a lighting.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct MaterialRelations {
+    /// Hash of everything that determines them.
+    pub key: RowKey,
+    /// Name of the material.
+    pub material: String,
+    /// Hash of what it is.
+    pub material_key: RowKey,
+    /// Name of the lighting.
+    pub lighting: String,
+    /// Rendered and predicted: one a way to move the view and view, the views of a way together.
+    pub relations: Vec<Relation>,
+}
+
+impl MaterialRelations {
+    /// One row a relation.
+    pub fn rows(&self) -> impl Iterator<Item = RelationRow> {
+        self.relations.iter().map(|&relation| RelationRow {
+            material: self.material.clone(),
+            lighting: self.lighting.clone(),
+            relation,
+        })
+    }
 }
 
 /// One relation, as `relations.csv` has it.
@@ -192,97 +221,207 @@ pub struct RelationRow {
     pub relation: Relation,
 }
 
-/// Is told what happens, and may stop it.
-pub trait Desk {
-    /// True if the run shall stop; asked before every relation.
-    fn cancelled(&self) -> bool {
-        false
+impl Record for MaterialRelations {
+    const FILE: &'static str = "relations.jsonl";
+
+    fn key(&self) -> &str {
+        &self.key
     }
 
-    /// The relations of a material under a lighting; `inputs` are the files they were read from.
-    ///
-    /// # Errors
-    /// End the run.
-    fn rows(&mut self, rows: Vec<RelationRow>, inputs: Vec<Input>) -> Result<(), Error>;
+    fn material(&self) -> (&str, &str) {
+        (&self.material, &self.material_key)
+    }
 
-    /// Something could not be done; the rest goes on.
-    fn failed(&mut self, failure: Failure);
+    fn label(&self) -> String {
+        self.lighting.clone()
+    }
 }
 
-/// Every relation of a plan; false if it was stopped on the way.
-///
-/// # Errors
-/// Those of the desk.
-pub fn measure(plan: &RelationsPlan, desk: &mut dyn Desk) -> Result<bool, Error> {
-    let table = &plan.base.moments;
-    for material in &plan.base.materials {
-        if desk.cancelled() {
-            return Ok(false);
+impl Experiment for RelationsPlan {
+    type Record = MaterialRelations;
+
+    fn question(&self) -> Option<&str> {
+        self.base.question.as_deref()
+    }
+
+    fn resolved(&self) -> &toml::Table {
+        &self.resolved
+    }
+
+    fn seeds(&self) -> Vec<u64> {
+        vec![self.base.seed]
+    }
+
+    fn materials(&self) -> &[Material] {
+        &self.base.materials
+    }
+
+    fn missing(&self) -> &[String] {
+        &self.base.missing
+    }
+
+    fn expected(&self, shard: Option<Shard>) -> Vec<Expected> {
+        let mut all = Vec::new();
+        for (material, m) in self.base.materials.iter().enumerate() {
+            // A material's profile serves all its lightings.
+            if shard.is_none_or(|s| s.has(material)) {
+                all.extend(self.lightings.iter().map(|light| Expected {
+                    material,
+                    label: light.name.clone(),
+                    job: format!("{}, {}", m.name, light.name),
+                    part: self.part(light),
+                }));
+            }
         }
-        let job = Job::of(material).to_string();
-        let built = hash(&material.spec.inputs()).and_then(|inputs| {
-            let brdf = material.spec.build(plan.base.channels());
-            let brdf = brdf.map_err(|e| e.to_string())?;
-            let channel = table.spec.channels[0];
-            let seed = plan.base.seed;
-            let profile = Profile::new(&*brdf, channel, &table.spec, &*table.estimator, seed);
-            Ok((inputs, brdf, profile.map_err(|e| e.to_string())?))
-        });
-        let (mut inputs, brdf, profile) = match built {
-            Ok(built) => built,
-            Err(reason) => {
-                let jobs = plan.lightings.len();
-                desk.failed(Failure { job, reason, jobs });
+        all
+    }
+
+    fn run(
+        &self,
+        extent: &Extent,
+        known: &Known<MaterialRelations>,
+        observer: &mut dyn Observer<MaterialRelations>,
+    ) -> Result<Summary, Error> {
+        let mut teller = Teller::new(observer);
+        let result = self.measure(extent, known, &mut teller);
+        teller.ended(result)
+    }
+}
+
+impl RelationsPlan {
+    /// What determines the relations under a lighting but for the material. The bytes of a file that
+    /// cannot be read determine nothing: it fails when it is built.
+    fn part(&self, light: &PlannedLight) -> blake3::Hash {
+        let mut part = Part::new();
+        let mut lighting = light.spec.resolved();
+        forget_paths(&mut lighting);
+        part.feed(&light.name);
+        part.feed(&lighting.to_string());
+        for input in hash(&light.spec.inputs()).unwrap_or_default() {
+            part.feed(&input.blake3);
+        }
+        part.feed(&self.base.moments.resolved().to_string());
+        part.feed(&self.base.seed.to_string());
+        let keys = self.resolved.get("relations").map(|k| k.to_string());
+        part.feed(&keys.unwrap_or_default());
+        part.finish()
+    }
+
+    /// One material after the other.
+    fn measure(
+        &self,
+        extent: &Extent,
+        known: &Known<MaterialRelations>,
+        teller: &mut Teller<'_, MaterialRelations>,
+    ) -> Result<(), Stop> {
+        let expected = self.expected(extent.shard);
+        teller.observer.begins(expected.len() as f64);
+        let read = |light: &PlannedLight| hash(&light.spec.inputs()).unwrap_or_default();
+        let lights: Vec<Input> = self.lightings.iter().flat_map(read).collect();
+        teller.summary.inputs.extend(lights);
+        for (i, material) in self.base.materials.iter().enumerate() {
+            let mine = expected.iter().filter(|e| e.material == i);
+            let mine: Vec<&Expected> = mine.collect();
+            if mine.is_empty() {
+                teller.summary.materials.push(None);
                 continue;
             }
-        };
-        for light in &plan.lightings {
-            let job = format!("{job}, {}", light.name);
-            let built = hash(&light.spec.inputs())
-                .and_then(|read| Ok((read, light.spec.build().map_err(|e| e.to_string())?)));
-            let rows = built.and_then(|(read, lighting)| {
-                inputs.extend(read);
-                relations(plan, desk, &*brdf, &profile, &*lighting)
-            });
-            match rows {
-                Ok(None) => return Ok(false),
-                Ok(Some(relations)) => {
-                    let row = |relation| RelationRow {
-                        material: material.name.clone(),
-                        lighting: light.name.clone(),
-                        relation,
-                    };
-                    let rows = relations.into_iter().map(row).collect();
-                    desk.rows(rows, std::mem::take(&mut inputs))?;
+            teller.doing(&material.name)?;
+            let identity = match Identity::of(material) {
+                Ok(identity) => identity,
+                Err(reason) => {
+                    teller.summary.materials.push(None);
+                    teller.failed(material.name.clone(), &reason, mine.len())?;
+                    teller.advanced(mine.len() as f64)?;
+                    continue;
                 }
-                Err(reason) => desk.failed(Failure {
-                    job,
-                    reason,
-                    jobs: 1,
-                }),
+            };
+            let keys: Vec<RowKey> = mine.iter().map(|e| e.key(&identity.key)).collect();
+            let summary = &mut teller.summary;
+            summary.inputs.extend_from_slice(&identity.inputs);
+            summary.keys.extend_from_slice(&keys);
+            summary.materials.push(Some(identity.key.clone()));
+            let built = match keys.iter().all(|k| known.contains_key(k)) {
+                true => None,
+                false => match self.built(material, teller) {
+                    Ok(built) => Some(built),
+                    Err(reason) => {
+                        let lost = keys.iter().filter(|k| !known.contains_key(*k)).count();
+                        teller.failed(material.name.clone(), &reason, lost)?;
+                        None
+                    }
+                },
+            };
+            for (light, key) in self.lightings.iter().zip(keys) {
+                if let Some(old) = known.get(&key) {
+                    teller.complete(&[old])?;
+                } else if let Some((brdf, profile)) = &built {
+                    match self.relations(&**brdf, profile, light, teller)? {
+                        Ok(relations) => {
+                            let record = MaterialRelations {
+                                key,
+                                material: material.name.clone(),
+                                material_key: identity.key.clone(),
+                                lighting: light.name.clone(),
+                                relations,
+                            };
+                            teller.made(std::slice::from_ref(&record))?;
+                            teller.complete(&[&record])?;
+                        }
+                        Err(reason) => {
+                            let job = format!("{}, {}", material.name, light.name);
+                            teller.failed(job, &reason, 1)?;
+                        }
+                    }
+                }
+                teller.advanced(1.0)?;
             }
         }
+        Ok(())
     }
-    Ok(true)
-}
 
-/// The relations of a material under a lighting; `None` if they were stopped.
-fn relations(
-    plan: &RelationsPlan,
-    desk: &dyn Desk,
-    brdf: &dyn Brdf,
-    profile: &Profile,
-    lighting: &dyn Lighting,
-) -> Result<Option<Vec<Relation>>, String> {
-    let mut relations = Vec::new();
-    for &along in &plan.along {
-        for &view in &plan.views {
-            if desk.cancelled() {
-                return Ok(None);
-            }
-            let relation = compare(brdf, profile, lighting, view, along, &plan.spec);
-            relations.push(relation.map_err(|e| e.to_string())?);
-        }
+    /// A material and its profile.
+    fn built(
+        &self,
+        material: &Material,
+        teller: &mut Teller<'_, MaterialRelations>,
+    ) -> Result<(Box<dyn Brdf>, Profile), BuildError> {
+        let (brdf, seconds) = timed(|| material.spec.build(self.base.channels()));
+        teller.summary.seconds.load += seconds;
+        let brdf = brdf?;
+        let table = &self.base.moments;
+        let (channel, seed) = (table.spec.channels[0], self.base.seed);
+        let (profile, seconds) =
+            timed(|| Profile::new(&*brdf, channel, &table.spec, &*table.estimator, seed));
+        teller.summary.seconds.moments += seconds;
+        Ok((brdf, profile?))
     }
-    Ok(Some(relations))
+
+    /// The relations of a material under a lighting, or why there are none.
+    fn relations(
+        &self,
+        brdf: &dyn Brdf,
+        profile: &Profile,
+        light: &PlannedLight,
+        teller: &mut Teller<'_, MaterialRelations>,
+    ) -> Result<Result<Vec<Relation>, BuildError>, Stop> {
+        let lighting = match light.spec.build() {
+            Ok(lighting) => lighting,
+            Err(reason) => return Ok(Err(reason)),
+        };
+        let mut relations = Vec::new();
+        for &along in &self.along {
+            for &view in &self.views {
+                teller.go_on()?;
+                let (relation, seconds) =
+                    timed(|| compare(brdf, profile, &*lighting, view, along, &self.spec));
+                teller.summary.seconds.evaluate += seconds;
+                match relation {
+                    Ok(relation) => relations.push(relation),
+                    Err(reason) => return Ok(Err(reason.into())),
+                }
+            }
+        }
+        Ok(Ok(relations))
+    }
 }

@@ -1,11 +1,33 @@
 //! A config with every default filled in, for `config.toml` and the manifest: whoever reads it in
 //! ten years need not know what the defaults were.
 
-use super::config::{Config, Scalars};
+use super::choices::{Coordinates as SampledIn, Material, PlannedSet};
+use super::config::{Config, Output, Reach, Scalars};
 use super::instruments::PlannedInstrument;
-use super::plan::Plan;
-use serde::Serialize;
-use toml::{Table, Value};
+use super::moments::MomentsTable;
+use super::pictures::PictureSpec;
+use super::question::ReportSpec;
+use super::tables::{insert_list, section, with_name};
+use crate::metrics::MetricsSpec;
+use crate::reconstruct::{Coordinates, Reconstruct};
+use toml::Table;
+
+/// Tables that were put together, to be written out again; the rest are scalars.
+pub(super) struct Parts<'p> {
+    pub materials: &'p [Material],
+    pub parametrizations: &'p [SampledIn],
+    pub sample_sets: &'p [PlannedSet],
+    pub reconstructions: &'p [(String, Box<dyn Reconstruct>)],
+    pub reach: &'p [Reach],
+    pub coordinates: &'p [Coordinates],
+    pub instruments: &'p [PlannedInstrument],
+    pub metrics: &'p MetricsSpec,
+    pub moments: Option<&'p MomentsTable>,
+    pub band: f64,
+    pub report: &'p ReportSpec,
+    pub pictures: &'p PictureSpec,
+    pub output: Output,
+}
 
 /// What of a config the plan made of it no longer holds.
 pub(super) struct Resolver {
@@ -23,10 +45,10 @@ impl Resolver {
         }
     }
 
-    /// The resolved config of a plan.
-    pub(super) fn finish(&self, plan: &Plan) -> Table {
+    /// The resolved config of a parts.
+    pub(super) fn finish(&self, parts: &Parts<'_>) -> Table {
         let mut table = section(&self.scalars);
-        let (written, files) = plan.materials.split_at(self.written);
+        let (written, files) = parts.materials.split_at(self.written);
         if let (true, Some(first)) = (self.merl, files.first()) {
             let mut keys = first.spec.resolved();
             keys.remove("kind");
@@ -34,12 +56,12 @@ impl Resolver {
             table.insert("merl".into(), keys.into());
         }
         let materials = written.iter().map(|m| {
-            let mut t = named(m.spec.resolved(), &m.name);
+            let mut t = with_name(m.spec.resolved(), &m.name);
             t.insert("symmetry".into(), section(&m.symmetry).into());
             t
         });
         insert_list(&mut table, "material", materials);
-        let parametrizations = plan.parametrizations.iter().map(|c| {
+        let parametrizations = parts.parametrizations.iter().map(|c| {
             let mut t = Table::new();
             t.insert("kind".into(), c.name().into());
             if !c.warps.is_empty() {
@@ -48,46 +70,34 @@ impl Resolver {
             t
         });
         insert_list(&mut table, "parametrization", parametrizations);
-        let sets = plan.sample_sets.iter();
+        let sets = parts.sample_sets.iter();
         insert_list(
             &mut table,
             "sample_set",
-            sets.map(|s| named(s.set.resolved(), &s.name)),
+            sets.map(|s| with_name(s.set.resolved(), &s.name)),
         );
-        let methods = plan.reconstructions.iter();
-        insert_list(
-            &mut table,
-            "reconstruction",
-            methods.map(|m| named(m.method.resolved(), &m.name)),
-        );
-        let instruments = plan.instruments.iter().map(PlannedInstrument::resolved);
+        let methods = parts
+            .reconstructions
+            .iter()
+            .enumerate()
+            .map(|(i, (name, m))| {
+                let mut t = with_name(m.resolved(), name);
+                t.extend(parts.reach.get(i).map(section).unwrap_or_default());
+                t
+            });
+        insert_list(&mut table, "reconstruction", methods);
+        let coordinates = parts.coordinates.iter().map(section);
+        insert_list(&mut table, "coordinates", coordinates);
+        let instruments = parts.instruments.iter().map(PlannedInstrument::resolved);
         insert_list(&mut table, "instrument", instruments);
-        table.insert("metrics".into(), section(&plan.metrics).into());
-        if let Some(moments) = &plan.moments {
+        table.insert("metrics".into(), section(parts.metrics).into());
+        if let Some(moments) = parts.moments {
             table.insert("moments".into(), moments.resolved().into());
         }
-        table.insert("output".into(), section(&plan.output).into());
+        table.insert("band".into(), parts.band.into());
+        table.insert("report".into(), section(parts.report).into());
+        table.insert("pictures".into(), parts.pictures.resolved().into());
+        table.insert("output".into(), section(&parts.output).into());
         table
-    }
-}
-
-/// A struct of plain values as a table.
-pub(super) fn section(value: &impl Serialize) -> Table {
-    match Value::try_from(value) {
-        Ok(Value::Table(table)) => table,
-        // Structs of numbers, strings, lists and tables: serialization cannot fail on them.
-        _ => Table::new(),
-    }
-}
-
-pub(super) fn named(mut table: Table, name: &str) -> Table {
-    table.insert("name".into(), name.into());
-    table
-}
-
-pub(super) fn insert_list(table: &mut Table, key: &str, list: impl Iterator<Item = Table>) {
-    let list: Vec<_> = list.map(Value::Table).collect();
-    if !list.is_empty() {
-        table.insert(key.into(), Value::Array(list));
     }
 }

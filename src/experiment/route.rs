@@ -1,160 +1,269 @@
-//! Schedules and an instrument's way through them, made once and kept while materials share them;
-//! and the largest schedule that an instrument gets through in a given time, or reads so much of.
+//! From what is asked of a schedule to the schedule and an instrument's tour through it; tours are
+//! made once and kept while materials, seeds and allowances share them.
 
+mod search;
+
+use super::choices::Allowance;
 use super::instruments::PlannedInstrument;
-use super::observer::ScheduleKey;
-use super::plan::{Allowance, MAX_BUDGET};
-use super::run::{Stop, timed};
+use super::observer::{ScheduleKey, Stop, timed};
+use crate::brdf::Brdf;
 use crate::error::Error;
 use crate::geometry::Symmetry;
-use crate::instrument::{Bench, Order, Parts};
-use crate::schedule::{Itinerary, Schedule};
+use crate::instrument::{Bench, InstrumentSpec, Order, Parts};
+use crate::measurement::Measurement;
+use crate::schedule::{Itinerary, PlanError, Schedule};
+use search::largest_within;
 use std::collections::HashMap;
+use std::hash::Hash;
 use std::sync::Arc;
 
-/// Poses that schedules may hold while they wait for the next material (100 bytes each); further
-/// ones are planned again.
+/// Poses that the schedules which are kept may have together, and the tours (100 bytes each);
+/// further ones are made again.
 const CACHED_POSES: usize = 4_000_000;
 
 /// A schedule of so many poses, none of which is reachable, has no larger one that is.
 const HOPELESS: usize = 4096;
 
-/// Position of the choices of a schedule and its instrument in the plan.
-#[derive(Clone, Copy, PartialEq, Eq, Hash)]
-pub(super) struct Place {
-    pub symmetry: Symmetry,
-    pub coordinates: usize,
-    pub sample_set: usize,
-    pub instrument: usize,
-}
-
-/// A schedule and how its instrument goes through it.
+/// A schedule that was found for a [`ScheduleKey`], and how its instrument goes through it.
 #[derive(Clone)]
-pub(super) struct Route {
-    pub schedule: Arc<Schedule>,
-    /// None of the ideal instrument.
-    pub itinerary: Option<Arc<Itinerary>>,
-    /// The same without limits, if that differs and is asked for.
-    pub whole: Option<Arc<Itinerary>>,
-    /// Time it took to make.
-    pub seconds: f64,
-    /// True unless it was made for an earlier material.
-    pub is_new: bool,
-}
-
-/// A schedule and how its instrument goes through it.
-pub struct Routed {
+pub struct Route {
+    /// Distinct configurations it may have: those that were allowed, or the most whose schedule
+    /// has at most the allowed readings or takes at most the allowed minutes.
+    pub budget: usize,
     /// The schedule.
     pub schedule: Arc<Schedule>,
-    /// Its visits; none of the ideal instrument.
-    pub itinerary: Option<Arc<Itinerary>>,
+    /// The tour of the instrument; `None` of the ideal one.
+    pub(super) tour: Option<Tour>,
+    /// The tour without limits, if some pose is out of reach and the instrument asks what that costs.
+    pub(super) whole: Option<Tour>,
+    /// Wall time of making schedule and tours, s; routes that share them share it.
+    pub(super) seconds: f64,
+    /// True the first time that the key is asked.
+    pub(super) is_new: bool,
 }
 
-/// Makes one schedule; finds the budget of the key and writes it there.
-///
-/// # Errors
-/// [`Error::Infeasible`] if no schedule fits or no pose is reachable.
-pub fn route(key: &mut ScheduleKey<'_>) -> Result<Routed, Error> {
-    let place = Place {
-        symmetry: key.symmetry,
-        coordinates: 0,
-        sample_set: 0,
-        instrument: 0,
-    };
-    let mut router = Router {
-        without_holes: true,
-        ..Router::default()
-    };
-    match router.route(key, place, false, &|| false) {
-        Ok(Ok(route)) => Ok(Routed {
-            schedule: route.schedule,
-            itinerary: route.itinerary,
-        }),
-        Ok(Err(reason)) if key.instrument.is_none() => Err(Error::config("budgets", reason)),
-        Ok(Err(reason)) => Err(Error::infeasible("schedule", reason)),
-        Err(Stop::Error(e)) => Err(e),
-        Err(Stop::Cancelled) => Err(Error::Internal("nobody cancels this".into())),
+impl Route {
+    /// The visits of the instrument; `None` of the ideal one.
+    pub fn itinerary(&self) -> Option<&Itinerary> {
+        self.tour.as_ref().map(|tour| &*tour.itinerary)
     }
 }
 
-/// An allowance other than poses, as a key.
-#[derive(Clone, Copy, PartialEq, Eq, Hash)]
-enum Asked {
-    Readings(usize),
-    /// The bits of the minutes.
-    Minutes(u64),
+/// An instrument and its visits to the poses of a schedule.
+#[derive(Clone)]
+pub(super) struct Tour {
+    bench: Arc<Bench>,
+    pub itinerary: Arc<Itinerary>,
 }
 
-/// What a route is of: instruments share schedules.
-type ScheduleAt = (Symmetry, usize, usize, usize, u64);
+impl Tour {
+    /// The readings of a BRDF along the tour; the noise depends on the seed.
+    pub fn measure(
+        &self,
+        brdf: &dyn Brdf,
+        schedule: &Arc<Schedule>,
+        seed: u64,
+        cancelled: &dyn Fn() -> bool,
+    ) -> Result<Measurement, Stop> {
+        let session = self.bench.session(&self.itinerary, seed);
+        let measured = session.measure_while(brdf, schedule, &mut || !cancelled());
+        measured.ok_or(Stop::Cancelled)
+    }
+}
 
-/// What of a route is made.
-#[derive(Clone, Copy)]
-struct Way {
-    /// In another order than the instrument's.
-    order: Option<Order>,
-    /// Also the one without limits, if the instrument wants it.
-    holes: bool,
-    /// A later material will ask for it.
+/// Why there is no route.
+#[derive(Clone, Debug, thiserror::Error)]
+pub(super) enum NoRoute {
+    /// There is no schedule.
+    #[error(transparent)]
+    Plan(#[from] PlanError),
+    /// Not even the smallest schedule fits.
+    #[error("{0} are too few for one pose; allowed: more")]
+    TooFew(Allowance),
+    /// The instrument takes none of its poses.
+    #[error(
+        "no pose is reachable for {instrument} ({reasons}); allowed: another instrument or schedule"
+    )]
+    OutOfReach { instrument: String, reasons: String },
+}
+
+/// Coordinates, their symmetries and a sample set, by names that are unique in a plan.
+#[derive(Clone, PartialEq, Eq, Hash)]
+struct SetKey {
+    coordinates: String,
+    symmetry: Symmetry,
+    sample_set: String,
+}
+
+impl SetKey {
+    fn of(key: &ScheduleKey<'_>) -> Self {
+        Self {
+            coordinates: key.coordinates.label(),
+            symmetry: key.symmetry,
+            sample_set: key.sample_set.name.clone(),
+        }
+    }
+}
+
+/// What determines the order and the times of visits. The errors that one machine of its kind
+/// happens to have do not.
+#[derive(PartialEq, Eq, Hash)]
+struct TourKey {
+    /// Hash of the poses.
+    poses: blake3::Hash,
+    /// Number of the specification.
+    spec: usize,
+    limits: bool,
+    order: Order,
+}
+
+/// A schedule or an itinerary that is kept.
+struct Kept<T> {
+    made: Arc<T>,
+    /// Wall time of its making, s.
+    seconds: f64,
+    /// Its number of poses.
+    poses: usize,
+    /// A later material asks for it.
     again: bool,
 }
 
-/// Makes routes and keeps them.
+/// Schedules or itineraries of at most [`CACHED_POSES`] poses together.
+struct Cache<K, T>(HashMap<K, Kept<T>>);
+
+impl<K, T> Default for Cache<K, T> {
+    fn default() -> Self {
+        Self(HashMap::new())
+    }
+}
+
+impl<K: Eq + Hash, T> Cache<K, T> {
+    /// What was made for a key, and the seconds that took.
+    fn get(&mut self, key: &K, again: bool) -> Option<(Arc<T>, f64)> {
+        let kept = self.0.get_mut(key)?;
+        kept.again |= again;
+        Some((Arc::clone(&kept.made), kept.seconds))
+    }
+
+    /// Keeps what was made if there is room, and hands it on.
+    fn keep(&mut self, key: K, new: Kept<T>) -> (Arc<T>, f64) {
+        let made = (Arc::clone(&new.made), new.seconds);
+        let held: usize = self.0.values().map(|kept| kept.poses).sum();
+        if held + new.poses <= CACHED_POSES {
+            self.0.insert(key, new);
+        }
+        made
+    }
+
+    /// Drops what no later material asks for.
+    fn drop_unasked(&mut self) {
+        self.0.retain(|_, kept| kept.again);
+    }
+}
+
+/// Makes routes and keeps what they share.
 #[derive(Default)]
-pub(super) struct Router {
-    schedules: HashMap<ScheduleAt, (Arc<Schedule>, f64)>,
-    cached_poses: usize,
-    routes: HashMap<(Place, usize, u64), Route>,
-    /// Budgets found, by place, seed and allowance.
-    budgets: HashMap<(Place, u64, Asked), usize>,
+pub struct Router {
+    /// Budgets found, by set, name of the instrument, allowance and seed.
+    budgets: HashMap<(SetKey, Option<String>, String, u64), usize>,
+    /// By set, budget and the seed if that matters.
+    schedules: Cache<(SetKey, usize, Option<u64>), Schedule>,
+    tours: Cache<TourKey, Itinerary>,
+    /// Specifications of the instruments so far, each once.
+    specs: Vec<InstrumentSpec>,
+    /// By the number of the specification, the parts that are simulated and the realisation.
+    benches: HashMap<(usize, Parts, u64), Arc<Bench>>,
+    /// The set of the last route: what its instruments, allowances and seeds share is dropped when
+    /// another one comes, unless a later material asks for it.
+    current: Option<SetKey>,
     seconds: f64,
-    /// Leaves out what only the errors of holes need.
-    without_holes: bool,
 }
 
 impl Router {
-    /// Time all routes took to make.
-    pub fn seconds(&self) -> f64 {
+    /// The route of a key, without the tour of an instrument without limits.
+    ///
+    /// # Errors
+    /// [`Error::Infeasible`] if no schedule fits or no pose is reachable.
+    pub fn find(&mut self, key: &ScheduleKey<'_>) -> Result<Route, Error> {
+        match self.make(key, false, false, &|| false) {
+            Ok(Ok(route)) => Ok(route),
+            Ok(Err(reason)) if key.instrument.is_none() => Err(Error::config("budgets", reason)),
+            Ok(Err(reason)) => Err(Error::infeasible("schedule", reason)),
+            Err(Stop::Error(e)) => Err(e),
+            Err(Stop::Cancelled) => Err(Error::Internal("nobody cancels this".into())),
+        }
+    }
+
+    /// The route of a key, or why there is none. `again`: a later material asks for it too.
+    pub(super) fn route(
+        &mut self,
+        key: &ScheduleKey<'_>,
+        again: bool,
+        cancelled: &dyn Fn() -> bool,
+    ) -> Result<Result<Route, NoRoute>, Stop> {
+        let holes = key.instrument.is_some_and(|i| i.use_of.holes);
+        self.make(key, holes, again, cancelled)
+    }
+
+    /// Wall time of all schedules and tours, s.
+    pub(super) fn seconds(&self) -> f64 {
         self.seconds
     }
 
-    /// The route of a key, whose budget is found; or why there is none.
-    /// `again`: a later material will ask for it.
-    pub fn route(
+    /// A route; `holes`: also its tour without limits if some pose is out of reach.
+    fn make(
         &mut self,
-        key: &mut ScheduleKey<'_>,
-        place: Place,
+        key: &ScheduleKey<'_>,
+        holes: bool,
         again: bool,
         cancelled: &dyn Fn() -> bool,
-    ) -> Result<Result<Route, String>, Stop> {
-        match self.budget(key, place, cancelled)? {
-            Ok(budget) => key.budget = budget,
-            Err(reason) => return Ok(Err(reason)),
+    ) -> Result<Result<Route, NoRoute>, Stop> {
+        let set = SetKey::of(key);
+        if self.current.as_ref() != Some(&set) {
+            self.schedules.drop_unasked();
+            self.tours.drop_unasked();
+            self.current = Some(set.clone());
         }
-        let known = (place, key.budget, key.seed);
-        if let Some(route) = self.routes.get(&known) {
-            let is_new = false;
-            return Ok(Ok(Route {
-                is_new,
-                ..route.clone()
-            }));
-        }
-        let way = Way {
-            order: None,
-            holes: !self.without_holes,
-            again,
+        let name = key.instrument.map(|i| i.name.clone());
+        let asked = (set, name, key.allowance.to_string(), key.seed);
+        let known = self.budgets.get(&asked).copied();
+        let budget = match known {
+            Some(budget) => budget,
+            None => match self.budget(key, cancelled)? {
+                Ok(budget) => *self.budgets.entry(asked).or_insert(budget),
+                Err(reason) => return Ok(Err(reason)),
+            },
         };
-        let route = match self.make(key, place, way)? {
-            Ok(route) => route,
+        let (schedule, mut seconds) = match self.schedule(key, budget, again)? {
+            Ok(planned) => planned,
             Err(reason) => return Ok(Err(reason)),
         };
-        if let Some(itinerary) = route.itinerary.as_ref().filter(|i| i.visits.is_empty()) {
-            return Ok(Err(nothing(itinerary)));
+        let (mut tour, mut whole) = (None, None);
+        if let Some(instrument) = key.instrument {
+            let order = instrument.use_of.order;
+            let mut go = |limits| {
+                let (tour, own) =
+                    self.tour(instrument, key.seed, &schedule, (limits, order), again)?;
+                seconds += own;
+                Ok::<_, Error>(tour)
+            };
+            let within = go(instrument.use_of.limits)?;
+            if within.itinerary.visits.is_empty() {
+                return Ok(Err(nothing(&within.itinerary)));
+            }
+            if holes && !within.itinerary.unreachable.is_empty() {
+                whole = Some(go(false)?);
+            }
+            tour = Some(within);
         }
-        if again && self.schedules.contains_key(&at(place, key)) {
-            self.routes.insert(known, route.clone());
-        }
-        Ok(Ok(route))
+        Ok(Ok(Route {
+            budget,
+            schedule,
+            tour,
+            whole,
+            seconds,
+            is_new: known.is_none(),
+        }))
     }
 
     /// The budget of an allowance: the largest whose schedule has at most so many reachable poses,
@@ -162,254 +271,286 @@ impl Router {
     fn budget(
         &mut self,
         key: &ScheduleKey<'_>,
-        place: Place,
         cancelled: &dyn Fn() -> bool,
-    ) -> Result<Result<usize, String>, Stop> {
-        let (most, asked) = match key.allowance {
-            Allowance::Poses(budget) => return Ok(Ok(budget)),
-            Allowance::Readings(n) => (n as f64, Asked::Readings(n)),
-            Allowance::Minutes(m) => (60.0 * m, Asked::Minutes(m.to_bits())),
-        };
-        let known = (place, key.seed, asked);
-        if let Some(&budget) = self.budgets.get(&known) {
-            return Ok(Ok(budget));
-        }
+    ) -> Result<Result<usize, NoRoute>, Stop> {
         // Whether a pose is reachable does not depend on the order.
-        let order = match asked {
-            Asked::Readings(_) => Some(Order::AsGenerated),
-            Asked::Minutes(_) => None,
+        let (most, order) = match key.allowance {
+            Allowance::Poses(budget) => return Ok(Ok(budget)),
+            Allowance::Readings(n) => (n as f64, Some(Order::AsGenerated)),
+            Allowance::Minutes(m) => (60.0 * m, None),
         };
         let mut refusal = None;
         let found = largest_within(most, |budget| {
             if cancelled() {
                 return Err(Stop::Cancelled);
             }
-            let attempt = ScheduleKey { budget, ..*key };
-            let way = Way {
-                order,
-                holes: false,
-                again: false,
-            };
-            Ok(match self.make(&attempt, place, way)? {
+            let schedule = match self.schedule(key, budget, false)? {
+                Ok((schedule, _)) => schedule,
                 // A schedule that is too small to be made takes no time; a larger one will.
                 Err(reason) => {
                     refusal = Some(reason);
-                    0.0
+                    return Ok(0.0);
                 }
-                Ok(route) => match &route.itinerary {
-                    Some(itinerary) if itinerary.visits.is_empty() && budget >= HOPELESS => {
-                        refusal = Some(nothing(itinerary));
-                        f64::INFINITY
-                    }
-                    Some(itinerary) => match asked {
-                        Asked::Readings(_) => itinerary.visits.len() as f64,
-                        Asked::Minutes(_) => itinerary.seconds(),
-                    },
-                    None => route.schedule.poses.len() as f64,
-                },
+            };
+            let Some(instrument) = key.instrument else {
+                return Ok(schedule.poses.len() as f64);
+            };
+            let limits = instrument.use_of.limits;
+            let order = order.unwrap_or(instrument.use_of.order);
+            let (tour, _) = self.tour(instrument, key.seed, &schedule, (limits, order), false)?;
+            let visits = tour.itinerary.visits.len();
+            if visits == 0 && budget >= HOPELESS {
+                refusal = Some(nothing(&tour.itinerary));
+                return Ok(f64::INFINITY);
+            }
+            Ok(match key.allowance {
+                Allowance::Minutes(_) => tour.itinerary.seconds(),
+                _ => visits as f64,
             })
         })?;
-        let Some(budget) = found else {
-            let allowance = key.allowance;
-            return Ok(Err(refusal.unwrap_or_else(|| {
-                format!("{allowance} are too few for one pose; allowed: more")
-            })));
-        };
-        self.budgets.insert(known, budget);
-        Ok(Ok(budget))
+        Ok(found.ok_or_else(|| refusal.unwrap_or(NoRoute::TooFew(key.allowance))))
     }
 
-    /// Makes a route.
-    fn make(
-        &mut self,
-        key: &ScheduleKey<'_>,
-        place: Place,
-        way: Way,
-    ) -> Result<Result<Route, String>, Stop> {
-        let (schedule, seconds) = match self.schedule(key, place, way.again)? {
-            Ok(planned) => planned,
-            Err(reason) => return Ok(Err(reason)),
-        };
-        let mut route = Route {
-            schedule,
-            itinerary: None,
-            whole: None,
-            seconds,
-            is_new: true,
-        };
-        let Some(instrument) = key.instrument else {
-            return Ok(Ok(route));
-        };
-        let order = way.order.unwrap_or(instrument.use_of.order);
-        let machine = bench(instrument, key.seed)?;
-        let (itinerary, seconds) = timed(|| machine.plan(&route.schedule, order));
-        self.seconds += seconds;
-        route.seconds += seconds;
-        if way.holes && instrument.use_of.holes && !itinerary.unreachable.is_empty() {
-            let free = bench_without_limits(instrument, key.seed)?;
-            let (whole, seconds) = timed(|| free.plan(&route.schedule, order));
-            self.seconds += seconds;
-            route.whole = Some(Arc::new(whole));
-        }
-        route.itinerary = Some(Arc::new(itinerary));
-        Ok(Ok(route))
-    }
-
+    /// The schedule of a budget and the seconds it took to make, or why there is none.
     fn schedule(
         &mut self,
         key: &ScheduleKey<'_>,
-        place: Place,
+        budget: usize,
         again: bool,
-    ) -> Result<Result<(Arc<Schedule>, f64), String>, Error> {
-        if let Some(cached) = self.schedules.get(&at(place, key)) {
-            return Ok(Ok(cached.clone()));
+    ) -> Result<Result<(Arc<Schedule>, f64), NoRoute>, Error> {
+        let set = &key.sample_set.set;
+        let seed = set.is_random().then_some(key.seed);
+        let asked = (SetKey::of(key), budget, seed);
+        if let Some(known) = self.schedules.get(&asked, again) {
+            return Ok(Ok(known));
         }
-        let form = match key.coordinates.form(key.symmetry) {
-            Ok(form) => form,
-            Err(e) => return Err(Error::Internal(format!("a warp that was checked: {e}"))),
-        };
-        let (planned, seconds) = timed(|| key.sample_set.set.plan(&form, key.budget, key.seed));
+        let form = key.coordinates.form(key.symmetry);
+        let form = form.map_err(|e| Error::Internal(format!("a warp that was checked: {e}")))?;
+        let (planned, seconds) = timed(|| set.plan(&form, budget, key.seed));
         self.seconds += seconds;
-        let schedule = match planned {
-            Ok(schedule) => Arc::new(schedule),
-            Err(e) => return Ok(Err(e.to_string())),
-        };
-        let total = self.cached_poses + schedule.poses.len();
-        if again && total <= CACHED_POSES {
-            self.cached_poses = total;
-            let kept = (Arc::clone(&schedule), seconds);
-            self.schedules.insert(at(place, key), kept);
+        Ok(planned.map_err(NoRoute::from).map(|schedule| {
+            let new = Kept {
+                poses: schedule.poses.len(),
+                made: Arc::new(schedule),
+                seconds,
+                again,
+            };
+            self.schedules.keep(asked, new)
+        }))
+    }
+
+    /// The tour of an instrument with or without limits in an order, and the seconds it took to
+    /// make.
+    fn tour(
+        &mut self,
+        instrument: &PlannedInstrument,
+        seed: u64,
+        schedule: &Schedule,
+        (limits, order): (bool, Order),
+        again: bool,
+    ) -> Result<(Tour, f64), Error> {
+        let known = self.specs.iter().position(|s| *s == instrument.spec);
+        let spec = known.unwrap_or(self.specs.len());
+        if known.is_none() {
+            self.specs.push(instrument.spec.clone());
         }
-        Ok(Ok((schedule, seconds)))
+        let parts = instrument.use_of.parts();
+        let bench = self.bench(instrument, spec, Parts { limits, ..parts }, seed)?;
+        let poses = hash(schedule);
+        let asked = TourKey {
+            poses,
+            spec,
+            limits,
+            order,
+        };
+        let (itinerary, seconds) = match self.tours.get(&asked, again) {
+            Some(known) => known,
+            None => {
+                let (itinerary, seconds) = timed(|| bench.plan(schedule, order));
+                self.seconds += seconds;
+                let new = Kept {
+                    poses: schedule.poses.len(),
+                    made: Arc::new(itinerary),
+                    seconds,
+                    again,
+                };
+                self.tours.keep(asked, new)
+            }
+        };
+        Ok((Tour { bench, itinerary }, seconds))
+    }
+
+    /// The machine of an instrument.
+    fn bench(
+        &mut self,
+        instrument: &PlannedInstrument,
+        spec: usize,
+        parts: Parts,
+        seed: u64,
+    ) -> Result<Arc<Bench>, Error> {
+        let asked = (spec, parts, instrument.realisation(seed));
+        if let Some(bench) = self.benches.get(&asked) {
+            return Ok(Arc::clone(bench));
+        }
+        // The plan has built it before.
+        let bench = instrument.bench(parts, seed);
+        let bench = Arc::new(bench.map_err(|e| Error::Internal(e.to_string()))?);
+        self.benches.insert(asked, Arc::clone(&bench));
+        Ok(bench)
     }
 }
 
-fn at(place: Place, key: &ScheduleKey<'_>) -> ScheduleAt {
-    let Place {
-        symmetry,
-        coordinates,
-        sample_set,
-        ..
-    } = place;
-    (symmetry, coordinates, sample_set, key.budget, key.seed)
-}
-
-/// The machine of an instrument as it is used.
-pub(super) fn bench(instrument: &PlannedInstrument, seed: u64) -> Result<Bench, Error> {
-    build(instrument, instrument.use_of.parts(), seed)
-}
-
-/// The same machine without limits.
-pub(super) fn bench_without_limits(
-    instrument: &PlannedInstrument,
-    seed: u64,
-) -> Result<Bench, Error> {
-    let limits = false;
-    let parts = instrument.use_of.parts();
-    build(instrument, Parts { limits, ..parts }, seed)
-}
-
-fn build(instrument: &PlannedInstrument, parts: Parts, seed: u64) -> Result<Bench, Error> {
-    // The plan has built it before.
-    let bench = instrument.bench(parts, seed);
-    bench.map_err(|e| Error::Internal(e.to_string()))
+/// The hash of what a tour depends on: the directions of the poses in their order, and whether they
+/// may be turned about the normal.
+fn hash(schedule: &Schedule) -> blake3::Hash {
+    let mut hasher = blake3::Hasher::new();
+    let isotropic = schedule.parametrization.symmetry().isotropic;
+    hasher.update(&[isotropic.into()]);
+    for pose in &schedule.poses {
+        for direction in [pose.pair.omega_i, pose.pair.omega_o] {
+            for x in direction.vector().to_array() {
+                hasher.update(&x.to_le_bytes());
+            }
+        }
+    }
+    hasher.finalize()
 }
 
 /// Why an itinerary is empty.
-fn nothing(itinerary: &Itinerary) -> String {
-    let name = &itinerary.instrument;
-    let reasons = itinerary.reasons_text();
-    format!("no pose is reachable for {name} ({reasons}); allowed: another instrument or schedule")
-}
-
-/// The search ends when the budget that fits and the one that does not are this close, relatively:
-/// a grid's nodes come in larger steps.
-const CLOSE: f64 = 0.005;
-
-/// The first budget that is tried.
-const FIRST: usize = 64;
-
-/// Factors between one budget that fits and the next that is tried, as long as none was too large.
-const GROWTH: (f64, f64) = (1.1, 8.0);
-
-/// The largest budget, to half a percent, whose cost is at most `most`, found by bisection of
-/// what `cost_of` reports; `None` if not even the smallest fits. Costs
-/// grow with the budget, but for the steps of grids: of several budgets at the limit one is found.
-pub(super) fn largest_within<E>(
-    most: f64,
-    mut cost_of: impl FnMut(usize) -> Result<f64, E>,
-) -> Result<Option<usize>, E> {
-    let (mut fits, mut exceeds) = (0, None);
-    let mut budget = FIRST;
-    loop {
-        let cost = cost_of(budget)?;
-        if cost <= most {
-            fits = budget;
-        } else {
-            exceeds = Some(budget);
-        }
-        budget = match exceeds {
-            None if budget == MAX_BUDGET => break,
-            None => {
-                let (slow, fast) = GROWTH;
-                let factor = (most / cost).clamp(slow, fast);
-                ((budget as f64 * factor) as usize + 1).min(MAX_BUDGET)
-            }
-            Some(above) => {
-                let gap = above - fits;
-                if gap <= 1 || (gap as f64) < CLOSE * above as f64 {
-                    break;
-                }
-                fits + gap / 2
-            }
-        };
+fn nothing(itinerary: &Itinerary) -> NoRoute {
+    NoRoute::OutOfReach {
+        instrument: itinerary.instrument.clone(),
+        reasons: itinerary.reasons_text(),
     }
-    Ok((fits > 0).then_some(fits))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::experiment::{Config, Plan, Source};
+    use crate::schedule::{RandomSet, SampleSet};
+    use search::FIRST;
 
-    fn found(seconds: f64, time: impl Fn(usize) -> f64) -> (Option<usize>, usize) {
-        let mut asked = 0;
-        let count = |n| {
-            asked += 1;
-            Ok::<_, ()>(time(n))
+    /// Routes of the only set of a config, twice: for every instrument, allowance and seed.
+    fn routes(text: &str) -> (Vec<Route>, Router) {
+        let text = format!(
+            "{text}\n[[material]]\nkind = \"lambert\"\n[[reconstruction]]\nkind = \"nearest\""
+        );
+        let source = Source::new("c.toml", text);
+        let plan = Plan::new(Config::read(&source).unwrap()).unwrap();
+        let mut router = Router::default();
+        let mut round = || {
+            let mut routes = Vec::new();
+            for instrument in &plan.instruments {
+                for allowance in plan.allowances() {
+                    routes.extend(plan.seeds.iter().map(|&seed| {
+                        let key = ScheduleKey {
+                            coordinates: &plan.parametrizations[0],
+                            symmetry: plan.materials[0].symmetry,
+                            sample_set: &plan.sample_sets[0],
+                            allowance,
+                            instrument: Some(instrument),
+                            seed,
+                        };
+                        let found = router.route(&key, false, &|| false);
+                        found.unwrap_or_else(|_| panic!()).unwrap()
+                    }));
+                }
+            }
+            (routes, router.seconds())
         };
-        let best = largest_within(seconds, count).unwrap();
-        (best, asked)
+        let (first, seconds) = round();
+        let (second, later) = round();
+        assert_eq!(seconds, later, "nothing is made twice");
+        for (first, second) in first.iter().zip(&second) {
+            assert!(first.is_new && !second.is_new);
+            assert_eq!(
+                (first.budget, first.seconds),
+                (second.budget, second.seconds)
+            );
+        }
+        (first, router)
+    }
+
+    /// Tours made in an order.
+    fn count(router: &Router, order: Order) -> usize {
+        router.tours.0.keys().filter(|t| t.order == order).count()
+    }
+
+    fn share_a_tour(routes: &[Route]) -> bool {
+        let tour = |r: &Route| Arc::as_ptr(&r.tour.as_ref().unwrap().itinerary);
+        routes.iter().all(|r| tour(r) == tour(&routes[0]))
     }
 
     #[test]
-    fn the_largest_budget_in_time_is_found() {
-        for exponent in [0.6, 1.0, 1.3] {
-            for truth in [1, 5, 63, 64, 65, 1000, 123_456, 9_999_999] {
-                let time = |n: usize| (n as f64).powf(exponent);
-                let seconds = time(truth) * (1.0 + 1e-12);
-                let (best, asked) = found(seconds, time);
-                let best = best.unwrap();
-                assert!(best <= truth, "{best} of {truth}");
-                assert!(
-                    best as f64 >= truth as f64 * (1.0 - CLOSE) - 1.0,
-                    "{best} of {truth}"
-                );
-                assert!(asked < 25, "{truth}: {asked}");
+    fn a_schedule_that_many_ask_for_has_one_tour() {
+        // Without limits every pose is a reading, and a grid has no seed.
+        let text = "seeds = [1, 2, 3]\nbudgets = [300]\nreadings = [300]\n[[sample_set]]\n\
+                    kind = \"grid\"\n[[instrument]]\npreset = \"utia\"\nlimits = false\n";
+        let (found, router) = routes(&format!("{text}realisation = 7"));
+        assert_eq!((found.len(), count(&router, Order::TwoOpt)), (6, 1));
+        assert!(share_a_tour(&found));
+        assert_eq!(router.benches.len(), 1);
+        // Machines of one kind, and one without noise, differ in what they read.
+        let second =
+            "[[instrument]]\npreset = \"utia\"\nlimits = false\nnoise = false\nname = \"b\"";
+        let (found, router) = routes(&format!("{text}{second}"));
+        assert_eq!((found.len(), count(&router, Order::TwoOpt)), (12, 1));
+        assert!(share_a_tour(&found));
+        assert_eq!(router.benches.len(), 6);
+        // Points that have a seed are others.
+        let (found, router) = routes(&text.replace("grid", "sobol"));
+        assert_eq!((found.len(), count(&router, Order::TwoOpt)), (6, 3));
+    }
+
+    #[test]
+    fn no_tour_is_planned_twice() {
+        for (set, seeds) in [("grid", 1), ("random", 2)] {
+            let text = format!(
+                "seeds = [1, 2]\nbudgets = [200]\nreadings = [150, 151]\nminutes = [10, 11]\n\
+                 [[sample_set]]\nkind = \"{set}\"\n[[instrument]]\npreset = \"cornell\""
+            );
+            let (found, router) = routes(&text);
+            assert_eq!(found.len(), 10);
+            let tours: Vec<_> = router.tours.0.values().map(|kept| &kept.made).collect();
+            for (i, tour) in tours.iter().enumerate() {
+                assert!(!tours[..i].contains(tour), "{set}");
             }
+            // The tour of a time is one of those that were tried, and the first budget tried is
+            // the same for all times.
+            let schedules = &router.schedules.0;
+            let first = schedules
+                .iter()
+                .find(|((_, budget, _), _)| *budget == FIRST);
+            let poses = first.unwrap().1.poses;
+            let tours = router.tours.0.iter().filter(|(key, kept)| {
+                key.order == Order::TwoOpt && key.limits && kept.poses == poses
+            });
+            assert_eq!(tours.count(), seeds, "{set}");
         }
     }
 
     #[test]
-    fn nothing_fits_no_time_and_everything_endless_time() {
-        assert_eq!(found(0.5, |n| n as f64).0, None);
-        assert_eq!(found(1e9, |_| 1.0).0, Some(MAX_BUDGET));
-    }
-
-    #[test]
-    fn steps_do_not_lead_astray() {
-        // Grids: the time is that of the next smaller cube.
-        let time = |n: usize| (n as f64).cbrt().floor().powi(3);
-        let (best, _) = found(1000.0, time);
-        assert!(time(best.unwrap()) <= 1000.0 && best.unwrap() >= 1000);
+    fn a_tour_depends_on_poses_kind_limits_and_order_only() {
+        let form = crate::parametrization::find("hybrid").unwrap();
+        let form = form.form(Symmetry::FULL);
+        let schedule = RandomSet {}.plan(&form, 100, 1).unwrap();
+        for preset in crate::instrument::presets() {
+            let spec = crate::instrument::read(preset.text).unwrap();
+            for limits in [false, true] {
+                let plan = |noise, apertures, realisation| {
+                    let parts = Parts {
+                        limits,
+                        apertures,
+                        noise,
+                    };
+                    let bench = Bench::new(&spec, parts, realisation).unwrap();
+                    bench.plan(&schedule, Order::TwoOpt)
+                };
+                let tour = plan(true, true, 1);
+                assert_eq!(plan(true, true, 2), tour);
+                assert_eq!(plan(false, false, 1), tour);
+            }
+        }
     }
 }

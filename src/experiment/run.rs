@@ -1,406 +1,547 @@
-//! Runs a plan: material after material, schedule after schedule.
+//! Runs a plan: schedule after schedule, all materials of a tile at once.
 //!
 //! Jobs run one after the other and the stages are parallel inside, so that a stage's time means
-//! something and no byte of the results depends on the number of threads. One material is loaded
-//! at a time.
+//! something and no byte of the results but the seconds depends on the number of threads. As many
+//! materials are in memory as [`Extent::memory`] has room for.
 
+use super::choices::Material;
 use super::instruments::PlannedInstrument;
-use super::observer::{Failure, Input, Job, Observer, ScheduleKey, Stage, Summary};
-use super::plan::{Material, Plan};
+use super::judge::{Judge, Truth};
+use super::key::{self, Expected, Identity, RowKey};
+use super::observer::{Event, Job, Observer, ScheduleKey, Stop, Summary, Teller, Wish, timed};
+use super::plan::Plan;
 use super::readings::Readings;
-use super::route::{Place, Router};
-use super::row::{Comparison, Row, Times};
-use crate::brdf::Brdf;
-use crate::error::{Error, ParameterError};
-use crate::geometry::DirectionPair;
-use crate::metrics::{self, AlbedoProbe, Errors, Values};
-use crate::moments::{MomentErrors, Profile};
-use std::path::PathBuf;
-use std::time::Instant;
+use super::record::{Experiment, Extent, Known, Shard};
+use super::route::{Route, Router};
+use super::row::Row;
+use super::schedules::name_of;
+use super::stack::present;
+use super::unit::Unit;
+use crate::error::Error;
+use crate::geometry::Symmetry;
+use std::collections::HashMap;
 
-/// Pairs at which a reconstruction is evaluated between two looks at whether the run shall stop:
-/// a fraction of a second of the slowest one. (A multiple of what a thread takes at a time.)
-const SLAB: usize = 1 << 14;
+impl Experiment for Plan {
+    type Record = Row;
 
-/// Runs a plan.
-///
-/// # Errors
-/// Those of the observer. A job that cannot be done is no error but a [`Failure`] of the summary.
-pub fn run(plan: &Plan, observer: &mut dyn Observer) -> Result<Summary, Error> {
-    let mut runner = Runner::new(plan, observer)?;
-    match runner.materials() {
-        Ok(()) => {}
-        Err(Stop::Cancelled) => runner.summary.interrupted = true,
-        Err(Stop::Error(e)) => return Err(e),
+    fn question(&self) -> Option<&str> {
+        self.question.as_deref()
     }
-    Ok(runner.summary)
-}
 
-/// Why a run ends early.
-pub(super) enum Stop {
-    Cancelled,
-    Error(Error),
-}
+    fn resolved(&self) -> &toml::Table {
+        &self.resolved
+    }
 
-impl From<Error> for Stop {
-    fn from(e: Error) -> Self {
-        Stop::Error(e)
+    fn seeds(&self) -> Vec<u64> {
+        self.seeds.clone()
+    }
+
+    fn materials(&self) -> &[Material] {
+        &self.materials
+    }
+
+    fn missing(&self) -> &[String] {
+        &self.missing
+    }
+
+    fn expected(&self, shard: Option<Shard>) -> Vec<Expected> {
+        let rows = self.rows_of(&self.shard(shard));
+        let of = |(material, m): (usize, &Material)| {
+            let of_material = |row: &Expected| Expected {
+                material,
+                job: format!("{}, {}", m.name, row.job),
+                ..row.clone()
+            };
+            rows.iter().map(of_material).collect::<Vec<_>>()
+        };
+        self.materials.iter().enumerate().flat_map(of).collect()
+    }
+
+    fn run(
+        &self,
+        extent: &Extent,
+        known: &Known<Row>,
+        observer: &mut dyn Observer<Row>,
+    ) -> Result<Summary, Error> {
+        let mut runner = Runner::new(self, extent, known, observer)?;
+        let result = runner.tiles();
+        runner.teller.summary.seconds.plan = runner.router.seconds();
+        runner.teller.ended(result)
     }
 }
 
-/// A material and what reconstructions of it are compared with.
-struct Truth<'a> {
-    /// Its number in the plan.
-    number: usize,
+/// A material of a tile.
+struct Member<'a> {
     material: &'a Material,
-    brdf: Box<dyn Brdf>,
-    /// One a measure.
-    values: Vec<Values>,
-    albedo: Values,
-    /// Its moments, if they are asked for.
-    profile: Option<Profile>,
+    /// `None`: its files cannot be read.
+    identity: Option<&'a Identity>,
+    /// `None` where nothing is to be made of it, or it cannot be built.
+    truth: Option<Truth>,
+}
+
+/// Readings of a material, and how long they took.
+struct Measured<'t> {
+    member: &'t Member<'t>,
+    identity: &'t Identity,
+    truth: &'t Truth,
+    readings: Readings,
+    seconds: f64,
+}
+
+/// Materials whose readings are at the same poses.
+struct Group<'t> {
+    present: [Vec<bool>; 2],
+    members: Vec<Measured<'t>>,
+}
+
+/// A method on a unit, with the hash of both and each measure.
+struct Task {
+    method: usize,
+    parts: Vec<blake3::Hash>,
+}
+
+impl Task {
+    fn keys(&self, identity: &Identity) -> impl Iterator<Item = RowKey> {
+        let parts = self.parts.iter();
+        parts.map(move |part| key::of_part(&identity.key, part))
+    }
 }
 
 struct Runner<'a> {
     plan: &'a Plan,
-    observer: &'a mut dyn Observer,
-    /// One list a measure.
-    pairs: Vec<Vec<DirectionPair>>,
-    probe: AlbedoProbe,
+    extent: &'a Extent,
+    known: &'a Known<Row>,
+    units: Vec<Unit>,
+    /// One list a unit.
+    tasks: Vec<Vec<Task>>,
+    teller: Teller<'a, Row>,
+    judge: Judge<'a>,
     router: Router,
-    summary: Summary,
 }
 
 impl<'a> Runner<'a> {
-    fn new(plan: &'a Plan, observer: &'a mut dyn Observer) -> Result<Self, Error> {
-        let pairs = plan.measures.iter().map(|&measure| {
-            metrics::test_pairs(measure, &plan.metrics).map_err(|e| Error::config("metrics", e))
+    fn new(
+        plan: &'a Plan,
+        extent: &'a Extent,
+        known: &'a Known<Row>,
+        observer: &'a mut dyn Observer<Row>,
+    ) -> Result<Self, Error> {
+        let units = plan.shard(extent.shard);
+        let tasks = units.iter().map(|unit| {
+            let task = |method| {
+                let part = plan.part(unit, method);
+                let parts = plan.measures.iter().map(|m| part.with(m.name()));
+                Task {
+                    method,
+                    parts: parts.collect(),
+                }
+            };
+            plan.methods_on(unit).into_iter().map(task).collect()
         });
         Ok(Self {
+            tasks: tasks.collect(),
+            units,
             plan,
-            observer,
-            pairs: pairs.collect::<Result<_, _>>()?,
-            probe: AlbedoProbe::new(),
+            extent,
+            known,
+            teller: Teller::new(observer),
+            judge: Judge::new(plan)?,
             router: Router::default(),
-            summary: Summary::default(),
         })
     }
 
-    fn materials(&mut self) -> Result<(), Stop> {
-        for (i, material) in self.plan.materials.iter().enumerate() {
-            self.begin(Stage::Load, &Job::of(material))?;
-            match self.load(i, material) {
-                Ok(truth) => self.schedules(&truth)?,
-                Err(reason) => {
-                    self.fail(&Job::of(material), reason, self.plan.jobs_per_material());
-                    let allowances = self.plan.allowances();
-                    let each = self.plan.jobs_per_material() / allowances.len();
-                    for allowance in allowances {
-                        self.observer.advanced(each, allowance);
-                    }
-                }
-            }
+    fn tiles(&mut self) -> Result<(), Stop> {
+        let tasks = self.units.iter().zip(&self.tasks);
+        let each: f64 = tasks.map(|(u, t)| u.work() * t.len() as f64).sum();
+        let all = self.plan.materials.len() as f64 * each;
+        self.teller.observer.begins(all);
+        let identities = self.identify()?;
+        let materials: Vec<_> = self.plan.materials.iter().zip(&identities).collect();
+        let mut first = 0;
+        while first < materials.len() {
+            let size = self.tile_size(first);
+            let several = size < materials.len();
+            self.tile(first, &materials[first..first + size], several)?;
+            first += size;
         }
         Ok(())
     }
 
-    fn load(&mut self, number: usize, material: &'a Material) -> Result<Truth<'a>, String> {
-        let (inputs, seconds) = timed(|| hash(&material.spec.inputs()));
-        self.summary.seconds.load += seconds;
-        let (brdf, seconds) = timed(|| material.spec.build(self.plan.channels));
-        self.summary.seconds.load += seconds;
-        let (inputs, brdf) = (inputs?, brdf.map_err(|e| e.to_string())?);
-        let ((values, albedo), seconds) = timed(|| {
-            let at = |pairs: &Vec<DirectionPair>| metrics::evaluate(&*brdf, pairs);
-            (
-                self.pairs.iter().map(at).collect(),
-                self.probe.evaluate(&*brdf),
-            )
-        });
-        self.summary.seconds.truth += seconds;
-        let (profile, seconds) = timed(|| self.profile(&*brdf));
-        self.summary.seconds.moments += seconds;
-        let profile = profile.map_err(|e| e.to_string())?;
-        self.observer.loaded(material, &inputs);
-        Ok(Truth {
-            number,
-            material,
-            brdf,
-            values,
-            albedo,
-            profile,
-        })
-    }
-
-    fn schedules(&mut self, truth: &Truth<'a>) -> Result<(), Stop> {
+    /// Materials from a position on that the memory has room for; one at least.
+    fn tile_size(&self, first: usize) -> usize {
         let plan = self.plan;
-        let instruments: Vec<Option<&PlannedInstrument>> = match plan.instruments.as_slice() {
-            [] => vec![None],
-            list => list.iter().map(Some).collect(),
+        let readings = self.units.iter().filter_map(|u| u.allowance.count()).max();
+        let readings = readings.unwrap_or(0) * plan.channels.count();
+        // Truth and reconstruction.
+        let values = 2 * size_of::<f64>() * (self.judge.pairs() + readings);
+        let mut bytes = 0;
+        let fits = |m: &&Material| {
+            bytes += m.spec.table_bytes(plan.channels) + values;
+            bytes <= self.extent.memory
         };
-        for (c, coordinates) in plan.parametrizations.iter().enumerate() {
-            for (s, sample_set) in plan.sample_sets.iter().enumerate() {
-                for (i, &instrument) in instruments.iter().enumerate() {
-                    for allowance in plan.allowances() {
-                        let mut rows = Vec::new();
-                        let mut ended = Ok(());
-                        for &seed in &plan.seeds {
-                            let key = ScheduleKey {
-                                coordinates,
-                                symmetry: truth.material.symmetry,
-                                sample_set,
-                                allowance,
-                                budget: 0,
-                                instrument,
-                                seed,
-                            };
-                            let place = Place {
-                                symmetry: key.symmetry,
-                                coordinates: c,
-                                sample_set: s,
-                                instrument: i,
-                            };
-                            ended = self.measure(truth, (key, place), &mut rows);
-                            if ended.is_err() {
-                                break;
-                            }
-                        }
-                        self.hand_over(rows)?;
-                        ended?;
-                    }
+        let rest = plan.materials[first..].iter();
+        rest.take_while(fits).count().max(1)
+    }
+
+    /// Hashes the files of all materials, and lists the keys of all rows.
+    fn identify(&mut self) -> Result<Vec<Option<Identity>>, Stop> {
+        let mut identities = Vec::new();
+        for material in &self.plan.materials {
+            self.teller
+                .doing(&format_args!("reading {}", material.name))?;
+            let (identity, seconds) = timed(|| Identity::of(material));
+            let summary = &mut self.teller.summary;
+            summary.seconds.load += seconds;
+            match identity {
+                Ok(identity) => {
+                    summary.inputs.extend_from_slice(&identity.inputs);
+                    let tasks = self.tasks.iter().flatten();
+                    summary.keys.extend(tasks.flat_map(|t| t.keys(&identity)));
+                    summary.materials.push(Some(identity.key.clone()));
+                    identities.push(Some(identity));
                 }
+                Err(reason) => {
+                    summary.materials.push(None);
+                    identities.push(None);
+                    self.teller
+                        .failed(material.name.clone(), &reason, self.jobs_of_material())?;
+                }
+            }
+        }
+        Ok(identities)
+    }
+
+    fn jobs_of_material(&self) -> usize {
+        self.tasks.iter().map(Vec::len).sum()
+    }
+
+    /// True if a row of this job is missing.
+    fn lacks(&self, identity: &Identity, task: &Task) -> bool {
+        task.keys(identity)
+            .any(|key| !self.known.contains_key(&key))
+    }
+
+    /// True if a row of this job is missing, or something else of it is wanted.
+    fn wanted(&self, member: &Member<'_>, unit: &Unit, task: &Task) -> bool {
+        let Some(identity) = member.identity else {
+            return false;
+        };
+        self.lacks(identity, task)
+            || (self.plan.output.slices && {
+                let schedule = self.schedule_key(unit, member.material.symmetry);
+                let job = Job {
+                    schedule: Some(schedule),
+                    method: Some(&self.plan.methods[task.method]),
+                    ..Job::of(member.material)
+                };
+                let wish = Wish::Reconstruction(&job);
+                self.teller.observer.wants(&wish)
+            })
+    }
+
+    fn tile(
+        &mut self,
+        first: usize,
+        tile: &[(&'a Material, &Option<Identity>)],
+        several: bool,
+    ) -> Result<(), Stop> {
+        let mut members = Vec::new();
+        for (i, (material, identity)) in tile.iter().enumerate() {
+            let mut member = Member {
+                material,
+                identity: identity.as_ref(),
+                truth: None,
+            };
+            self.load(first + i, &mut member)?;
+            members.push(member);
+        }
+        let mut symmetries: Vec<Symmetry> = Vec::new();
+        for member in &members {
+            if !symmetries.contains(&member.material.symmetry) {
+                symmetries.push(member.material.symmetry);
+            }
+        }
+        for symmetry in symmetries {
+            let alike = members.iter().filter(|m| m.material.symmetry == symmetry);
+            let alike: Vec<&Member<'_>> = alike.collect();
+            for u in 0..self.units.len() {
+                let tasks = std::mem::take(&mut self.tasks[u]);
+                let result = self.unit(symmetry, &alike, u, &tasks, several);
+                self.tasks[u] = tasks;
+                result?;
             }
         }
         Ok(())
     }
 
-    /// Sorts rows that were made seed by seed into the order of results.
-    fn hand_over(&mut self, mut rows: Vec<(usize, Row)>) -> Result<(), Error> {
-        rows.sort_by_key(|(reconstruction, _)| *reconstruction);
-        self.summary.rows += rows.len();
-        self.observer
-            .rows(rows.into_iter().map(|(_, row)| row).collect())
+    /// Builds a material, if something of it is to be made.
+    fn load(&mut self, position: usize, member: &mut Member<'_>) -> Result<(), Stop> {
+        let (material, Some(identity)) = (member.material, member.identity) else {
+            return Ok(());
+        };
+        let all = self.units.iter().zip(&self.tasks);
+        let mut all = all.flat_map(|(u, tasks)| tasks.iter().map(move |t| (u, t)));
+        let rows = all.any(|(unit, task)| self.wanted(member, unit, task));
+        let wish = Wish::Material(position, material, &identity.key);
+        let shown = self.teller.observer.wants(&wish);
+        if !rows && !shown {
+            return Ok(());
+        }
+        self.teller
+            .doing(&format_args!("loading {}", material.name))?;
+        let (built, seconds) = timed(|| material.spec.build(self.plan.channels));
+        self.teller.summary.seconds.load += seconds;
+        let brdf = match built {
+            Ok(brdf) => brdf,
+            Err(reason) => {
+                let (name, jobs) = (material.name.clone(), self.jobs_of_material());
+                return self.teller.failed(name, &reason, jobs);
+            }
+        };
+        if shown {
+            let event = Event::Loaded(material, &identity.key, &*brdf);
+            self.teller.observer.tell(&event)?;
+        }
+        if !rows {
+            return Ok(());
+        }
+        match self.judge.truth(brdf, &mut self.teller.summary.seconds) {
+            Ok(truth) => member.truth = Some(truth),
+            Err(reason) => {
+                let (name, jobs) = (material.name.clone(), self.jobs_of_material());
+                self.teller.failed(name, &reason, jobs)?;
+            }
+        }
+        Ok(())
     }
 
-    /// One schedule: plan, measure, and every reconstruction.
-    fn measure(
+    /// What determines the schedule of a unit; its budget is not known yet.
+    fn schedule_key(&self, unit: &Unit, symmetry: Symmetry) -> ScheduleKey<'a> {
+        let plan = self.plan;
+        ScheduleKey {
+            coordinates: &plan.parametrizations[unit.coordinates],
+            symmetry,
+            sample_set: &plan.sample_sets[unit.sample_set],
+            allowance: unit.allowance,
+            instrument: self.instrument(unit),
+            seed: unit.seed,
+        }
+    }
+
+    fn instrument(&self, unit: &Unit) -> Option<&'a PlannedInstrument> {
+        unit.instrument.map(|i| &self.plan.instruments[i])
+    }
+
+    /// One schedule: plan, measure every material, every reconstruction.
+    fn unit(
         &mut self,
-        truth: &Truth<'a>,
-        (mut key, place): (ScheduleKey<'a>, Place),
-        rows: &mut Vec<(usize, Row)>,
+        symmetry: Symmetry,
+        members: &[&Member<'_>],
+        u: usize,
+        tasks: &[Task],
+        several: bool,
     ) -> Result<(), Stop> {
-        let mut job = Job {
-            schedule: Some(key),
-            ..Job::of(truth.material)
-        };
-        self.begin(Stage::Plan, &job)?;
-        let symmetry = key.symmetry;
-        let mut later = self.plan.materials.iter().skip(truth.number + 1);
-        // Several instruments share a schedule as several materials do.
-        let again = self.plan.instruments.len() > 1 || later.any(|m| m.symmetry == symmetry);
-        let observer = &*self.observer;
-        let found = self
-            .router
-            .route(&mut key, place, again, &|| observer.cancelled())?;
-        self.summary.seconds.plan = self.router.seconds();
+        let unit = self.units[u];
+        let made = self.make(symmetry, members, &unit, tasks, several)?;
+        let made: HashMap<&str, &Row> = made.iter().map(|r| (r.key.as_str(), r)).collect();
+        let mut all = Vec::new();
+        for identity in members.iter().filter_map(|m| m.identity) {
+            for key in tasks.iter().flat_map(|t| t.keys(identity)) {
+                let row = made.get(key.as_str()).copied();
+                all.extend(row.or_else(|| self.known.get(&key)));
+            }
+        }
+        self.teller.complete(&all)
+    }
+
+    /// The rows of a unit that are not known.
+    fn make(
+        &mut self,
+        symmetry: Symmetry,
+        members: &[&Member<'_>],
+        unit: &Unit,
+        tasks: &[Task],
+        several: bool,
+    ) -> Result<Vec<Row>, Stop> {
+        let work = unit.work();
+        let mut made = Vec::new();
+        let wanting: Vec<&Member<'_>> = members
+            .iter()
+            .filter(|m| m.truth.is_some() && tasks.iter().any(|t| self.wanted(m, unit, t)))
+            .copied()
+            .collect();
+        let known = members.len() - wanting.len();
+        self.teller.advanced((known * tasks.len()) as f64 * work)?;
+        let schedule = self.schedule_key(unit, symmetry);
+        let observer = &*self.teller.observer;
+        let written = self.plan.output.schedules.0.is_some();
+        if wanting.is_empty() && !(written && observer.wants(&Wish::Schedule(&schedule))) {
+            return Ok(made);
+        }
+        let text = self.plan.describe(unit);
+        self.teller.doing(&format_args!("planning {text}"))?;
+        let observer = &*self.teller.observer;
+        let cancelled = || observer.cancelled();
+        // Another tile asks again.
+        let found = self.router.route(&schedule, several, &cancelled)?;
         let route = match found {
             Ok(route) => route,
             Err(reason) => {
-                let jobs = self.plan.reconstructions.len();
-                self.fail(&job, reason, jobs);
-                self.observer.advanced(jobs, key.allowance);
-                return Ok(());
+                for member in &wanting {
+                    let job = format!("{}, {text}", member.material.name);
+                    self.teller.failed(job, &reason, tasks.len())?;
+                }
+                let lost = (wanting.len() * tasks.len()) as f64;
+                self.teller.advanced(lost * work)?;
+                return Ok(made);
             }
         };
         if route.is_new {
-            let itinerary = route.itinerary.as_deref();
-            self.observer.planned(&key, &route.schedule, itinerary)?;
+            let itinerary = route.itinerary();
+            let event = Event::Planned(&schedule, &route.schedule, itinerary);
+            self.teller.observer.tell(&event)?;
         }
-        job.schedule = Some(key);
-        self.begin(Stage::Measure, &job)?;
-        let observer = &*self.observer;
-        let cancelled = || observer.cancelled();
-        let (readings, measure_seconds) =
-            timed(|| Readings::take(&*truth.brdf, &key, &route, &cancelled));
-        let readings = readings?;
-        self.summary.seconds.measure += measure_seconds;
-        let shared = Times {
-            plan: route.seconds,
-            measure: measure_seconds,
-        };
-        for r in 0..self.plan.reconstructions.len() {
-            let made = self.reconstruct(truth, &mut job, r, &readings)?;
-            for (measure, comparison) in self.plan.measures.iter().zip(made) {
-                let name = &self.plan.reconstructions[r].name;
-                let material = &truth.material.name;
-                let facts = &readings.facts;
-                let row = Row::new(
-                    material,
-                    &key,
-                    name,
-                    measure.name(),
-                    facts,
-                    comparison,
-                    shared,
-                );
-                rows.push((r, row));
+        let groups = self.measure(&wanting, &schedule, &route, &text)?;
+        for task in tasks {
+            for group in &groups {
+                let rows = self.reconstruct(&schedule, &route, group, unit, task, &text)?;
+                self.teller.made(&rows)?;
+                made.extend(rows);
+                self.teller.advanced(group.members.len() as f64 * work)?;
             }
-            self.observer.advanced(1, key.allowance);
-        }
-        Ok(())
-    }
-
-    /// Reconstructs a measurement and compares it with the truth: one comparison a measure; none if
-    /// it fails.
-    fn reconstruct(
-        &mut self,
-        truth: &Truth<'a>,
-        job: &mut Job<'a>,
-        r: usize,
-        readings: &Readings,
-    ) -> Result<Vec<Comparison>, Stop> {
-        let plan = self.plan;
-        let method = &plan.reconstructions[r];
-        job.reconstruction = Some(&method.name);
-        self.begin(Stage::Reconstruct, job)?;
-        let (result, reconstruct_seconds) = timed(|| method.method.reconstruct(&readings.measured));
-        self.summary.seconds.reconstruct += reconstruct_seconds;
-        let brdf = match result {
-            Ok(brdf) => brdf,
-            Err(e) => {
-                self.fail(job, e.to_string(), 1);
-                return Ok(Vec::new());
-            }
-        };
-        self.begin(Stage::Evaluate, job)?;
-        self.observer.reconstructed(job, &*truth.brdf, &*brdf)?;
-        let (albedo, albedo_seconds) = timed(|| {
-            let values = self.evaluate(&*brdf, self.probe.pairs())?;
-            Ok::<_, Stop>(self.probe.error(&truth.albedo, &values))
-        });
-        self.summary.seconds.evaluate += albedo_seconds;
-        let albedo = albedo?;
-        let (moments, moment_seconds) = timed(|| self.moments(truth, &*brdf));
-        self.summary.seconds.moments += moment_seconds;
-        let moments = moments?;
-        let whole = match &readings.whole {
-            // Its reconstruction works if that of fewer readings did.
-            Some(whole) => method.method.reconstruct(whole).ok(),
-            None => None,
-        };
-        let mut made = Vec::with_capacity(plan.measures.len());
-        for m in 0..plan.measures.len() {
-            let (errors, seconds) = timed(|| self.errors(truth, &*brdf, m));
-            self.summary.seconds.evaluate += seconds;
-            let errors = errors?;
-            let whole = match &whole {
-                Some(whole) => Some(self.errors(truth, &**whole, m)?),
-                None => readings.nothing_lost.then_some(errors),
-            };
-            made.push(Comparison {
-                errors,
-                whole,
-                albedo,
-                moments,
-                reconstruct_seconds,
-                evaluate_seconds: seconds + albedo_seconds,
-                moment_seconds: moments.map(|_| moment_seconds),
-            });
         }
         Ok(made)
     }
 
-    /// Errors of a reconstruction under one measure.
-    fn errors(&self, truth: &Truth<'_>, brdf: &dyn Brdf, measure: usize) -> Result<Errors, Stop> {
-        let values = self.evaluate(brdf, &self.pairs[measure])?;
-        Ok(metrics::compare(
-            &self.pairs[measure],
-            &truth.values[measure],
-            &values,
-        ))
-    }
-
-    /// The moments of a BRDF, if they are asked for.
-    fn profile(&self, brdf: &dyn Brdf) -> Result<Option<Profile>, ParameterError> {
-        let Some(table) = &self.plan.moments else {
-            return Ok(None);
-        };
-        // The plan has one seed or more, and the table one channel.
-        let (seed, channel) = (self.plan.seeds[0], table.spec.channels[0]);
-        Profile::new(brdf, channel, &table.spec, &*table.estimator, seed).map(Some)
-    }
-
-    /// Moment errors of a reconstruction, and how many slices are unresolved.
-    fn moments(
-        &self,
-        truth: &Truth<'_>,
-        brdf: &dyn Brdf,
-    ) -> Result<Option<(MomentErrors, usize)>, Stop> {
-        let Some(of_truth) = &truth.profile else {
-            return Ok(None);
-        };
-        if self.observer.cancelled() {
-            return Err(Stop::Cancelled);
-        }
-        // The truth went the same way before.
-        let profile = self
-            .profile(brdf)
-            .map_err(|e| Error::Internal(e.to_string()))?;
-        Ok(profile.map(|profile| {
-            let errors = MomentErrors::between(of_truth, &profile);
-            (errors, of_truth.unresolved() + profile.unresolved())
-        }))
-    }
-
-    /// [`metrics::evaluate`], or stops on the way: large sets of pairs take a slow reconstruction
-    /// minutes.
-    fn evaluate(&self, brdf: &dyn Brdf, pairs: &[DirectionPair]) -> Result<Values, Stop> {
-        let mut values = Values::default();
-        for slab in pairs.chunks(SLAB) {
-            if self.observer.cancelled() {
-                return Err(Stop::Cancelled);
+    /// Measures materials, and puts together those whose readings are at the same poses.
+    fn measure<'t>(
+        &mut self,
+        members: &[&'t Member<'t>],
+        schedule: &ScheduleKey<'_>,
+        route: &Route,
+        text: &str,
+    ) -> Result<Vec<Group<'t>>, Stop> {
+        let mut groups: Vec<Group<'t>> = Vec::new();
+        for &member in members {
+            let (Some(identity), Some(truth)) = (member.identity, &member.truth) else {
+                continue;
+            };
+            self.teller
+                .doing(&format_args!("measuring {}, {text}", member.material.name))?;
+            let observer = &*self.teller.observer;
+            let cancelled = || observer.cancelled();
+            let (readings, seconds) =
+                timed(|| Readings::take(&*truth.brdf, route, schedule.seed, &cancelled));
+            let readings = readings?;
+            self.teller.summary.seconds.measure += seconds;
+            let whole = readings.whole.as_ref().map(present);
+            let present = [present(&readings.measured), whole.unwrap_or_default()];
+            let measured = Measured {
+                member,
+                identity,
+                truth,
+                readings,
+                seconds,
+            };
+            let mut alike = groups.iter_mut();
+            // Alone, where each is to be a BRDF of its own.
+            match alike.find(|g| !self.plan.needs_brdfs() && g.present == present) {
+                Some(group) => group.members.push(measured),
+                None => groups.push(Group {
+                    present,
+                    members: vec![measured],
+                }),
             }
-            values.append(metrics::evaluate(brdf, slab));
         }
-        Ok(values)
+        Ok(groups)
     }
 
-    /// Announces a stage, or stops before it.
-    fn begin(&mut self, stage: Stage, job: &Job<'_>) -> Result<(), Stop> {
-        if self.observer.cancelled() {
-            return Err(Stop::Cancelled);
+    /// The rows of one method on a group; none if it fails.
+    fn reconstruct(
+        &mut self,
+        schedule: &ScheduleKey<'_>,
+        route: &Route,
+        group: &Group<'_>,
+        unit: &Unit,
+        task: &Task,
+        text: &str,
+    ) -> Result<Vec<Row>, Stop> {
+        let plan = self.plan;
+        let method = &plan.methods[task.method];
+        let members: Vec<&Measured<'_>> = group
+            .members
+            .iter()
+            .filter(|m| self.wanted(m.member, unit, task))
+            .collect();
+        if members.is_empty() {
+            return Ok(Vec::new());
         }
-        self.observer.stage(stage, job);
-        Ok(())
-    }
-
-    fn fail(&mut self, job: &Job<'_>, reason: String, jobs: usize) {
-        let failure = Failure {
-            job: job.to_string(),
-            reason,
-            jobs,
+        let name = format!("{text}, {}", method.label());
+        self.teller.doing(&format_args!("reconstructing {name}"))?;
+        let truths: Vec<(&Material, &Truth, &Readings)> = members
+            .iter()
+            .map(|m| (m.member.material, m.truth, &m.readings))
+            .collect();
+        let teller = &mut self.teller;
+        let compared = match self.judge.compared(schedule, &truths, method, teller)? {
+            Ok(compared) => compared,
+            Err(reason) => {
+                for m in members {
+                    let job = format!("{}, {name}", m.member.material.name);
+                    self.teller.failed(job, &reason, 1)?;
+                }
+                return Ok(Vec::new());
+            }
         };
-        self.observer.failed(&failure);
-        self.summary.failures.push(failure);
+        let share = 1.0 / members.len() as f64;
+        let mut rows = Vec::with_capacity(members.len() * plan.measures.len());
+        for (i, m) in members.into_iter().enumerate() {
+            let keys = task.keys(m.identity).zip(&plan.measures).enumerate();
+            for (at, (key, measure)) in keys {
+                if self.known.contains_key(&key) {
+                    continue;
+                }
+                let errors = &compared.errors[at][i];
+                let facts = &m.readings.facts;
+                let mut row = Row {
+                    key,
+                    material: m.member.material.name.clone(),
+                    material_key: m.identity.key.clone(),
+                    truth: m.member.material.truth().into(),
+                    alignment: m.truth.alignment,
+                    parametrization: schedule.coordinates.name().into(),
+                    warp: schedule.coordinates.warp.clone(),
+                    sample_set: schedule.sample_set.name.clone(),
+                    reconstruction: method.name.clone(),
+                    coordinates: method.coordinates.clone(),
+                    instrument: name_of(schedule.instrument).into(),
+                    budget: facts.budget,
+                    allowed: schedule.allowance.to_string(),
+                    readings: facts.readings,
+                    seed: schedule.seed,
+                    measure: measure.name().into(),
+                    quantities: Default::default(),
+                    poses: facts.poses,
+                    no_data: facts.no_data,
+                    reachable: facts.reachable,
+                    unreachable: facts.unreachable.clone(),
+                    saturated: facts.saturated,
+                    below_noise: facts.below_noise,
+                    instrument_seconds: facts.instrument_seconds,
+                    unphysical_share: facts.unphysical_share,
+                    pairs: errors.pairs,
+                    pairs_missing: errors.pairs_missing,
+                    pairs_unreconstructed: errors.pairs_unreconstructed,
+                    plan_seconds: route.seconds,
+                    measure_seconds: m.seconds,
+                    reconstruct_seconds: compared.reconstruct_seconds * share,
+                    evaluate_seconds: compared.evaluate_seconds[at] * share,
+                    moment_seconds: compared.moment_seconds,
+                };
+                compared.write(at, i, &mut row.quantities);
+                rows.push(row);
+            }
+        }
+        Ok(rows)
     }
-}
-
-pub(super) fn timed<T>(work: impl FnOnce() -> T) -> (T, f64) {
-    let start = Instant::now();
-    let result = work();
-    (result, start.elapsed().as_secs_f64())
-}
-
-/// Hashes the files of a material.
-pub(super) fn hash(paths: &[PathBuf]) -> Result<Vec<Input>, String> {
-    let hash = |path: &PathBuf| -> std::io::Result<Input> {
-        let mut hasher = blake3::Hasher::new();
-        hasher.update_reader(std::fs::File::open(path)?)?;
-        Ok(Input {
-            path: path.clone(),
-            blake3: hasher.finalize().to_hex().to_string(),
-        })
-    };
-    let with_path = |path: &PathBuf| hash(path).map_err(|e| format!("{}: {e}", path.display()));
-    paths.iter().map(with_path).collect()
 }

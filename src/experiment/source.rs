@@ -4,69 +4,16 @@
 //! Overrides are applied to the document before anything reads it, so that a value means the same
 //! and is refused in the same words wherever it was written.
 
+use super::keypath::KeyPath;
 use super::wording::name_key;
-use crate::error::Error;
+use crate::error::{Error, excerpt};
+use crate::files;
 use crate::registry::{ReadError, Table};
 use std::fmt;
 use std::ops::Range;
 use std::path::Path;
 use toml::de::{DeTable, DeValue};
 use toml_edit::{DocumentMut, Item, Key, Value};
-
-/// A step from a table or array to what it holds.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Step {
-    /// The value of a key.
-    Key(String),
-    /// An element of an array, from 0.
-    Index(usize),
-}
-
-/// Where something stands in a config; shown as `material[2].alpha`.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct KeyPath(pub(super) Vec<Step>);
-
-impl KeyPath {
-    /// The path of a top-level key.
-    pub fn of(key: &str) -> Self {
-        Self::default().key(key)
-    }
-
-    /// The path of a key in the table at this path.
-    #[must_use]
-    pub fn key(&self, key: &str) -> Self {
-        self.then(Step::Key(key.into()))
-    }
-
-    /// The path of an element of the array at this path.
-    #[must_use]
-    pub fn index(&self, index: usize) -> Self {
-        self.then(Step::Index(index))
-    }
-
-    fn then(&self, step: Step) -> Self {
-        let mut path = self.clone();
-        path.0.push(step);
-        path
-    }
-
-    fn starts_with(&self, other: &Self) -> bool {
-        self.0.starts_with(&other.0)
-    }
-}
-
-impl fmt::Display for KeyPath {
-    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        for (i, step) in self.0.iter().enumerate() {
-            match step {
-                Step::Key(key) if i == 0 => write!(f, "{key}")?,
-                Step::Key(key) => write!(f, ".{key}")?,
-                Step::Index(index) => write!(f, "[{index}]")?,
-            }
-        }
-        Ok(())
-    }
-}
 
 /// An override and what to call it in messages.
 #[derive(Clone, Debug)]
@@ -99,10 +46,10 @@ impl Source {
     /// Reads a config file.
     ///
     /// # Errors
-    /// [`Error::Config`] if there is no such file or it is no text.
+    /// [`Error::Config`] if there is no such file, or it is no text or too long.
     pub fn read(path: &Path) -> Result<Self, Error> {
         let name = path.display().to_string();
-        match std::fs::read_to_string(path) {
+        match files::read_text(path, files::CONFIG_LIMIT) {
             Ok(text) => Ok(Self::new(name, text)),
             Err(e) => Err(Error::config(name, format!("cannot read this config: {e}"))),
         }
@@ -131,7 +78,7 @@ impl Source {
     pub fn set(&mut self, assignment: &str, label: String) -> Result<(), Error> {
         // A file that is no TOML is its own, earlier, error.
         self.table()?;
-        let refuse = |message: String| Error::config(&label, message);
+        let refuse = |message: String| Error::config(excerpt(&label), message);
         let Some((key, value)) = assignment.split_once('=') else {
             return Err(refuse(
                 "has no `=`; allowed: key=value, e.g. metrics.pairs=1000".into(),
@@ -140,6 +87,7 @@ impl Source {
         let keys = match Key::parse(key.trim()) {
             Ok(keys) => keys,
             Err(_) => {
+                let key = excerpt(key);
                 return Err(refuse(format!(
                     "`{key}` is no key; allowed: names and array positions joined by dots, e.g. \
                      material.0.alpha"
@@ -152,7 +100,8 @@ impl Source {
             .text
             .parse()
             .map_err(|e| Error::Internal(format!("a config that was read before: {e}")))?;
-        let path = assign(document.as_item_mut(), &keys, value).map_err(refuse)?;
+        let path =
+            assign(document.as_item_mut(), &keys, value).map_err(|e| refuse(e.to_string()))?;
         self.text = document.to_string();
         self.edits.push(Edit { path, label });
         Ok(())
@@ -169,7 +118,11 @@ impl Source {
     /// What is wrong, in one sentence and with the place the user wrote it at.
     pub fn error(&self, e: ReadError) -> Error {
         // The first line of a TOML syntax error says what was found, the others what is allowed.
-        let message = e.message.lines().collect::<Vec<_>>().join(", ");
+        let mut message = e.message.lines().collect::<Vec<_>>().join(", ");
+        // The reader's own words for values, and for keys, that it will not follow any deeper.
+        if message.starts_with("cannot recurse") || message == "recursion limit" {
+            message = "this is nested too deep; allowed: less than 80 tables and arrays".into();
+        }
         let Some(span) = e.span else {
             return Error::config(&self.name, message);
         };
@@ -182,7 +135,8 @@ impl Source {
                 // The only mistake of syntax whose message says nothing of what was found.
                 let message = match (message.as_str(), self.text.get(span.clone())) {
                     ("duplicate key", Some(key)) => {
-                        format!("key {} is there twice; allowed: once", key.trim())
+                        let key = excerpt(key.trim());
+                        format!("key {key} is there twice; allowed: once")
                     }
                     _ => message,
                 };
@@ -203,13 +157,13 @@ impl Source {
         let mut path = path.clone();
         while !path.0.is_empty() {
             if let Some(edit) = self.edits.iter().rfind(|e| path.starts_with(&e.path)) {
-                return edit.label.clone();
+                return excerpt(&edit.label).into_owned();
             }
             if let Some(spot) = original.0.iter().find(|s| s.path == path) {
                 return self.line(&self.original, spot.start());
             }
             if let Some(edit) = self.edits.iter().rfind(|e| e.path.starts_with(&path)) {
-                return edit.label.clone();
+                return excerpt(&edit.label).into_owned();
             }
             path.0.pop();
         }
@@ -223,9 +177,31 @@ impl Source {
     }
 }
 
+/// Why a value cannot be written where it is to be.
+#[derive(Debug, thiserror::Error)]
+enum AssignError {
+    #[error(
+        "`{name}` is no position in {path}, which has {length}; allowed: 0 to {}",
+        length.saturating_sub(1)
+    )]
+    Position {
+        name: String,
+        path: KeyPath,
+        length: usize,
+    },
+    #[error("{path} is {found}, which has no key `{name}`; allowed: a key of a table")]
+    Key {
+        name: String,
+        path: KeyPath,
+        found: &'static str,
+    },
+    #[error("{path} is a table, not {found}; allowed: {{ key = value, … }}")]
+    Table { path: KeyPath, found: &'static str },
+}
+
 /// Writes `value` where `keys` lead; missing tables on the way are made. Returns the path, or why
 /// there is none.
-fn assign(root: &mut Item, keys: &[Key], value: Value) -> Result<KeyPath, String> {
+fn assign(root: &mut Item, keys: &[Key], value: Value) -> Result<KeyPath, AssignError> {
     let mut item = root;
     let mut path = KeyPath::default();
     let mut in_array_of_tables = false;
@@ -240,10 +216,11 @@ fn assign(root: &mut Item, keys: &[Key], value: Value) -> Result<KeyPath, String
         if let Some(length) = length {
             let index = name.parse().ok().filter(|&i: &usize| i < length);
             let Some(next) = index.and_then(|i| Some((i, item.get_mut(i)?))) else {
-                return Err(format!(
-                    "`{name}` is no position in {path}, which has {length}; allowed: 0 to {}",
-                    length.saturating_sub(1)
-                ));
+                return Err(AssignError::Position {
+                    name: excerpt(name).into_owned(),
+                    path,
+                    length,
+                });
             };
             path = path.index(next.0);
             item = next.1;
@@ -251,9 +228,11 @@ fn assign(root: &mut Item, keys: &[Key], value: Value) -> Result<KeyPath, String
         }
         let found = item.type_name();
         let Some(table) = item.as_table_like_mut() else {
-            return Err(format!(
-                "{path} is {found}, which has no key `{name}`; allowed: a key of a table"
-            ));
+            return Err(AssignError::Key {
+                name: excerpt(name).into_owned(),
+                path,
+                found,
+            });
         };
         if depth + 1 < keys.len() && !table.contains_key(name) {
             table.insert(name, toml_edit::table());
@@ -264,10 +243,10 @@ fn assign(root: &mut Item, keys: &[Key], value: Value) -> Result<KeyPath, String
     *item = match value {
         Value::InlineTable(table) if item.is_table() => Item::Table(table.into_table()),
         value if in_array_of_tables => {
-            return Err(format!(
-                "{path} is a table, not {}; allowed: {{ key = value, … }}",
-                value.type_name()
-            ));
+            return Err(AssignError::Table {
+                path,
+                found: value.type_name(),
+            });
         }
         value => Item::Value(value),
     };

@@ -1,16 +1,32 @@
 //! Serde's and toml's messages in the house's words: key, value, what is allowed.
 
-use super::config::COMMON_KEYS;
-use super::source::{KeyPath, Step};
+use super::keypath::{KeyPath, Step};
+use crate::error::excerpt;
+
+/// Keys of the elements of a list that are read before their family sees the table, and so are
+/// missing from what it lists as allowed.
+const COMMON_KEYS: [(&str, &[&str]); 6] = [
+    ("instrument", &["preset", "file", "spec", "name"]),
+    ("lighting", &["kind", "name"]),
+    ("material", &["kind", "name", "symmetry"]),
+    ("parametrization", &["kind"]),
+    ("sample_set", &["kind", "name"]),
+    ("reconstruction", &["kind", "name", "up_to", "on"]),
+];
 
 /// A message that names its key and value: serde's, which do not, are put into the house's words.
 /// `found` is the text the message is about.
 pub(super) fn name_key(path: &KeyPath, found: &str, message: &str) -> String {
+    let found = excerpt(found);
     let typed = message
         .strip_prefix("invalid type: ")
         .or_else(|| message.strip_prefix("invalid value: "));
     if let Some((found, expected)) = typed.and_then(|m| m.split_once(", expected ")) {
-        return format!("{path} is {found}; allowed: {}", in_words(expected));
+        return format!(
+            "{path} is {}; allowed: {}",
+            excerpt(found),
+            in_words(expected)
+        );
     }
     let listed = |extra: &[&str]| {
         let list = message
@@ -42,6 +58,7 @@ pub(super) fn name_key(path: &KeyPath, found: &str, message: &str) -> String {
     }
     if let Some(rest) = message.strip_prefix("unknown variant `") {
         let variant = rest.split('`').next().unwrap_or(rest);
+        let variant = excerpt(variant);
         return format!("{path} = \"{variant}\"; allowed: {}", listed(&[]));
     }
     if let Some(key) = message.strip_prefix("missing field ") {

@@ -23,7 +23,7 @@ use crate::geometry::{Direction, DirectionPair, Symmetry};
 use crate::parametrization::{view_centered, view_centered_angles};
 use glam::DVec3;
 use rayon::prelude::*;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use std::f64::consts::FRAC_PI_2;
 
 /// A BRDF's lobe at normal view, moved to the mirror direction of every other view; not reciprocal.
@@ -76,7 +76,7 @@ impl Brdf for HorizonCopy<'_> {
 }
 
 /// How much of a profile's course the horizon explains.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Clamping {
     /// Share of the deviation of each component that is explained, at the component's index;
     /// `None` for the energy, for components that vanish by symmetry, where the deviation is next

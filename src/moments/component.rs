@@ -126,7 +126,8 @@ pub struct Estimate {
     /// The number.
     pub value: f64,
     /// One standard deviation for a random estimator, a bound of the quadrature error for a
-    /// deterministic one; in the unit of the value.
+    /// deterministic one; in the unit of the value. Infinite where it is not known.
+    #[serde(with = "crate::numeric::infinite_as_null")]
     pub uncertainty: f64,
 }
 
@@ -140,7 +141,7 @@ pub struct Estimate {
 ///
 /// A component is `None` if it was not asked for or is undefined: everything where no part of the
 /// slice has data, orders from 1 for a black slice, from 3 for one without width.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Moments(pub(super) [Option<Estimate>; 15]);
 
 impl Moments {

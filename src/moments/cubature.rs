@@ -1,8 +1,8 @@
 //! Integrals of value × polynomial over one rectangle of the square (θ, φ), with an error estimate
 //! for each angle.
 //!
-//! The rule is the product of the Gauss–Kronrod pair of 7 and 15 nodes (Kronrod 1965; digits of
-//! QUADPACK, Piessens et al. 1983) with itself: exact for degrees up to 22 in each angle.
+//! The rule is the product of the Gauss–Kronrod pair of 7 and 15 nodes with itself: exact for degrees
+//! up to 22 in each angle.
 //! Replacing the 15 nodes of one angle by the 7 of its Gauss rule, exact to degree 13, gives the
 //! error estimate of that angle. It is the error of the 7: generous by orders of magnitude where
 //! the slice is smooth, by a factor of a few where it has kinks, as tables have everywhere.
@@ -11,31 +11,14 @@ use super::component::{Component, Order};
 use super::slice::{Batch, Kind, Slice};
 use super::tally::powers;
 use crate::geometry::Direction;
+use crate::sampling::GAUSS_KRONROD;
 use glam::DVec3;
 
 /// Nodes along each angle.
-pub(super) const NODES: usize = 15;
+pub(super) const NODES: usize = GAUSS_KRONROD.len();
 
 /// Values of the BRDF that one rectangle costs.
 pub(super) const EVALUATIONS: usize = NODES * NODES;
-
-/// Nodes in [0, 1) of the Kronrod rule, from the outermost; every other one is a Gauss node.
-const KRONROD: [(f64, f64); 8] = [
-    (0.991_455_371_120_812_6, 0.022_935_322_010_529_224),
-    (0.949_107_912_342_758_5, 0.063_092_092_629_978_56),
-    (0.864_864_423_359_769_1, 0.104_790_010_322_250_19),
-    (0.741_531_185_599_394_4, 0.140_653_259_715_525_92),
-    (0.586_087_235_467_691_1, 0.169_004_726_639_267_9),
-    (0.405_845_151_377_397_2, 0.190_350_578_064_785_4),
-    (0.207_784_955_007_898_47, 0.204_432_940_075_298_9),
-    (0.0, 0.209_482_141_084_727_82),
-];
-const GAUSS: [f64; 4] = [
-    0.129_484_966_168_869_7,
-    0.279_705_391_489_276_64,
-    0.381_830_050_505_118_9,
-    0.417_959_183_673_469_4,
-];
 
 /// Node × weight × power, for the Kronrod and the Gauss rule.
 pub(super) struct Rule {
@@ -54,13 +37,11 @@ impl Rule {
         };
         let mut i = 0;
         while i < NODES {
-            let k = if i < 8 { i } else { 14 - i };
-            let x = if i < 8 { -KRONROD[k].0 } else { KRONROD[k].0 };
-            let gauss = if k % 2 == 1 { GAUSS[k / 2] } else { 0.0 };
+            let [x, kronrod, gauss] = GAUSS_KRONROD[i];
             rule.nodes[i] = x;
             let (mut power, mut p) = (1.0, 0);
             while p < 5 {
-                rule.kronrod[i][p] = KRONROD[k].1 * power;
+                rule.kronrod[i][p] = kronrod * power;
                 rule.gauss[i][p] = gauss * power;
                 power *= x;
                 p += 1;
@@ -197,28 +178,5 @@ impl Cell {
                 self.differences[1][k] += weight * (kronrod[m] - gauss[m]);
             }
         }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_pair_has_its_degrees() {
-        let exact = |degree: i32| match degree % 2 {
-            0 => 2.0 / f64::from(degree + 1),
-            _ => 0.0,
-        };
-        let sum = |weights: &[[f64; 5]; NODES], degree: i32| -> f64 {
-            let terms = RULE.nodes.iter().zip(weights);
-            terms.map(|(x, w)| w[0] * x.powi(degree)).sum()
-        };
-        for degree in 0..=22 {
-            assert!((sum(&RULE.kronrod, degree) - exact(degree)).abs() < 1e-15);
-            let off = (sum(&RULE.gauss, degree) - exact(degree)).abs();
-            assert_eq!(off < 1e-15, degree <= 13 || degree % 2 == 1, "{degree}");
-        }
-        assert!((sum(&RULE.kronrod, 24) - exact(24)).abs() > 1e-12);
     }
 }

@@ -1,5 +1,7 @@
 //! How far the moments of a reconstruction are from those of the truth.
 
+use crate::metrics::{Judged, Quantity};
+
 use super::component::{Component, Moments};
 use super::profile::Profile;
 
@@ -23,6 +25,55 @@ pub struct MomentErrors {
 }
 
 impl MomentErrors {
+    /// Every error, in the order of columns, and where it stands.
+    pub const QUANTITIES: [Judged<MomentErrors>; 6] = [
+        (
+            Quantity::real(
+                "moment_energy",
+                "mean over the views of the relative error of the energy of slices; this and the next six with quantities = [\"moments\"], the same for every measure",
+            ),
+            |e| e.energy,
+        ),
+        (
+            Quantity::real(
+                "moment_mean_rad",
+                "mean over the views of the error of the mean direction of slices, the larger of both angles, in radians",
+            ),
+            |e| e.mean,
+        ),
+        (
+            Quantity::real("moment_mean", "the same, each angle relative to its sigma"),
+            |e| e.mean_relative,
+        ),
+        (
+            Quantity::real(
+                "moment_covariance",
+                "mean over the views of the largest error of a covariance relative to sigma²",
+            ),
+            |e| e.covariance,
+        ),
+        (
+            Quantity::real(
+                "moment_skewness",
+                "mean over the views of the largest error of a co-skewness",
+            ),
+            |e| e.skewness,
+        ),
+        (
+            Quantity::real(
+                "moment_kurtosis",
+                "mean over the views of the largest error of an excess co-kurtosis",
+            ),
+            |e| e.kurtosis,
+        ),
+    ];
+
+    /// How many slices of truth and reconstruction are not resolved.
+    pub const UNRESOLVED: Quantity = Quantity::count(
+        "moment_unresolved",
+        "slices of truth and reconstruction whose moments missed the estimator's tolerance",
+    );
+
     /// Compares two profiles of the same views; `truth` is f.
     ///
     /// # Panics

@@ -5,6 +5,7 @@ use super::slice::Slice;
 use super::{peak, sampled};
 use crate::error::ParameterError;
 use crate::registry::{self, Entry, ReadError, Table};
+use serde::{Deserialize, Serialize};
 use std::fmt;
 
 /// Integrates the moments of a slice. A config names one by `kind`.
@@ -21,13 +22,19 @@ pub trait Estimator: fmt::Debug + Send + Sync {
     /// Names the key, the value and what is allowed.
     fn check(&self) -> Result<(), ParameterError>;
 
+    /// Largest relative uncertainty of an energy, (0, 0.1]; what the default estimator keeps for
+    /// those that keep none.
+    fn tolerance(&self) -> f64 {
+        peak::PeakResolving::default().tolerance
+    }
+
     /// The moments up to `order`, and nothing of higher orders. `seed` matters to random
     /// estimators only. The result does not depend on the number of threads.
     fn estimate(&self, slice: &Slice<'_>, order: Order, seed: u64) -> SliceMoments;
 }
 
 /// Moments of one slice and how they came about.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SliceMoments {
     /// The moments of the part of the slice that has data.
     pub moments: Moments,
@@ -42,7 +49,7 @@ pub struct SliceMoments {
 }
 
 /// Why a result is not to be trusted to its uncertainties.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Unresolved {
     /// Fewer than [`Unresolved::ENOUGH`] effective samples carry the result.
     FewSamples {
@@ -54,6 +61,7 @@ pub enum Unresolved {
     /// The tolerance was not reached within the allowed evaluations.
     Tolerance {
         /// The largest uncertainty, in units of the tolerance.
+        #[serde(with = "crate::numeric::infinite_as_null")]
         excess: f64,
     },
 }

@@ -63,6 +63,10 @@ impl Estimator for PeakResolving {
         format!("{}-{:.0e}", Self::KIND, self.tolerance)
     }
 
+    fn tolerance(&self) -> f64 {
+        self.tolerance
+    }
+
     fn check(&self) -> Result<(), ParameterError> {
         in_left_open("tolerance", self.tolerance, 0.0, 0.1)?;
         if self.max_evaluations < Self::LEAST_EVALUATIONS {

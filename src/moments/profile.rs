@@ -103,7 +103,7 @@ impl MomentsSpec {
 }
 
 /// The moments of a BRDF's slices over the view elevation.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Profile {
     /// Which number of the BRDF.
     pub channel: Channel,

@@ -1,61 +1,41 @@
-//! What people and programs read after a run: the printed table, the files of a run's folder,
-//! pictures of slices.
+//! What people and programs read after a run: the printed tables, the files of a run's folder,
+//! diagrams and pictures.
 
-mod claims;
-mod distortion;
-mod folder;
-mod instruments;
-mod lobe;
-mod manifest;
-mod moment_figures;
-mod moment_study;
+mod acquisition;
+mod analysis;
+mod moments;
+#[cfg(feature = "pictures")]
 pub mod pictures;
-mod plot;
-mod profiles;
-mod ranking;
-mod relations;
-mod results;
-#[cfg(feature = "exr")]
-mod slice;
-#[cfg(feature = "exr")]
-mod sphere;
-mod study;
-mod subset;
-#[cfg(feature = "plots")]
+mod run;
+#[cfg(feature = "pictures")]
 mod svg;
-mod table;
 
-pub use claims::{claims_csv, claims_json, claims_table};
-pub use distortion::{
-    ReductionRow, SharesRow, StretchRow, reduction_table, rows_csv, rows_json, shares_table,
-    stretch_table,
+pub use acquisition::{Table, instruments, ranking, ranking_csv, results_csv, study_text};
+pub use analysis::{
+    ReductionRow, SharesRow, StretchRow, claims_csv, claims_json, claims_table, reduction_table,
+    rows_csv, rows_json, shares_table, stretch_table,
 };
-pub use folder::file_stem;
-pub use folder::{CONFIG, CORRELATIONS, FITS, RunFolder, SUMMARY, schedule_stem};
-pub use instruments::instruments;
-#[cfg(feature = "plots")]
-pub use lobe::lobe_svg;
-pub use lobe::{FlatSlice, Radius};
-pub use manifest::{MadeBy, Manifest, Outcome, Status};
-pub use moment_figures::{Sheet, group_sheets, material_sheet};
-pub use moment_study::{correlations_csv, fits_csv, study_table, summary_json};
-pub use plot::{Axis, Forest, ForestGroup, ForestLine, Mark, Panel, Scale, Series};
-pub use profiles::{profiles_csv, profiles_json};
-pub use ranking::ranking;
-pub use relations::{relation_sheets, relations_head, relations_lines, relations_summary};
-pub use results::ResultFiles;
-#[cfg(feature = "exr")]
-pub use slice::{RESOLUTION, THETA_O_DEG, write_slice};
-#[cfg(feature = "exr")]
-pub use sphere::{FilterEllipse, SphereImage, sphere, sphere_svg};
-#[cfg(all(feature = "exr", feature = "plots"))]
-pub use study::Studio;
-#[cfg(feature = "plots")]
-pub use study::study_curves;
-pub use study::{
-    MaterialPictures, Media, Picture, ROWS, StudyFolder, read_rows, study_html, study_text,
+pub use moments::{
+    correlations_csv, fits_csv, profiles_csv, profiles_json, relations_csv, relations_head,
+    relations_lines, relations_summary, study_table, summary_json,
 };
-pub use subset::SubsetReport;
-#[cfg(feature = "plots")]
+pub use run::{
+    Below, CONFIG, CORRELATIONS, FITS, MadeBy, Manifest, Outcome, PROFILES, RANKING, RELATIONS,
+    REPORT, RESULTS, RunFolder, SUMMARY, Status, file_stem, read_rows, schedule_stem, slice_name,
+};
+
+#[cfg(feature = "pictures")]
+pub use acquisition::{MaterialPictures, Media, Picture, Studio, study_curves, study_html};
+#[cfg(feature = "pictures")]
+pub use analysis::SubsetReport;
+#[cfg(feature = "pictures")]
+pub use moments::{Sheet, group_sheets, material_sheet, relation_sheets};
+#[cfg(feature = "pictures")]
+pub use pictures::{
+    FilterEllipse, FlatSlice, RESOLUTION, Radius, SphereImage, THETA_O_DEG, lobe_svg, sphere,
+    sphere_svg, write_slice,
+};
+#[cfg(feature = "pictures")]
+pub use svg::plot::{Axis, Forest, ForestGroup, ForestLine, Mark, Panel, Scale, Series};
+#[cfg(feature = "pictures")]
 pub use svg::{forest_svg, labelled, svg};
-pub use table::Table;

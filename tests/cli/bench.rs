@@ -42,10 +42,8 @@ fn moments_are_timed_and_compared() {
             assert_eq!(number(row, "unresolved_views"), 1.0);
         }
     }
-    if cfg!(feature = "plots") {
-        let svg = bench.read("deep/out/bench.svg");
-        assert!(svg.starts_with("<svg") && svg.contains("ggx-0.001"));
-    }
+    let svg = bench.read("deep/out/bench.svg");
+    assert!(svg.starts_with("<svg") && svg.contains("ggx-0.001"));
     // Kept unless told otherwise.
     let refusal = bench.refused(&[&QUICK[..], &["-o", "deep/out"]].concat(), 2);
     assert!(

@@ -1,6 +1,6 @@
 //! Runs of the experiments `moments` and `relations`.
 
-use super::{Bench, timeless};
+use super::{Bench, assert_same, results};
 use gonio::experiment::moments::ProfileRow;
 use std::fs;
 use std::path::Path;
@@ -34,12 +34,13 @@ fresnel = { kind = "none" }
 "#;
 
 /// What a run of that kind leaves at the top of its folder.
-const TOP: [&str; 6] = [
+const TOP: [&str; 7] = [
     "config.toml",
     "correlations.csv",
     "fits.csv",
     "manifest.json",
     "profiles.csv",
+    "profiles.jsonl",
     "summary.json",
 ];
 
@@ -72,38 +73,6 @@ fn table(bench: &Bench, file: &str) -> (Vec<String>, Vec<csv::StringRecord>) {
     (header, rows)
 }
 
-/// Every file but the manifest, without the columns that time makes.
-fn results(bench: &Bench, run: &str) -> Vec<(String, String)> {
-    let files = bench.files(run).into_iter();
-    let files = files.filter(|file| file != "manifest.json");
-    let text = |file: String| {
-        let text = bench.read(&format!("{run}/{file}"));
-        // Of the tables this one has fields with commas.
-        let text = match file.as_str() {
-            "fits.csv" => without_seconds(&text),
-            name if name.ends_with(".csv") => timeless(&text),
-            _ => text,
-        };
-        (file, text)
-    };
-    files.map(text).collect()
-}
-
-/// As [`timeless`], of a table with quoted fields.
-fn without_seconds(text: &str) -> String {
-    let mut reader = csv::Reader::from_reader(text.as_bytes());
-    let header = reader.headers().unwrap().clone();
-    let mut out = String::new();
-    let rows = reader.records().map(Result::unwrap);
-    for row in std::iter::once(header.clone()).chain(rows) {
-        let fields = row.iter().zip(&header);
-        let kept = fields.filter(|(_, name)| !name.ends_with("_seconds"));
-        out += &kept.map(|(cell, _)| cell).collect::<Vec<_>>().join("|");
-        out += "\n";
-    }
-    out
-}
-
 #[test]
 fn a_study_leaves_its_results_and_how_to_repeat_them() {
     let bench = bench();
@@ -122,12 +91,10 @@ fn a_study_leaves_its_results_and_how_to_repeat_them() {
     let files = bench.files("one");
     let top: Vec<_> = files.iter().filter(|f| !f.contains('/')).collect();
     assert_eq!(top, TOP.iter().collect::<Vec<_>>());
-    if cfg!(feature = "plots") {
-        for group in ["lambert", "ggx"] {
-            for sheet in ["profiles", "near-zero", "fits", "correlation"] {
-                let svg = bench.read(&format!("one/figures/{group}-{sheet}.svg"));
-                assert!(svg.starts_with("<svg") && !svg.contains("NaN"));
-            }
+    for group in ["lambert", "ggx"] {
+        for sheet in ["profiles", "near-zero", "fits", "correlation"] {
+            let svg = bench.read(&format!("one/figures/{group}-{sheet}.svg"));
+            assert!(svg.starts_with("<svg") && !svg.contains("NaN"));
         }
     }
 
@@ -156,7 +123,7 @@ fn a_study_leaves_its_results_and_how_to_repeat_them() {
 
     let manifest = bench.manifest("one");
     assert_eq!(manifest["status"], "complete");
-    assert_eq!(manifest["rows"], 54);
+    assert_eq!(manifest["rows"], 3);
     assert_eq!(manifest["missing"], serde_json::json!([]));
     assert_eq!(manifest["files"], serde_json::json!(files));
     let machine = bench.dir.path().to_string_lossy().into_owned();
@@ -169,10 +136,7 @@ fn a_study_leaves_its_results_and_how_to_repeat_them() {
     bench.good(&["run", "one/config.toml", "-q", "-o", "again"]);
     let one = results(&bench, "one");
     for run in ["two", "again"] {
-        for (one, other) in one.iter().zip(results(&bench, run)) {
-            assert!(*one == other, "{run}/{}", one.0);
-        }
-        assert_eq!(bench.files(run), files);
+        assert_same(&one, &results(&bench, run));
     }
 }
 
@@ -195,51 +159,78 @@ fn a_study_of_black_has_empty_fields() {
     let (header, rows) = table(&bench, "a/fits.csv");
     let place = |name: &str| header.iter().position(|h| h == name).unwrap();
     assert_eq!(&rows[0][place("mean_slope")], "");
+    // What is not known is read again as it was.
+    let before = results(&bench, "a");
+    bench.good(&["run", "study.toml", "-q", "-o", "a", "--set", black]);
+    assert_same(&before, &results(&bench, "a"));
 }
 
 #[test]
-fn studies_replace_what_they_are_told_to() {
+fn folders_of_another_kind_are_left_alone() {
     let bench = bench();
-    let study = [
-        "run",
-        "study.toml",
-        "-q",
-        "-o",
-        "a",
-        "--set",
-        "moments.views=3",
-    ];
+    let quick = ["--set", "moments.views=3"];
+    let study = [&["run", "study.toml", "-q", "-o", "a"], &quick[..]].concat();
     let other = [
         "run",
         "small.toml",
         "-q",
         "-o",
-        "a",
+        "b",
         "--set",
         "budgets=[60]",
     ];
     bench.good(&study);
-    let before = bench.files("a");
-    for args in [&study, &other] {
-        let sentence = bench.refused(args, 2);
-        assert!(
-            sentence.contains("a: a run is here already") && sentence.contains("--force"),
-            "{sentence}"
-        );
-        assert_eq!(bench.files("a"), before);
+    bench.good(&other);
+    let contents = || {
+        let of = |run| (results(&bench, run), bench.manifest(run));
+        ["a", "b"].map(of)
+    };
+    let before = contents();
+    for force in [&[][..], &["--force"]] {
+        for (config, folder) in [("small.toml", "a"), ("study.toml", "b")] {
+            let args = [&["run", config, "-o", folder], force].concat();
+            let sentence = bench.refused(&args, 2);
+            for part in [&format!("{folder}: "), "is here", "another folder with -o"] {
+                assert!(sentence.contains(part), "{part} is not in: {sentence}");
+            }
+        }
+        assert!(contents() == before);
     }
-    bench.good(&[&other[..], &["--force"]].concat());
-    let names = [
-        "config.toml",
-        "manifest.json",
-        "results.csv",
-        "results.jsonl",
-    ];
-    assert_eq!(bench.files("a"), names);
-    bench.refused(&study, 2);
-    bench.good(&[&study[..], &["--force"]].concat());
-    bench.good(&[&study[..], &["--force"]].concat());
-    assert_eq!(bench.files("a"), before);
+    // Their own goes on, and may be made again.
+    for force in [&[][..], &["--force"]] {
+        bench.good(&[&study[..], force].concat());
+        assert_same(&before[0].0, &results(&bench, "a"));
+    }
+}
+
+#[test]
+fn a_sphere_that_is_lost_is_drawn_again() {
+    let bench = bench();
+    let spheres = "analysis={spheres=[\"ggx-0.4-none\", \"gold\"]}";
+    let light = "lighting={kind=\"blob\", theta_deg=40, phi_deg=180, width_deg=10}";
+    let sets = ["moments.views=3", "moments.order=2", spheres, light, COARSE];
+    let sets: Vec<&str> = sets.iter().flat_map(|set| ["--set", set]).collect();
+    let run = [&["run", "study.toml", "-o", "a"], &sets[..]].concat();
+    let told = bench.gonio(&run);
+    let stderr = String::from_utf8(told.stderr).unwrap();
+    assert_eq!(told.status.code(), Some(0), "{stderr}");
+    assert!(
+        stderr.contains("gold of analysis.spheres is not among"),
+        "{stderr}"
+    );
+    let before = results(&bench, "a");
+    let sphere = bench.path("a/figures/sphere-ggx-0.4-none.svg");
+    let whole = fs::read(&sphere).unwrap();
+    fs::remove_file(&sphere).unwrap();
+    bench.good(&run);
+    assert!(fs::read(&sphere).unwrap() == whole);
+    // Once more, with nothing to do.
+    let drawn = fs::metadata(&sphere).unwrap().modified().unwrap();
+    bench.good(&run);
+    assert_eq!(fs::metadata(&sphere).unwrap().modified().unwrap(), drawn);
+    assert_same(&before, &results(&bench, "a"));
+    let files = bench.files("a");
+    assert_eq!(bench.manifest("a")["files"], serde_json::json!(files));
 }
 
 #[test]
@@ -297,7 +288,7 @@ fn a_material_that_fails_costs_only_its_rows() {
     assert!(stderr.contains("1 of 2 jobs failed"), "{stderr}");
     let manifest = bench.manifest("a");
     assert_eq!(manifest["status"], "failed-jobs");
-    assert_eq!(manifest["rows"], 18);
+    assert_eq!(manifest["rows"], 1);
 }
 
 #[cfg(unix)]
@@ -317,7 +308,7 @@ fn ctrl_c_keeps_finished_materials() {
     let mut command = bench.command(&args);
     command.stdout(Stdio::null()).stderr(Stdio::piped());
     let mut child = command.spawn().unwrap();
-    let part = bench.path("a/profiles.csv.part");
+    let part = bench.path("a/profiles.jsonl");
     let start = Instant::now();
     let some = || fs::metadata(&part).is_ok_and(|m| m.len() > 5000);
     while !some() && start.elapsed() < Duration::from_secs(30) {
@@ -334,7 +325,7 @@ fn ctrl_c_keeps_finished_materials() {
     assert!(!rows.is_empty() && rows.len() % 45 == 0);
     let manifest = bench.manifest("a");
     assert_eq!(manifest["status"], "interrupted");
-    assert_eq!(manifest["rows"], rows.len());
+    assert_eq!(manifest["rows"], rows.len() / 45);
     // What was finished is analysed.
     let (_, fits) = table(&bench, "a/fits.csv");
     assert_eq!(fits.len(), rows.len() / 45);
@@ -373,10 +364,10 @@ fn the_published_study_runs() {
         assert!(text.contains(published), "{published}: {text}");
     }
     let manifest = bench.manifest("a");
-    assert_eq!(manifest["rows"], 2 * 4 * 5);
+    assert_eq!(manifest["rows"], 2);
     assert_eq!(manifest["missing"].as_array().unwrap().len(), 38);
     bench.good(&["run", "a/config.toml", "-q", "-o", "again"]);
-    assert!(results(&bench, "a") == results(&bench, "again"));
+    assert_same(&results(&bench, "a"), &results(&bench, "again"));
 }
 
 /// One material, one view, one lighting.
@@ -424,13 +415,13 @@ fn relations_are_rendered_and_predicted() {
     assert_eq!(ways, ["theta", "phi", "theta", "phi"]);
     let files = bench.files("one");
     let figures = files.iter().filter(|f| f.starts_with("figures/"));
-    assert_eq!(figures.count(), if cfg!(feature = "plots") { 2 } else { 0 });
+    assert_eq!(figures.count(), 2);
     let manifest = bench.manifest("one");
     assert_eq!(manifest["status"], "complete");
     assert_eq!(manifest["files"], serde_json::json!(files));
 
     bench.good(&["run", "one/config.toml", "-q", "-o", "again"]);
-    assert!(results(&bench, "one") == results(&bench, "again"));
+    assert_same(&results(&bench, "one"), &results(&bench, "again"));
 }
 
 #[test]

@@ -146,19 +146,15 @@ fn moments_go_to_a_folder() {
     // Who writes files prints nothing.
     assert_eq!(bench.good(&args), "");
     let mut names = vec!["config.toml", "profiles.csv", "profiles.json"];
-    if cfg!(feature = "plots") {
-        names.splice(1..1, ["half%2Fshiny.svg", "lambert.svg"]);
-    }
+    names.splice(1..1, ["half%2Fshiny.svg", "lambert.svg"]);
     assert_eq!(bench.files("deep/out"), names);
     let csv = bench.read("deep/out/profiles.csv");
     same(&csv, &bench.read("deep/out/profiles.json"));
     assert_eq!(csv, bench.good(&["moments", "two.toml"]));
-    if cfg!(feature = "plots") {
-        for name in ["lambert", "half%2Fshiny"] {
-            let svg = bench.read(&format!("deep/out/{name}.svg"));
-            assert!(svg.starts_with("<svg") && svg.trim_end().ends_with("</svg>"));
-            assert!(svg.contains("red") && svg.contains("blue") && !svg.contains("NaN"));
-        }
+    for name in ["lambert", "half%2Fshiny"] {
+        let svg = bench.read(&format!("deep/out/{name}.svg"));
+        assert!(svg.starts_with("<svg") && svg.trim_end().ends_with("</svg>"));
+        assert!(svg.contains("red") && svg.contains("blue") && !svg.contains("NaN"));
     }
 
     fs::write(bench.path("deep/out/profiles.csv"), "mine").unwrap();
@@ -345,13 +341,14 @@ fn black_has_no_direction() {
 /// The columns of moments of a row.
 fn moments(row: &Row) -> [Option<f64>; 6] {
     [
-        row.moment_energy,
-        row.moment_mean_rad,
-        row.moment_mean,
-        row.moment_covariance,
-        row.moment_skewness,
-        row.moment_kurtosis,
+        "moment_energy",
+        "moment_mean_rad",
+        "moment_mean",
+        "moment_covariance",
+        "moment_skewness",
+        "moment_kurtosis",
     ]
+    .map(|name| row.value(name))
 }
 
 #[test]
@@ -360,7 +357,7 @@ fn acquisitions_compare_moments_if_asked() {
     let small = ["run", "small.toml", "-q", "--set", "budgets=[60]"];
     let asked = [
         &small[..],
-        &["--set", "quantities=[\"moments\"]"],
+        &["--set", "quantities=[\"albedo\", \"moments\"]"],
         &QUICK,
         &["--set", "moments.order=4"],
     ]
@@ -370,7 +367,7 @@ fn acquisitions_compare_moments_if_asked() {
     assert!(rows.iter().all(|r| moments(r) == [None; 6]));
     assert!(
         rows.iter()
-            .all(|r| r.moment_unresolved.is_none() && r.moment_seconds.is_none())
+            .all(|r| r.value("moment_unresolved").is_none() && r.moment_seconds.is_none())
     );
 
     bench.good(&[&asked[..], &["-o", "one", "--threads", "1"]].concat());
@@ -379,7 +376,7 @@ fn acquisitions_compare_moments_if_asked() {
     assert_eq!(csv, timeless(&bench.read("two/results.csv")));
     assert!(!csv.contains("NaN"));
     for row in bench.rows("one") {
-        assert!(row.moment_unresolved.is_some() && row.moment_seconds.is_some());
+        assert!(row.value("moment_unresolved").is_some() && row.moment_seconds.is_some());
         for error in moments(&row) {
             let error = error.unwrap_or_else(|| panic!("{row:?}"));
             // Constant is what every method reproduces.
@@ -394,7 +391,20 @@ fn acquisitions_compare_moments_if_asked() {
         assert_eq!(moments(&pair[0]), moments(&pair[1]));
     }
     for (with, without) in bench.rows("one").iter().zip(&rows) {
-        assert_eq!((with.nrmse, with.albedo), (without.nrmse, without.albedo));
+        for name in ["nrmse", "max_relative", "albedo"] {
+            assert_eq!(with.value(name), without.value(name), "{name}");
+        }
+    }
+    // Quantities that are not asked for are not there.
+    let only = [
+        &asked[..],
+        &["--set", "quantities=[\"moments\"]", "-o", "only"],
+    ]
+    .concat();
+    bench.good(&only);
+    for (only, both) in bench.rows("only").iter().zip(&bench.rows("one")) {
+        assert_eq!(only.value("albedo"), None);
+        assert_eq!(moments(only), moments(both));
     }
 }
 

@@ -1,7 +1,7 @@
 //! Runs: what they leave, what they depend on, what they replace, how they end.
 
 use super::{Bench, SMALL, timeless};
-use gonio::experiment::{Config, Kind, Plan, Row, Source};
+use gonio::experiment::{Plan, Row, Source};
 use gonio::report::RunFolder;
 use std::fs;
 use std::process::{Command, Stdio};
@@ -16,20 +16,37 @@ fn a_run_leaves_its_results_and_how_to_repeat_them() {
         "{table}"
     );
     assert!(table.contains("ranking, lobe"), "{table}");
-    let names = [
+    let mut names = vec![
         "config.toml",
         "manifest.json",
+        "ranking.csv",
+        "report.html",
         "results.csv",
         "results.jsonl",
     ];
+    names.insert(2, "pictures/errors.svg");
     assert_eq!(bench.files("a"), names);
+    assert_eq!(bench.manifest("a")["files"], serde_json::json!(names));
 
     let rows = bench.rows("a");
     let count = 2 * 2 * 2 * 2 * 2 * 2 * 2;
     assert_eq!(rows.len(), count);
+    // The table says the same.
     let mut reader = csv::Reader::from_path(bench.path("a/results.csv")).unwrap();
-    let from_csv: Vec<Row> = reader.deserialize().map(Result::unwrap).collect();
-    assert!(rows == from_csv);
+    let header: Vec<_> = Row::columns().map(|(name, _)| name).collect();
+    assert_eq!(reader.headers().unwrap(), header);
+    let table: Vec<csv::StringRecord> = reader.records().map(Result::unwrap).collect();
+    assert_eq!(table.len(), count);
+    for (cells, row) in table.iter().zip(&rows) {
+        let row = serde_json::to_value(row).unwrap();
+        for (cell, value) in cells.iter().zip(row.as_object().unwrap().values()) {
+            match value {
+                serde_json::Value::Null => assert_eq!(cell, ""),
+                serde_json::Value::String(text) => assert_eq!(cell, text),
+                number => assert_eq!(cell.parse().ok(), number.as_f64()),
+            }
+        }
+    }
     let key = |row: &Row| {
         let place = |names: &[&str], name: &str| names.iter().position(|n| *n == name).unwrap();
         (
@@ -37,8 +54,8 @@ fn a_run_leaves_its_results_and_how_to_repeat_them() {
             place(&["none", "theta_h:square-root"], &row.warp),
             place(&["grid", "random"], &row.sample_set),
             row.budget,
-            place(&["nearest", "inverse-distance"], &row.reconstruction),
             row.seed,
+            place(&["nearest", "inverse-distance"], &row.reconstruction),
             place(&["cosine", "lobe"], &row.measure),
         )
     };
@@ -47,7 +64,9 @@ fn a_run_leaves_its_results_and_how_to_repeat_them() {
         rows.iter()
             .all(|r| r.readings <= r.budget && r.readings + r.no_data == r.poses)
     );
-    assert!(rows.iter().all(|r| r.nrmse.is_some() && r.albedo.is_some()));
+    for name in ["nrmse", "albedo"] {
+        assert!(rows.iter().all(|r| r.value(name).is_some()), "{name}");
+    }
 
     let manifest = bench.manifest("a");
     assert_eq!(manifest["status"], "complete");
@@ -81,65 +100,95 @@ fn bytes_depend_on_config_and_seed_only() {
         let row = rows
             .into_iter()
             .find(|r| r.material != "lambert" && r.sample_set == "random");
-        row.unwrap().nrmse
+        row.unwrap().value("nrmse")
     };
     assert_ne!(random(rows), random(bench.rows("one")));
 }
 
 #[test]
-fn folders_are_chosen_kept_and_replaced() {
+fn folders_are_chosen_kept_and_made_again() {
     let bench = Bench::new();
     let quick = ["--set", "budgets=[60]", "--set", "seeds=[1]", "-q"];
     let run = |more: &[&'static str]| [&["run", "small.toml"], &quick[..], more].concat();
     bench.good(&run(&[]));
+    let first = bench.read("runs/small/results.csv");
+    // The same question goes on where it was, another takes the next name.
+    bench.good(&run(&[]));
+    assert_eq!(bench.read("runs/small/results.csv"), first);
+    let other = ["--set", "metrics.pairs=400"];
+    bench.good(&run(&other));
+    bench.good(&run(&other));
     bench.good(&run(&[]));
     bench.good(&run(&["-o", "deep/er/a"]));
+    assert_eq!(fs::read_dir(bench.path("runs")).unwrap().count(), 2);
     for folder in ["runs/small", "runs/small-2", "deep/er/a"] {
         assert!(
             bench.path(folder).join("manifest.json").exists(),
             "{folder}"
         );
     }
+    assert_eq!(bench.read("runs/small/results.csv"), first);
     let before = bench.read("deep/er/a/results.csv");
-    let refusal = bench.refused(&run(&["-o", "deep/er/a"]), 2);
-    assert!(
-        refusal.contains("deep/er/a: a run is here already"),
-        "{refusal}"
-    );
-    assert!(refusal.contains("--force"), "{refusal}");
+    bench.good(&run(&["-o", "deep/er/a"]));
     assert_eq!(bench.read("deep/er/a/results.csv"), before);
 
-    // Replaced is what a run wrote, also one that crashed, and nothing else.
+    // Made again is what a run made, and nothing else is touched.
     fs::write(bench.path("deep/er/a/notes.txt"), "mine").unwrap();
-    fs::write(bench.path("deep/er/a/results.csv.part"), "half").unwrap();
-    bench.good(&run(&[
-        "-o",
-        "deep/er/a",
-        "--force",
-        "--set",
-        "output.schedules=csv",
-    ]));
-    assert_eq!(bench.read("deep/er/a/notes.txt"), "mine");
-    assert!(!bench.path("deep/er/a/results.csv.part").exists());
-    assert_eq!(
+    let schedules = ["-o", "deep/er/a", "--set", "output.schedules=csv"];
+    bench.good(&run(&schedules));
+    let count = || {
         fs::read_dir(bench.path("deep/er/a/schedules"))
             .unwrap()
-            .count(),
-        4
-    );
+            .count()
+    };
+    assert_eq!(count(), 4);
+    // Every row was there.
+    assert_eq!(bench.read("deep/er/a/results.csv"), before);
     bench.good(&run(&["-o", "deep/er/a", "--force"]));
     assert!(!bench.path("deep/er/a/schedules").exists());
+    assert_eq!(bench.read("deep/er/a/notes.txt"), "mine");
+    let again = bench.read("deep/er/a/results.csv");
+    assert!(again != before && timeless(&again) == timeless(&before));
+    // Also without naming the folder.
+    bench.good(&run(&["--force"]));
+    assert!(bench.read("runs/small/results.csv") != first);
+    assert_eq!(fs::read_dir(bench.path("runs")).unwrap().count(), 2);
+}
 
-    fs::create_dir(bench.path("mine")).unwrap();
-    fs::write(bench.path("mine/config.toml"), "precious").unwrap();
-    let refusal = bench.refused(&run(&["-o", "mine", "--force"]), 2);
-    assert!(
-        refusal.contains("config.toml is here, and no run wrote it"),
-        "{refusal}"
-    );
-    assert_eq!(bench.files("mine"), ["config.toml"]);
-    // Without a folder of its own, a run replaces nothing.
-    assert_eq!(bench.gonio(&run(&["--force"])).status.code(), Some(2));
+#[test]
+fn other_peoples_files_are_left_alone() {
+    let bench = Bench::new();
+    for name in ["config.toml", "results.csv", "report.html"] {
+        let _ = fs::remove_dir_all(bench.path("mine"));
+        fs::create_dir(bench.path("mine")).unwrap();
+        fs::write(bench.path("mine").join(name), "precious").unwrap();
+        for force in [&[][..], &["--force"]] {
+            let args = [&["run", "small.toml", "-o", "mine"], force].concat();
+            let refusal = bench.refused(&args, 2);
+            assert!(refusal.contains(&format!("{name} is here")), "{refusal}");
+            assert!(
+                refusal.contains("choose another folder with -o"),
+                "{refusal}"
+            );
+        }
+        assert_eq!(bench.files("mine"), [name]);
+        assert_eq!(bench.read(&format!("mine/{name}")), "precious");
+    }
+    // What is no record is nobody's to cut.
+    fs::create_dir(bench.path("text")).unwrap();
+    fs::write(bench.path("text/results.jsonl"), "precious\nwords\n").unwrap();
+    for args in [
+        &["run", "small.toml", "-o", "text"][..],
+        &["run", "small.toml", "-o", "text", "--force"],
+    ] {
+        let refusal = bench.refused(args, 3);
+        assert!(refusal.contains("text/results.jsonl: line 1"), "{refusal}");
+    }
+    assert_eq!(bench.files("text"), ["results.jsonl"]);
+    assert_eq!(bench.read("text/results.jsonl"), "precious\nwords\n");
+    fs::write(bench.path("file"), "mine").unwrap();
+    let refusal = bench.refused(&["run", "small.toml", "-o", "file"], 2);
+    assert!(refusal.contains("no folder"), "{refusal}");
 }
 
 #[test]
@@ -193,44 +242,81 @@ fn nobody_needs_to_listen_on_stderr() {
 }
 
 #[test]
-fn a_run_that_goes_on_is_not_replaced() {
+fn a_run_that_goes_on_is_left_alone() {
     let bench = Bench::new();
     let mut source = Source::read(&bench.path("small.toml")).unwrap();
     source.set("budgets=[60]", "--set".into()).unwrap();
-    let plan = Plan::new(Config::read(&source).unwrap()).unwrap();
-    let going_on =
-        RunFolder::create(&bench.path("a"), false, Kind::Acquisition, &plan.resolved).unwrap();
+    let plan = Plan::read(&source).unwrap();
+    let going_on = RunFolder::<Row>::open(&bench.path("a"), false, &plan.resolved).unwrap();
     let files = bench.files("a");
+    let config = bench.read("a/config.toml");
     for force in [&[][..], &["--force"]] {
         let args = [&["run", "small.toml", "-o", "a"], force].concat();
         let message = bench.refused(&args, 2);
         assert!(message.contains("a run is going on here"), "{message}");
     }
     assert_eq!(bench.files("a"), files);
+    assert_eq!(bench.read("a/config.toml"), config);
     // What a crash leaves is nobody's.
     drop(going_on);
-    let message = bench.refused(&["run", "small.toml", "-o", "a"], 2);
-    assert!(message.contains("--force"), "{message}");
-    bench.good(&["run", "small.toml", "-q", "-o", "a", "--force"]);
+    bench.good(&["run", "small.toml", "-q", "-o", "a"]);
+    assert_eq!(bench.rows("a").len(), 128);
+}
+
+/// Hours of work in the folder `a`, as soon as its file of records has some.
+#[cfg(unix)]
+fn long_run(bench: &Bench, text: &str, records: &str) -> std::process::Child {
+    fs::write(bench.path("long.toml"), text).unwrap();
+    let mut command = bench.command(&["run", "long.toml", "-o", "a"]);
+    command.stdout(Stdio::null()).stderr(Stdio::piped());
+    let child = command.spawn().unwrap();
+    let records = bench.path("a").join(records);
+    let start = Instant::now();
+    let some = || fs::metadata(&records).is_ok_and(|m| m.len() > 2000);
+    while !some() && start.elapsed() < Duration::from_secs(60) {
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    child
+}
+
+/// [`SMALL`] with thousands of budgets.
+#[cfg(unix)]
+fn long_acquisition() -> String {
+    let budgets: Vec<_> = (20..5000).map(|b| b.to_string()).collect();
+    let budgets = format!("budgets = [{}]", budgets.join(","));
+    SMALL.replace("budgets = [60, 150]", &budgets)
+}
+
+#[cfg(unix)]
+#[test]
+fn a_run_whose_folder_is_gone_does_not_end_well() {
+    let materials: String = (1000..5000)
+        .map(|i| format!("[[material]]\nkind = \"ggx\"\nalpha = 0.{i}\n"))
+        .collect();
+    let moments = format!("experiment = \"moments\"\n[moments]\nviews = 9\n{materials}");
+    for (text, records) in [
+        (long_acquisition(), "results.jsonl"),
+        (moments, "profiles.jsonl"),
+    ] {
+        let bench = Bench::new();
+        let child = long_run(&bench, &text, records);
+        fs::remove_dir_all(bench.path("a")).unwrap();
+        let removed = Instant::now();
+        let output = child.wait_with_output().unwrap();
+        assert!(removed.elapsed() < Duration::from_secs(20));
+        let stderr = String::from_utf8(output.stderr).unwrap();
+        assert_eq!(output.status.code(), Some(2), "{stderr}");
+        assert_eq!(stderr.lines().count(), 1, "{stderr}");
+        assert!(stderr.contains("folder was removed"), "{stderr}");
+        assert!(!bench.path("a").exists());
+    }
 }
 
 #[cfg(unix)]
 #[test]
 fn ctrl_c_keeps_finished_rows() {
     let bench = Bench::new();
-    // Hours of work.
-    let budgets: Vec<_> = (20..5000).map(|b| b.to_string()).collect();
-    let budgets = format!("budgets=[{}]", budgets.join(","));
-    let args = ["run", "small.toml", "-o", "a", "--set", &budgets];
-    let mut command = bench.command(&args);
-    command.stdout(Stdio::null()).stderr(Stdio::piped());
-    let mut child = command.spawn().unwrap();
-    let part = bench.path("a/results.jsonl.part");
-    let start = Instant::now();
-    while !part.exists() && start.elapsed() < Duration::from_secs(30) {
-        std::thread::sleep(Duration::from_millis(5));
-    }
-    std::thread::sleep(Duration::from_millis(300));
+    let mut child = long_run(&bench, &long_acquisition(), "results.jsonl");
     let killed = Instant::now();
     let id = child.id().to_string();
     assert!(
@@ -249,9 +335,12 @@ fn ctrl_c_keeps_finished_rows() {
     assert_eq!(manifest["status"], "interrupted");
     assert_eq!(manifest["rows"], rows.len());
     assert!(bench.files("a").iter().all(|name| !name.ends_with(".part")));
+    // What there is is a table too, and no report is made of a part.
+    let table = bench.read("a/results.csv");
+    assert_eq!(table.lines().count(), 1 + rows.len());
+    assert!(!bench.path("a/report.html").exists() && !bench.path("a/ranking.csv").exists());
 }
 
-#[cfg(feature = "exr")]
 #[test]
 fn slices_are_written_if_asked() {
     let bench = Bench::new();
@@ -272,4 +361,13 @@ fn slices_are_written_if_asked() {
     assert_eq!(slices.len(), 16, "{slices:?}");
     let listed = bench.manifest("a")["files"].to_string();
     assert!(slices.iter().all(|name| listed.contains(name)));
+    // They change nothing else.
+    bench.good(&[&["run", "small.toml", "-q", "-o", "b"], &sets[..4]].concat());
+    let [with, without] = ["a", "b"].map(|run| bench.read(&format!("{run}/results.csv")));
+    assert!(timeless(&with) == timeless(&without));
+    // One is lost: it alone is made again.
+    fs::remove_file(bench.path("a").join(&slices[3])).unwrap();
+    bench.good(&[&["run", "small.toml", "-q", "-o", "a"], &sets[..]].concat());
+    assert!(bench.path("a").join(&slices[3]).exists());
+    assert_eq!(bench.read("a/results.csv"), with);
 }

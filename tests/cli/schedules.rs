@@ -76,6 +76,33 @@ fn schedules_say_the_same_in_both_formats() {
 }
 
 #[test]
+fn a_run_writes_a_file_for_every_schedule_that_is_asked() {
+    let bench = Bench::new();
+    // Without limits as many poses are as many readings, so one schedule has two names.
+    let text = bench.read("small.toml");
+    let text = text.replace("[60, 150]", "[60]\nreadings = [60]");
+    let instrument = "[[instrument]]\npreset = \"utia\"\nlimits = false\norder = \"sorted\"\n";
+    let more = format!("{instrument}[output]\nschedules = \"csv\"\n");
+    fs::write(bench.path("two.toml"), format!("{text}{more}")).unwrap();
+    bench.good(&["run", "two.toml", "-o", "run"]);
+    let names = bench.files("run/schedules");
+    // 2 parametrizations × 2 sets × 2 allowances × 2 seeds, once for both materials.
+    assert_eq!(names.len(), 16, "{names:?}");
+    bench.good(&[
+        "schedule",
+        "two.toml",
+        "--skip-unreachable",
+        "-o",
+        "folder/",
+    ]);
+    assert_eq!(bench.files("folder"), names);
+    for name in names {
+        let of_run = bench.read(&format!("run/schedules/{name}"));
+        assert_eq!(bench.read(&format!("folder/{name}")), of_run, "{name}");
+    }
+}
+
+#[test]
 fn several_schedules_need_a_choice_or_a_folder() {
     let bench = Bench::new();
     let sentence = bench.refused(&["schedule", "small.toml"], 2);

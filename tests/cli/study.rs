@@ -103,17 +103,20 @@ fn a_run_goes_on_where_it_was() {
     // What was there has its old seconds.
     assert!(before.iter().filter(|l| after.contains(l)).count() > 20);
     // A larger question: the old rows are part of the answer.
-    bench.good(&["run", "c.toml", "-q", "--set", "budgets=[60, 150, 300]"]);
+    let here = ["run", "c.toml", "-q", "-o", "runs/c"];
+    let more = ["--set", "budgets=[60, 150, 300]"];
+    bench.good(&[&here[..], &more].concat());
     let more = bench.read("runs/c/results.csv");
     assert_eq!(more.lines().count(), 1 + ROWS * 3 / 2);
     assert!(after.iter().all(|l| more.contains(l.as_str())));
     // And back: rows of the larger question are kept, not shown.
-    bench.good(&["run", "c.toml", "-q"]);
+    bench.good(&here);
     assert_eq!(bench.read("runs/c/results.csv"), again);
     let rows = bench.read("runs/c/results.jsonl");
     assert_eq!(rows.lines().count(), ROWS * 3 / 2);
     // --force makes them all again.
     bench.good(&["run", "c.toml", "-q", "--force"]);
+    assert!(!bench.path("runs/c-2").exists());
     assert_eq!(bench.read("runs/c/results.jsonl").lines().count(), ROWS);
 }
 
@@ -163,33 +166,23 @@ fn parts_make_up_the_whole() {
 }
 
 #[test]
-fn other_peoples_files_are_left_alone() {
+fn acquisitions_and_studies_go_on_with_the_same_rows() {
     let bench = bench();
-    bench.good(&["run", "small.toml", "-q", "-o", "acquisition"]);
-    let before = bench.read("acquisition/results.jsonl");
-    for force in [&[][..], &["--force"]] {
-        let args = [&["run", "c.toml", "-q", "-o", "acquisition"], force].concat();
-        let refusal = bench.gonio(&args);
-        assert!(matches!(refusal.status.code(), Some(2 | 3)));
-        assert_eq!(bench.read("acquisition/results.jsonl"), before);
-    }
-    fs::write(bench.path("file"), "mine").unwrap();
-    assert!(
-        bench
-            .refused(&["run", "c.toml", "-o", "file"], 2)
-            .contains("no folder")
-    );
-    for (args, option) in [
-        (&["run", "small.toml", "--shard", "1/2"][..], "--shard"),
-        (&["run", "small.toml", "--list"], "--list"),
-        (&["run", "small.toml", "--force"], "--force"),
-    ] {
-        assert!(bench.refused(args, 2).contains(option));
-    }
-    assert!(!bench.path("runs").exists());
+    let acquisition = STUDY.replace("\"study\"", "\"acquisition\"");
+    // What an acquisition measures unasked.
+    let none = acquisition.replace("budgets", "quantities = []\nbudgets");
+    fs::write(bench.path("a.toml"), none).unwrap();
+    bench.good(&["run", "c.toml", "-q", "-o", "a"]);
+    let before = bench.read("a/results.csv");
+    let table = bench.good(&["run", "a.toml", "-q", "-o", "a"]);
+    assert!(table.contains("ranking, lobe"), "{table}");
+    assert_eq!(bench.read("a/results.csv"), before);
+    // Another question of the same: its rows come after the old ones.
+    bench.good(&["run", "small.toml", "-q", "-o", "a"]);
+    assert_eq!(bench.rows("a").len(), ROWS + 128);
+    assert_eq!(bench.read("a/results.csv").lines().count(), 1 + 128);
 }
 
-#[cfg(all(feature = "exr", feature = "plots"))]
 #[test]
 fn materials_are_drawn_once() {
     let bench = bench();
@@ -230,6 +223,53 @@ fn materials_are_drawn_once() {
     bench.good(&["merge", "runs/c.shard-1-of-1", "-o", "merged"]);
     assert_eq!(bench.files("merged/pictures"), pictures);
     assert!(bench.read("merged/report.html").matches("<figure").count() >= 8);
+    // All that is there is told, also if none of it was drawn now.
+    let files = bench.files("runs/c");
+    assert_eq!(bench.manifest("runs/c")["files"], serde_json::json!(files));
+}
+
+#[test]
+fn parts_draw_their_own_materials() {
+    use std::collections::BTreeSet;
+
+    let bench = bench();
+    let small = "[pictures]\nresolution = 24\nsamples = 4\nbudget = 60\n";
+    let text = STUDY.replace("[pictures]\ndraw = false\n", small);
+    fs::write(bench.path("c.toml"), text).unwrap();
+    bench.good(&["run", "c.toml", "-q", "-o", "whole"]);
+    for (part, folder) in [("1/2", "one"), ("2/2", "two")] {
+        bench.good(&["run", "c.toml", "-q", "--shard", part, "-o", folder]);
+    }
+    let pictures = |run: &str| -> BTreeSet<String> {
+        bench
+            .files(&format!("{run}/pictures"))
+            .into_iter()
+            .collect()
+    };
+    let [whole, one, two] = ["whole", "one", "two"].map(pictures);
+    let common: Vec<_> = one.intersection(&two).collect();
+    assert!(common.is_empty(), "{common:?}");
+    for material in ["ggx-0.3.", "low-abc-smooth-"] {
+        let has = |part: &BTreeSet<String>| part.iter().any(|f| f.starts_with(material));
+        assert!(has(&whole) && has(&one) != has(&two), "{material}");
+    }
+    // Drawn of all rows.
+    let mut both: BTreeSet<String> = one.union(&two).cloned().collect();
+    assert!(both.insert("errors.svg".into()));
+    assert_eq!(both, whole);
+    bench.good(&["merge", "one", "two", "-o", "merged"]);
+    assert_eq!(pictures("merged"), whole);
+    let bytes = |run: &str, file: &String| fs::read(bench.path(run).join("pictures").join(file));
+    // Curves of costs tell the time.
+    for file in whole.iter().filter(|f| *f != "errors.svg") {
+        let [a, b] = ["whole", "merged"].map(|run| bytes(run, file).unwrap());
+        assert!(a == b, "{file}");
+    }
+    let figures = |run: &str| {
+        let report = bench.read(&format!("{run}/report.html"));
+        report.matches("<figure").count()
+    };
+    assert_eq!(figures("merged"), figures("whole"));
 }
 
 #[test]

@@ -42,13 +42,8 @@ pub struct ProfileFits {
 }
 
 impl ProfileFits {
-    /// Fits one profile of a material.
-    pub fn new(
-        of: &MaterialProfiles,
-        index: usize,
-        clamping: Option<Clamping>,
-        range: ViewRange,
-    ) -> Self {
+    /// Fits one profile of a material; `tolerance` is the relative accuracy of its energies.
+    pub fn new(of: &MaterialProfiles, index: usize, range: ViewRange, tolerance: f64) -> Self {
         let profile = &of.profiles[index];
         let views = &profile.views;
         let variances = [TT, PP].map(|c| profile.values(c));
@@ -80,12 +75,12 @@ impl ProfileFits {
             channel: profile.channel,
             diffuse: profile.diffuse,
             range,
-            energy: fit_energy(views, &profile.values(Component::ENERGY), range),
+            energy: fit_energy(views, &profile.values(Component::ENERGY), range, tolerance),
             mean: fit_mean(views, &profile.values(MEAN), range),
             variance: fit_average_variance(views, &variances[0], &variances[1], range),
             averages: Component::ALL.map(average),
             largest: Component::ALL.map(largest),
-            clamping,
+            clamping: of.clamping.clone().filter(|_| index == 0),
             clamped_share: shares / inside().count().max(1) as f64,
             unresolved: inside().filter(|(s, _)| s.unresolved.is_some()).count(),
             seconds: of.seconds[index],
@@ -205,12 +200,14 @@ pub struct Group {
 }
 
 impl Group {
-    /// Analyses materials of a group; `fits` are those of its profiles, in order.
+    /// Analyses materials of a group; `fits` are those of its profiles, in order, and `tolerance`
+    /// is the relative accuracy of their energies.
     pub fn new(
         name: String,
         members: &[&MaterialProfiles],
         fits: Vec<ProfileFits>,
         range: ViewRange,
+        tolerance: f64,
     ) -> Self {
         let channels = members.first().map_or(1, |m| m.profiles.len().max(1));
         let first: Vec<&ProfileFits> = fits.iter().step_by(channels).collect();
@@ -248,7 +245,7 @@ impl Group {
             knots: [knot(0), knot(1)],
             at_bounds,
             boosted: first.iter().filter(rises).count(),
-            shared: fit_energy_shared(&series, range),
+            shared: fit_energy_shared(&series, range, tolerance),
             relation: fit_mean_variance(&slopes, &variances),
             correlations: correlations(&fits, channels),
             name,

@@ -10,6 +10,6 @@ mod profiles;
 mod spec;
 
 pub use analysis::{CorrelationRow, Group, ProfileFits, Spread, at_bound};
-pub use plan::{AnalysisSpec, MomentsPlan};
-pub use profiles::{Desk, MaterialProfiles, ProfileRow, degrees, measure, shown};
+pub use plan::{AnalysisSpec, MomentsPlan, PublishedNumbers};
+pub use profiles::{MaterialProfiles, ProfileRow, degrees, shown};
 pub use spec::MomentsTable;

@@ -4,14 +4,12 @@ use super::spec::MomentsTable;
 use crate::brdf::Channels;
 use crate::error::{Error, ParameterError};
 use crate::experiment::checks::distinct;
-use crate::experiment::config::{Config, MaterialTable, material, refuse_unknown, take_list};
+use crate::experiment::choices::Material;
+use crate::experiment::keypath::KeyPath;
 use crate::experiment::kind::Kind;
-use crate::experiment::materials::{self, Origins, build_error};
-use crate::experiment::plan::{Material, Plan};
-use crate::experiment::relations::RelationsPlan;
-use crate::experiment::resolved::{insert_list, named, section};
-use crate::experiment::source::{KeyPath, Source};
-use crate::experiment::study::StudyPlan;
+use crate::experiment::materials::{self, MaterialTable, Origins, build_error, material};
+use crate::experiment::source::Source;
+use crate::experiment::tables::{insert_list, refuse_unknown, section, take_list, with_name};
 use crate::lighting::{self, LightingSpec, SkySpec};
 use crate::moments::ViewRange;
 use crate::registry::{self, ReadError, Table};
@@ -70,6 +68,44 @@ pub struct AnalysisSpec {
     /// Materials to be drawn as a sphere with the covariance ellipses of three views; names that no
     /// material has are told and left out.
     pub spheres: Vec<String>,
+    /// Numbers of others.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub published: Option<PublishedNumbers>,
+}
+
+/// `[analysis.published]`: what others found, to be printed beside what is found here. Texts; what
+/// is left out stays empty.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct PublishedNumbers {
+    /// Who found it.
+    pub by: String,
+    /// The kind of the materials they are of.
+    pub group: String,
+    /// Beside "theta_0 of each material".
+    pub theta_0: String,
+    /// Beside "theta_1 of each material".
+    pub theta_1: String,
+    /// Beside "theta_0, theta_1 shared by all".
+    pub theta_shared: String,
+    /// Beside "energy rises from theta_0 to theta_1".
+    pub energy_rises: String,
+    /// Beside "slope of the mean".
+    pub mean_slope: String,
+    /// Beside "average variance (rad²)".
+    pub average_variance: String,
+    /// Beside "energy fit, median MAE and RMSE, relative".
+    pub energy_fit: String,
+    /// Beside "mean fit, median MAE and RMSE (rad)".
+    pub mean_fit: String,
+    /// Beside "variance fit, median MAE and RMSE (rad²)".
+    pub variance_fit: String,
+    /// Beside "variance ≈ (π²/12)(1+µ) + c µ(1+µ)".
+    pub mean_variance: String,
+    /// Beside "largest moment odd in phi, standardised".
+    pub odd_moments: String,
+    /// Beside "share the horizon explains".
+    pub horizon: String,
 }
 
 impl Default for AnalysisSpec {
@@ -79,6 +115,7 @@ impl Default for AnalysisSpec {
             max_view_deg: 80.0,
             horizon: false,
             spheres: Vec::new(),
+            published: None,
         }
     }
 }
@@ -118,7 +155,7 @@ impl MomentsPlan {
     /// Reads and checks a config of kind `moments`.
     ///
     /// # Errors
-    /// [`Error::Config`] and [`Error::Data`], as those of [`Plan::new`].
+    /// [`Error::Config`] and [`Error::Data`], as those of [`Plan::new`](crate::experiment::Plan::new).
     pub fn read(source: &Source) -> Result<Self, Error> {
         Kind::Moments.require(source)?;
         let table = source.table()?;
@@ -172,7 +209,9 @@ impl MomentsPlan {
             keys.remove("path");
             resolved.insert("merl".into(), keys.into());
         }
-        let tables = by_hand.iter().map(|m| named(m.spec.resolved(), &m.name));
+        let tables = by_hand
+            .iter()
+            .map(|m| with_name(m.spec.resolved(), &m.name));
         insert_list(&mut resolved, "material", tables);
         resolved.insert("moments".into(), moments.resolved().into());
         resolved.insert("analysis".into(), section(&analysis).into());
@@ -189,32 +228,6 @@ impl MomentsPlan {
             lighting,
             resolved,
         })
-    }
-
-    /// The materials and moments of a config of any kind.
-    ///
-    /// # Errors
-    /// As [`read`](Self::read).
-    pub fn of_any(source: &Source) -> Result<Self, Error> {
-        match Kind::of(source)? {
-            Kind::Moments => Self::read(source),
-            Kind::Relations => Ok(RelationsPlan::read(source)?.base),
-            Kind::Study => Ok(Self::of_plan(StudyPlan::read(source)?.plan)),
-            Kind::Acquisition => Ok(Self::of_plan(Plan::new(Config::read(source)?)?)),
-        }
-    }
-
-    fn of_plan(plan: Plan) -> Self {
-        Self {
-            question: plan.question,
-            seed: plan.seeds[0],
-            materials: plan.materials,
-            missing: plan.missing,
-            moments: plan.moments.unwrap_or_default(),
-            analysis: AnalysisSpec::default(),
-            lighting: Box::new(SkySpec::default()),
-            resolved: plan.resolved,
-        }
     }
 
     /// What the materials are built for.

@@ -3,23 +3,51 @@
 use super::plan::MomentsPlan;
 use crate::brdf::Brdf;
 use crate::error::Error;
-use crate::experiment::observer::{Failure, Input, Job};
-use crate::experiment::plan::Material;
-use crate::experiment::run::{hash, timed};
-use crate::moments::{Channel, Component, Profile, SliceMoments};
+use crate::experiment::choices::Material;
+use crate::experiment::key::{Expected, Identity, Part, RowKey};
+use crate::experiment::observer::{Event, Observer, Stop, Summary, Teller, Wish, timed};
+use crate::experiment::record::{Experiment, Extent, Known, Record, Shard};
+use crate::moments::{Channel, Clamping, Component, Profile, SliceMoments};
+use serde::{Deserialize, Serialize};
 
 /// The profiles of a material.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct MaterialProfiles {
+    /// Hash of everything that determines them.
+    pub key: RowKey,
     /// Name of the material.
     pub material: String,
+    /// Hash of what it is.
+    pub material_key: RowKey,
     /// The kind of the material; materials of a kind are analysed together.
     pub group: String,
     /// One a channel of the plan.
     pub profiles: Vec<Profile>,
     /// Wall time of each.
     pub seconds: Vec<f64>,
+    /// What the horizon explains of the first of them, if that was asked.
+    pub clamping: Option<Clamping>,
 }
+
+impl Record for MaterialProfiles {
+    const FILE: &'static str = "profiles.jsonl";
+
+    fn key(&self) -> &str {
+        &self.key
+    }
+
+    fn material(&self) -> (&str, &str) {
+        (&self.material, &self.material_key)
+    }
+
+    fn label(&self) -> String {
+        LABEL.into()
+    }
+}
+
+/// What a record is of, beside its material.
+const LABEL: &str = "profiles";
 
 impl MaterialProfiles {
     /// One row a channel and view.
@@ -123,75 +151,169 @@ pub fn shown(value: f64) -> String {
     format!("{value:?}")
 }
 
-/// Is told what happens while materials are analysed, and may stop it.
-pub trait Desk {
-    /// True if the run shall stop; asked before every profile.
-    fn cancelled(&self) -> bool {
-        false
+impl Experiment for MomentsPlan {
+    type Record = MaterialProfiles;
+
+    fn question(&self) -> Option<&str> {
+        self.question.as_deref()
     }
 
-    /// A material's turn has come.
-    fn begins(&mut self, _material: &Material) {}
+    fn resolved(&self) -> &toml::Table {
+        &self.resolved
+    }
 
-    /// The profiles of a material are there; `inputs` are the files it was read from.
-    ///
-    /// # Errors
-    /// End the run.
-    fn profiles(
-        &mut self,
-        brdf: &dyn Brdf,
-        profiles: MaterialProfiles,
-        inputs: Vec<Input>,
-    ) -> Result<(), Error>;
+    fn seeds(&self) -> Vec<u64> {
+        vec![self.seed]
+    }
 
-    /// A material could not be analysed; the others go on.
-    fn failed(&mut self, failure: Failure);
+    fn materials(&self) -> &[Material] {
+        &self.materials
+    }
+
+    fn missing(&self) -> &[String] {
+        &self.missing
+    }
+
+    fn expected(&self, shard: Option<Shard>) -> Vec<Expected> {
+        let part = self.part();
+        let mine = |i: &usize| shard.is_none_or(|s| s.has(*i));
+        let of = |material: usize| Expected {
+            material,
+            label: LABEL.into(),
+            job: format!("{}, {LABEL}", self.materials[material].name),
+            part,
+        };
+        (0..self.materials.len()).filter(mine).map(of).collect()
+    }
+
+    fn run(
+        &self,
+        extent: &Extent,
+        known: &Known<MaterialProfiles>,
+        observer: &mut dyn Observer<MaterialProfiles>,
+    ) -> Result<Summary, Error> {
+        let mut teller = Teller::new(observer);
+        let result = self.measure(extent, known, &mut teller);
+        teller.ended(result)
+    }
 }
 
-/// The profiles of every material of a plan, one material after the other; false if it was stopped
-/// on the way.
-///
-/// # Errors
-/// Those of the desk.
-pub fn measure(plan: &MomentsPlan, desk: &mut dyn Desk) -> Result<bool, Error> {
-    for material in &plan.materials {
-        if desk.cancelled() {
-            return Ok(false);
-        }
-        desk.begins(material);
-        let inputs = hash(&material.spec.inputs());
-        let brdf = material.spec.build(plan.channels());
-        let (inputs, brdf) = match (inputs, brdf.map_err(|e| e.to_string())) {
-            (Ok(inputs), Ok(brdf)) => (inputs, brdf),
-            (Err(reason), _) | (_, Err(reason)) => {
-                desk.failed(Failure {
-                    job: Job::of(material).to_string(),
-                    reason,
-                    jobs: 1,
-                });
+impl MomentsPlan {
+    /// What determines profiles but for the material.
+    fn part(&self) -> blake3::Hash {
+        let mut part = Part::new();
+        part.feed(LABEL);
+        part.feed(&self.moments.resolved().to_string());
+        part.feed(&self.seed.to_string());
+        // What the horizon explains counts up to the last fitted view.
+        let horizon = self.analysis.horizon.then_some(self.analysis.max_view_deg);
+        part.feed(&format!("{horizon:?}"));
+        part.finish()
+    }
+
+    /// One material after the other.
+    fn measure(
+        &self,
+        extent: &Extent,
+        known: &Known<MaterialProfiles>,
+        teller: &mut Teller<'_, MaterialProfiles>,
+    ) -> Result<(), Stop> {
+        let expected = self.expected(extent.shard);
+        teller.observer.begins(expected.len() as f64);
+        let mut mine = expected.iter().peekable();
+        for (i, material) in self.materials.iter().enumerate() {
+            let Some(row) = mine.next_if(|e| e.material == i) else {
+                teller.summary.materials.push(None);
+                continue;
+            };
+            teller.doing(&material.name)?;
+            let identity = match Identity::of(material) {
+                Ok(identity) => identity,
+                Err(reason) => {
+                    teller.summary.materials.push(None);
+                    teller.failed(material.name.clone(), &reason, 1)?;
+                    teller.advanced(1.0)?;
+                    continue;
+                }
+            };
+            let key = row.key(&identity.key);
+            let summary = &mut teller.summary;
+            summary.inputs.extend_from_slice(&identity.inputs);
+            summary.keys.push(key.clone());
+            summary.materials.push(Some(identity.key.clone()));
+            let old = known.get(&key);
+            let wish = Wish::Material(i, material, &identity.key);
+            let wanted = teller.observer.wants(&wish);
+            if let (Some(old), false) = (old, wanted) {
+                teller.complete(&[old])?;
+                teller.advanced(1.0)?;
                 continue;
             }
-        };
-        let mut profiles = MaterialProfiles {
-            material: material.name.clone(),
-            group: material.group(),
-            profiles: Vec::new(),
-            seconds: Vec::new(),
-        };
-        let table = &plan.moments;
-        for &channel in &table.spec.channels {
-            if desk.cancelled() {
-                return Ok(false);
+            let (brdf, seconds) = timed(|| material.spec.build(self.channels()));
+            teller.summary.seconds.load += seconds;
+            let brdf = match brdf {
+                Ok(brdf) => brdf,
+                Err(reason) => {
+                    teller.failed(material.name.clone(), &reason, 1)?;
+                    teller.advanced(1.0)?;
+                    continue;
+                }
+            };
+            match old {
+                Some(old) => teller.complete(&[old])?,
+                None => {
+                    let record = self.profiles(material, &identity.key, key, &*brdf, teller)?;
+                    teller.made(std::slice::from_ref(&record))?;
+                    teller.complete(&[&record])?;
+                }
             }
-            let (profile, seconds) =
-                timed(|| Profile::new(&*brdf, channel, &table.spec, &*table.estimator, plan.seed));
-            // The plan has checked every key, and builds what the channels need.
-            profiles
-                .profiles
-                .push(profile.map_err(|e| Error::Internal(e.to_string()))?);
-            profiles.seconds.push(seconds);
+            if wanted {
+                let event = Event::Loaded(material, &identity.key, &*brdf);
+                teller.observer.tell(&event)?;
+            }
+            teller.advanced(1.0)?;
         }
-        desk.profiles(&*brdf, profiles, inputs)?;
+        Ok(())
     }
-    Ok(true)
+
+    fn profiles(
+        &self,
+        material: &Material,
+        material_key: &str,
+        key: RowKey,
+        brdf: &dyn Brdf,
+        teller: &mut Teller<'_, MaterialProfiles>,
+    ) -> Result<MaterialProfiles, Stop> {
+        let internal = |e: &dyn std::fmt::Display| Error::Internal(e.to_string());
+        let table = &self.moments;
+        let (mut profiles, mut times) = (Vec::new(), Vec::new());
+        for &channel in &table.spec.channels {
+            teller.go_on()?;
+            let (profile, seconds) =
+                timed(|| Profile::new(brdf, channel, &table.spec, &*table.estimator, self.seed));
+            // The plan has checked every key, and builds what the channels need.
+            profiles.push(profile.map_err(|e| internal(&e))?);
+            times.push(seconds);
+        }
+        teller.summary.seconds.moments += times.iter().sum::<f64>();
+        // Colours of a material share their shape: the first channel stands for all.
+        let clamping = match self.analysis.horizon {
+            false => None,
+            true => {
+                let range = self.analysis.range().map_err(|e| internal(&e))?;
+                let last = range.ends()[1];
+                let found = Clamping::of(brdf, &profiles[0], &*table.estimator, last);
+                Some(found.map_err(|e| internal(&e))?)
+            }
+        };
+        Ok(MaterialProfiles {
+            key,
+            material: material.name.clone(),
+            material_key: material_key.to_owned(),
+            group: material.group(),
+            profiles,
+            seconds: times,
+            clamping,
+        })
+    }
 }

@@ -2,7 +2,9 @@
 
 use crate::error::{Error, ParameterError};
 use crate::experiment::checks::below;
-use crate::experiment::source::{KeyPath, Source};
+use crate::experiment::keypath::KeyPath;
+use crate::experiment::source::Source;
+use crate::experiment::tables::section;
 use crate::moments::{self, Estimator, MomentsSpec, PeakResolving};
 use crate::registry::{self, ReadError, Table};
 
@@ -62,7 +64,7 @@ impl MomentsTable {
 
     /// Every key with its value.
     pub(in crate::experiment) fn resolved(&self) -> toml::Table {
-        let mut table = super::super::resolved::section(&self.spec);
+        let mut table = section(&self.spec);
         table.insert("estimator".into(), self.estimator.resolved().into());
         table
     }

@@ -9,7 +9,7 @@ use std::fmt;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Undetermined {
-    /// The RMS deviation from the mean is at most 10⁻⁴ of it. The fit is the mean.
+    /// The RMS deviation from the mean is at most the values' tolerance times it. The fit is the mean.
     Flat,
     /// The ramp explains less than ten times as much variance per parameter as it leaves per
     /// degree of freedom: ((S_0 − S)/(2p + 2))/(S/(n − 3p − 2)) < 10 with S_0 and S the sums of

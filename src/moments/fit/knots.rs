@@ -9,9 +9,6 @@ use std::f64::consts::{FRAC_PI_4, PI};
 
 /// The first start of the optimiser, 45° and 75°, as in Zubiaga et al. 2015, §3.4.
 const FIRST_START: [f64; 2] = [FRAC_PI_4, 75.0 / 180.0 * PI];
-/// A profile whose values differ from their mean by less than this share of it, in the RMS, is
-/// flat: the tolerance to which the default estimator integrates.
-const FLAT: f64 = 1e-4;
 /// Ratio of variances below which a ramp is noise. Knots that are searched for raise it above the
 /// quantiles of an F distribution: of 4000 profiles of normal noise at 81 views one in a thousand
 /// exceeded 5.8, and none 7.7.
@@ -29,8 +26,9 @@ pub fn fit_energy(
     views: &[f64],
     values: &[Option<f64>],
     range: ViewRange,
+    tolerance: f64,
 ) -> Result<EnergyFit, FitError> {
-    let shared = fit_energy_shared(&[EnergySeries { views, values }], range);
+    let shared = fit_energy_shared(&[EnergySeries { views, values }], range, tolerance);
     let mut shared = shared.map_err(|e| match e {
         FitError::Profile { source, .. } => *source,
         other => other,
@@ -40,7 +38,7 @@ pub fn fit_energy(
 
 /// Fits a base and a ramp to each of several profiles and one pair of knots to all. Each profile
 /// counts in units of its mean energy, so that a dark material weighs as much as a bright one;
-/// a profile with more views weighs more.
+/// a profile with more views weighs more. `tolerance` as for [`fit_energy`], of all profiles together.
 ///
 /// # Errors
 /// If a profile has fewer than three used views or no positive mean energy, or all together have
@@ -48,6 +46,7 @@ pub fn fit_energy(
 pub fn fit_energy_shared(
     profiles: &[EnergySeries<'_>],
     range: ViewRange,
+    tolerance: f64,
 ) -> Result<SharedEnergyFit, FitError> {
     // Alone, a profile must determine the knots as well.
     let needed = if profiles.len() == 1 { 5 } else { 3 };
@@ -75,7 +74,7 @@ pub fn fit_energy_shared(
     }
     let (knots, upper_at_end) = best_knots(&blocks, ends, FIRST_START);
     let solved = solve(&blocks, knots);
-    let undetermined = undetermined(&units, &order, &solved, upper_at_end);
+    let undetermined = undetermined(&units, &order, &solved, upper_at_end, tolerance);
     let constant = matches!(undetermined, Some(Undetermined::Flat | Undetermined::Noise));
     let mut fits: Vec<Option<EnergyFit>> = vec![None; units.len()];
     for (&index, linear) in order.iter().zip(&solved.linear) {
@@ -183,11 +182,12 @@ fn undetermined(
     order: &[usize],
     solved: &Solved,
     upper_at_end: bool,
+    tolerance: f64,
 ) -> Option<Undetermined> {
     let n = solved.residuals.len();
     let about_mean = |u: &Unit| u.values.iter().map(|v| (v - 1.0).powi(2)).sum::<f64>();
     let spread: f64 = units.iter().map(about_mean).sum();
-    if (spread / n as f64).sqrt() <= FLAT {
+    if (spread / n as f64).sqrt() <= tolerance {
         return Some(Undetermined::Flat);
     }
     let freedom = n - 3 * units.len() - 2;
@@ -215,6 +215,8 @@ fn undetermined(
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    const TOLERANCE: f64 = 1e-4;
 
     /// Every degree from 0 to 80.
     fn views() -> Vec<f64> {
@@ -281,7 +283,7 @@ mod tests {
                 let mut truth = shape;
                 truth[2] = scale;
                 let values = series(&views, |t| with_parameters(truth).value(t));
-                let fit = fit_energy(&views, &values, ViewRange::default()).unwrap();
+                let fit = fit_energy(&views, &values, ViewRange::default(), TOLERANCE).unwrap();
                 assert_eq!(fit.undetermined(), None);
                 let found = parameters(&fit);
                 for (a, b) in found.into_iter().zip(truth) {
@@ -303,7 +305,7 @@ mod tests {
             for (i, value) in values.iter_mut().enumerate() {
                 *value = value.map(|v| v + amplitude * noise(i, 0));
             }
-            let fit = fit_energy(&views, &values, ViewRange::default()).unwrap();
+            let fit = fit_energy(&views, &values, ViewRange::default(), TOLERANCE).unwrap();
             let found = parameters(&fit);
             let errors: Vec<f64> = found
                 .iter()
@@ -324,7 +326,7 @@ mod tests {
         let views = views();
         // Not a ramp, so that the residual does not vanish.
         let values = series(&views, |t| 1.0 + 0.5 * (-((t - 1.2) / 0.3).powi(2)).exp());
-        let fit = fit_energy(&views, &values, ViewRange::default()).unwrap();
+        let fit = fit_energy(&views, &values, ViewRange::default(), TOLERANCE).unwrap();
         let best = parameters(&fit);
         let least = rmse(&fit, &views, &values);
         assert!((least - fit.errors().rmse).abs() < 1e-12 * least);
@@ -350,7 +352,7 @@ mod tests {
         ];
         for rise in rises {
             let values = series(&views, rise);
-            let fit = fit_energy(&views, &values, range).unwrap();
+            let fit = fit_energy(&views, &values, range, TOLERANCE).unwrap();
             let [lower, upper] = fit.knots().unwrap();
             assert!(fit.upper_at_end() && upper == views[80]);
             // With a cubic over all views beyond θ_0, any θ_1 beyond the last fits as well ...
@@ -378,7 +380,7 @@ mod tests {
         // The last view that has a value counts, not the end of the range.
         let mut values = series(&views, rises[0]);
         values[71..].fill(None);
-        let fit = fit_energy(&views, &values, range).unwrap();
+        let fit = fit_energy(&views, &values, range, TOLERANCE).unwrap();
         assert!(fit.upper_at_end() && fit.knots().unwrap()[1] == views[70]);
     }
 
@@ -400,7 +402,7 @@ mod tests {
         for (i, value) in values.iter_mut().enumerate() {
             *value = value.map(|v| v + 0.02 * (7.0 * (i * i) as f64).cos());
         }
-        let fit = fit_energy(&views, &values, ViewRange::default()).unwrap();
+        let fit = fit_energy(&views, &values, ViewRange::default(), TOLERANCE).unwrap();
         let ramp = fit.ramp().unwrap();
         let [lower, upper] = fit.knots().unwrap();
         let found = [lower, upper, fit.base(), ramp.height, ramp.slope];
@@ -436,7 +438,7 @@ mod tests {
             .iter()
             .map(|(views, values)| EnergySeries { views, values })
             .collect();
-        fit_energy_shared(&series, ViewRange::default()).unwrap()
+        fit_energy_shared(&series, ViewRange::default(), TOLERANCE).unwrap()
     }
 
     #[test]
@@ -470,12 +472,12 @@ mod tests {
         let profiles = many(0.02);
         let fits = shared(&profiles);
         for ((views, values), with_others) in profiles.iter().zip(fits.fits()) {
-            let alone = fit_energy(views, values, ViewRange::default()).unwrap();
+            let alone = fit_energy(views, values, ViewRange::default(), TOLERANCE).unwrap();
             let [alone, with_others] = [&alone, with_others].map(|f| f.relative_errors().rmse);
             assert!(alone <= with_others * (1.0 + 1e-9));
         }
         let (views, values) = &profiles[2];
-        let alone = fit_energy(views, values, ViewRange::default()).unwrap();
+        let alone = fit_energy(views, values, ViewRange::default(), TOLERANCE).unwrap();
         assert_eq!(shared(&profiles[2..3]).fits(), [alone]);
     }
 
@@ -484,10 +486,28 @@ mod tests {
         let views = views();
         for (value, ripple) in [(3.0, 0.0), (1e-5, 0.0), (2.0, 1e-4)] {
             let values = series(&views, |t| value * (1.0 + ripple * (20.0 * t).sin()));
-            let fit = fit_energy(&views, &values, ViewRange::default()).unwrap();
+            let fit = fit_energy(&views, &values, ViewRange::default(), TOLERANCE).unwrap();
             assert_eq!(fit.undetermined(), Some(Undetermined::Flat));
             assert!(fit.knots().is_none() && fit.ramp().is_none());
             assert!((fit.value(1.0) / value - 1.0).abs() < 1e-4);
+        }
+    }
+
+    #[test]
+    fn a_profile_is_flat_to_the_tolerance_of_its_values() {
+        let views = views();
+        let range = ViewRange::default();
+        let truth = [0.6, 1.2, 2.0, 1e-3, 3e-3];
+        let values = series(&views, |t| with_parameters(truth).value(t));
+        let about_mean = FitErrors::of({
+            let mean = values.iter().flatten().sum::<f64>() / 81.0;
+            let values: Vec<f64> = values.iter().flatten().copied().collect();
+            values.into_iter().map(move |v| v / mean - 1.0)
+        });
+        for (share, flat) in [(0.1, false), (0.99, false), (1.01, true), (10.0, true)] {
+            let fit = fit_energy(&views, &values, range, share * about_mean.rmse).unwrap();
+            assert_eq!(fit.undetermined() == Some(Undetermined::Flat), flat);
+            assert_eq!(fit.knots().is_none(), flat);
         }
     }
 
@@ -499,7 +519,7 @@ mod tests {
             for (i, value) in values.iter_mut().enumerate() {
                 *value = value.map(|v| v + 0.1 * noise(i, k));
             }
-            let fit = fit_energy(&views, &values, ViewRange::default()).unwrap();
+            let fit = fit_energy(&views, &values, ViewRange::default(), TOLERANCE).unwrap();
             assert_eq!(fit.undetermined(), Some(Undetermined::Noise), "{k}");
             assert!((fit.base() - fit.mean()).abs() < 1e-15 && fit.ramp().is_none());
         }
@@ -509,7 +529,7 @@ mod tests {
     fn a_step_between_two_views_is_fitted_without_knots() {
         let views = views();
         let values = series(&views, |t| if t < 0.9 { 1.0 } else { 2.0 });
-        let fit = fit_energy(&views, &values, ViewRange::default()).unwrap();
+        let fit = fit_energy(&views, &values, ViewRange::default(), TOLERANCE).unwrap();
         assert_eq!(fit.undetermined(), Some(Undetermined::Unseen));
         assert!(fit.knots().is_none() && fit.errors().rmse < 1e-10);
     }
@@ -524,7 +544,7 @@ mod tests {
         }
         values[7] = None;
         values[60] = Some(f64::NAN);
-        let fit = fit_energy(&views, &values, ViewRange::default()).unwrap();
+        let fit = fit_energy(&views, &values, ViewRange::default(), TOLERANCE).unwrap();
         assert_eq!(fit.errors().views, 79);
         assert!((fit.value(1.3) - clean.value(1.3)).abs() < 1e-8);
     }
@@ -541,22 +561,25 @@ mod tests {
             found: 4,
             needed: 5,
         };
-        assert_eq!(fit_energy(&views, &values, range), Err(few));
+        assert_eq!(fit_energy(&views, &values, range, TOLERANCE), Err(few));
         let black = vec![Some(0.0); 81];
-        assert_eq!(fit_energy(&views, &black, range), Err(FitError::NoEnergy));
-        assert!(fit_energy(&views, &black[1..], range).is_err());
-        assert!(fit_energy_shared(&[], range).is_err());
-        let same = fit_energy(&[0.5; 6], &[Some(1.0); 6], range);
+        assert_eq!(
+            fit_energy(&views, &black, range, TOLERANCE),
+            Err(FitError::NoEnergy)
+        );
+        assert!(fit_energy(&views, &black[1..], range, TOLERANCE).is_err());
+        assert!(fit_energy_shared(&[], range, TOLERANCE).is_err());
+        let same = fit_energy(&[0.5; 6], &[Some(1.0); 6], range, TOLERANCE);
         assert_eq!(same, Err(FitError::Undetermined));
         let series = [&values, &black].map(|values| EnergySeries {
             views: &views,
             values,
         });
-        let second = fit_energy_shared(&series, range).unwrap_err();
+        let second = fit_energy_shared(&series, range, TOLERANCE).unwrap_err();
         let source = Box::new(FitError::NoEnergy);
         assert_eq!(second, FitError::Profile { index: 1, source });
         // Five values are as many as there are parameters: found without a panic.
         values[80] = Some(9.0);
-        assert!(fit_energy(&views, &values, range).is_ok());
+        assert!(fit_energy(&views, &values, range, TOLERANCE).is_ok());
     }
 }

@@ -92,18 +92,21 @@ impl RelationSpec {
 }
 
 /// Moments of a function of one angle, seen through a window.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct AngleMoments {
     /// Its integral; of radiance over the view: radiance × rad.
+    #[serde(with = "crate::numeric::infinite_as_null")]
     pub energy: f64,
     /// rad.
+    #[serde(with = "crate::numeric::infinite_as_null")]
     pub mean: f64,
     /// rad².
+    #[serde(with = "crate::numeric::infinite_as_null")]
     pub variance: f64,
 }
 
 /// A prediction and how far it is off.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Prediction {
     /// What is predicted.
     pub moments: AngleMoments,
@@ -115,7 +118,7 @@ pub struct Prediction {
 /// One view, one way to move it: what is rendered and what each form of Eqs. 22 to 24 predicts.
 ///
 /// Means of radiance are of t, the way of the view from where it stands.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Relation {
     /// Which way the view moves.
     pub along: Along,

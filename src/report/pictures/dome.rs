@@ -1,7 +1,6 @@
 //! The hemisphere of light directions, seen from outside in parallel projection.
 
 use super::plot::{Plot, middles};
-use crate::error::Error;
 use crate::geometry::{Direction, DirectionPair};
 use crate::report::svg::canvas::{Canvas, Ink};
 use glam::DVec3;
@@ -64,7 +63,7 @@ impl Dome {
 
     /// Outline, the part of the rim that is seen, and the directions that matter: a dot for the
     /// mirror direction, a circle for the sensor, a cross for the normal.
-    pub fn outline(&self, canvas: &mut Canvas<'_>, plot: &Plot) -> Result<(), Error> {
+    pub fn outline(&self, canvas: &mut Canvas, plot: &Plot) {
         const STEPS: usize = 240;
         let circle = |a: DVec3, b: DVec3| {
             let at = move |i: usize| {
@@ -78,27 +77,26 @@ impl Dome {
         for line in [silhouette.collect::<Vec<_>>(), rim.collect()] {
             for run in line.split(|(_, seen)| !seen) {
                 let points: Vec<_> = run.iter().map(|(v, _)| self.place(*v)).collect();
-                plot.line(canvas, &points, DARK, 1.3)?;
+                plot.line(canvas, &points, DARK, 1.3);
             }
         }
         let o = self.omega_o.vector();
         let mirror = DVec3::new(-o.x, 0.0, o.z);
         if mirror.dot(self.towards) >= 0.0 {
             let at = plot.place(self.place(mirror));
-            canvas.dot(at, 4.2, [255; 3])?;
-            canvas.dot(at, 3.0, DARK)?;
+            canvas.dot(at, 4.2, [255; 3]);
+            canvas.dot(at, 3.0, DARK);
         }
         if o.dot(self.towards) >= 0.0 {
             let at = plot.place(self.place(o));
-            canvas.dot(at, 4.6, DARK)?;
-            canvas.dot(at, 3.0, [255; 3])?;
+            canvas.dot(at, 4.6, DARK);
+            canvas.dot(at, 3.0, [255; 3]);
         }
         let [x, y] = plot.place(self.place(DVec3::Z));
         for (ink, width) in [(DARK, 3.4), ([255; 3], 1.6)] {
-            canvas.line(&[[x - 4.5, y], [x + 4.5, y]], ink, width)?;
-            canvas.line(&[[x, y - 4.5], [x, y + 4.5]], ink, width)?;
+            canvas.line(&[[x - 4.5, y], [x + 4.5, y]], ink, width);
+            canvas.line(&[[x, y - 4.5], [x, y + 4.5]], ink, width);
         }
-        Ok(())
     }
 }
 

@@ -48,7 +48,7 @@ pub fn test_functions_svg(
     let rows = top + STEP[1] - 26.0;
     let height = rows + planes.len() as f64 * STEP[1] + MARGIN;
     Canvas::draw([width, height], |canvas| {
-        text(canvas, [0.5 * width, 24.0], "Test functions", 17.0, true)?;
+        text(canvas, [0.5 * width, 24.0], "Test functions", 17.0, true);
         let mut at = [0.5 * width - 260.0, 48.0];
         for (_, ink, name) in FUNCTIONS {
             let [x, y] = at;
@@ -58,41 +58,41 @@ pub fn test_functions_svg(
                 [x + 22.0, y + 6.0],
                 [x, y + 6.0],
             ];
-            canvas.area(&box_, [0; 3], 1.0)?;
-            canvas.line(&[[x + 2.0, y], [x + 20.0, y]], ink, 2.4)?;
-            canvas.text([x + 28.0, y], name, Lettering::new(12.5, Align::Start))?;
+            canvas.area(&box_, [0; 3], 1.0);
+            canvas.line(&[[x + 2.0, y], [x + 20.0, y]], ink, 2.4);
+            canvas.text([x + 28.0, y], name, Lettering::new(12.5, Align::Start));
             at[0] += 180.0;
         }
         let x = |i: usize| MARGIN + NAME + LEFT + i as f64 * STEP[0];
         let side = [MARGIN + 0.5 * NAME - 4.0, top + 20.0 + 0.5 * SIDE];
-        text_upwards(canvas, side, "hemisphere", 13.0)?;
+        text_upwards(canvas, side, "hemisphere", 13.0);
         for (i, theta) in theta_o_deg.iter().enumerate() {
             let plot = Plot {
                 at: [x(i), top + 20.0],
                 side: SIDE,
             };
             let title = format!("θ_o = {theta}°");
-            text(canvas, [x(i) + 0.5 * SIDE, top + 8.0], &title, 12.5, false)?;
+            text(canvas, [x(i) + 0.5 * SIDE, top + 8.0], &title, 12.5, false);
             let dome = Dome::new(From::Mirror, theta.to_radians());
             draw(canvas, &plot, &functions, &dome.pairs(PIXELS))?;
-            dome.outline(canvas, &plot)?;
+            dome.outline(canvas, &plot);
         }
         for (j, plane) in planes.iter().enumerate() {
             let y = rows + j as f64 * STEP[1] + 26.0;
             let side = [MARGIN + 0.5 * NAME - 4.0, y + 0.5 * SIDE];
-            text_upwards(canvas, side, plane.name, 13.0)?;
+            text_upwards(canvas, side, plane.name, 13.0);
             for (i, phi) in phi_deg.iter().enumerate() {
                 let plot = Plot {
                     at: [x(i), y],
                     side: SIDE,
                 };
                 let title = format!("{} = {phi}°", plane.azimuth);
-                text(canvas, [x(i) + 0.5 * SIDE, y - 11.0], &title, 12.5, false)?;
+                text(canvas, [x(i) + 0.5 * SIDE, y - 11.0], &title, 12.5, false);
                 let phi = phi.to_radians();
                 let pair = |p| plane.form().inverse(&plane.coords(p, phi));
                 let pairs: Vec<_> = middles(PIXELS).map(pair).collect();
                 draw(canvas, &plot, &functions, &pairs)?;
-                plot.axes(canvas, plane, Some(phi))?;
+                plot.axes(canvas, plane, Some(phi));
             }
         }
         Ok(())
@@ -100,7 +100,7 @@ pub fn test_functions_svg(
 }
 
 fn draw(
-    canvas: &mut Canvas<'_>,
+    canvas: &mut Canvas,
     plot: &Plot,
     functions: &[(Box<dyn Brdf>, Ink)],
     pairs: &[Option<DirectionPair>],
@@ -129,7 +129,7 @@ fn draw(
     plot.raster(canvas, &pixels)?;
     for (values, ink) in &values {
         for i in 1..10 {
-            plot.isolines(canvas, values, 0.1 * f64::from(i), **ink, 0.9)?;
+            plot.isolines(canvas, values, 0.1 * f64::from(i), **ink, 0.9);
         }
     }
     Ok(())

@@ -38,15 +38,15 @@ pub fn hemispheres_svg(
     Canvas::draw([width, height], |canvas| {
         let middle = 0.5 * width;
         let title = "Coordinates on the hemisphere of light directions";
-        text(canvas, [middle, 24.0], title, 17.0, true)?;
-        text(canvas, [first + 0.5 * SIDE, 58.0], "colours", 13.0, true)?;
+        text(canvas, [middle, 24.0], title, 17.0, true);
+        text(canvas, [first + 0.5 * SIDE, 58.0], "colours", 13.0, true);
         let groups = [
             (mirror, From::Mirror, "seen along the mirror direction"),
             (back, From::Back, "seen along the sensor (back direction)"),
         ];
         for (x, _, name) in groups {
             let middle = x + 0.5 * (views * (SIDE + GAP) - GAP);
-            text(canvas, [middle, 54.0], name, 13.0, true)?;
+            text(canvas, [middle, 54.0], name, 13.0, true);
             for (i, theta) in theta_o_deg.iter().enumerate() {
                 let middle = x + i as f64 * (SIDE + GAP) + 0.5 * SIDE;
                 text(
@@ -55,13 +55,13 @@ pub fn hemispheres_svg(
                     &format!("θ_o = {theta}°"),
                     12.5,
                     false,
-                )?;
+                );
             }
         }
         for (j, plane) in planes.iter().enumerate() {
             let y = top + j as f64 * row;
             let at = [MARGIN + 0.5 * NAME - 4.0, y + 0.5 * SIDE];
-            text_upwards(canvas, at, plane.name, 13.0)?;
+            text_upwards(canvas, at, plane.name, 13.0);
             let plot = |x: f64| Plot {
                 at: [x, y],
                 side: SIDE,
@@ -69,7 +69,7 @@ pub fn hemispheres_svg(
             let key = plot(first);
             let values: Vec<_> = middles(PIXELS).map(Some).collect();
             colours(canvas, &key, plane, &values)?;
-            key.axes(canvas, plane, None)?;
+            key.axes(canvas, plane, None);
             for (x, from, _) in groups {
                 for (i, theta) in theta_o_deg.iter().enumerate() {
                     let plot = plot(x + i as f64 * (SIDE + GAP));
@@ -77,7 +77,7 @@ pub fn hemispheres_svg(
                     let values: Vec<_> =
                         dome.pairs(PIXELS).iter().map(|p| place(plane, p)).collect();
                     colours(canvas, &plot, plane, &values)?;
-                    dome.outline(canvas, &plot)?;
+                    dome.outline(canvas, &plot);
                 }
             }
         }
@@ -101,7 +101,8 @@ pub fn hemispheres_svg(
             &caption,
             11.5,
             false,
-        )
+        );
+        Ok(())
     })
 }
 
@@ -113,7 +114,7 @@ fn place(plane: &Plane, pair: &Option<DirectionPair>) -> Option<[f64; 2]> {
 }
 
 fn colours(
-    canvas: &mut Canvas<'_>,
+    canvas: &mut Canvas,
     plot: &Plot,
     plane: &Plane,
     values: &[Option<[f64; 2]>],
@@ -133,7 +134,7 @@ fn colours(
         };
         for i in 1..steps {
             let level = f64::from(i) / f64::from(steps);
-            plot.isolines(canvas, &along, level, ink, 0.9)?;
+            plot.isolines(canvas, &along, level, ink, 0.9);
         }
     }
     Ok(())

@@ -1,31 +1,23 @@
 //! Pictures of materials, reconstructions and parametrizations.
 
-#[cfg(feature = "exr")]
 mod compare;
-#[cfg(all(feature = "exr", feature = "plots"))]
 mod contours;
-#[cfg(feature = "exr")]
 mod distribution;
-#[cfg(all(feature = "exr", feature = "plots"))]
 mod dome;
-#[cfg(all(feature = "exr", feature = "plots"))]
 mod functions;
-#[cfg(all(feature = "exr", feature = "plots"))]
 mod hemispheres;
-#[cfg(all(feature = "exr", feature = "plots"))]
+mod lobe;
 mod plot;
-#[cfg(feature = "exr")]
 mod render;
-#[cfg(all(feature = "exr", feature = "plots"))]
+pub(super) mod slice;
 mod slices;
+pub(super) mod sphere;
 
-#[cfg(feature = "exr")]
 pub use compare::Comparison;
-#[cfg(all(feature = "exr", feature = "plots"))]
 pub use functions::test_functions_svg;
-#[cfg(all(feature = "exr", feature = "plots"))]
 pub use hemispheres::hemispheres_svg;
-#[cfg(feature = "exr")]
+pub use lobe::{FlatSlice, Radius, lobe_svg};
 pub use render::{render_sphere, render_spheres};
-#[cfg(all(feature = "exr", feature = "plots"))]
+pub use slice::{RESOLUTION, THETA_O_DEG, write_slice};
 pub use slices::BrdfSlices;
+pub use sphere::{FilterEllipse, SphereImage, sphere, sphere_svg};

@@ -4,7 +4,7 @@ use super::contours::isolines;
 use crate::error::Error;
 use crate::geometry::Symmetry;
 use crate::parametrization::{Axis, Coords, Parametrization, ParametrizationEntry, Unit};
-use crate::report::sphere::write_rgb;
+use crate::report::pictures::sphere::write_rgb;
 use crate::report::svg::canvas::{Align, Canvas, Ink, Lettering};
 use std::f64::consts::FRAC_PI_2;
 use std::sync::Arc;
@@ -138,7 +138,7 @@ impl Plot {
     }
 
     /// Square pixels, row after row from the top, all over the plot.
-    pub fn raster(&self, canvas: &mut Canvas<'_>, pixels: &[[u8; 3]]) -> Result<(), Error> {
+    pub fn raster(&self, canvas: &mut Canvas, pixels: &[[u8; 3]]) -> Result<(), Error> {
         let columns = pixels.len().isqrt();
         let mut png = Vec::new();
         write_rgb(&pixels.concat(), columns, &mut png)
@@ -150,12 +150,12 @@ impl Plot {
     /// Lines where values at the pixels' centres are `level`.
     pub fn isolines(
         &self,
-        canvas: &mut Canvas<'_>,
+        canvas: &mut Canvas,
         values: &[Option<f64>],
         level: f64,
         ink: Ink,
         width: f64,
-    ) -> Result<(), Error> {
+    ) {
         let columns = values.len().isqrt();
         for line in isolines(values, columns, level) {
             let place = |[x, y]: [f64; 2]| {
@@ -163,40 +163,28 @@ impl Plot {
                 self.place([u, 1.0 - v])
             };
             let line: Vec<_> = line.into_iter().map(place).collect();
-            canvas.line(&thinned(&line), ink, width)?;
+            canvas.line(&thinned(&line), ink, width);
         }
-        Ok(())
     }
 
     /// A line through points of the unit square.
-    pub fn line(
-        &self,
-        canvas: &mut Canvas<'_>,
-        points: &[[f64; 2]],
-        ink: Ink,
-        width: f64,
-    ) -> Result<(), Error> {
+    pub fn line(&self, canvas: &mut Canvas, points: &[[f64; 2]], ink: Ink, width: f64) {
         let points: Vec<_> = points.iter().map(|p| self.place(*p)).collect();
-        canvas.line(&points, ink, width)
+        canvas.line(&points, ink, width);
     }
 
     /// Paper over what is not physical, the edge of it, frame, ticks and names of axes.
-    pub fn axes(
-        &self,
-        canvas: &mut Canvas<'_>,
-        plane: &Plane,
-        phi: Option<f64>,
-    ) -> Result<(), Error> {
+    pub fn axes(&self, canvas: &mut Canvas, plane: &Plane, phi: Option<f64>) {
         if let Some(phi) = phi {
             let edge = plane.edge(phi);
             let mut outside: Vec<_> = edge.iter().map(|p| self.place(*p)).collect();
             outside.push(self.place([1.0, 1.0]));
             outside.push(self.place([0.0, 1.0]));
-            canvas.area(&outside, [255; 3], 1.0)?;
-            self.line(canvas, &edge, DARK, 1.3)?;
+            canvas.area(&outside, [255; 3], 1.0);
+            self.line(canvas, &edge, DARK, 1.3);
         }
         let corners = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0], [0.0, 0.0]];
-        self.line(canvas, &corners, FRAME, 0.8)?;
+        self.line(canvas, &corners, FRAME, 0.8);
         for (axis, horizontal) in [(&plane.x, true), (&plane.y, false)] {
             let ticks: &[(f64, &str)] = match axis.unit {
                 Unit::Radian => &[
@@ -214,24 +202,23 @@ impl Plot {
                 } else {
                     [[x, y], [x - 4.0, y]]
                 };
-                canvas.line(&ends, FRAME, 0.8)?;
+                canvas.line(&ends, FRAME, 0.8);
                 if horizontal {
                     let how = Lettering::new(TICK, Align::Middle);
-                    canvas.text([x, y + 11.0], text, how)?;
+                    canvas.text([x, y + 11.0], text, how);
                 } else {
-                    canvas.text([x - 7.0, y], text, Lettering::new(TICK, Align::End))?;
+                    canvas.text([x - 7.0, y], text, Lettering::new(TICK, Align::End));
                 }
             }
             let mut how = Lettering::new(LABEL, Align::Middle);
             let [x, y] = self.place(if horizontal { [0.5, 0.0] } else { [0.0, 0.5] });
             if horizontal {
-                canvas.text([x, y + 27.0], &label(axis), how)?;
+                canvas.text([x, y + 27.0], &label(axis), how);
             } else {
                 how.upwards = true;
-                canvas.text([x - 33.0, y], &label(axis), how)?;
+                canvas.text([x - 33.0, y], &label(axis), how);
             }
         }
-        Ok(())
     }
 }
 
@@ -278,29 +265,18 @@ pub(super) fn middles(side: usize) -> impl Iterator<Item = [f64; 2]> {
 }
 
 /// A text whose middle is there.
-pub(super) fn text(
-    canvas: &mut Canvas<'_>,
-    at: [f64; 2],
-    text: &str,
-    size: f64,
-    bold: bool,
-) -> Result<(), Error> {
+pub(super) fn text(canvas: &mut Canvas, at: [f64; 2], text: &str, size: f64, bold: bool) {
     let mut how = Lettering::new(size, Align::Middle);
     how.bold = bold;
-    canvas.text(at, text, how)
+    canvas.text(at, text, how);
 }
 
 /// A text that is read from below.
-pub(super) fn text_upwards(
-    canvas: &mut Canvas<'_>,
-    at: [f64; 2],
-    text: &str,
-    size: f64,
-) -> Result<(), Error> {
+pub(super) fn text_upwards(canvas: &mut Canvas, at: [f64; 2], text: &str, size: f64) {
     let mut how = Lettering::new(size, Align::Middle);
     how.bold = true;
     how.upwards = true;
-    canvas.text(at, text, how)
+    canvas.text(at, text, how);
 }
 
 #[cfg(test)]

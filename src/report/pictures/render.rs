@@ -17,7 +17,7 @@ use crate::lighting::Lighting;
 use crate::numeric::luminance;
 use crate::parametrization::view_centered;
 use crate::report::SphereImage;
-use crate::report::sphere::{Frame, world};
+use crate::report::pictures::sphere::{Frame, world};
 use crate::sampling::Sobol;
 use glam::DVec3;
 use rayon::prelude::*;
@@ -329,7 +329,7 @@ mod tests {
     use super::*;
     use crate::brdf::{self, Channels, Lambert, Spectrum};
     use crate::registry;
-    use crate::report::sphere;
+    use crate::report::pictures::sphere::sphere;
 
     fn light(kind: &str, keys: &str) -> Box<dyn Lighting> {
         let all = crate::lighting::all();

@@ -6,8 +6,8 @@ use crate::brdf::{Brdf, Channels, Presence};
 use crate::error::Error;
 use crate::numeric::luminance;
 use crate::parametrization::ParametrizationEntry;
-use crate::report::slice::{Channels32, channel, write_channels};
-use crate::report::sphere::{encoded, write_rgb};
+use crate::report::pictures::slice::{Channels32, channel, write_channels};
+use crate::report::pictures::sphere::{encoded, write_rgb};
 use crate::report::svg::canvas::{Align, Canvas, Ink, Lettering, fitted};
 use rayon::prelude::*;
 use std::io::{self, Seek, Write};
@@ -112,14 +112,14 @@ impl BrdfSlices {
         let below = top + self.planes.len() as f64 * STEP[1];
         Canvas::draw([width, below + 70.0], |canvas| {
             let fits = fitted(title, 18.5, width - 2.0 * MARGIN);
-            text(canvas, [0.5 * width, 22.0], &fits, 17.0, true)?;
+            text(canvas, [0.5 * width, 22.0], &fits, 17.0, true);
             if let Some(cut) = self.cut() {
-                text(canvas, [0.5 * width, 42.0], &cut, 12.0, false)?;
+                text(canvas, [0.5 * width, 42.0], &cut, 12.0, false);
             }
             for (j, plane) in self.planes.iter().enumerate() {
                 let y = top + j as f64 * STEP[1] + 26.0;
                 let side = [MARGIN + 0.5 * NAME - 4.0, y + 0.5 * SIDE];
-                text_upwards(canvas, side, plane.name, 13.0)?;
+                text_upwards(canvas, side, plane.name, 13.0);
                 for (i, phi) in self.phi_deg.iter().enumerate() {
                     let x = MARGIN + NAME + LEFT + i as f64 * STEP[0];
                     let plot = Plot {
@@ -127,25 +127,21 @@ impl BrdfSlices {
                         side: SIDE,
                     };
                     let title = format!("{} = {phi}°", plane.azimuth);
-                    text(canvas, [x + 0.5 * SIDE, y - 11.0], &title, 12.5, false)?;
+                    text(canvas, [x + 0.5 * SIDE, y - 11.0], &title, 12.5, false);
                     let pixels = &self.pixels[j * self.phi_deg.len() + i];
                     self.raster(canvas, &plot, pixels, &tone)?;
                     let logs: Vec<_> = pixels.iter().map(log).collect();
                     for level in &levels {
-                        plot.isolines(canvas, &logs, level.ln(), tone.ink(*level), 0.8)?;
+                        plot.isolines(canvas, &logs, level.ln(), tone.ink(*level), 0.8);
                     }
-                    plot.axes(canvas, plane, Some(phi.to_radians()))?;
+                    plot.axes(canvas, plane, Some(phi.to_radians()));
                 }
             }
             let ends = [shown.first(), shown.last()];
             let [Some(lo), Some(hi)] = ends else {
-                return text(
-                    canvas,
-                    [0.5 * width, below + 20.0],
-                    "all is black",
-                    12.0,
-                    false,
-                );
+                let at = [0.5 * width, below + 20.0];
+                text(canvas, at, "all is black", 12.0, false);
+                return Ok(());
             };
             key(
                 canvas,
@@ -160,7 +156,7 @@ impl BrdfSlices {
 
     fn raster(
         &self,
-        canvas: &mut Canvas<'_>,
+        canvas: &mut Canvas,
         plot: &Plot,
         pixels: &[Pixel],
         tone: &Tone,
@@ -288,7 +284,7 @@ impl Tone {
 
 /// The greys of luminances, and the levels.
 fn key(
-    canvas: &mut Canvas<'_>,
+    canvas: &mut Canvas,
     [middle, y]: [f64; 2],
     [lo, hi]: [f64; 2],
     tone: &Tone,
@@ -314,20 +310,20 @@ fn key(
         [left, below],
         [left, y],
     ];
-    canvas.line(&corners, FRAME, 0.8)?;
+    canvas.line(&corners, FRAME, 0.8);
     let mut free = f64::NEG_INFINITY;
     for level in levels {
         let x = left + LENGTH * (level / lo).ln() / all;
-        canvas.line(&[[x, y], [x, below]], tone.ink(*level), 1.0)?;
+        canvas.line(&[[x, y], [x, below]], tone.ink(*level), 1.0);
         let text = number(*level);
         let room = 3.2 * text.chars().count() as f64 + 4.0;
         if x - room >= free {
-            canvas.line(&[[x, below], [x, below + 3.0]], FRAME, 0.8)?;
+            canvas.line(&[[x, below], [x, below + 3.0]], FRAME, 0.8);
             canvas.text(
                 [x, below + 11.0],
                 &text,
                 Lettering::new(10.0, Align::Middle),
-            )?;
+            );
             free = x + room;
         }
     }
@@ -335,7 +331,8 @@ fn key(
         "luminance of the BRDF (sr⁻¹); isolines {factor} times apart, the same in all; \
          white: below the horizon, hatched: no data"
     );
-    text(canvas, [middle, below + 30.0], &caption, 11.5, false)
+    text(canvas, [middle, below + 30.0], &caption, 11.5, false);
+    Ok(())
 }
 
 /// Two digits that count.

@@ -1,7 +1,7 @@
 //! Ranges of axes, and where their ticks are.
 
 use super::canvas::text_width;
-use crate::report::plot::{Axis, Scale};
+use crate::report::svg::plot::{Axis, Scale};
 
 /// Font size of tick labels, pixels.
 pub(super) const SIZE: f64 = 11.0;

@@ -1,12 +1,9 @@
 //! What the diagrams draw with: lines, dots, areas and texts at positions in pixels.
 
 use crate::error::Error;
-use plotters::backend::{DrawingBackend, SVGBackend};
-use plotters::style::text_anchor::{HPos, Pos, VPos};
-use plotters::style::{FontDesc, FontFamily, FontStyle, FontTransform};
-use plotters::style::{RGBAColor, ShapeStyle, TextStyle};
+use std::fmt::Write;
 
-/// The backend's coordinates are whole numbers: tenths of a pixel.
+/// Coordinates in a file are whole numbers, which are short: tenths of a pixel.
 const UNITS: f64 = 10.0;
 
 /// R, G, B in sRGB.
@@ -50,69 +47,70 @@ impl Lettering {
 }
 
 /// A picture under construction; x to the right and y down, in pixels.
-pub(in crate::report) struct Canvas<'a> {
-    backend: SVGBackend<'a>,
+#[derive(Default)]
+pub(in crate::report) struct Canvas {
+    /// Tags, one a line.
+    drawn: String,
     /// Tags of pictures, which lie below everything else.
     images: String,
 }
 
-impl Canvas<'_> {
+impl Canvas {
     /// A white picture of a size in pixels with what `body` draws, as an SVG text.
+    ///
+    /// # Errors
+    /// Those of the body.
     pub fn draw(
         size: [f64; 2],
-        body: impl FnOnce(&mut Canvas<'_>) -> Result<(), Error>,
+        body: impl FnOnce(&mut Canvas) -> Result<(), Error>,
     ) -> Result<String, Error> {
         let [width, height] = size.map(|s| s.clamp(1.0, 1e5).ceil());
-        let units = [width, height].map(|s| (s * UNITS) as u32);
-        let mut text = String::new();
-        let mut canvas = Canvas {
-            backend: SVGBackend::with_string(&mut text, units.into()),
-            images: String::new(),
-        };
-        let corners = [[0.0, 0.0], [width, 0.0], [width, height], [0.0, height]];
-        canvas.area(&corners, [255; 3], 1.0)?;
+        let mut canvas = Canvas::default();
         body(&mut canvas)?;
-        canvas.backend.present().map_err(failed)?;
-        let images = std::mem::take(&mut canvas.images);
-        drop(canvas);
-        // The paper is drawn first.
-        if let Some(paper) = text.find("/>") {
-            text.insert_str(paper + 2, &images);
-        }
-        let text = subscripts(&text);
-        // The first tag gives the size in units; what is shown has one pixel per ten of them.
-        let rest = text.find('>').map_or("", |end| &text[end..]);
-        let [w, h] = units;
+        let (drawn, images) = (subscripts(&canvas.drawn), canvas.images);
+        let mut paper = Canvas::default();
+        let corners = [[0.0, 0.0], [width, 0.0], [width, height], [0.0, height]];
+        paper.area(&corners, [255; 3], 1.0);
+        let (paper, w, h) = (paper.drawn, width * UNITS, height * UNITS);
         Ok(format!(
             "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{width}\" height=\"{height}\" \
-             viewBox=\"0 0 {w} {h}\" stroke-linejoin=\"round\" stroke-linecap=\"round\"{rest}"
+             viewBox=\"0 0 {w} {h}\" stroke-linejoin=\"round\" stroke-linecap=\"round\">\n\
+             {paper}{images}{drawn}</svg>\n"
         ))
     }
 
     /// A PNG below everything that is drawn, stretched to a size from its upper left corner.
-    #[cfg(feature = "exr")]
     pub fn image(&mut self, at: [f64; 2], size: [f64; 2], png: &[u8]) {
         let [x, y] = at.map(|v| (v * UNITS).round());
         let [w, h] = size.map(|v| (v * UNITS).round());
         self.images += &format!(
-            "\n<image x=\"{x}\" y=\"{y}\" width=\"{w}\" height=\"{h}\" \
-             preserveAspectRatio=\"none\" href=\"data:image/png;base64,{}\"/>",
-            crate::report::sphere::base64(png)
+            "<image x=\"{x}\" y=\"{y}\" width=\"{w}\" height=\"{h}\" \
+             preserveAspectRatio=\"none\" href=\"data:image/png;base64,{}\"/>\n",
+            crate::report::pictures::sphere::base64(png)
         );
     }
 
     /// A line through points.
-    pub fn line(&mut self, points: &[[f64; 2]], ink: Ink, width: f64) -> Result<(), Error> {
+    pub fn line(&mut self, points: &[[f64; 2]], ink: Ink, width: f64) {
         if points.len() < 2 {
-            return Ok(());
+            return;
         }
-        let style = style(ink, 1.0, width);
-        let points: Vec<_> = points.iter().map(|&p| units(p)).collect();
-        self.backend.draw_path(points, &style).map_err(failed)
+        self.tag(format_args!(
+            "<polyline fill=\"none\" opacity=\"1\" stroke=\"{}\" stroke-width=\"{}\" points=\"{}\"/>",
+            hex(ink),
+            (width * UNITS).round(),
+            listed(points)
+        ));
+    }
+
+    /// Writes a tag on a line of its own.
+    fn tag(&mut self, tag: std::fmt::Arguments<'_>) {
+        // Writing to a string does not fail.
+        let _ = writeln!(self.drawn, "{tag}");
     }
 
     /// A line of dashes through points.
-    pub fn dashes(&mut self, points: &[[f64; 2]], ink: Ink, width: f64) -> Result<(), Error> {
+    pub fn dashes(&mut self, points: &[[f64; 2]], ink: Ink, width: f64) {
         const PATTERN: [f64; 2] = [6.0, 4.0];
         let (mut on, mut left) = (true, PATTERN[0]);
         let mut dash: Vec<[f64; 2]> = points.first().copied().into_iter().collect();
@@ -126,7 +124,7 @@ impl Canvas<'_> {
                 let at = [0, 1].map(|i| a[i] + t * (b[i] - a[i]));
                 if on {
                     dash.push(at);
-                    self.line(&dash, ink, width)?;
+                    self.line(&dash, ink, width);
                 }
                 on = !on;
                 left = PATTERN[usize::from(!on)];
@@ -138,63 +136,75 @@ impl Canvas<'_> {
             }
         }
         if on {
-            self.line(&dash, ink, width)
-        } else {
-            Ok(())
+            self.line(&dash, ink, width);
         }
     }
 
     /// A filled disk.
-    pub fn dot(&mut self, centre: [f64; 2], radius: f64, ink: Ink) -> Result<(), Error> {
-        let radius = (radius * UNITS).round() as u32;
-        let style = style(ink, 1.0, 1.0);
-        let drawn = self
-            .backend
-            .draw_circle(units(centre), radius, &style, true);
-        drawn.map_err(failed)
+    pub fn dot(&mut self, centre: [f64; 2], radius: f64, ink: Ink) {
+        let [x, y] = units(centre);
+        self.tag(format_args!(
+            "<circle cx=\"{x}\" cy=\"{y}\" r=\"{}\" opacity=\"1\" fill=\"{}\" stroke=\"none\" stroke-width=\"10\"/>",
+            (radius * UNITS).round(),
+            hex(ink)
+        ));
     }
 
     /// A filled polygon.
-    pub fn area(&mut self, corners: &[[f64; 2]], ink: Ink, opacity: f64) -> Result<(), Error> {
-        let corners: Vec<_> = corners.iter().map(|&p| units(p)).collect();
-        let style = style(ink, opacity, 1.0);
-        self.backend.fill_polygon(corners, &style).map_err(failed)
+    pub fn area(&mut self, corners: &[[f64; 2]], ink: Ink, opacity: f64) {
+        self.tag(format_args!(
+            "<polygon opacity=\"{opacity}\" fill=\"{}\" points=\"{}\"/>",
+            hex(ink),
+            listed(corners)
+        ));
     }
 
     /// A text in one line.
-    pub fn text(&mut self, at: [f64; 2], text: &str, how: Lettering) -> Result<(), Error> {
+    pub fn text(&mut self, at: [f64; 2], text: &str, how: Lettering) {
         // XML has no way to write control characters.
         let text: String = text.chars().filter(|c| !c.is_control()).collect();
         if text.is_empty() {
-            return Ok(());
+            return;
         }
+        let [x, y] = units(at);
+        let anchor = match how.align {
+            Align::Start => "start",
+            Align::Middle => "middle",
+            Align::End => "end",
+        };
         let weight = if how.bold {
-            FontStyle::Bold
+            " font-weight=\"bold\""
         } else {
-            FontStyle::Normal
+            ""
         };
-        // The backend divides sizes by 1.24.
-        let size = how.size * 1.24 * UNITS;
-        let font = FontDesc::new(FontFamily::SansSerif, size, weight);
-        let font = if how.upwards {
-            font.transform(FontTransform::Rotate270)
-        } else {
-            font
+        let turn = match how.upwards {
+            true => format!(" transform=\"rotate(270, {x}, {y})\""),
+            false => String::new(),
         };
-        let align = match how.align {
-            Align::Start => HPos::Left,
-            Align::Middle => HPos::Center,
-            Align::End => HPos::Right,
-        };
-        let [r, g, b] = how.ink;
-        let color = RGBAColor(r, g, b, 1.0);
-        let style = TextStyle::from(font)
-            .color(&color)
-            .pos(Pos::new(align, VPos::Center));
-        self.backend
-            .draw_text(&text, &style, units(at))
-            .map_err(failed)
+        self.tag(format_args!(
+            "<text x=\"{x}\" y=\"{y}\" dy=\"0.5ex\" text-anchor=\"{anchor}\" font-family=\"sans-serif\" \
+             font-size=\"{}\" opacity=\"1\" fill=\"{}\"{weight}{turn}>\n{}\n</text>",
+            (10.0 * how.size * UNITS).round() / 10.0,
+            hex(how.ink),
+            escaped(&text)
+        ));
     }
+}
+
+/// A text without the characters that XML gives a meaning.
+fn escaped(text: &str) -> String {
+    let mut out = String::with_capacity(text.len());
+    for c in text.chars() {
+        match c {
+            '&' => out += "&amp;",
+            '<' => out += "&lt;",
+            '>' => out += "&gt;",
+            '"' => out += "&quot;",
+            '\'' => out += "&apos;",
+            c => out.push(c),
+        }
+    }
+    out
 }
 
 /// Sets the letter after a Greek one and an underscore lower: `θ_h` reads as in print.
@@ -232,22 +242,21 @@ fn subscripts(svg: &str) -> String {
     out
 }
 
-fn style(ink: Ink, opacity: f64, width: f64) -> ShapeStyle {
-    let [r, g, b] = ink;
-    ShapeStyle {
-        color: RGBAColor(r, g, b, opacity),
-        filled: true,
-        stroke_width: (width * UNITS).round() as u32,
-    }
+fn hex([r, g, b]: Ink) -> String {
+    format!("#{r:02X}{g:02X}{b:02X}")
 }
 
-fn units(p: [f64; 2]) -> (i32, i32) {
-    let [x, y] = p.map(|v| (v * UNITS).round() as i32);
-    (x, y)
+fn units(p: [f64; 2]) -> [i64; 2] {
+    p.map(|v| (v * UNITS).round() as i64)
 }
 
-fn failed(e: impl std::fmt::Display) -> Error {
-    Error::Internal(format!("cannot draw: {e}"))
+/// Points as a tag lists them.
+fn listed(points: &[[f64; 2]]) -> String {
+    let point = |&p: &[f64; 2]| {
+        let [x, y] = units(p);
+        format!("{x},{y} ")
+    };
+    points.iter().map(point).collect()
 }
 
 /// About how wide a text is in a sans-serif font, pixels; rather too wide than too narrow.

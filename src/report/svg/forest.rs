@@ -3,7 +3,7 @@
 use super::canvas::{Align, Canvas, Lettering, fitted, text_width};
 use super::{FAINT, FRAME, GRID, LABEL, LEGEND, MARGIN, axis, palette};
 use crate::error::Error;
-use crate::report::plot::{Axis, Forest, Scale};
+use crate::report::svg::plot::{Axis, Forest, Scale};
 use axis::Ruler;
 
 const LINE: f64 = 17.0;
@@ -46,50 +46,50 @@ pub fn forest_svg(forest: &Forest) -> Result<String, Error> {
     Canvas::draw(size, |canvas| {
         if let (Some(a), Some(b)) = (place(1.0 / forest.band), place(forest.band)) {
             let corners = [[a, MARGIN], [b, MARGIN], [b, bottom], [a, bottom]];
-            canvas.area(&corners, GRID, 1.0)?;
+            canvas.area(&corners, GRID, 1.0);
         }
         let mut how = Lettering::new(axis::SIZE, Align::Middle);
         for (t, label) in &x.labelled {
             let at = left + t * WIDTH;
-            canvas.line(&[[at, MARGIN], [at, bottom]], GRID, 0.8)?;
-            canvas.line(&[[at, bottom], [at, bottom + 5.0]], FRAME, 0.9)?;
-            canvas.text([at, bottom + 6.0 + 0.6 * axis::SIZE], label, how)?;
+            canvas.line(&[[at, MARGIN], [at, bottom]], GRID, 0.8);
+            canvas.line(&[[at, bottom], [at, bottom + 5.0]], FRAME, 0.9);
+            canvas.text([at, bottom + 6.0 + 0.6 * axis::SIZE], label, how);
         }
         for t in &x.minor {
             let at = left + t * WIDTH;
-            canvas.line(&[[at, bottom], [at, bottom + 3.0]], FRAME, 0.7)?;
+            canvas.line(&[[at, bottom], [at, bottom + 3.0]], FRAME, 0.7);
         }
-        canvas.line(&[[left, bottom], [left + WIDTH, bottom]], FRAME, 0.8)?;
+        canvas.line(&[[left, bottom], [left + WIDTH, bottom]], FRAME, 0.8);
         if let Some(one) = place(1.0) {
-            canvas.line(&[[one, MARGIN], [one, bottom]], FRAME, 1.2)?;
+            canvas.line(&[[one, MARGIN], [one, bottom]], FRAME, 1.2);
         }
         how.size = LABEL;
         let label = fitted(&forest.label, LABEL, WIDTH + left);
         let below = bottom + 4.0 + 1.3 * axis::SIZE + LABEL;
-        canvas.text([left + 0.5 * WIDTH, below], &label, how)?;
+        canvas.text([left + 0.5 * WIDTH, below], &label, how);
         let mut y = MARGIN + 0.5 * LINE;
         for (g, of) in forest.groups.iter().enumerate() {
             let ink = palette(g, forest.groups.len());
             let mut how = Lettering::new(LEGEND, Align::Start);
             how.bold = true;
-            canvas.text([MARGIN, y], &fitted(&of.name, LEGEND, group), how)?;
+            canvas.text([MARGIN, y], &fitted(&of.name, LEGEND, group), how);
             for line in &of.lines {
                 how = Lettering::new(LEGEND, Align::End);
-                canvas.text([left - 10.0, y], &line.name, how)?;
+                canvas.text([left - 10.0, y], &line.name, how);
                 let ends = line.interval.map(|i| i.map(place));
                 if let Some([Some(a), Some(b)]) = ends {
-                    canvas.line(&[[a, y], [b, y]], ink, 1.7)?;
+                    canvas.line(&[[a, y], [b, y]], ink, 1.7);
                     for end in [a, b] {
-                        canvas.line(&[[end, y - 3.0], [end, y + 3.0]], ink, 1.2)?;
+                        canvas.line(&[[end, y - 3.0], [end, y + 3.0]], ink, 1.2);
                     }
                 }
                 if let Some(at) = place(line.ratio) {
-                    canvas.dot([at, y], 3.6, ink)?;
+                    canvas.dot([at, y], 3.6, ink);
                 }
                 how.align = Align::Start;
                 how.ink = FAINT;
                 let note = fitted(&line.note, LEGEND, WIDEST);
-                canvas.text([left + WIDTH + 12.0, y], &note, how)?;
+                canvas.text([left + WIDTH + 12.0, y], &note, how);
                 y += LINE;
             }
             y += 0.6 * LINE;
@@ -101,7 +101,7 @@ pub fn forest_svg(forest: &Forest) -> Result<String, Error> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::report::plot::{ForestGroup, ForestLine};
+    use crate::report::svg::plot::{ForestGroup, ForestLine};
 
     #[test]
     fn a_ratio_lies_where_its_axis_says() {

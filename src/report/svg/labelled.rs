@@ -3,7 +3,7 @@
 use super::canvas::{Align, Canvas, Lettering, fitted, text_width};
 use super::{LEGEND, MARGIN, Sheet, palette};
 use crate::error::Error;
-use crate::report::plot::{Mark, Panel, Series};
+use crate::report::svg::plot::{Mark, Panel, Series};
 
 /// Width and height of the frame: two diagrams stand side by side on a page.
 const PLOT: [f64; 2] = [340.0, 270.0];
@@ -37,7 +37,7 @@ pub fn labelled(panel: &Panel) -> Result<String, Error> {
     let right = placed.at[0] + sheet.plot[0];
     sheet.size[0] = sheet.size[0].max(right + GAP + widest + MARGIN);
     Canvas::draw(sheet.size, |canvas| {
-        sheet.draw(canvas)?;
+        sheet.draw(canvas);
         let placed = &sheet.panels[0];
         let mut ends: Vec<(f64, [f64; 2], &Series)> = panel
             .series
@@ -54,10 +54,10 @@ pub fn labelled(panel: &Panel) -> Result<String, Error> {
         for ((_, end, series), height) in ends.into_iter().zip(heights) {
             let ink = palette(series.color, sheet.colors);
             let at = [right + GAP, height];
-            canvas.line(&[end, [right + 3.0, end[1]]], ink, 0.4)?;
-            canvas.line(&[[right + 3.0, end[1]], [at[0] - 3.0, height]], ink, 0.4)?;
+            canvas.line(&[end, [right + 3.0, end[1]]], ink, 0.4);
+            canvas.line(&[[right + 3.0, end[1]], [at[0] - 3.0, height]], ink, 0.4);
             let name = fitted(&series.name, LEGEND, WIDEST);
-            canvas.text(at, &name, Lettering::new(LEGEND, Align::Start))?;
+            canvas.text(at, &name, Lettering::new(LEGEND, Align::Start));
         }
         Ok(())
     })

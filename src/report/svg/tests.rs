@@ -82,7 +82,7 @@ fn every_series_with_data_is_seen() {
     let text = drawn(&[panel(Scale::Linear, many)]);
     for c in 0..40 {
         assert!(text.contains(&format!("\nseries {c}\n")));
-        let [r, g, b] = crate::report::plot::palette(c, 40);
+        let [r, g, b] = crate::report::svg::plot::palette(c, 40);
         assert_eq!(marks(&text, &format!("#{r:02X}{g:02X}{b:02X}")), 2, "{c}");
     }
 }
@@ -200,7 +200,8 @@ fn greek_letters_have_indices_and_names_keep_their_underscores() {
     let text = |text: &str| {
         super::Canvas::draw([50.0, 20.0], |canvas| {
             let how = super::Lettering::new(10.0, super::Align::Start);
-            canvas.text([0.0, 10.0], text, how)
+            canvas.text([0.0, 10.0], text, how);
+            Ok(())
         })
         .unwrap()
     };

@@ -1,0 +1,187 @@
+//! What a run of an acquisition prints, draws and writes.
+
+use super::{Desk, End, Shown};
+use crate::cli::print;
+use crate::error::Error;
+use crate::experiment::{Event, Findings, Kind, Observer, Plan, Row, Wish};
+use crate::report::Studio;
+use crate::report::{
+    Below, MaterialPictures, Picture, RANKING, REPORT, RESULTS, RunFolder, Table, instruments,
+    ranking, ranking_csv, results_csv, schedule_stem, study_html, study_text,
+};
+use crate::schedule::write_schedule;
+use std::cell::RefCell;
+use std::io::Write;
+
+type Folder = RunFolder<Row>;
+
+impl Shown for Plan {
+    fn listeners<'a>(
+        &'a self,
+        folder: &'a RefCell<Folder>,
+        desk: &Desk,
+    ) -> Result<Vec<Box<dyn Observer<Row> + 'a>>, Error> {
+        let mut list: Vec<Box<dyn Observer<Row> + 'a>> = Vec::new();
+        if self.output.schedules.0.is_some() || self.output.slices {
+            list.push(Box::new(Asked { plan: self, folder }));
+        }
+        if self.kind == Kind::Acquisition {
+            let table = Table::new(self);
+            print(&table.head())?;
+            list.push(Box::new(Lines(table)));
+        }
+        if self.pictures.draw {
+            let studio = Studio::new(self, desk.shard)?;
+            studio.general(&mut folder.borrow_mut())?;
+            let stop = std::sync::Arc::clone(&desk.stop);
+            list.push(Box::new(Drawn {
+                studio,
+                folder,
+                stop,
+            }));
+        }
+        Ok(list)
+    }
+
+    fn conclude(&self, folder: &mut Folder, end: &End<'_>) -> Result<(), Error> {
+        let (rows, _) = folder.sorted(end.keys);
+        if self.kind == Kind::Acquisition && end.whole {
+            print(&match self.instruments.is_empty() {
+                true => ranking(&rows),
+                false => instruments(&rows),
+            })?;
+        }
+        let mut table = Vec::new();
+        let internal = |e: &dyn std::fmt::Display| Error::Internal(e.to_string());
+        results_csv(&rows, &mut table).map_err(|e| internal(&e))?;
+        let report = match end.whole && end.ended {
+            false => None,
+            true => {
+                let findings = Findings::asked(&rows, self.band, &self.report);
+                if self.kind == Kind::Study {
+                    print(&study_text(&findings))?;
+                }
+                let (general, pictures) = gathered(self, folder, end)?;
+                let html = study_html(self, &rows, &findings, end.manifest, &general, &pictures)?;
+                Some((findings, html))
+            }
+        };
+        folder.write_file(RESULTS, |out| out.write_all(&table))?;
+        let Some((findings, html)) = report else {
+            return Ok(());
+        };
+        {
+            let figure = crate::report::study_curves(&findings)?;
+            folder.write_below(Below::Pictures, "errors.svg", |out| {
+                out.write_all(figure.as_bytes())
+            })?;
+        }
+        folder.write_file(RANKING, |out| ranking_csv(out, &findings))?;
+        folder.write_file(REPORT, |out| out.write_all(html.as_bytes()))
+    }
+}
+
+/// The pictures of a report: of the run itself, and of its materials.
+fn gathered(
+    plan: &Plan,
+    folder: &Folder,
+    end: &End<'_>,
+) -> Result<(Vec<Picture>, Vec<MaterialPictures>), Error> {
+    if plan.pictures.draw {
+        return Ok(Studio::new(plan, None)?.gathered(folder, end.materials));
+    }
+    Ok((Vec::new(), Vec::new()))
+}
+
+/// Prints a line a schedule and material.
+struct Lines(Table);
+
+impl Observer<Row> for Lines {
+    fn tell(&mut self, event: &Event<'_, Row>) -> Result<(), Error> {
+        match event {
+            Event::Complete(rows) => print(&self.0.lines(rows)),
+            _ => Ok(()),
+        }
+    }
+}
+
+/// Writes schedules and slices where `[output]` asks for them.
+struct Asked<'a> {
+    plan: &'a Plan,
+    folder: &'a RefCell<Folder>,
+}
+
+impl Asked<'_> {
+    /// The file of a schedule.
+    fn schedule(&self, key: &crate::experiment::ScheduleKey<'_>) -> Option<String> {
+        let format = self.plan.output.schedules.0?;
+        Some(format!("{}.{}", schedule_stem(key), format.extension()))
+    }
+}
+
+impl Observer<Row> for Asked<'_> {
+    fn wants(&self, wish: &Wish<'_>) -> bool {
+        let folder = self.folder.borrow();
+        match wish {
+            Wish::Schedule(key) => {
+                let name = self.schedule(key);
+                name.is_some_and(|name| !folder.has(Below::Schedules, &name))
+            }
+            Wish::Reconstruction(job) if self.plan.output.slices => {
+                !folder.has(Below::Slices, &crate::report::slice_name(job))
+            }
+            _ => false,
+        }
+    }
+
+    fn tell(&mut self, event: &Event<'_, Row>) -> Result<(), Error> {
+        let mut folder = self.folder.borrow_mut();
+        match event {
+            Event::Planned(key, schedule, itinerary) => {
+                let Some((format, name)) = self.plan.output.schedules.0.zip(self.schedule(key))
+                else {
+                    return Ok(());
+                };
+                folder.write_below(Below::Schedules, &name, |out| {
+                    write_schedule(schedule, *itinerary, format, out)
+                })
+            }
+            Event::Reconstructed(job, truth, copy) if self.plan.output.slices => {
+                let name = crate::report::slice_name(job);
+                folder.write_below(Below::Slices, &name, |out| {
+                    crate::report::write_slice(*truth, *copy, out)
+                })
+            }
+            _ => Ok(()),
+        }
+    }
+}
+
+/// Draws materials for the report.
+struct Drawn<'a> {
+    studio: Studio<'a>,
+    folder: &'a RefCell<Folder>,
+    stop: std::sync::Arc<std::sync::atomic::AtomicBool>,
+}
+
+impl Observer<Row> for Drawn<'_> {
+    fn wants(&self, wish: &Wish<'_>) -> bool {
+        match *wish {
+            Wish::Material(position, material, key) => {
+                let folder = self.folder.borrow();
+                self.studio.wants(&folder, position, material, key)
+            }
+            _ => false,
+        }
+    }
+
+    fn tell(&mut self, event: &Event<'_, Row>) -> Result<(), Error> {
+        let Event::Loaded(material, key, brdf) = *event else {
+            return Ok(());
+        };
+        let stopped = || self.stop.load(std::sync::atomic::Ordering::SeqCst);
+        let mut folder = self.folder.borrow_mut();
+        self.studio
+            .material(&mut folder, material, brdf, key, &stopped)
+    }
+}

@@ -1,0 +1,264 @@
+//! What a run of a moment experiment prints, draws and writes.
+
+use super::{Desk, End, Shown};
+use crate::cli::{print, say};
+use crate::error::Error;
+use crate::experiment::moments::{
+    Group, MaterialProfiles, MomentsPlan, ProfileFits, ProfileRow, at_bound,
+};
+use crate::experiment::{Event, Observer};
+use crate::moments::ViewRange;
+use crate::report::Below;
+use crate::report::{
+    CORRELATIONS, FITS, PROFILES, RunFolder, SUMMARY, correlations_csv, fits_csv, profiles_csv,
+    study_table, summary_json,
+};
+use std::cell::RefCell;
+use std::io::Write;
+
+type Folder = RunFolder<MaterialProfiles>;
+
+impl Shown for MomentsPlan {
+    fn listeners<'a>(
+        &'a self,
+        folder: &'a RefCell<Folder>,
+        desk: &Desk,
+    ) -> Result<Vec<Box<dyn Observer<MaterialProfiles> + 'a>>, Error> {
+        for name in &self.analysis.spheres {
+            if !desk.quiet && self.materials.iter().all(|m| m.name != *name) {
+                say(&format!(
+                    "gonio: {name} of analysis.spheres is not among the materials; not drawn"
+                ));
+            }
+        }
+        print(HEAD)?;
+        let lines = Lines(self, range(self)?);
+        Ok(vec![
+            Box::new(lines),
+            Box::new(spheres::Spheres::new(self, folder)),
+        ])
+    }
+
+    fn conclude(&self, folder: &mut Folder, end: &End<'_>) -> Result<(), Error> {
+        let (records, _) = folder.sorted(end.keys);
+        let materials: Vec<MaterialProfiles> = records.into_iter().cloned().collect();
+        let rows: Vec<ProfileRow<'_>> = materials.iter().flat_map(|m| m.rows()).collect();
+        folder.write_file(PROFILES, |out| profiles_csv(&rows, out))?;
+        let range = range(self)?;
+        let mut groups = groups(self, &materials, range);
+        folder.write_file(FITS, |out| fits_csv(&groups, out))?;
+        // A run that was stopped, or a part of one, knows what its materials are, not what a group has
+        // in common that is not whole.
+        let members = |group: &str| -> Vec<&MaterialProfiles> {
+            materials.iter().filter(|m| m.group == group).collect()
+        };
+        groups.retain(|group| {
+            let planned = self.materials.iter().filter(|m| m.group() == group.name);
+            (end.ended && end.whole) || planned.count() == members(&group.name).len()
+        });
+        folder.write_file(CORRELATIONS, |out| correlations_csv(&groups, out))?;
+        folder.write_file(SUMMARY, |out| summary_json(&groups, out))?;
+        for group in &groups {
+            for sheet in crate::report::group_sheets(group, &members(&group.name)) {
+                let svg = crate::report::svg(&sheet.title, &sheet.panels, sheet.columns)?;
+                let name = format!("{}.svg", sheet.name);
+                folder.write_below(Below::Figures, &name, |out| out.write_all(svg.as_bytes()))?;
+            }
+        }
+        print(&study_table(&groups, self.analysis.published.as_ref()))
+    }
+}
+
+/// The views that fits use.
+fn range(plan: &MomentsPlan) -> Result<ViewRange, Error> {
+    let range = plan.analysis.range();
+    range.map_err(|e| Error::Internal(e.to_string()))
+}
+
+/// The fits of a material, one a channel.
+fn fits(plan: &MomentsPlan, of: &MaterialProfiles, range: ViewRange) -> Vec<ProfileFits> {
+    let tolerance = plan.moments.estimator.tolerance();
+    let fit = |i| ProfileFits::new(of, i, range, tolerance);
+    (0..of.profiles.len()).map(fit).collect()
+}
+
+/// What there is, put together by kind.
+fn groups(plan: &MomentsPlan, materials: &[MaterialProfiles], range: ViewRange) -> Vec<Group> {
+    let group = |name: String| {
+        let members: Vec<_> = materials.iter().filter(|m| m.group == name).collect();
+        let fits = members.iter().flat_map(|m| fits(plan, m, range)).collect();
+        Group::new(
+            name,
+            &members,
+            fits,
+            range,
+            plan.moments.estimator.tolerance(),
+        )
+    };
+    let groups = plan.groups().into_iter().map(group);
+    groups.filter(|group| !group.fits.is_empty()).collect()
+}
+
+/// Prints a line a material.
+struct Lines<'a>(&'a MomentsPlan, ViewRange);
+
+impl Observer<MaterialProfiles> for Lines<'_> {
+    fn tell(&mut self, event: &Event<'_, MaterialProfiles>) -> Result<(), Error> {
+        let Event::Complete(materials) = event else {
+            return Ok(());
+        };
+        for material in *materials {
+            print(&line(
+                &fits(self.0, material, self.1),
+                material.seconds.iter().sum(),
+            ))?;
+        }
+        Ok(())
+    }
+}
+
+/// A material of the table that is printed while materials are analysed.
+fn line(fits: &[ProfileFits], seconds: f64) -> String {
+    let Some(first) = fits.first() else {
+        return String::new();
+    };
+    let number = |v: Option<f64>| v.map_or("undefined".into(), |v| format!("{v:.4}"));
+    let knots = first.energy.as_ref().ok().and_then(|e| e.knots());
+    let knots = match knots {
+        Some(knots) => {
+            let fit = first.energy.as_ref().ok();
+            let bound = fit.map_or([false; 2], |fit| at_bound(fit, first.range));
+            let marks = [
+                if bound[0] { "≤" } else { "" },
+                if bound[1] { "≥" } else { "" },
+            ];
+            let [a, b] = knots.map(f64::to_degrees);
+            format!("{}{a:.1}° {}{b:.1}°", marks[0], marks[1])
+        }
+        None => "undetermined".into(),
+    };
+    format!(
+        "  {:<28} {:>10} {:>10} {:>14} {:>8.1} %{:>6} {seconds:>8.2} s\n",
+        first.material,
+        number(first.slope()),
+        number(first.average_variance()),
+        knots,
+        100.0 * first.clamped_share,
+        fits.iter().map(|f| f.unresolved).sum::<usize>(),
+    )
+}
+
+const HEAD: &str =
+    "  material                     mean slope   variance          knots   clamped  unresolved\n";
+
+/// Materials as spheres.
+mod spheres {
+    use super::Folder;
+    use crate::brdf::{Brdf, BuildError};
+    use crate::error::Error;
+    use crate::experiment::moments::{MaterialProfiles, MomentsPlan};
+    use crate::experiment::{Event, Material, Observer, Wish};
+    use crate::lighting::Lighting;
+    use crate::report::{Below, FilterEllipse, file_stem, sphere, sphere_svg};
+    use std::cell::RefCell;
+    use std::io::Write;
+
+    /// Pixels along each side of a sphere.
+    const SPHERE: usize = 200;
+
+    /// View elevation and azimuth (deg) of the filters that are drawn on it.
+    const FILTERS: [(f64, f64); 3] = [(25.0, 150.0), (50.0, 30.0), (75.0, 270.0)];
+
+    /// Draws the materials that `analysis.spheres` names.
+    pub(super) struct Spheres<'a> {
+        plan: &'a MomentsPlan,
+        folder: &'a RefCell<Folder>,
+        /// Built when the first sphere needs it.
+        light: Option<Box<dyn Lighting>>,
+        /// The profiles that were told last.
+        last: Option<MaterialProfiles>,
+    }
+
+    impl<'a> Spheres<'a> {
+        pub(super) fn new(plan: &'a MomentsPlan, folder: &'a RefCell<Folder>) -> Self {
+            Self {
+                plan,
+                folder,
+                light: None,
+                last: None,
+            }
+        }
+
+        fn stem(name: &str) -> String {
+            format!("sphere-{}", file_stem(name))
+        }
+
+        fn is_asked(&self, material: &Material) -> bool {
+            self.plan.analysis.spheres.contains(&material.name)
+        }
+
+        /// Draws a material on a sphere, with the filters of three views (Fig. 8 of Zubiaga et al.).
+        fn sphere(&mut self, brdf: &dyn Brdf, of: &MaterialProfiles) -> Result<(), Error> {
+            let (name, profile) = (&of.material, &of.profiles[0]);
+            if self.light.is_none() {
+                let built = self.plan.lighting.build();
+                self.light = Some(built.map_err(|e| match e {
+                    BuildError::Data { path, message } => Error::Data { path, message },
+                    e => Error::config("lighting", e),
+                })?);
+            }
+            let Some(light) = &self.light else {
+                return Ok(());
+            };
+            let image = sphere(brdf, &**light, SPHERE);
+            let white = image.white();
+            let ellipse = |&(view, azimuth): &(f64, f64)| {
+                let near = |theta: &f64| (theta.to_degrees() - view).abs();
+                let views = profile.views.iter().enumerate();
+                let (i, theta_o) = views.min_by(|a, b| near(a.1).total_cmp(&near(b.1)))?;
+                FilterEllipse::new(
+                    *theta_o,
+                    f64::to_radians(azimuth),
+                    &profile.slices[i].moments,
+                )
+            };
+            let ellipses: Vec<_> = FILTERS.iter().filter_map(ellipse).collect();
+            let title = format!("{name}: means and covariances of its slices");
+            let svg = sphere_svg(&title, &image, white, &ellipses)
+                .map_err(|e| Error::Internal(e.to_string()))?;
+            let stem = Self::stem(name);
+            let mut folder = self.folder.borrow_mut();
+            folder.write_below(Below::Figures, &format!("{stem}.svg"), |out| {
+                out.write_all(svg.as_bytes())
+            })?;
+            folder.write_below(Below::Figures, &format!("{stem}.png"), |out| {
+                image.write_png(white, out)
+            })
+        }
+    }
+
+    impl Observer<MaterialProfiles> for Spheres<'_> {
+        fn wants(&self, wish: &Wish<'_>) -> bool {
+            match wish {
+                Wish::Material(_, material, _) if self.is_asked(material) => {
+                    let name = format!("{}.svg", Self::stem(&material.name));
+                    !self.folder.borrow().has(Below::Figures, &name)
+                }
+                _ => false,
+            }
+        }
+
+        fn tell(&mut self, event: &Event<'_, MaterialProfiles>) -> Result<(), Error> {
+            match event {
+                Event::Complete([.., last]) => self.last = Some((*last).clone()),
+                Event::Loaded(material, _, brdf) if self.is_asked(material) => {
+                    if let Some(profiles) = self.last.take() {
+                        self.sphere(*brdf, &profiles)?;
+                    }
+                }
+                _ => {}
+            }
+            Ok(())
+        }
+    }
+}

@@ -1,0 +1,54 @@
+//! What a run of relations prints, draws and writes.
+
+use super::{Desk, End, Shown};
+use crate::cli::print;
+use crate::error::Error;
+use crate::experiment::relations::{MaterialRelations, RelationRow, RelationsPlan};
+use crate::experiment::{Event, Observer};
+use crate::report::{
+    RELATIONS, RunFolder, relations_csv, relations_head, relations_lines, relations_summary,
+};
+use std::cell::RefCell;
+
+type Folder = RunFolder<MaterialRelations>;
+
+impl Shown for RelationsPlan {
+    fn listeners<'a>(
+        &'a self,
+        _folder: &'a RefCell<Folder>,
+        _desk: &Desk,
+    ) -> Result<Vec<Box<dyn Observer<MaterialRelations> + 'a>>, Error> {
+        print(&relations_head())?;
+        Ok(vec![Box::new(Lines)])
+    }
+
+    fn conclude(&self, folder: &mut Folder, end: &End<'_>) -> Result<(), Error> {
+        let (records, _) = folder.sorted(end.keys);
+        let rows: Vec<RelationRow> = records.into_iter().flat_map(|r| r.rows()).collect();
+        if !rows.is_empty() {
+            print(&relations_summary(&rows))?;
+        }
+        folder.write_file(RELATIONS, |out| relations_csv(&rows, out))?;
+        for sheet in crate::report::relation_sheets(&rows) {
+            use std::io::Write;
+            let svg = crate::report::svg(&sheet.title, &sheet.panels, sheet.columns)?;
+            let name = crate::report::file_stem(&sheet.name) + ".svg";
+            let below = crate::report::Below::Figures;
+            folder.write_below(below, &name, |out| out.write_all(svg.as_bytes()))?;
+        }
+        Ok(())
+    }
+}
+
+/// Prints a line a relation.
+struct Lines;
+
+impl Observer<MaterialRelations> for Lines {
+    fn tell(&mut self, event: &Event<'_, MaterialRelations>) -> Result<(), Error> {
+        let Event::Complete(records) = event else {
+            return Ok(());
+        };
+        let rows: Vec<RelationRow> = records.iter().flat_map(|r| r.rows()).collect();
+        print(&relations_lines(&rows))
+    }
+}

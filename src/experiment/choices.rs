@@ -1,0 +1,198 @@
+//! What a plan chooses among, each with its name in results.
+
+use crate::brdf::{BrdfSpec, Favours};
+use crate::geometry::Symmetry;
+use crate::parametrization::{Parametrization, ParametrizationEntry, WarpError, WarpName};
+use crate::reconstruct::Reconstruct;
+use crate::schedule::SampleSet;
+use std::collections::BTreeMap;
+use std::fmt;
+use std::sync::Arc;
+
+/// The largest budget: a gigabyte of poses. More is a misprint.
+pub const MAX_BUDGET: usize = 10_000_000;
+
+/// What rows call the instrument without flaws.
+pub const IDEAL: &str = "ideal";
+
+/// What rows call the coordinates of the schedule, where a reconstruction works in them.
+pub const OWN: &str = "own";
+
+/// A material to be measured.
+#[derive(Debug)]
+pub struct Material {
+    /// Its name in results, unique in its plan.
+    pub name: String,
+    /// How to build it.
+    pub spec: Box<dyn BrdfSpec>,
+    /// The symmetries its schedules fold.
+    pub symmetry: Symmetry,
+}
+
+impl Material {
+    /// Its kind, which it shares with the materials it is compared with.
+    pub fn group(&self) -> String {
+        let resolved = self.spec.resolved();
+        let kind = resolved.get("kind").and_then(toml::Value::as_str);
+        kind.unwrap_or_default().to_owned()
+    }
+
+    /// What rows call its truth: what it favours. In 4-D there are too few to tell them apart.
+    pub fn truth(&self) -> &'static str {
+        let favours = self.spec.favours();
+        if self.symmetry.isotropic || favours == Favours::SphericalTable {
+            favours.name()
+        } else {
+            "anisotropic"
+        }
+    }
+}
+
+/// A parametrization with its warps.
+pub struct Coordinates {
+    pub(super) entry: ParametrizationEntry,
+    /// Warps by axis symbol.
+    pub warps: BTreeMap<String, WarpName>,
+    /// The warps as results name them, `none` if there are none.
+    pub warp: String,
+}
+
+impl Coordinates {
+    /// Name of the parametrization.
+    pub fn name(&self) -> &'static str {
+        self.entry.name
+    }
+
+    /// Name with warps, for lists: `half-difference theta_h:square-root`.
+    pub fn label(&self) -> String {
+        if self.warps.is_empty() {
+            self.name().into()
+        } else {
+            format!("{} {}", self.name(), self.warp)
+        }
+    }
+
+    /// The form for a material of these symmetries.
+    ///
+    /// # Errors
+    /// If a warp does not fit an axis; not for the symmetries of the plan's materials.
+    pub fn form(&self, symmetry: Symmetry) -> Result<Arc<dyn Parametrization>, WarpError> {
+        self.entry.warped(symmetry, &self.warps)
+    }
+}
+
+/// A sample set with its name in results, unique in its plan.
+#[derive(Debug)]
+pub struct PlannedSet {
+    /// The name.
+    pub name: String,
+    /// The set.
+    pub set: Box<dyn SampleSet>,
+}
+
+/// A reconstruction in one kind of coordinates.
+#[derive(Debug)]
+pub struct Method {
+    /// Name of the reconstruction.
+    pub name: String,
+    /// The coordinates it works in: [`OWN`], or e.g. `hybrid+h_bar:square-root`.
+    pub coordinates: String,
+    /// The method.
+    pub method: Box<dyn Reconstruct>,
+    /// The largest budget it is used at.
+    pub up_to: Option<usize>,
+    /// The one sample set it is used on, by position.
+    pub on: Option<usize>,
+}
+
+impl Method {
+    /// Name with coordinates, for lists: `thin-plate in hybrid`.
+    pub fn label(&self) -> String {
+        if self.coordinates == OWN {
+            self.name.clone()
+        } else {
+            format!("{} in {}", self.name, self.coordinates)
+        }
+    }
+}
+
+/// How large a schedule may be.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Allowance {
+    /// So many distinct configurations, reachable or not.
+    Poses(usize),
+    /// As many configurations as have at most so many that its instrument can take.
+    Readings(usize),
+    /// As many configurations as its instrument visits in this time.
+    Minutes(f64),
+}
+
+impl Allowance {
+    /// The number of poses or readings, where it is one.
+    pub fn count(self) -> Option<usize> {
+        match self {
+            Allowance::Poses(n) | Allowance::Readings(n) => Some(n),
+            Allowance::Minutes(_) => None,
+        }
+    }
+}
+
+impl fmt::Display for Allowance {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        match self {
+            Allowance::Poses(n) => write!(f, "{n} poses"),
+            Allowance::Readings(n) => write!(f, "{n} readings"),
+            Allowance::Minutes(m) => write!(f, "{m} minutes"),
+        }
+    }
+}
+
+/// Sampling and reconstruction: a line of the cross table but for material, measure and seed.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct Choice {
+    /// Parametrization the schedule is uniform in.
+    pub parametrization: String,
+    /// Its warps, or `none`.
+    pub warp: String,
+    /// Sample set.
+    pub sample_set: String,
+    /// Instrument.
+    pub instrument: String,
+    /// Reconstruction.
+    pub reconstruction: String,
+    /// The coordinates it works in.
+    pub coordinates: String,
+}
+
+/// What a row is of, but for its material.
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+pub struct Label {
+    /// Sampling and reconstruction.
+    pub choice: Choice,
+    /// What the schedule was allowed.
+    pub allowed: String,
+    /// Seed.
+    pub seed: u64,
+    /// Distribution of the test pairs.
+    pub measure: String,
+}
+
+impl fmt::Display for Label {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        let c = &self.choice;
+        // Names are free texts: in quotes no two labels are written alike.
+        write!(
+            f,
+            "{:?} {:?} {:?} {:?} {:?} {:?} {:?} {} {:?}",
+            c.parametrization,
+            c.warp,
+            c.sample_set,
+            c.instrument,
+            c.reconstruction,
+            c.coordinates,
+            self.allowed,
+            self.seed,
+            self.measure
+        )
+    }
+}

@@ -1,0 +1,419 @@
+//! What rows say: rankings, duels between parametrizations, orders of convergence,
+//! and which factor explains how much.
+//!
+//! Everything is paired over materials. Errors of several seeds are averaged first (geometrically):
+//! seeds are no materials.
+
+mod index;
+mod metric;
+
+pub use metric::Metric;
+
+use index::{Index, Names};
+
+use super::choices::Choice;
+use super::question::{Factor, ReportSpec};
+use super::row::Row;
+use crate::statistics::{
+    Bootstrap, EXACT, Paired, PooledOrder, Shares, geometric_mean, order, pooled_order,
+    variance_shares,
+};
+use rayon::iter::{IntoParallelIterator, ParallelIterator};
+
+/// Seed of the bootstrap: the same rows give the same intervals.
+const SEED: u64 = 1;
+
+/// Which rows a finding is about.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Scope {
+    /// The error.
+    pub metric: Metric,
+    /// Distribution of the test pairs.
+    pub measure: String,
+    /// The truths; `None`: all of them.
+    pub truth: Option<String>,
+    /// Materials that are compared.
+    pub materials: usize,
+    /// Materials that say nothing about which choice is better, and why: `lambert (exact by every
+    /// choice)`.
+    pub left_out: Vec<String>,
+}
+
+/// A choice of a ranking at every allowance.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Line {
+    /// The choice.
+    pub choice: Choice,
+    /// One an allowance.
+    pub cells: Vec<Option<Cell>>,
+    /// Slope of ln error on ln readings, over materials.
+    pub order: Option<PooledOrder>,
+}
+
+/// A choice at an allowance.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Cell {
+    /// Geometric mean of the error over materials.
+    pub mean: f64,
+    /// Against the best choice of this allowance, p adjusted for their number; `None` of the best,
+    /// and where materials are missing.
+    pub against_best: Option<Paired>,
+    /// Place among the choices that have all materials, from 1.
+    pub place: Option<usize>,
+    /// Geometric mean of the readings.
+    pub readings: f64,
+    /// Geometric mean of the seconds of computing a material.
+    pub seconds: f64,
+    /// Geometric mean of the seconds of the instrument, where it has any.
+    pub instrument_seconds: Option<f64>,
+}
+
+/// Every choice, in the order of the rows.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Ranking {
+    /// What it is of.
+    pub scope: Scope,
+    /// In the order of the plan.
+    pub lines: Vec<Line>,
+}
+
+/// One level of a factor against another, all else equal.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Duel {
+    /// The first.
+    pub a: Choice,
+    /// The second.
+    pub b: Choice,
+    /// One an allowance; ratios below 1: the first is better. p is adjusted over the allowances.
+    pub cells: Vec<Option<Paired>>,
+}
+
+/// All duels of a scope.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Duels {
+    /// What they are of.
+    pub scope: Scope,
+    /// In the order of the plan.
+    pub duels: Vec<Duel>,
+}
+
+/// Which factor explains how much of the variance of ln error.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Explained {
+    /// What it is of.
+    pub scope: Scope,
+    /// True of reconstructions in chosen coordinates, false of those in the schedule's own.
+    pub scattered: bool,
+    /// Names of the factors.
+    pub factors: Vec<&'static str>,
+    /// Their shares.
+    pub shares: Shares,
+}
+
+/// Everything rows say.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Findings {
+    /// The column whose levels the duels compare.
+    pub factor: Factor,
+    /// The level that others are compared with.
+    pub reference: Option<String>,
+    /// The level that was asked about.
+    pub challenger: Option<String>,
+    /// The allowances, in the order of the plan.
+    pub allowances: Vec<String>,
+    /// The truths, each once.
+    pub truths: Vec<String>,
+    /// One a metric, measure and truth.
+    pub rankings: Vec<Ranking>,
+    /// One a metric, measure and truth.
+    pub duels: Vec<Duels>,
+    /// One a metric and measure, and one more where there are scattered reconstructions.
+    pub explained: Vec<Explained>,
+}
+
+impl Findings {
+    /// What rows say, with differences of less than `band` (a ratio above 1) counting as none;
+    /// parametrizations are compared with the first.
+    pub fn new(rows: &[&Row], band: f64) -> Self {
+        Self::asked(rows, band, &ReportSpec::default())
+    }
+
+    /// What rows say to a question.
+    pub fn asked(rows: &[&Row], band: f64, spec: &ReportSpec) -> Self {
+        let index = Index::new(rows);
+        let first = index.choices.list.first();
+        let first = first.map(|c| spec.factor.level(c).to_owned());
+        let mut findings = Self {
+            factor: spec.factor,
+            reference: spec.reference.clone().or(first),
+            challenger: spec.challenger.clone(),
+            allowances: strings(&index.allowances.list),
+            truths: strings(&index.truths.list),
+            ..Self::default()
+        };
+        let truths = index.truths.list.len();
+        // One truth is all of them.
+        let each = (0..truths).filter(|_| truths > 1).map(Some);
+        let scopes: Vec<Option<usize>> = std::iter::once(None).chain(each).collect();
+        let mut tables = Vec::new();
+        for metric in Metric::ALL {
+            for measure in 0..index.measures.list.len() {
+                tables.extend(scopes.iter().map(|&truth| (metric, measure, truth)));
+            }
+        }
+        // The draws are the same for every table.
+        let bootstrap = Bootstrap::new(SEED);
+        let found: Vec<_> = tables
+            .into_par_iter()
+            .map(|(metric, measure, truth)| {
+                let of_truth = index.of_truth(truth);
+                let (materials, left_out) = index.telling(metric, measure, &of_truth);
+                let scope = Scope {
+                    metric,
+                    measure: index.measures.list[measure].into(),
+                    truth: truth.map(|t| index.truths.list[t].into()),
+                    materials: materials.len(),
+                    left_out,
+                };
+                let table = Table::new(&index, &bootstrap, metric, measure, materials);
+                let ranking = Ranking {
+                    lines: table.lines(band),
+                    scope: scope.clone(),
+                };
+                let duels = Duels {
+                    duels: table.duels(spec.factor, band),
+                    scope: scope.clone(),
+                };
+                let kinds = [false, true].into_iter().filter(|_| truth.is_none());
+                let explained = kinds.filter_map(|scattered| table.explained(&scope, scattered));
+                (ranking, duels, explained.collect::<Vec<_>>())
+            })
+            .collect();
+        for (ranking, duels, explained) in found {
+            findings.rankings.push(ranking);
+            findings.duels.push(duels);
+            findings.explained.extend(explained);
+        }
+        findings
+    }
+
+    /// The ranking of a scope.
+    pub fn ranking(&self, metric: Metric, measure: &str, truth: Option<&str>) -> Option<&Ranking> {
+        let is =
+            |s: &Scope| s.metric == metric && s.measure == measure && s.truth.as_deref() == truth;
+        self.rankings.iter().find(|r| is(&r.scope))
+    }
+}
+
+fn strings(list: &[&str]) -> Vec<String> {
+    list.iter().map(|s| (*s).to_owned()).collect()
+}
+
+/// Errors of one metric and measure over some materials.
+struct Table<'i, 'a> {
+    index: &'i Index<'a>,
+    bootstrap: &'i Bootstrap,
+    measure: usize,
+    materials: Vec<usize>,
+    /// By choice, allowance and position in `materials`.
+    errors: Vec<Vec<Vec<Option<f64>>>>,
+}
+
+impl<'i, 'a> Table<'i, 'a> {
+    fn new(
+        index: &'i Index<'a>,
+        bootstrap: &'i Bootstrap,
+        metric: Metric,
+        measure: usize,
+        materials: Vec<usize>,
+    ) -> Self {
+        let choices = 0..index.choices.list.len();
+        let errors = choices.map(|c| {
+            let allowances = 0..index.allowances.list.len();
+            let of = |a| {
+                let of = |&m: &usize| index.mean([measure, c, a, m], |r| metric.of(r));
+                materials.iter().map(of).collect()
+            };
+            allowances.map(of).collect()
+        });
+        Self {
+            errors: errors.collect(),
+            index,
+            bootstrap,
+            measure,
+            materials,
+        }
+    }
+
+    /// Errors at all materials, if all have one.
+    fn whole(&self, choice: usize, allowance: usize) -> Option<Vec<f64>> {
+        let errors: Option<Vec<f64>> = self.errors[choice][allowance].iter().copied().collect();
+        errors.filter(|e| !e.is_empty())
+    }
+
+    /// A mean over the materials that have it.
+    fn over(
+        &self,
+        choice: usize,
+        allowance: usize,
+        of: impl Fn(&Row) -> Option<f64>,
+    ) -> Option<f64> {
+        let at = |&m: &usize| self.index.mean([self.measure, choice, allowance, m], &of);
+        let values: Vec<f64> = self.materials.iter().filter_map(at).collect();
+        geometric_mean(&values)
+    }
+
+    fn lines(&self, band: f64) -> Vec<Line> {
+        let choices = &self.index.choices.list;
+        let allowances = self.index.allowances.list.len();
+        let mut lines: Vec<Line> = choices
+            .iter()
+            .enumerate()
+            .map(|(c, choice)| Line {
+                choice: choice.clone(),
+                cells: (0..allowances).map(|a| self.cell(c, a)).collect(),
+                order: self.order(c),
+            })
+            .collect();
+        for a in 0..allowances {
+            self.place(&mut lines, a, band);
+        }
+        lines
+    }
+
+    fn cell(&self, c: usize, a: usize) -> Option<Cell> {
+        let errors: Vec<f64> = self.errors[c][a].iter().copied().flatten().collect();
+        Some(Cell {
+            mean: geometric_mean(&errors)?,
+            against_best: None,
+            place: None,
+            readings: self.over(c, a, |r| Some(r.readings as f64))?,
+            seconds: self.over(c, a, |r| Some(r.seconds()))?,
+            instrument_seconds: self.over(c, a, |r| r.instrument_seconds),
+        })
+    }
+
+    /// Slopes of the materials, pooled.
+    fn order(&self, c: usize) -> Option<PooledOrder> {
+        let slope = |i: usize| {
+            let points = (0..self.errors[c].len()).filter_map(|a| {
+                let at = [self.measure, c, a, self.materials[i]];
+                let readings = self.index.mean(at, |r| Some(r.readings as f64))?;
+                Some((readings, self.errors[c][a][i]?))
+            });
+            order(&points.collect::<Vec<_>>()).map(|o| o.slope)
+        };
+        let slopes: Vec<f64> = (0..self.materials.len()).filter_map(slope).collect();
+        pooled_order(&slopes, self.bootstrap)
+    }
+
+    /// Places at an allowance, and every choice against the best.
+    fn place(&self, lines: &mut [Line], a: usize, band: f64) {
+        let whole: Vec<Option<Vec<f64>>> = (0..lines.len()).map(|c| self.whole(c, a)).collect();
+        let mut order: Vec<usize> = (0..lines.len()).filter(|&c| whole[c].is_some()).collect();
+        let mean = |c: usize| lines[c].cells[a].map_or(f64::INFINITY, |cell| cell.mean);
+        order.sort_by(|&x, &y| mean(x).total_cmp(&mean(y)).then(x.cmp(&y)));
+        let Some((&best, others)) = order.split_first() else {
+            return;
+        };
+        let Some(of_best) = &whole[best] else {
+            return;
+        };
+        let compared: Vec<Option<Paired>> = others
+            .iter()
+            .map(|&c| self.paired(whole[c].as_deref()?, of_best, band))
+            .collect();
+        let compared = adjusted(&compared);
+        for (i, &c) in order.iter().enumerate() {
+            if let Some(cell) = &mut lines[c].cells[a] {
+                cell.place = Some(i + 1);
+                cell.against_best = i.checked_sub(1).and_then(|i| compared[i]);
+            }
+        }
+    }
+
+    fn paired(&self, a: &[f64], b: &[f64], band: f64) -> Option<Paired> {
+        let pairs: Vec<(f64, f64)> = a.iter().copied().zip(b.iter().copied()).collect();
+        Paired::new(&pairs, band, self.bootstrap)
+    }
+
+    /// Every two choices that differ in the factor only, the earlier one second.
+    fn duels(&self, factor: Factor, band: f64) -> Vec<Duel> {
+        let choices = &self.index.choices.list;
+        let mut duels = Vec::new();
+        for (j, b) in choices.iter().enumerate() {
+            for (i, a) in choices.iter().enumerate().skip(j + 1) {
+                let alike = factor != Factor::Parametrization || self.index.alike(i, j);
+                if !alike || !factor.alone_differs(a, b) {
+                    continue;
+                }
+                let cells = (0..self.index.allowances.list.len()).map(|at| {
+                    let (x, y) = (&self.errors[i][at], &self.errors[j][at]);
+                    let both = x.iter().zip(y).filter_map(|(x, y)| Some(((*x)?, (*y)?)));
+                    Paired::new(&both.collect::<Vec<_>>(), band, self.bootstrap)
+                });
+                duels.push(Duel {
+                    a: a.clone(),
+                    b: b.clone(),
+                    cells: adjusted(&cells.collect::<Vec<_>>()),
+                });
+            }
+        }
+        duels
+    }
+
+    /// Shares of the variance, of the choices in their own coordinates or of the others.
+    fn explained(&self, scope: &Scope, scattered: bool) -> Option<Explained> {
+        let choices = &self.index.choices.list;
+        let mine: Vec<usize> = (0..choices.len())
+            .filter(|&c| self.index.chosen(c).is_some() == scattered)
+            .collect();
+        let mut samplings = Names::new();
+        let mut methods = Names::new();
+        let mut coordinates = Names::new();
+        let mut rows: Vec<(Vec<usize>, f64)> = Vec::new();
+        for &c in &mine {
+            let choice = &choices[c];
+            let sampling = samplings.place(&choice.parametrization);
+            let mut levels = vec![sampling, self.index.warp[c]];
+            let method = (
+                &choice.sample_set,
+                &choice.instrument,
+                &choice.reconstruction,
+            );
+            levels.push(methods.place(method));
+            if scattered {
+                levels.push(coordinates.place(self.index.chosen(c)));
+            }
+            for (a, errors) in self.errors[c].iter().enumerate() {
+                for (m, error) in errors.iter().enumerate() {
+                    let Some(error) = error else {
+                        continue;
+                    };
+                    let mut levels = levels.clone();
+                    levels.extend([a, m]);
+                    // As exact as can be told, see `geometric_mean`.
+                    rows.push((levels, error.max(EXACT).ln()));
+                }
+            }
+        }
+        let mut factors = vec!["parametrization", "warp", "reconstruction"];
+        factors.extend(scattered.then_some("coordinates"));
+        factors.extend(["budget", "material"]);
+        let rows: Vec<(&[usize], f64)> = rows.iter().map(|(l, e)| (l.as_slice(), *e)).collect();
+        Some(Explained {
+            scope: scope.clone(),
+            scattered,
+            factors,
+            shares: variance_shares(&rows)?,
+        })
+    }
+}
+
+/// Comparisons that are read together, where there are any.
+fn adjusted(list: &[Option<Paired>]) -> Vec<Option<Paired>> {
+    let there: Vec<Paired> = list.iter().copied().flatten().collect();
+    let mut adjusted = Paired::adjusted(&there).into_iter();
+    let mut next = |p: &Option<Paired>| p.and_then(|_| adjusted.next());
+    list.iter().map(&mut next).collect()
+}

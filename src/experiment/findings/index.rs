@@ -1,0 +1,164 @@
+//! The rows of a study by what they are of.
+
+use super::super::choices::{Choice, OWN};
+use super::super::row::Row;
+use super::metric::Metric;
+use crate::statistics::{EXACT, geometric_mean};
+use std::collections::HashMap;
+
+/// Names in the order of their first appearance.
+pub(super) struct Names<T> {
+    pub list: Vec<T>,
+    places: HashMap<T, usize>,
+}
+
+impl<T: Clone + Eq + std::hash::Hash> Names<T> {
+    pub fn new() -> Self {
+        Self {
+            list: Vec::new(),
+            places: HashMap::new(),
+        }
+    }
+
+    pub fn place(&mut self, name: T) -> usize {
+        let next = self.list.len();
+        let list = &mut self.list;
+        *self.places.entry(name.clone()).or_insert_with(|| {
+            list.push(name);
+            next
+        })
+    }
+}
+
+/// The rows, indexed.
+pub(super) struct Index<'a> {
+    pub choices: Names<Choice>,
+    pub allowances: Names<&'a str>,
+    pub materials: Names<&'a str>,
+    pub measures: Names<&'a str>,
+    pub truths: Names<&'a str>,
+    /// Truth of each material.
+    truth_of: Vec<usize>,
+    /// Rows of several seeds by measure, choice, allowance, material.
+    rows: HashMap<[usize; 4], Vec<&'a Row>>,
+    /// Position of the warps of each choice among those of its parametrization.
+    pub warp: Vec<usize>,
+}
+
+impl<'a> Index<'a> {
+    pub fn new(rows: &[&'a Row]) -> Self {
+        let mut index = Self {
+            choices: Names::new(),
+            allowances: Names::new(),
+            materials: Names::new(),
+            measures: Names::new(),
+            truths: Names::new(),
+            truth_of: Vec::new(),
+            rows: HashMap::new(),
+            warp: Vec::new(),
+        };
+        for row in rows {
+            let truth = index.truths.place(&row.truth);
+            let material = index.materials.place(&row.material);
+            if material == index.truth_of.len() {
+                index.truth_of.push(truth);
+            }
+            let at = [
+                index.measures.place(&row.measure),
+                index.choices.place(row.choice()),
+                index.allowances.place(&row.allowed),
+                material,
+            ];
+            index.rows.entry(at).or_default().push(row);
+        }
+        let mut warps: HashMap<&str, Vec<&str>> = HashMap::new();
+        for choice in &index.choices.list {
+            let list = warps.entry(&choice.parametrization).or_default();
+            if !list.contains(&choice.warp.as_str()) {
+                list.push(&choice.warp);
+            }
+            let place = list.iter().position(|w| *w == choice.warp);
+            index.warp.push(place.unwrap_or_default());
+        }
+        index
+    }
+
+    /// The coordinates that a reconstruction was given, if it was: those of the schedule count as
+    /// given where others are.
+    pub fn chosen(&self, c: usize) -> Option<String> {
+        let choice = &self.choices.list[c];
+        let mut others = self.choices.list.iter();
+        let given =
+            others.any(|o| o.reconstruction == choice.reconstruction && o.coordinates != OWN);
+        if !given {
+            return None;
+        }
+        if choice.coordinates != OWN {
+            return Some(choice.coordinates.clone());
+        }
+        let warp = match choice.warp.as_str() {
+            "none" => String::new(),
+            warp => format!("+{}", warp.replace(';', "+")),
+        };
+        Some(format!("{}{warp}", choice.parametrization))
+    }
+
+    /// True if two choices are warped alike: at the same place of the warps of their
+    /// parametrizations, or past the end of those of the other and the other at its end.
+    pub fn alike(&self, a: usize, b: usize) -> bool {
+        let (x, y) = (self.warp[a], self.warp[b]);
+        let last = |c: usize| {
+            let name = &self.choices.list[c].parametrization;
+            let mine = self.choices.list.iter().zip(&self.warp);
+            let mine = mine.filter(|(choice, _)| choice.parametrization == *name);
+            mine.map(|(_, w)| *w).max().unwrap_or_default()
+        };
+        x == y || (x > last(b) && y == last(b)) || (y > last(a) && x == last(a))
+    }
+
+    /// Materials of a truth.
+    pub fn of_truth(&self, truth: Option<usize>) -> Vec<usize> {
+        let all = 0..self.materials.list.len();
+        all.filter(|&m| truth.is_none_or(|t| self.truth_of[m] == t))
+            .collect()
+    }
+
+    /// The materials that tell choices apart, and the others with the reason: rounding would decide
+    /// a mean over what every choice reconstructs exactly.
+    pub fn telling(
+        &self,
+        metric: Metric,
+        measure: usize,
+        materials: &[usize],
+    ) -> (Vec<usize>, Vec<String>) {
+        let (mut kept, mut left_out) = (Vec::new(), Vec::new());
+        for &m in materials {
+            let mine = self
+                .rows
+                .iter()
+                .filter(|(at, _)| at[0] == measure && at[3] == m);
+            let mut largest = None;
+            for error in mine.flat_map(|(_, rows)| rows).filter_map(|r| metric.of(r)) {
+                largest = Some(largest.unwrap_or(0f64).max(error));
+            }
+            let reason = match largest {
+                None => "no error is defined",
+                Some(error) if error <= EXACT => "exact by every choice",
+                Some(_) => {
+                    kept.push(m);
+                    continue;
+                }
+            };
+            left_out.push(format!("{} ({reason})", self.materials.list[m]));
+        }
+        (kept, left_out)
+    }
+
+    /// The mean over seeds of something of the rows; `None` where there is none or it is not
+    /// defined.
+    pub fn mean(&self, at: [usize; 4], of: impl Fn(&Row) -> Option<f64>) -> Option<f64> {
+        let rows = self.rows.get(&at)?;
+        let values: Option<Vec<f64>> = rows.iter().map(|r| of(r)).collect();
+        geometric_mean(&values?)
+    }
+}

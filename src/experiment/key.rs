@@ -1,0 +1,165 @@
+//! What determines a record, as a hash: the same for the same question, whoever asks it.
+
+use super::choices::Material;
+use super::tables::section;
+use crate::error::Error;
+use serde::Serialize;
+use std::path::PathBuf;
+
+/// Counts changes of the numbers in results and of their columns. Whoever makes a run give other
+/// numbers, or one more, raises it, so that rows made before are not taken for finished; a test
+/// compares golden rows.
+pub const RESULTS_REVISION: u32 = 1;
+
+/// The hash of everything that determines a record, 16 hexadecimal digits.
+pub type RowKey = String;
+
+/// A file that a material was read from.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct Input {
+    /// As the config names it.
+    pub path: PathBuf,
+    /// BLAKE3 of its bytes, hexadecimal.
+    pub blake3: String,
+}
+
+/// A material's part of the keys of its records.
+pub(super) struct Identity {
+    /// The hash of its keys and of the bytes of its files.
+    pub key: RowKey,
+    /// Its files.
+    pub inputs: Vec<Input>,
+}
+
+impl Identity {
+    /// Reads the files of a material.
+    pub fn of(material: &Material) -> Result<Self, Unreadable> {
+        let inputs = hash(&material.spec.inputs())?;
+        let mut resolved = material.spec.resolved();
+        forget_paths(&mut resolved);
+        let mut part = Part::new();
+        part.feed(&material.name);
+        part.feed(&resolved.to_string());
+        part.feed(&section(&material.symmetry).to_string());
+        for input in &inputs {
+            part.feed(&input.blake3);
+        }
+        Ok(Self {
+            key: short(&part.finish()),
+            inputs,
+        })
+    }
+}
+
+/// The hash of what a material is: its keys and the bytes of its files.
+///
+/// # Errors
+/// [`Error::Data`] if a file cannot be read.
+pub fn material_key(material: &Material) -> Result<RowKey, Error> {
+    let identity = Identity::of(material);
+    let identity = identity.map_err(|e| Error::data(&material.name, e))?;
+    Ok(identity.key)
+}
+
+/// A file that could not be read to be hashed.
+#[derive(Debug, thiserror::Error)]
+#[error("{}: {source}", path.display())]
+pub struct Unreadable {
+    path: PathBuf,
+    source: std::io::Error,
+}
+
+/// Hashes files.
+pub(super) fn hash(paths: &[PathBuf]) -> Result<Vec<Input>, Unreadable> {
+    let hash = |path: &PathBuf| -> std::io::Result<Input> {
+        let mut hasher = blake3::Hasher::new();
+        hasher.update_reader(std::fs::File::open(path)?)?;
+        Ok(Input {
+            path: path.clone(),
+            blake3: hasher.finalize().to_hex().to_string(),
+        })
+    };
+    let with_path = |path: &PathBuf| {
+        hash(path).map_err(|source| Unreadable {
+            path: path.clone(),
+            source,
+        })
+    };
+    paths.iter().map(with_path).collect()
+}
+
+/// Where a file is does not matter, what is in it does: also in a material that is part of another.
+pub(super) fn forget_paths(table: &mut toml::Table) {
+    table.remove("path");
+    for (_, value) in table.iter_mut() {
+        match value {
+            toml::Value::Table(inner) => forget_paths(inner),
+            toml::Value::Array(list) => {
+                let inner = list.iter_mut().filter_map(toml::Value::as_table_mut);
+                inner.for_each(forget_paths);
+            }
+            _ => {}
+        }
+    }
+}
+
+/// 64 bits: two of a million share them with a probability of 3e-8.
+fn short(hash: &blake3::Hash) -> String {
+    hash.to_hex()[..16].to_owned()
+}
+
+/// What determines a record but for its material.
+pub(super) struct Part(blake3::Hasher);
+
+impl Part {
+    pub fn new() -> Self {
+        let mut part = Self(blake3::Hasher::new());
+        part.feed(&RESULTS_REVISION.to_string());
+        part
+    }
+
+    /// Texts one after the other, so that no two lists of texts are fed alike.
+    pub fn feed(&mut self, text: &str) {
+        self.0.update(&(text.len() as u64).to_le_bytes());
+        self.0.update(text.as_bytes());
+    }
+
+    /// The same with one text more.
+    pub fn with(&self, text: &str) -> blake3::Hash {
+        let mut other = Self(self.0.clone());
+        other.feed(text);
+        other.finish()
+    }
+
+    pub fn finish(self) -> blake3::Hash {
+        self.0.finalize()
+    }
+}
+
+/// The key of a record, from that of its material.
+pub(super) fn of_part(material: &str, part: &blake3::Hash) -> RowKey {
+    let mut hasher = blake3::Hasher::new();
+    hasher.update(material.as_bytes());
+    hasher.update(part.as_bytes());
+    short(&hasher.finalize())
+}
+
+/// A record that a plan asks for, of a material whatever is in its files.
+#[derive(Clone, Debug)]
+pub struct Expected {
+    /// Position of its material in the plan.
+    pub material: usize,
+    /// What it is of, but for the material: [`Record::label`](super::Record::label).
+    pub label: String,
+    /// What makes it, but for the material: records of one job are made together.
+    pub job: String,
+    /// The hash of everything but the material.
+    pub part: blake3::Hash,
+}
+
+impl Expected {
+    /// The key of the record, from that of its material.
+    pub fn key(&self, material_key: &str) -> RowKey {
+        of_part(material_key, &self.part)
+    }
+}

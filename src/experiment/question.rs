@@ -1,0 +1,126 @@
+//! `[report]`: what the findings of an acquisition are about.
+
+use super::checks::below;
+use super::choices::Choice;
+use super::keypath::KeyPath;
+use super::source::Source;
+use crate::error::{Error, ParameterError};
+use serde::{Deserialize, Serialize};
+
+/// A column that tells choices apart, and may be what a report compares.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Factor {
+    /// The coordinates that are sampled; warps at the same place of their lists are compared.
+    #[default]
+    Parametrization,
+    /// The warps of the coordinates that are sampled.
+    Warp,
+    /// How points are spread.
+    SampleSet,
+    /// Who measures.
+    Instrument,
+    /// How readings are interpolated.
+    Reconstruction,
+    /// The coordinates that scattered readings are interpolated in.
+    Coordinates,
+}
+
+impl Factor {
+    /// Every column, in the order of a row's.
+    pub const ALL: [Factor; 6] = [
+        Factor::Parametrization,
+        Factor::Warp,
+        Factor::SampleSet,
+        Factor::Instrument,
+        Factor::Reconstruction,
+        Factor::Coordinates,
+    ];
+
+    /// Its column.
+    pub fn name(self) -> &'static str {
+        match self {
+            Factor::Parametrization => "parametrization",
+            Factor::Warp => "warp",
+            Factor::SampleSet => "sample_set",
+            Factor::Instrument => "instrument",
+            Factor::Reconstruction => "reconstruction",
+            Factor::Coordinates => "coordinates",
+        }
+    }
+
+    /// Its level in a choice.
+    pub fn level(self, choice: &Choice) -> &str {
+        match self {
+            Factor::Parametrization => &choice.parametrization,
+            Factor::Warp => &choice.warp,
+            Factor::SampleSet => &choice.sample_set,
+            Factor::Instrument => &choice.instrument,
+            Factor::Reconstruction => &choice.reconstruction,
+            Factor::Coordinates => &choice.coordinates,
+        }
+    }
+
+    /// True if two choices differ in this column and in no other. (Whether the warps of two
+    /// parametrizations are alike is not told here.)
+    pub(super) fn alone_differs(self, a: &Choice, b: &Choice) -> bool {
+        Factor::ALL.into_iter().all(|factor| {
+            let same = factor.level(a) == factor.level(b);
+            match factor {
+                factor if factor == self => !same,
+                Factor::Warp => same || self == Factor::Parametrization,
+                _ => same,
+            }
+        })
+    }
+}
+
+/// What a report compares.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct ReportSpec {
+    /// Its title; the question, if there is one, stands above all.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub title: Option<String>,
+    /// The column whose levels are compared, all else equal.
+    pub factor: Factor,
+    /// The level that others are compared with; the first if not written.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub reference: Option<String>,
+    /// The level that the verdict is about; the best beside the reference if not written.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub challenger: Option<String>,
+}
+
+impl ReportSpec {
+    /// Refuses names that are no level of the factor; `levels` are those of the plan.
+    pub(super) fn check(&self, source: &Source, levels: &[&str]) -> Result<(), Error> {
+        for (key, name) in [
+            ("reference", &self.reference),
+            ("challenger", &self.challenger),
+        ] {
+            let Some(name) = name else {
+                continue;
+            };
+            if !levels.contains(&name.as_str()) {
+                let path = below(&KeyPath::of("report"), key);
+                let allowed = format!(
+                    "a {} of this config: {}",
+                    self.factor.name(),
+                    levels.join(", ")
+                );
+                let e = ParameterError::new(path.to_string(), format!("{name:?}"), allowed);
+                return Err(source.error_at(&path, e));
+            }
+        }
+        if self.reference.is_some() && self.reference == self.challenger {
+            let path = below(&KeyPath::of("report"), "challenger");
+            let message = format!(
+                "{path} is the reference itself; allowed: another {}",
+                self.factor.name()
+            );
+            return Err(source.error_at(&path, message));
+        }
+        Ok(())
+    }
+}

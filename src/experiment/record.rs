@@ -1,0 +1,123 @@
+//! What every kind of experiment has in common: records with keys, one line of a file each, and
+//! what a plan says of them before they are made.
+
+use super::choices::Material;
+use super::key::{Expected, RowKey};
+use super::observer::{Observer, Summary};
+use crate::error::Error;
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+use std::collections::HashMap;
+use std::fmt;
+use std::str::FromStr;
+
+/// Records that are there already, by key.
+pub type Known<R> = HashMap<RowKey, R>;
+
+/// A finished piece of an experiment: a line of its file, from which the experiment goes on.
+pub trait Record: Serialize + DeserializeOwned + Clone {
+    /// Name of the file of these records, JSON Lines.
+    const FILE: &'static str;
+
+    /// The hash of everything that determines it.
+    fn key(&self) -> &str;
+
+    /// Name of its material, and the hash of what that is.
+    fn material(&self) -> (&str, &str);
+
+    /// What it is of, but for its material.
+    fn label(&self) -> String;
+}
+
+/// An experiment that can be run, gone on with, done in parts and put together.
+pub trait Experiment {
+    /// What it makes.
+    type Record: Record;
+
+    /// What it asks.
+    fn question(&self) -> Option<&str>;
+
+    /// The config with every default filled in; reading it gives this experiment again.
+    fn resolved(&self) -> &toml::Table;
+
+    /// Seeds of what is random.
+    fn seeds(&self) -> Vec<u64>;
+
+    /// The materials.
+    fn materials(&self) -> &[Material];
+
+    /// Names that the config wants of a folder that does not have them.
+    fn missing(&self) -> &[String];
+
+    /// The records of a complete run, or of a part of it, in the order of results.
+    fn expected(&self, shard: Option<Shard>) -> Vec<Expected>;
+
+    /// Makes what is not known.
+    ///
+    /// # Errors
+    /// Those of the observer. A job that cannot be done is no error but a failure of the summary.
+    fn run(
+        &self,
+        extent: &Extent,
+        known: &Known<Self::Record>,
+        observer: &mut dyn Observer<Self::Record>,
+    ) -> Result<Summary, Error>;
+}
+
+/// How much of an experiment is run at a time.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Extent {
+    /// The part that is run; `None`: all of it.
+    pub shard: Option<Shard>,
+    /// Bytes that materials and their readings may take at a time; one material is always there.
+    pub memory: usize,
+}
+
+impl Default for Extent {
+    fn default() -> Self {
+        Self {
+            shard: None,
+            memory: 512 << 20,
+        }
+    }
+}
+
+/// A part of the work: `i/n`, 1 ≤ i ≤ n.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Shard {
+    /// Which, from 1.
+    pub part: usize,
+    /// Of how many.
+    pub of: usize,
+}
+
+impl Shard {
+    /// True if the item at a position, dealt out one by one, is of this part.
+    pub fn has(self, position: usize) -> bool {
+        position % self.of == self.part - 1
+    }
+}
+
+impl FromStr for Shard {
+    type Err = ShardError;
+
+    fn from_str(text: &str) -> Result<Self, ShardError> {
+        let parts = text.split_once('/');
+        let parsed = parts.and_then(|(i, n)| Some((i.parse().ok()?, n.parse().ok()?)));
+        match parsed {
+            Some((part, of)) if 1 <= part && part <= of && of <= 100_000 => Ok(Self { part, of }),
+            _ => Err(ShardError),
+        }
+    }
+}
+
+impl fmt::Display for Shard {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        write!(f, "{}/{}", self.part, self.of)
+    }
+}
+
+/// A text that is no [`Shard`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("allowed: i/n with 1 <= i <= n <= 100000, e.g. 1/8")]
+pub struct ShardError;

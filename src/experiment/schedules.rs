@@ -1,0 +1,184 @@
+//! Schedules of a plan, the reconstructions that are made on each, and the rows that makes.
+
+use super::choices::{Choice, Coordinates as SampledIn, IDEAL, Label, Method, OWN};
+use super::instruments::PlannedInstrument;
+use super::key::{Expected, Part};
+use super::moments::MomentsTable;
+use super::plan::Plan;
+use super::record::Shard;
+use super::tables::section;
+use super::unit::Unit;
+use crate::reconstruct::Coordinates;
+
+impl Plan {
+    /// Every schedule, in the order of results.
+    pub fn units(&self) -> Vec<Unit> {
+        let instruments: Vec<Option<usize>> = match self.instruments.len() {
+            0 => vec![None],
+            n => (0..n).map(Some).collect(),
+        };
+        let mut units = Vec::new();
+        for coordinates in 0..self.parametrizations.len() {
+            for sample_set in 0..self.sample_sets.len() {
+                for &instrument in &instruments {
+                    for allowance in self.allowances() {
+                        units.extend(self.seeds.iter().map(|&seed| Unit {
+                            coordinates,
+                            sample_set,
+                            instrument,
+                            allowance,
+                            seed,
+                        }));
+                    }
+                }
+            }
+        }
+        units
+    }
+
+    /// Positions of the methods that are used on a schedule.
+    pub fn methods_on(&self, unit: &Unit) -> Vec<usize> {
+        let set = &self.sample_sets[unit.sample_set].set;
+        let size = unit.allowance.count();
+        let suits = |m: &Method| {
+            (set.is_grid() || !m.method.needs_grid())
+                && m.on.is_none_or(|s| s == unit.sample_set)
+                && size.is_none_or(|n| m.up_to.is_none_or(|most| n <= most))
+        };
+        // In coordinates that are the schedule's own it would be made twice.
+        let own = own_label(&self.parametrizations[unit.coordinates]);
+        let twice = |m: &Method| {
+            let mut same = self.methods.iter().filter(|o| o.name == m.name);
+            m.coordinates == own && same.any(|o| o.coordinates == OWN)
+        };
+        let all = self.methods.iter().enumerate();
+        all.filter(|(_, m)| suits(m) && !twice(m))
+            .map(|(i, _)| i)
+            .collect()
+    }
+
+    /// The units of a shard: dealt out from the largest, so that every shard has as much to do.
+    pub fn shard(&self, shard: Option<Shard>) -> Vec<Unit> {
+        let units = self.units();
+        let Some(shard) = shard else {
+            return units;
+        };
+        let mut order: Vec<usize> = (0..units.len()).collect();
+        order.sort_by(|&a, &b| {
+            let work = |i: usize| units[i].work();
+            work(b).total_cmp(&work(a)).then(a.cmp(&b))
+        });
+        let dealt = order.into_iter().enumerate();
+        let mine = dealt.filter(|(place, _)| shard.has(*place));
+        let mut mine: Vec<usize> = mine.map(|(_, i)| i).collect();
+        mine.sort_unstable();
+        mine.into_iter().map(|i| units[i]).collect()
+    }
+
+    /// Reconstructions of one material in some units.
+    pub fn jobs_of(&self, units: &[Unit]) -> usize {
+        units.iter().map(|u| self.methods_on(u).len()).sum()
+    }
+
+    /// Reconstructions of a complete run.
+    pub fn jobs(&self) -> usize {
+        self.jobs_of(&self.units()) * self.materials.len()
+    }
+
+    /// Rows of a complete run.
+    pub fn rows(&self) -> usize {
+        self.jobs() * self.measures.len()
+    }
+
+    /// A schedule in words.
+    pub(super) fn describe(&self, unit: &Unit) -> String {
+        let set = &self.sample_sets[unit.sample_set].name;
+        let coordinates = self.parametrizations[unit.coordinates].label();
+        let Unit {
+            allowance, seed, ..
+        } = unit;
+        let mut text = format!("{coordinates}, {set} of {allowance}, seed {seed}");
+        if let Some(i) = unit.instrument {
+            text += &format!(", {}", self.instruments[i].name);
+        }
+        text
+    }
+
+    /// Everything that determines the rows of a reconstruction but material and measure.
+    pub(super) fn part(&self, unit: &Unit, method: usize) -> Part {
+        let mut part = Part::new();
+        part.feed(&format!("{:?}", self.channels));
+        part.feed(&self.parametrizations[unit.coordinates].label());
+        let set = &self.sample_sets[unit.sample_set];
+        part.feed(&set.name);
+        part.feed(&set.set.resolved().to_string());
+        let instrument = unit.instrument.map(|i| self.instruments[i].resolved());
+        part.feed(&instrument.unwrap_or_default().to_string());
+        // A preset is named in a config; what it is belongs to the key all the same.
+        let spec = unit.instrument.map(|i| section(&self.instruments[i].spec));
+        part.feed(&spec.unwrap_or_default().to_string());
+        part.feed(&unit.allowance.to_string());
+        part.feed(&unit.seed.to_string());
+        let method = &self.methods[method];
+        part.feed(&method.name);
+        part.feed(&method.method.resolved().to_string());
+        part.feed(&section(&self.metrics).to_string());
+        part.feed(if self.albedo { "albedo" } else { "" });
+        let moments = self.moments.as_ref().map(MomentsTable::resolved);
+        part.feed(&moments.unwrap_or_default().to_string());
+        if self.moments.is_some() {
+            // Their random estimators have the first seed, whatever the schedule's.
+            part.feed(&self.seeds[0].to_string());
+        }
+        part
+    }
+
+    /// The rows of any material on some units.
+    pub(super) fn rows_of(&self, units: &[Unit]) -> Vec<Expected> {
+        let mut rows = Vec::new();
+        for unit in units {
+            let coordinates = &self.parametrizations[unit.coordinates];
+            let instrument = unit.instrument.map(|i| &self.instruments[i]);
+            let text = self.describe(unit);
+            for m in self.methods_on(unit) {
+                let method = &self.methods[m];
+                let mut label = Label {
+                    choice: Choice {
+                        parametrization: coordinates.name().into(),
+                        warp: coordinates.warp.clone(),
+                        sample_set: self.sample_sets[unit.sample_set].name.clone(),
+                        instrument: name_of(instrument).into(),
+                        reconstruction: method.name.clone(),
+                        coordinates: method.coordinates.clone(),
+                    },
+                    allowed: unit.allowance.to_string(),
+                    seed: unit.seed,
+                    measure: String::new(),
+                };
+                let part = self.part(unit, m);
+                for measure in &self.measures {
+                    label.measure = measure.name().into();
+                    rows.push(Expected {
+                        material: 0,
+                        label: label.to_string(),
+                        job: format!("{text}, {}", method.label()),
+                        part: part.with(measure.name()),
+                    });
+                }
+            }
+        }
+        rows
+    }
+}
+
+/// What rows call an instrument.
+pub(super) fn name_of(instrument: Option<&PlannedInstrument>) -> &str {
+    instrument.map_or(IDEAL, |i| i.name.as_str())
+}
+
+/// Coordinates of a schedule, as those of a reconstruction are called.
+fn own_label(coordinates: &SampledIn) -> String {
+    let kind = coordinates.name().to_owned();
+    let warp = coordinates.warps.clone();
+    Coordinates { kind, warp }.label()
+}

@@ -1,0 +1,72 @@
+//! One reconstruction of one material, for pictures.
+
+use super::choices::{Allowance, Material, OWN};
+use super::observer::{ScheduleKey, Stop};
+use super::plan::Plan;
+use super::readings::Readings;
+use super::route::Router;
+use crate::brdf::Brdf;
+use crate::error::Error;
+
+/// A reconstruction that is drawn.
+pub struct Sketch {
+    /// The reconstruction.
+    pub brdf: Box<dyn Brdf>,
+    /// Name of the method.
+    pub method: String,
+}
+
+/// A material reconstructed from the readings of the pictures' budget, uniform in the coordinates
+/// at a position of the plan, taken by the plan's first instrument, and by the last reconstruction that
+/// works in a schedule's own coordinates.
+/// `None` where there is no such reconstruction or schedule.
+///
+/// # Errors
+/// [`Error::Internal`] for coordinates that were checked.
+pub fn sketch(
+    plan: &Plan,
+    material: &Material,
+    brdf: &dyn Brdf,
+    coordinates: usize,
+) -> Result<Option<Sketch>, Error> {
+    let suits = |set: usize| {
+        let grid = plan.sample_sets[set].set.is_grid();
+        let mut methods = plan.methods.iter();
+        let mut found = None;
+        for m in methods.by_ref() {
+            let here = m.on.is_none_or(|on| on == set) && (grid || !m.method.needs_grid());
+            if here && m.coordinates == OWN {
+                found = Some((set, m));
+            }
+        }
+        found
+    };
+    let Some((set, method)) = (0..plan.sample_sets.len()).find_map(suits) else {
+        return Ok(None);
+    };
+    let seed = plan.seeds[0];
+    let key = ScheduleKey {
+        coordinates: &plan.parametrizations[coordinates],
+        symmetry: material.symmetry,
+        sample_set: &plan.sample_sets[set],
+        allowance: Allowance::Poses(plan.pictures.budget),
+        instrument: plan.instruments.first(),
+        seed,
+    };
+    let route = match Router::default().find(&key) {
+        Ok(route) => route,
+        // Too few poses for a schedule, or none that the instrument can take.
+        Err(Error::Config { .. } | Error::Infeasible { .. }) => return Ok(None),
+        Err(e) => return Err(e),
+    };
+    let readings = match Readings::take(brdf, &route, seed, &|| false) {
+        Ok(readings) => readings,
+        Err(Stop::Error(e)) => return Err(e),
+        Err(Stop::Cancelled) => return Ok(None),
+    };
+    let made = method.method.reconstruct(&readings.measured).ok();
+    Ok(made.map(|brdf| Sketch {
+        brdf,
+        method: method.name.clone(),
+    }))
+}

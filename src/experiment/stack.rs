@@ -1,0 +1,102 @@
+//! Materials that are reconstructed together: which readings are neighbours of a pair, and with which
+//! weights, depends on the poses alone.
+
+use super::observer::Stop;
+use crate::brdf::{Brdf, Channels};
+use crate::geometry::DirectionPair;
+use crate::measurement::{Measurement, Outcome};
+use crate::metrics::{self, Values};
+use crate::reconstruct::{Interpolant, Readings, Reconstruct, ReconstructError};
+use rayon::prelude::*;
+
+/// Pairs at which a stack is evaluated in one task.
+const CHUNK: usize = 256;
+
+/// Pairs at which reconstructions are evaluated between two looks at whether the run shall stop: a
+/// fraction of a second of the slowest one. (A multiple of what a thread takes at a time.)
+const SLAB: usize = 1 << 14;
+
+/// Which poses of a measurement have a reading.
+pub(super) fn present(measurement: &Measurement) -> Vec<bool> {
+    let outcomes = measurement.outcomes.iter();
+    outcomes.map(|&o| o == Outcome::Reading).collect()
+}
+
+/// Reconstructions of several materials from readings at the same poses.
+pub(super) struct Stack {
+    interpolant: Box<dyn Interpolant>,
+    channels: Channels,
+}
+
+impl Stack {
+    /// Reconstructs measurements of one schedule with readings at the same poses.
+    pub fn new(
+        method: &dyn Reconstruct,
+        measurements: &[&Measurement],
+    ) -> Result<Self, ReconstructError> {
+        let first = measurements[0];
+        let count = first.channels.count();
+        let interpolant = method.interpolate(&Readings {
+            schedule: &first.schedule,
+            width: measurements.len() * count,
+            values: &interleaved(measurements, count),
+            present: &present(first),
+        })?;
+        Ok(Self {
+            interpolant,
+            channels: first.channels,
+        })
+    }
+
+    /// Luminance at some pairs, one list a material; or stops on the way.
+    pub fn evaluate(
+        &self,
+        pairs: &[DirectionPair],
+        go_on: &dyn Fn() -> Result<(), Stop>,
+    ) -> Result<Vec<Values>, Stop> {
+        let (width, count) = (self.interpolant.width(), self.channels.count());
+        let mut stacked = vec![0.0; pairs.len() * width];
+        for (out, pairs) in stacked.chunks_mut(SLAB * width).zip(pairs.chunks(SLAB)) {
+            go_on()?;
+            out.par_chunks_mut(CHUNK * width)
+                .zip(pairs.par_chunks(CHUNK))
+                .for_each(|(out, pairs)| self.interpolant.eval_batch(pairs, out));
+        }
+        let of = |i: usize| Values {
+            luminance: stacked
+                .chunks_exact(width)
+                .map(|all| self.channels.luminance(&all[i * count..(i + 1) * count]))
+                .collect(),
+            missing: Vec::new(),
+        };
+        Ok((0..width / count).into_par_iter().map(of).collect())
+    }
+}
+
+/// Luminance of a BRDF at some pairs; or stops on the way.
+pub(super) fn evaluate(
+    brdf: &dyn Brdf,
+    pairs: &[DirectionPair],
+    go_on: &dyn Fn() -> Result<(), Stop>,
+) -> Result<Values, Stop> {
+    let mut values = Values::default();
+    for slab in pairs.chunks(SLAB) {
+        go_on()?;
+        values.append(metrics::evaluate(brdf, slab));
+    }
+    Ok(values)
+}
+
+/// Values pose by pose, of one material after the other, `count` each.
+fn interleaved(measurements: &[&Measurement], count: usize) -> Vec<f64> {
+    let width = measurements.len() * count;
+    let poses = measurements[0].values.len() / count;
+    let mut all = vec![0.0; width * poses];
+    for (i, measurement) in measurements.iter().enumerate() {
+        let places = all.chunks_exact_mut(width);
+        for (out, values) in places.zip(measurement.values.chunks_exact(count)) {
+            out[i * count..(i + 1) * count].copy_from_slice(values);
+        }
+    }
+    all
+}

@@ -1,0 +1,81 @@
+//! Tables of configs: taken apart key by key, and put together again with every default.
+
+use crate::error::excerpt;
+use crate::registry::{self, ReadError, Table};
+use serde::Serialize;
+use toml::Value;
+
+/// A choice with the name it has in results, if one is written.
+#[derive(Debug)]
+pub struct Named<T: ?Sized> {
+    /// `name`.
+    pub name: Option<String>,
+    /// The member of its family.
+    pub choice: Box<T>,
+}
+
+/// Refuses a config with a key of the top level that is not in `keys`.
+pub(super) fn refuse_unknown(table: &Table<'_>, keys: &[&str]) -> Result<(), ReadError> {
+    for key in table.get_ref().keys() {
+        let name = key.get_ref().as_ref();
+        if !keys.contains(&name) {
+            let allowed = keys.join(", ");
+            let name = excerpt(name);
+            let message = format!("unknown key {name}; allowed: {allowed}");
+            return Err(ReadError::at(key.span(), message));
+        }
+    }
+    Ok(())
+}
+
+/// Takes an array of tables and reads each; `None` if the key is absent, which is not the same as
+/// an empty list.
+pub(super) fn take_list<'s, T>(
+    table: &mut Table<'s>,
+    key: &str,
+    read: impl Fn(Table<'s>) -> Result<T, ReadError>,
+) -> Result<Option<Vec<T>>, ReadError> {
+    let Some(tables) = registry::take_tables(table, key)? else {
+        return Ok(None);
+    };
+    tables
+        .into_iter()
+        .map(read)
+        .collect::<Result<_, _>>()
+        .map(Some)
+}
+
+/// Takes `name` and lets the family read the rest.
+pub(super) fn named<'s, T: ?Sized>(
+    mut table: Table<'s>,
+    read: impl Fn(Table<'s>) -> Result<Box<T>, ReadError>,
+) -> Result<Named<T>, ReadError> {
+    let name = registry::take_string(&mut table, "name")?;
+    let choice = read(table)?;
+    Ok(Named { name, choice })
+}
+
+/// A struct of plain values as a table.
+pub(super) fn section(value: &impl Serialize) -> toml::Table {
+    match Value::try_from(value) {
+        Ok(Value::Table(table)) => table,
+        // Structs of numbers, strings, lists and tables: serialization cannot fail on them.
+        _ => toml::Table::new(),
+    }
+}
+
+pub(super) fn with_name(mut table: toml::Table, name: &str) -> toml::Table {
+    table.insert("name".into(), name.into());
+    table
+}
+
+pub(super) fn insert_list(
+    table: &mut toml::Table,
+    key: &str,
+    list: impl Iterator<Item = toml::Table>,
+) {
+    let list: Vec<_> = list.map(Value::Table).collect();
+    if !list.is_empty() {
+        table.insert(key.into(), Value::Array(list));
+    }
+}

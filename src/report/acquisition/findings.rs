@@ -1,0 +1,317 @@
+//! What a study prints at its end, as texts and as a table of its own.
+
+use crate::experiment::{
+    Choice, Duel, Duels, Explained, Factor, Findings, Metric, OWN, Ranking, Scope,
+};
+use crate::report::acquisition::table::error;
+use crate::statistics::{Paired, Verdict};
+use std::fmt::Write as _;
+
+/// A parametrization with its warps.
+pub(super) fn sampling(choice: &Choice) -> String {
+    match choice.warp.as_str() {
+        "none" => choice.parametrization.clone(),
+        warp => format!("{} {warp}", choice.parametrization),
+    }
+}
+
+/// So many materials.
+pub(super) fn materials(n: usize) -> String {
+    match n {
+        1 => "1 material".into(),
+        n => format!("{n} materials"),
+    }
+}
+
+/// How a choice reconstructs; `sets` and `instruments`: whether there are several to be told apart.
+pub(super) fn method(choice: &Choice, findings: &Findings) -> String {
+    let several = |of: fn(&Choice) -> &String| {
+        let lines = findings.rankings.iter().flat_map(|r| &r.lines);
+        lines.map(|l| of(&l.choice)).any(|v| v != of(choice))
+    };
+    let mut parts = vec![choice.reconstruction.clone()];
+    if choice.coordinates != OWN {
+        parts.push(format!("in {}", choice.coordinates));
+    }
+    if several(|c| &c.sample_set) {
+        parts.push(format!("of {}", choice.sample_set));
+    }
+    if several(|c| &c.instrument) {
+        parts.push(format!("on {}", choice.instrument));
+    }
+    parts.join(" ")
+}
+
+/// The error of the best reconstruction of each sampling, duels with the first parametrization, and
+/// what explains how much; of all truths, by `nrmse`.
+pub fn study_text(findings: &Findings) -> String {
+    let mut out = String::new();
+    let of_all = |s: &Scope| s.metric == Metric::Nrmse && s.truth.is_none();
+    for ranking in findings.rankings.iter().filter(|r| of_all(&r.scope)) {
+        best_of_each(findings, ranking, &mut out);
+        let duels = findings.duels.iter().find(|d| d.scope == ranking.scope);
+        for method in in_own_coordinates(ranking) {
+            if let Some(duels) = duels {
+                against_reference(findings, duels, &method, &mut out);
+            }
+        }
+    }
+    for explained in findings.explained.iter().filter(|e| of_all(&e.scope)) {
+        shares(explained, &mut out);
+    }
+    out
+}
+
+fn title(out: &mut String, text: &str, width: usize, allowances: &[String]) {
+    let _ = write!(out, "\n{text:<width$}");
+    for allowance in allowances {
+        let _ = write!(out, " {:>9} ", allowance.trim_end_matches(" poses"));
+    }
+    out.truncate(out.trim_end().len());
+    out.push('\n');
+}
+
+fn best_of_each(findings: &Findings, ranking: &Ranking, out: &mut String) {
+    let mut names: Vec<String> = Vec::new();
+    for line in &ranking.lines {
+        let name = sampling(&line.choice);
+        if !names.contains(&name) {
+            names.push(name);
+        }
+    }
+    let scope = &ranking.scope;
+    let text = format!("{}, {}", scope.metric.name(), scope.measure);
+    let width = names.iter().map(|n| n.chars().count() + 2).max();
+    let width = width.unwrap_or(0).max(text.len());
+    title(out, &text, width, &findings.allowances);
+    let cell = |name: &str, a: usize| {
+        let mine = ranking.lines.iter().filter(|l| sampling(&l.choice) == name);
+        let cells = mine.filter_map(|l| l.cells[a].filter(|c| c.place.is_some()));
+        cells.min_by(|x, y| x.mean.total_cmp(&y.mean))
+    };
+    for name in &names {
+        let _ = write!(out, "{:<width$}", format!("  {name}"));
+        for a in 0..findings.allowances.len() {
+            let best = cell(name, a);
+            let mark = match best {
+                Some(cell) if cell.place == Some(1) => '*',
+                _ => ' ',
+            };
+            let _ = write!(out, " {:>9}{mark}", error(best.map(|c| c.mean)));
+        }
+        out.truncate(out.trim_end().len());
+        out.push('\n');
+    }
+    let left_out = match scope.left_out.join(", ") {
+        names if names.is_empty() => names,
+        names => format!(" (left out: {names})"),
+    };
+    let _ = writeln!(
+        out,
+        "Geometric mean over {}{left_out} of the error of the best reconstruction; * best of its column. A budget \
+         is an upper limit: grids fill it unequally.",
+        materials(scope.materials)
+    );
+}
+
+/// A choice for each reconstruction in the schedule's own coordinates that is used at every
+/// allowance.
+fn in_own_coordinates(ranking: &Ranking) -> Vec<Choice> {
+    let mut methods: Vec<Choice> = Vec::new();
+    let like = |a: &Choice, b: &Choice| {
+        a.reconstruction == b.reconstruction
+            && a.sample_set == b.sample_set
+            && a.instrument == b.instrument
+    };
+    for line in &ranking.lines {
+        let choice = &line.choice;
+        let everywhere = line.cells.iter().all(Option::is_some);
+        if everywhere && choice.coordinates == OWN && !methods.iter().any(|m| like(m, choice)) {
+            methods.push(choice.clone());
+        }
+    }
+    methods
+}
+
+/// The duel as one against the reference, turned round if need be.
+fn against(findings: &Findings, duel: &Duel) -> Option<(Choice, Vec<Option<Paired>>)> {
+    let is = |choice: &Choice| Some(findings.factor.level(choice)) == findings.reference.as_deref();
+    if is(&duel.b) {
+        return Some((duel.a.clone(), duel.cells.clone()));
+    }
+    let turned = |p: &Option<Paired>| p.map(|p| p.inverted());
+    is(&duel.a).then(|| (duel.b.clone(), duel.cells.iter().map(turned).collect()))
+}
+
+/// The level of the factor that others are compared with, if there is another.
+pub(super) fn reference(findings: &Findings, duels: &Duels) -> Option<String> {
+    let name = findings.reference.clone()?;
+    let mut sides = duels.duels.iter().flat_map(|d| [&d.b, &d.a]);
+    let is_there = sides.any(|c| findings.factor.level(c) == name);
+    is_there.then_some(name)
+}
+
+/// True of a choice that was asked about.
+pub(super) fn is_challenger(findings: &Findings, choice: &Choice) -> bool {
+    Some(findings.factor.level(choice)) == findings.challenger.as_deref()
+}
+
+/// A choice as the level of the factor: a parametrization with its warps.
+fn level(findings: &Findings, choice: &Choice) -> String {
+    match findings.factor {
+        Factor::Parametrization => sampling(choice),
+        Factor::Warp => format!("{} {}", choice.parametrization, choice.warp),
+        factor => format!("{}, {}", factor.level(choice), sampling(choice)),
+    }
+}
+
+/// Ratios against the reference: a line a level over all truths, and for the challenger one a truth.
+fn against_reference(findings: &Findings, duels: &Duels, best: &Choice, out: &mut String) {
+    let Some(reference) = reference(findings, duels) else {
+        return;
+    };
+    let scope = &duels.scope;
+    let rows = ratios(findings, duels, best);
+    let mut named: Vec<(String, Vec<Option<Paired>>)> = rows
+        .into_iter()
+        .map(|r| (format!("  {}", r.name), r.cells))
+        .collect();
+    let others = findings.duels.iter().filter(|d| {
+        d.scope.truth.is_some()
+            && d.scope.metric == scope.metric
+            && d.scope.measure == scope.measure
+    });
+    for other in others {
+        let rows = ratios(findings, other, best);
+        // As it is, and as it is warped first.
+        let asked = rows
+            .into_iter()
+            .filter(|r| is_challenger(findings, &r.choice));
+        let truth = other.scope.truth.as_deref().unwrap_or_default();
+        for row in asked.take(2) {
+            let name = format!("    {}, {truth} ({})", row.name, other.scope.materials);
+            named.push((name, row.cells));
+        }
+    }
+    let Some(width) = named.iter().map(|n| n.0.chars().count()).max() else {
+        return;
+    };
+    let text = format!(
+        "error / that of {reference}, {}, {}",
+        method(best, findings),
+        scope.measure
+    );
+    let width = width.max(text.chars().count());
+    title(out, &text, width, &findings.allowances);
+    for (name, cells) in named {
+        let _ = write!(out, "{name:<width$}");
+        for cell in cells {
+            let (ratio, mark) = match cell {
+                Some(cell) => (format!("{:.3}", cell.ratio), mark(cell.verdict())),
+                None => ("-".into(), ' '),
+            };
+            let _ = write!(out, " {ratio:>9}{mark}");
+        }
+        out.truncate(out.trim_end().len());
+        out.push('\n');
+    }
+    let _ = writeln!(
+        out,
+        "+ better, - worse, = no difference within the band, ? undecided (95 % interval and \
+         Wilcoxon test over materials)."
+    );
+}
+
+fn mark(verdict: Verdict) -> char {
+    match verdict {
+        Verdict::Better => '+',
+        Verdict::Worse => '-',
+        Verdict::Same => '=',
+        Verdict::Undecided => '?',
+    }
+}
+
+/// A level of the factor against the reference at every allowance.
+pub(super) struct Against {
+    /// The level, and behind a stroke the warp of the reference where it is another.
+    pub name: String,
+    /// The choice that has it.
+    pub choice: Choice,
+    /// Its error over that of the reference.
+    pub cells: Vec<Option<Paired>>,
+}
+
+/// The duels of choices that are as `best` but for what is sampled and for the factor, against the
+/// reference.
+pub(super) fn ratios(findings: &Findings, duels: &Duels, best: &Choice) -> Vec<Against> {
+    let factor = findings.factor;
+    let kept = [
+        Factor::SampleSet,
+        Factor::Instrument,
+        Factor::Reconstruction,
+        Factor::Coordinates,
+    ];
+    let like = |c: &Choice| {
+        let mut kept = kept.into_iter().filter(|k| *k != factor);
+        kept.all(|k| k.level(c) == k.level(best))
+    };
+    let named = |d: &Duel| {
+        let (choice, cells) = against(findings, d)?;
+        let other = if d.a == choice { &d.b } else { &d.a };
+        let name = level(findings, &choice);
+        let name = match other.warp.as_str() {
+            _ if factor != Factor::Parametrization => name,
+            warp if warp == choice.warp => name,
+            "none" => format!("{name} / unwarped"),
+            warp => format!("{name} / {warp}"),
+        };
+        Some(Against {
+            name,
+            choice,
+            cells,
+        })
+    };
+    let mine = duels.duels.iter().filter(|d| like(&d.a));
+    mine.filter_map(named).collect()
+}
+
+fn shares(explained: &Explained, out: &mut String) {
+    let Explained {
+        scope,
+        factors,
+        shares,
+        ..
+    } = explained;
+    let of = if explained.scattered {
+        "scattered readings"
+    } else {
+        "grids"
+    };
+    let _ = writeln!(
+        out,
+        "\nWhat explains the variance of ln {}, {}, {of}:",
+        scope.metric.name(),
+        scope.measure
+    );
+    for (name, share) in named_shares(factors, shares).into_iter().take(8) {
+        let _ = writeln!(out, "  {:>5.1} %  {name}", 100.0 * share);
+    }
+}
+
+/// Shares by name, the largest first; without factors of a single level, which explain nothing by
+/// construction.
+pub(super) fn named_shares(
+    factors: &[&str],
+    shares: &crate::statistics::Shares,
+) -> Vec<(String, f64)> {
+    let varied = |f: usize| shares.levels[f] > 1;
+    let mains = factors.iter().zip(&shares.mains).enumerate();
+    let mains = mains.filter(|(f, _)| varied(*f));
+    let mut named: Vec<(String, f64)> = mains.map(|(_, (f, s))| ((*f).to_owned(), *s)).collect();
+    let pairs = shares.pairs.iter();
+    let pairs = pairs.filter(|(i, j, _)| varied(*i) && varied(*j));
+    named.extend(pairs.map(|&(i, j, s)| (format!("{} × {}", factors[i], factors[j]), s)));
+    named.push(("rest".into(), shares.rest));
+    named.sort_by(|a, b| b.1.total_cmp(&a.1));
+    named
+}

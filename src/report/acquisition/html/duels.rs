@@ -1,0 +1,102 @@
+//! Samplings against the reference, all else equal.
+
+use super::super::findings::{Against, method, ratios, reference};
+use super::charts;
+use super::verdict::number;
+use super::{p_text, scope_title};
+use crate::error::Error;
+use crate::experiment::{Cell, Choice, Findings, Ranking};
+use maud::{Markup, html};
+
+/// Forest plots and tables of every scope.
+pub(super) fn section(findings: &Findings) -> Result<Markup, Error> {
+    let all = findings.duels.iter().zip(&findings.rankings);
+    let mut parts = Vec::new();
+    for (duels, ranking) in all {
+        let (Some(reference), Some(best)) = (reference(findings, duels), leader(ranking)) else {
+            continue;
+        };
+        let rows = ratios(findings, duels, &best);
+        if rows.is_empty() {
+            continue;
+        }
+        let by = method(&best, findings);
+        let title = format!("{}; by {by}", scope_title(&duels.scope));
+        let label = format!("error / that of {reference}");
+        let chart = charts::forest(&rows, findings, &label, &title)?;
+        parts.push(html! {
+            details.page open[parts.is_empty()] {
+                summary { (title) }
+                @if let Some(chart) = chart { (chart) }
+                (table(findings, &rows, &reference))
+            }
+        });
+    }
+    Ok(html! {
+        p {
+            "Error of each sampling over that of the reference, with the reconstruction that ranks best: "
+            "the geometric mean of the ratio over materials with its 95 % interval. Each warp stands "
+            "against the one at its place in the reference's list; of lists that differ in length the "
+            "end of the shorter also stands against the rest of the longer. Behind a stroke: the warp of "
+            "the reference, where it is another. Left of 1 is better; the band about 1 counts as no "
+            "difference. p is adjusted over the budgets (Holm)."
+        }
+        @if parts.is_empty() { p { "There is only one parametrization." } }
+        @for part in &parts { (part) }
+    })
+}
+
+fn table(findings: &Findings, rows: &[Against], reference: &str) -> Markup {
+    html! {
+        div.wide {
+            table.duels {
+                thead {
+                    tr {
+                        th scope="col" { "sampled in" }
+                        th scope="col" { "at" }
+                        th scope="col" { "error / " (reference) }
+                        th scope="col" { "95 %" }
+                        th scope="col" { "p" }
+                        th scope="col" { "better on" }
+                        th scope="col" { "worse on" }
+                        th scope="col" { "alike on" }
+                        th scope="col" { "verdict" }
+                    }
+                }
+                @for row in rows {
+                    tbody {
+                        @for (i, (cell, at)) in row.cells.iter().zip(&findings.allowances)
+                            .filter_map(|(c, at)| Some((c.as_ref()?, at))).enumerate() {
+                            tr {
+                                th scope="row" { @if i == 0 { (row.name) } }
+                                td { (at) }
+                                td.number { (number(cell.ratio)) }
+                                td.number {
+                                    @if let Some([low, high]) = cell.interval {
+                                        (number(low)) " – " (number(high))
+                                    }
+                                }
+                                td.number { (p_text(cell.p)) }
+                                td.number { (cell.wins) }
+                                td.number { (cell.losses) }
+                                td.number { (cell.ties) }
+                                td { (cell.verdict()) }
+                            }
+                        }
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// The choice with the best mean place, of those that are used at every allowance.
+fn leader(ranking: &Ranking) -> Option<Choice> {
+    let places = |cells: &[Option<Cell>]| {
+        let places: Option<Vec<usize>> = cells.iter().map(|c| c.as_ref()?.place).collect();
+        Some(places?.iter().sum::<usize>())
+    };
+    let all = ranking.lines.iter();
+    let placed = all.filter_map(|l| Some((places(&l.cells)?, &l.choice)));
+    placed.min_by_key(|(sum, _)| *sum).map(|(_, c)| c.clone())
+}

@@ -1,0 +1,311 @@
+//! `report.html`: what a study found, in one file that needs nothing else.
+//!
+//! No script, no font, no request: its own policy forbids them. Every text goes through the escaping
+//! of the templates; names of materials are file names, and may hold anything.
+
+mod charts;
+mod duels;
+mod figure;
+mod made_by;
+mod materials;
+mod ranking;
+#[cfg(test)]
+mod tests;
+mod verdict;
+
+pub use charts::sheet as study_curves;
+
+use super::findings::{materials as so_many, named_shares};
+use crate::error::Error;
+use crate::experiment::{Cell, Choice, Explained, Findings, Line, Plan, Ranking, Row, Scope};
+use crate::statistics::EXACT;
+use figure::figures;
+use maud::{DOCTYPE, Markup, PreEscaped, html as page};
+use rayon::iter::{IndexedParallelIterator, IntoParallelRefIterator, ParallelIterator};
+
+const STYLE: &str = include_str!("style.css");
+
+/// What a report may do: nothing but show what it holds.
+const POLICY: &str = "default-src 'none'; style-src 'unsafe-inline'; img-src data:";
+
+/// A drawing or an image.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Media {
+    /// The text of an SVG file, on white.
+    Svg(String),
+    /// The bytes of a PNG file.
+    Png(Vec<u8>),
+}
+
+/// A figure of a report.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Picture {
+    /// Below it.
+    pub caption: String,
+    /// Instead of it, for those who cannot see it.
+    pub alt: String,
+    /// What is shown.
+    pub media: Media,
+}
+
+/// The figures of a material.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MaterialPictures {
+    /// Its name in the rows.
+    pub material: String,
+    /// Its figures, in their order.
+    pub pictures: Vec<Picture>,
+}
+
+/// The report of a study: verdict, rankings, comparisons, curves, a section per material, and the
+/// manifest. `general` are figures of the study itself, `pictures` those of its materials.
+///
+/// # Errors
+/// [`Error::Internal`] if drawing fails, which it should not.
+pub fn html(
+    plan: &Plan,
+    rows: &[&Row],
+    findings: &Findings,
+    manifest: &serde_json::Value,
+    general: &[Picture],
+    pictures: &[MaterialPictures],
+) -> Result<String, Error> {
+    let title = plan.report.title.as_deref().unwrap_or("Acquisition study");
+    let factor = findings.factor.name().replace('_', " ");
+    let duels_title = format!("{} against {factor}", capital(&factor));
+    let question = plan.question.as_deref().unwrap_or_default().trim();
+    let materials = materials::tables(rows, &findings.allowances);
+    let sections: Result<Vec<Markup>, Error> = materials
+        .par_iter()
+        .enumerate()
+        .map(|(i, m)| {
+            let own = pictures.iter().find(|p| p.material == m.name);
+            let curves = charts::of_material(m)?;
+            Ok(materials::section(i, m, &findings.allowances, own, curves))
+        })
+        .collect();
+    let rankings = findings.rankings.iter().enumerate();
+    let rankings: Vec<Markup> = rankings
+        .map(|(i, r)| ranking::table(findings, r, i))
+        .collect();
+    let page = page! {
+        (DOCTYPE)
+        html lang="en" {
+            head {
+                meta charset="utf-8";
+                meta http-equiv="Content-Security-Policy" content=(POLICY);
+                meta name="viewport" content="width=device-width, initial-scale=1";
+                meta name="color-scheme" content="light dark";
+                title { (title) }
+                style { (PreEscaped(STYLE)) }
+            }
+            body {
+                header {
+                    p.kind { "gonio · " (title) }
+                    h1 { @if question.is_empty() { (title) } @else { (question) } }
+                }
+                (contents(findings, &materials, general, &duels_title))
+                main {
+                    section id="verdict" {
+                        h2 { "Verdict" }
+                        (verdict::section(findings))
+                    }
+                    section id="ranking" {
+                        h2 { "Ranking" }
+                        (ranking::legend(findings))
+                        @for table in &rankings { (table) }
+                    }
+                    section id="duels" {
+                        h2 { (duels_title) }
+                        (duels::section(findings)?)
+                    }
+                    @if let Some(curves) = charts::curves(findings)? {
+                        section id="curves" {
+                            h2 { "What an error costs" }
+                            (curves)
+                        }
+                    }
+                    section id="variance" {
+                        h2 { "Which choice matters how much" }
+                        (variance(findings))
+                    }
+                    @if !general.is_empty() {
+                        section id="figures" {
+                            h2 { "Coordinates" }
+                            (figures(general))
+                        }
+                    }
+                    section id="materials" {
+                        h2 { "Materials" }
+                        p {
+                            "The best reconstruction of each sampling; a "
+                            b { "★" } " marks the least error of its column."
+                        }
+                    }
+                    @for section in sections? { (section) }
+                    section #manifest .page {
+                        h2 { "How it was made" }
+                        (made_by::section(manifest, &plan.resolved))
+                    }
+                }
+            }
+        }
+    };
+    Ok(page.into_string())
+}
+
+fn contents(
+    findings: &Findings,
+    materials: &[materials::Material],
+    general: &[Picture],
+    duels_title: &str,
+) -> Markup {
+    page! {
+        nav aria-label="Contents" {
+            ol {
+                li { a href="#verdict" { "Verdict" } }
+                li {
+                    a href="#ranking" { "Ranking" }
+                    @if findings.rankings.len() > 1 {
+                        ul {
+                            @for (i, ranking) in findings.rankings.iter().enumerate() {
+                                li { a href={ "#ranking-" (i) } { (scope_title(&ranking.scope)) } }
+                            }
+                        }
+                    }
+                }
+                li { a href="#duels" { (duels_title) } }
+                li { a href="#curves" { "What an error costs" } }
+                li { a href="#variance" { "Which choice matters how much" } }
+                @if !general.is_empty() { li { a href="#figures" { "Coordinates" } } }
+                li {
+                    a href="#materials" { "Materials" } " "
+                    span.many {
+                        @for (i, m) in materials.iter().enumerate() {
+                            @if i > 0 { " · " }
+                            a href={ "#material-" (i) } { (m.name) }
+                        }
+                    }
+                }
+                li { a href="#manifest" { "How it was made" } }
+            }
+        }
+    }
+}
+
+/// A name as a title begins.
+fn capital(name: &str) -> String {
+    let mut letters = name.chars();
+    let first = letters.next().map(|c| c.to_ascii_uppercase());
+    first.into_iter().chain(letters).collect()
+}
+
+/// What a scope is of.
+fn scope_title(scope: &Scope) -> String {
+    let materials = so_many(scope.materials);
+    let of = match &scope.truth {
+        None => format!("all {materials}"),
+        Some(truth) => format!("{materials} of truth “{truth}”"),
+    };
+    format!("{}, {} pairs, {of}", scope.metric.name(), scope.measure)
+}
+
+/// Shares of the variance as bars.
+fn variance(findings: &Findings) -> Markup {
+    page! {
+        p {
+            "How much of the variance of the logarithm of the error each factor explains by itself, "
+            "and two together (×) beyond that."
+        }
+        @if findings.explained.is_empty() { p { "There is nothing to explain." } }
+        div.panels {
+            @for explained in &findings.explained { (bars(explained)) }
+        }
+    }
+}
+
+fn bars(explained: &Explained) -> Markup {
+    let of = match explained.scattered {
+        true => "scattered readings",
+        false => "in the schedule's own coordinates",
+    };
+    let shares = named_shares(&explained.factors, &explained.shares);
+    page! {
+        table.bars {
+            caption { (explained.scope.metric.name()) ", " (explained.scope.measure) " pairs, " (of) }
+            @for (name, share) in shares.iter().take(8) {
+                tr {
+                    th scope="row" { (name) }
+                    td { (format!("{:.1} %", 100.0 * share)) }
+                    td.bar {
+                        span style=(format!("width:{:.1}%", (100.0 * share).clamp(0.0, 100.0))) {}
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// A cell that can be compared: of all materials.
+fn whole(line: &Line, a: usize) -> Option<&Cell> {
+    line.cells[a].as_ref().filter(|c| c.place.is_some())
+}
+
+/// The allowances that the lines are ranked over: those that all have, and where some line has none of
+/// them, those that most have. Over others a line would be ranked by what it was spared.
+fn common(ranking: &Ranking) -> Vec<usize> {
+    let allowances = ranking.lines.iter().map(|l| l.cells.len()).max();
+    let count = |a: usize| ranking.lines.iter().filter(move |l| whole(l, a).is_some());
+    let counts: Vec<usize> = (0..allowances.unwrap_or(0))
+        .map(|a| count(a).count())
+        .collect();
+    let most = counts.iter().copied().max();
+    let all = (0..counts.len()).filter(|a| Some(counts[*a]) == most);
+    all.collect()
+}
+
+/// How far a choice is above the best, on the average of some allowances: the mean log ratio. Infinite
+/// where it lacks one.
+fn distance(ranking: &Ranking, line: &Line, allowances: &[usize]) -> f64 {
+    let ratio = |&a: &usize| {
+        let means = ranking.lines.iter().filter_map(|l| Some(whole(l, a)?.mean));
+        let best = means.fold(f64::INFINITY, f64::min).max(EXACT);
+        Some((whole(line, a)?.mean / best).max(1.0).ln())
+    };
+    let ratios: Option<Vec<f64>> = allowances.iter().map(ratio).collect();
+    ratios.map_or(f64::INFINITY, |r| r.iter().sum::<f64>() / r.len() as f64)
+}
+
+/// Lines of a ranking, the best first.
+fn sorted(ranking: &Ranking) -> Vec<&Line> {
+    let common = common(ranking);
+    let with = |l| (distance(ranking, l, &common), l);
+    let mut lines: Vec<(f64, &Line)> = ranking.lines.iter().map(with).collect();
+    // Stable: the order of the plan decides ties.
+    lines.sort_by(|a, b| a.0.total_cmp(&b.0));
+    lines.into_iter().map(|(_, l)| l).collect()
+}
+
+/// The allowance that is spoken of where there is room for one: the middle one.
+fn middle(findings: &Findings) -> usize {
+    findings.allowances.len().saturating_sub(1) / 2
+}
+
+/// A parametrization with its warps, for people.
+fn sampling_name(choice: &Choice) -> Markup {
+    page! {
+        (choice.parametrization)
+        @if choice.warp != "none" { " " small { (choice.warp) } }
+    }
+}
+
+/// A p-value.
+fn p_text(p: Option<f64>) -> String {
+    match p {
+        None => "–".into(),
+        Some(p) if p < 1e-4 => "< 0.0001".into(),
+        Some(p) if p < 0.01 => format!("{p:.4}"),
+        Some(p) if p < 0.1 => format!("{p:.3}"),
+        Some(p) => format!("{p:.2}"),
+    }
+}

@@ -1,0 +1,162 @@
+//! Rankings: every choice at every allowance, against the best.
+
+use super::super::findings::{materials, method};
+use super::verdict::number;
+use super::{p_text, sampling_name, scope_title, sorted};
+use crate::experiment::{Cell, Findings, Line, Ranking};
+use crate::report::acquisition::table::error;
+use crate::statistics::{Paired, SIGNIFICANCE, Verdict, least_p};
+use maud::{Markup, html};
+
+/// Lines that are seen without asking for more.
+const SHOWN: usize = 12;
+
+/// How to read the tables.
+pub(super) fn legend(findings: &Findings) -> Markup {
+    html! {
+        p {
+            "Each cell: the geometric mean of the error over materials; its ratio to the least of the "
+            "column with its 95 % interval; p (signed rank, adjusted by Holm over the column), and on how "
+            "many materials it is better and worse than that; the geometric mean of the readings. A budget is an "
+            "upper limit: grids fill it unequally. "
+            b { "★" } " is the least of the column, " b { "≈" }
+            " what cannot be told from it. Order: slope of ln error on ln readings. The lines stand by "
+            "their mean ratio to the best"
+            @if findings.allowances.len() > 1 { " over the budgets that all of them have" }
+            ". All of it is in " code { "ranking.csv" } "."
+        }
+    }
+}
+
+/// A ranking of a scope, folded away but for the first.
+pub(super) fn table(findings: &Findings, ranking: &Ranking, number: usize) -> Markup {
+    let lines = sorted(ranking);
+    let allowances = 0..findings.allowances.len();
+    let told: Vec<bool> = allowances
+        .map(|a| least(ranking, a) < SIGNIFICANCE)
+        .collect();
+    let (shown, rest) = lines.split_at(lines.len().min(SHOWN));
+    html! {
+        details.page id={ "ranking-" (number) } open[number == 0] {
+            summary { (scope_title(&ranking.scope)) }
+            @if let Some(note) = too_few(findings, ranking) { p.note { (note) } }
+            @if !ranking.scope.left_out.is_empty() {
+                p.note { "Left out: " (ranking.scope.left_out.join(", ")) "." }
+            }
+            (part(findings, shown, 1, &told))
+            @if !rest.is_empty() {
+                details {
+                    summary { "The other " (rest.len()) }
+                    (part(findings, rest, SHOWN + 1, &told))
+                }
+            }
+        }
+    }
+}
+
+/// The comparisons of a column with its best.
+fn comparisons(ranking: &Ranking, a: usize) -> impl Iterator<Item = Paired> {
+    let lines = ranking.lines.iter();
+    lines.filter_map(move |l| l.cells[a].and_then(|c| c.against_best))
+}
+
+/// The least p that any comparison of a column could have got.
+fn least(ranking: &Ranking, a: usize) -> f64 {
+    let materials = comparisons(ranking, a).map(|p| p.n).max();
+    // Others are no tests.
+    let tests = comparisons(ranking, a).filter(|p| p.p.is_some()).count();
+    materials.map_or(0.0, |n| least_p(n, tests))
+}
+
+/// That nothing can be told from the best, where there are too few materials for so many choices.
+fn too_few(findings: &Findings, ranking: &Ranking) -> Option<String> {
+    let allowances = 0..findings.allowances.len();
+    let (few, enough): (Vec<usize>, Vec<usize>) =
+        allowances.partition(|a| least(ranking, *a) >= SIGNIFICANCE);
+    let p = few.iter().map(|a| least(ranking, *a)).fold(1.0, f64::min);
+    let most = few
+        .iter()
+        .flat_map(|a| comparisons(ranking, *a).map(|p| p.n));
+    let n = materials(most.max()?);
+    let are = if n == materials(1) { "is" } else { "are" };
+    let at: Vec<&str> = few
+        .iter()
+        .map(|a| findings.allowances[*a].as_str())
+        .collect();
+    let at = match enough.len() {
+        0 => String::new(),
+        _ => format!(" at {}", at.join(", ")),
+    };
+    Some(format!(
+        "{n} {are} too few to tell so many choices apart{at}; one that is worse than the best on all of \
+         them would have p {}. No ≈ is set there; the ratios and their intervals are what there is to \
+         go by.",
+        p_text(Some(p))
+    ))
+}
+
+/// Some lines; `told`: the columns in which a choice could be told from the best.
+fn part(findings: &Findings, lines: &[&Line], first: usize, told: &[bool]) -> Markup {
+    html! {
+        div.wide {
+            table.ranking {
+                thead {
+                    tr {
+                        th scope="col" { "#" }
+                        th scope="col" { "sampled in" }
+                        th scope="col" { "reconstructed by" }
+                        @for at in &findings.allowances { th scope="col" { (at) } }
+                        th scope="col" { "order" }
+                    }
+                }
+                tbody {
+                    @for (i, line) in lines.iter().enumerate() {
+                        tr {
+                            td { (first + i) }
+                            th scope="row" { (sampling_name(&line.choice)) }
+                            td { (method(&line.choice, findings)) }
+                            @for (cell, told) in line.cells.iter().zip(told) { (self::cell(cell.as_ref(), *told)) }
+                            td.number {
+                                @if let Some(order) = &line.order {
+                                    (signed(order.slope))
+                                    @if let Some([low, high]) = order.interval {
+                                        small { (signed(low)) " … " (signed(high)) }
+                                    }
+                                }
+                            }
+                        }
+                    }
+                }
+            }
+        }
+    }
+}
+
+fn cell(cell: Option<&Cell>, told: bool) -> Markup {
+    let Some(cell) = cell else {
+        return html! { td.number { "–" } };
+    };
+    let verdict = cell.against_best.map(|p| p.verdict());
+    let near = told && matches!(verdict, Some(Verdict::Same | Verdict::Undecided));
+    html! {
+        td.number.best[cell.place == Some(1)].near[near] {
+            b { (error(Some(cell.mean))) }
+            @if cell.place == Some(1) { " ★" } @else if near { " ≈" }
+            @if cell.place.is_none() { small { "not all materials" } }
+            @if let Some(paired) = &cell.against_best {
+                small {
+                    "×" (number(paired.ratio))
+                    @if let Some([low, high]) = paired.interval {
+                        " [" (number(low)) ", " (number(high)) "]"
+                    }
+                }
+                small { "p " (p_text(paired.p)) ", " (paired.wins) "/" (paired.losses) }
+            }
+            small { (format!("{:.0}", cell.readings)) " readings" }
+        }
+    }
+}
+
+fn signed(slope: f64) -> String {
+    format!("{slope:.2}").replace('-', "−")
+}

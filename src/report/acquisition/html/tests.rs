@@ -1,0 +1,393 @@
+use super::{MaterialPictures, Media, Picture, html};
+use crate::experiment::Source;
+use crate::experiment::{Findings, Plan, Quantities, Row};
+use crate::statistics::BAND;
+
+const HOSTILE: &str = "<script>alert(1)</script>\"'&";
+
+const CONFIG: &str = r#"
+question = "Which of <b>them</b>?"
+experiment = "study"
+budgets = [100, 400]
+
+[[material]]
+kind = "ggx"
+alpha = 0.3
+name = "one"
+
+[[parametrization]]
+kind = "half-difference"
+
+[[parametrization]]
+kind = "hybrid"
+
+[[sample_set]]
+kind = "grid"
+
+[[reconstruction]]
+kind = "cubic"
+"#;
+
+/// A row of a material that errs `error`, sampled in a parametrization with a warp.
+fn row(m: usize, [parametrization, warp]: [&str; 2], budget: usize, error: f64) -> Row {
+    Row {
+        material: format!("{m} {HOSTILE}"),
+        truth: "neither".into(),
+        parametrization: parametrization.into(),
+        warp: warp.into(),
+        sample_set: "grid".into(),
+        instrument: "ideal".into(),
+        reconstruction: "cubic".into(),
+        coordinates: "own".into(),
+        allowed: format!("{budget} poses"),
+        budget,
+        readings: budget,
+        seed: 1,
+        measure: "cosine".into(),
+        quantities: errors(error),
+        reachable: 1.0,
+        instrument_seconds: Some(60.0 * budget as f64),
+        pairs: 100,
+        plan_seconds: 0.1,
+        measure_seconds: 0.1,
+        reconstruct_seconds: 0.1,
+        evaluate_seconds: 0.1,
+        ..Row::default()
+    }
+}
+
+/// The errors that reports compare, all alike.
+fn errors(error: f64) -> Quantities {
+    let mut errors = Quantities::default();
+    for name in ["nrmse", "log_relative"] {
+        errors.set(name, Some(error));
+    }
+    errors
+}
+
+/// Errors of hybrid over those of half-difference are `ratio` on every material, about.
+fn rows(materials: usize, ratio: f64, truth: &str) -> Vec<Row> {
+    let mut rows = Vec::new();
+    for m in 0..materials {
+        for (c, parametrization) in ["half-difference", "hybrid"].into_iter().enumerate() {
+            for budget in [100, 400] {
+                let scatter = 1.0 + 1e-4 * ((m * m + c) as f64).sin();
+                let error = 0.1 * (m + 1) as f64 / budget as f64 * scatter;
+                let mut row = row(m, [parametrization, "none"], budget, error);
+                row.truth = truth.into();
+                if c == 1 {
+                    row.quantities.set("nrmse", Some(ratio * error));
+                }
+                rows.push(row);
+            }
+        }
+    }
+    rows
+}
+
+/// Half-difference and hybrid, as they are and warped; `ratio` of each, but for scatter.
+fn warped(materials: usize, ratios: [f64; 4]) -> Vec<Row> {
+    let choices = [
+        ["half-difference", "none"],
+        ["half-difference", "theta_h:square-root"],
+        ["hybrid", "none"],
+        ["hybrid", "h_bar:square-root"],
+    ];
+    let mut rows = Vec::new();
+    for m in 0..materials {
+        for (choice, ratio) in choices.into_iter().zip(ratios) {
+            let error = 0.1 * (m + 1) as f64 * ratio * (1.0 + 1e-4 * (m as f64).sin());
+            rows.push(row(m, choice, 100, error));
+        }
+    }
+    rows
+}
+
+fn report(rows: &[Row]) -> String {
+    let plan = Plan::read(&Source::new("study.toml", CONFIG)).unwrap();
+    let rows: Vec<&Row> = rows.iter().collect();
+    let findings = Findings::new(&rows, BAND);
+    let facts = serde_json::json!({
+        "gonio": "1.2.3",
+        "inputs": [{ "path": HOSTILE, "blake3": "abc" }],
+    });
+    let picture = |media| Picture {
+        caption: HOSTILE.into(),
+        alt: HOSTILE.into(),
+        media,
+    };
+    let svg = "<?xml version=\"1.0\"?><svg xmlns=\"http://www.w3.org/2000/svg\"></svg>";
+    let own = rows.first().map(|r| MaterialPictures {
+        material: r.material.clone(),
+        pictures: vec![picture(Media::Png(vec![0x89, 0x50, 0x4e, 0x47]))],
+    });
+    let own: Vec<_> = own.into_iter().collect();
+    let general = [picture(Media::Svg(svg.into()))];
+    html(&plan, &rows, &findings, &facts, &general, &own).unwrap()
+}
+
+/// The text between the tags of the verdict.
+fn verdict(report: &str) -> &str {
+    let start = report.find("class=\"verdict\"").unwrap();
+    let rest = &report[start..];
+    &rest[..rest.find("</div>").unwrap()]
+}
+
+#[test]
+fn names_are_text_and_never_markup() {
+    let text = report(&rows(7, 1.5, HOSTILE));
+    assert!(!text.contains("<script") && !text.contains("<b>them"));
+    assert!(text.contains("&lt;script&gt;alert(1)&lt;/script&gt;"));
+    // Quotes end attributes.
+    assert!(!text.contains("alt=\"<") && !text.contains("</script>\""));
+    for tag in text.split('<').skip(1).filter_map(|t| t.split_once('>')) {
+        assert_eq!(tag.0.matches('"').count() % 2, 0, "{}", tag.0);
+    }
+    assert!(text.contains("data:image/png;base64,iVBORw=="));
+    assert!(!text.contains("<?xml"));
+}
+
+#[test]
+fn the_verdict_is_what_was_found() {
+    let text = report(&rows(12, 1.5, "half-difference table"));
+    let worse = verdict(&text);
+    assert!(worse.contains(
+        "unwarped hybrid errs 1.50 times (95 % 1.50–1.50) as much as unwarped half-difference"
+    ));
+    assert!(
+        worse.contains("worse on 12 of 12 materials, better on 0"),
+        "{worse}"
+    );
+    // The bias is told beside it.
+    assert!(text.contains("it favours a grid in the same coordinates with the same warp"));
+    let better = report(&rows(12, 0.8, "theta_h"));
+    assert!(verdict(&better).contains("better on 12 of 12 materials, worse on 0"));
+    let same = report(&rows(12, 1.0, "neither"));
+    let same = verdict(&same);
+    assert!(
+        same.contains(
+            "there is no difference between unwarped hybrid and unwarped half-difference"
+        )
+    );
+    assert!(same.contains("within the band of 1.0 %"), "{same}");
+    let few = report(&rows(4, 1.5, "neither"));
+    assert!(verdict(&few).contains("undecided, as 4 materials are too few to tell"));
+    let one = report(&rows(1, 1.5, "neither"));
+    assert!(verdict(&one).contains("undecided, as 1 material is too few to tell"));
+    assert!(verdict(&one).contains("mean over 1 material,"));
+}
+
+#[test]
+fn every_truth_is_asked_for_the_pair_of_the_headline() {
+    // On the first eight the warped are best, on the other eight the unwarped, by less.
+    let mut rows = warped(8, [4.0, 1.0, 6.0, 2.0]);
+    for mut row in warped(16, [1.0, 2.0, 1.1, 3.0]).split_off(32) {
+        row.truth = "theta_h".into();
+        rows.push(row);
+    }
+    assert_eq!(rows.len(), 64);
+    let text = report(&rows);
+    let pair = "as much as half-difference theta_h:square-root";
+    let head = "hybrid h_bar:square-root errs 1.73 times";
+    assert!(
+        verdict(&text).contains(head) && verdict(&text).contains(pair),
+        "{}",
+        verdict(&text)
+    );
+    let alone: Vec<&str> = text.split("On these alone, by cubic, ").skip(1).collect();
+    assert_eq!(alone.len(), 2);
+    for (alone, ratio) in alone.iter().zip(["2.00", "1.50"]) {
+        let head = format!("hybrid h_bar:square-root errs {ratio} times");
+        assert!(alone.starts_with(&head) && alone.contains(pair), "{alone}");
+    }
+    // Where the pair has no errors that is said, and no other takes its place.
+    for row in rows
+        .iter_mut()
+        .filter(|r| r.truth == "theta_h" && r.warp == "h_bar:square-root")
+    {
+        row.quantities.set("nrmse", None);
+    }
+    let text = report(&rows);
+    assert_eq!(text.matches("On these alone, by cubic, ").count(), 1);
+    assert!(text.contains(
+        "On these alone hybrid h_bar:square-root and half-difference theta_h:square-root cannot be compared"
+    ));
+}
+
+#[test]
+fn a_budget_filled_unequally_is_told() {
+    let mut rows = rows(8, 1.0, "neither");
+    assert!(!report(&rows).contains("at equal readings"));
+    // Errors go as 1 / readings, and hybrid has half of them: nothing is left at equal readings.
+    for row in rows.iter_mut().filter(|r| r.parametrization == "hybrid") {
+        row.readings = row.budget / 2;
+        let error = row.value("nrmse").map(|e| 2.0 * e);
+        row.quantities.set("nrmse", error);
+        // Within the budgets of the other.
+        if row.budget == 100 {
+            row.readings = 200;
+            let error = row.value("nrmse").map(|e| e / 4.0);
+            row.quantities.set("nrmse", error);
+        }
+    }
+    let text = report(&rows);
+    let said = verdict(&text);
+    assert!(
+        said.contains("unwarped hybrid has 200 readings, unwarped half-difference 100; at 200,"),
+        "{said}"
+    );
+    assert!(
+        said.contains("unwarped hybrid errs 1.000 times as much"),
+        "{said}"
+    );
+    assert!(
+        said.contains("2.00 (worse; 1.000 at equal readings) at 400 poses"),
+        "{said}"
+    );
+    assert!(text.contains("200 readings</small>"));
+    // Beyond its budgets nothing is made up.
+    for row in rows.iter_mut().filter(|r| r.parametrization == "hybrid") {
+        row.readings = 50;
+    }
+    let text = report(&rows);
+    assert!(verdict(&text).contains("no two budgets of unwarped half-difference enclose those"));
+}
+
+/// `count` warps of hybrid, each worse than the one before it.
+fn many(materials: usize, count: usize) -> Vec<Row> {
+    let names: Vec<String> = (0..count).map(|c| format!("h_bar:{c}")).collect();
+    let mut rows = Vec::new();
+    for m in 0..materials {
+        for (c, name) in names.iter().enumerate() {
+            let scatter = 1.0 + 0.3 * ((m * m * (c + 1)) as f64).sin();
+            let error = 0.1 * (1.0 + 0.01 * c as f64) * scatter;
+            rows.push(row(m, ["hybrid", name], 100, error));
+        }
+    }
+    rows
+}
+
+#[test]
+fn too_few_materials_for_many_choices_are_not_alike() {
+    // 2 / 2⁸ · 39 = 0.30, 2 / 2⁸ · 5 = 0.04.
+    let text = report(&many(8, 40));
+    let note = "8 materials are too few to tell so many choices apart";
+    assert_eq!(text.matches(note).count(), 2, "once a metric");
+    assert!(text.contains("would have p 0.30"));
+    assert!(!text.contains(" near\"") && !text.contains("</b> ≈"));
+    let text = report(&many(8, 6));
+    assert!(!text.contains("too few to tell so many"));
+    assert!(text.contains(" near\"") && text.contains("</b> ≈"));
+}
+
+#[test]
+fn lines_are_ranked_over_the_budgets_all_have() {
+    // "a" is best at 100, and the only one that is spared the others; "b" is best at 400 and 1600.
+    let mut rows = Vec::new();
+    for m in 0..6 {
+        let mut add = |name, budget, error| rows.push(row(m, ["hybrid", name], budget, error));
+        for (budget, errors) in [(100, [1.2, 1.0, 1.1]), (400, [1.0, 9.0, 0.9])] {
+            add("h_bar:late", budget, errors[0]);
+            if budget == 100 {
+                add("h_bar:spared", budget, errors[1]);
+            }
+            add("h_bar:good", budget, errors[2]);
+        }
+    }
+    let order = |rows: &[Row]| -> Vec<String> {
+        let rows: Vec<&Row> = rows.iter().collect();
+        let findings = Findings::new(&rows, BAND);
+        let sorted = super::sorted(&findings.rankings[0]);
+        sorted
+            .iter()
+            .map(|l| l.choice.warp[6..].to_owned())
+            .collect()
+    };
+    assert_eq!(order(&rows), ["spared", "good", "late"]);
+    // At 400 it counts for nothing, as not all have it.
+    for row in rows
+        .iter_mut()
+        .filter(|r| r.budget == 400 && r.warp == "h_bar:late")
+    {
+        row.quantities.set("nrmse", Some(1e-6));
+    }
+    assert_eq!(order(&rows), ["spared", "good", "late"]);
+    // Ties: the order of the rows.
+    rows.iter_mut()
+        .for_each(|r| r.quantities.set("nrmse", Some(0.5)));
+    assert_eq!(order(&rows), ["late", "spared", "good"]);
+}
+
+#[test]
+fn a_ratio_names_the_warp_it_is_against() {
+    let mut rows = warped(8, [4.0, 1.0, 6.0, 2.0]);
+    for m in 0..8 {
+        rows.push(row(m, ["spherical", "none"], 100, 0.3 * (m + 1) as f64));
+    }
+    let text = report(&rows);
+    let duels = &text[text.find("id=\"duels\"").unwrap()..];
+    let table = &duels[..duels.find("</details>").unwrap()];
+    let names: Vec<&str> = table
+        .split("<th scope=\"row\">")
+        .skip(1)
+        .map(|t| &t[..t.find('<').unwrap()])
+        .collect();
+    assert_eq!(
+        names,
+        [
+            "hybrid",
+            "spherical",
+            "hybrid h_bar:square-root / theta_h:square-root",
+            "spherical / theta_h:square-root"
+        ]
+    );
+}
+
+#[test]
+fn what_does_not_vary_explains_nothing() {
+    let text = report(&rows(6, 1.5, "neither"));
+    let shares = &text[text.find("id=\"variance\"").unwrap()..text.find("id=\"figures\"").unwrap()];
+    assert!(shares.contains(">parametrization<") && shares.contains(">budget<"));
+    assert!(
+        !shares.contains("warp") && !shares.contains("reconstruction"),
+        "{shares}"
+    );
+}
+
+#[test]
+fn groups_of_truths_stand_side_by_side() {
+    let mut rows = rows(6, 1.5, "theta_h");
+    for row in rows
+        .iter_mut()
+        .filter(|r| r.material.starts_with(['3', '4', '5']))
+    {
+        row.truth = "h_bar".into();
+    }
+    let text = report(&rows);
+    for part in [
+        "all 6 materials",
+        "3 materials of truth “theta_h”",
+        "3 materials of truth “h_bar”",
+        "an axis of half-difference coordinates",
+        "an axis of hybrid, orthographic",
+    ] {
+        assert!(text.contains(part), "{part}");
+    }
+}
+
+#[test]
+fn a_report_of_nothing_is_a_page() {
+    let text = report(&[]);
+    assert!(text.contains("There are no results.") && text.ends_with("</html>"));
+}
+
+#[test]
+fn instruments_have_a_curve_of_their_own() {
+    let mut rows = rows(6, 1.5, "theta_h");
+    assert!(report(&rows).contains("minutes of the instrument"));
+    for row in &mut rows {
+        row.instrument_seconds = None;
+    }
+    let text = report(&rows);
+    assert!(!text.contains("minutes of the instrument") && text.contains("seconds of computing"));
+}

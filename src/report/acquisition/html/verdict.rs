@@ -1,0 +1,347 @@
+//! The answer in a few sentences, and what may be unfair about it.
+
+use super::super::findings::{is_challenger, materials, method, reference, sampling};
+use super::middle;
+use crate::brdf::Favours;
+use crate::experiment::{Choice, Duels, Findings, Line, Metric, OWN, Ranking};
+use crate::report::acquisition::table::error;
+use crate::statistics::{Paired, SIGNIFICANCE, Verdict, error_at, least_p};
+use maud::{Markup, html};
+
+/// Readings that differ by less than this ratio are as many.
+const AS_MANY: f64 = 1.05;
+
+/// One sampling against the reference, all else equal: the same two on all truths, errors and pairs.
+struct Pair {
+    challenger: Choice,
+    reference: Choice,
+}
+
+/// A pair in one ranking, at every allowance.
+struct Contest<'a> {
+    pair: &'a Pair,
+    ranking: &'a Ranking,
+    cells: Vec<Option<Paired>>,
+}
+
+/// Readings of the two where they are not as many, and the ratio of errors at those of the first,
+/// where that is within the budgets of the second.
+struct Effort {
+    challenger: f64,
+    reference: f64,
+    ratio: Option<f64>,
+}
+
+impl<'a> Contest<'a> {
+    fn new(findings: &Findings, ranking: &'a Ranking, pair: &'a Pair) -> Option<Self> {
+        let Pair {
+            challenger,
+            reference,
+        } = pair;
+        let duels = findings.duels.iter().find(|d| d.scope == ranking.scope)?;
+        let cells = duels.duels.iter().find_map(|d| {
+            if (&d.a, &d.b) == (challenger, reference) {
+                Some(d.cells.clone())
+            } else if (&d.b, &d.a) == (challenger, reference) {
+                Some(d.cells.iter().map(|p| p.map(|p| p.inverted())).collect())
+            } else {
+                None
+            }
+        })?;
+        Some(Self {
+            pair,
+            ranking,
+            cells,
+        })
+    }
+
+    fn cell(&self, a: usize) -> Option<&Paired> {
+        self.cells.get(a)?.as_ref()
+    }
+
+    /// The readings at an allowance; `None` where they are as many.
+    fn effort(&self, a: usize) -> Option<Effort> {
+        let line = |choice: &Choice| self.ranking.lines.iter().find(|l| l.choice == *choice);
+        let (mine, other) = (line(&self.pair.challenger)?, line(&self.pair.reference)?);
+        let (x, y) = ((*mine.cells.get(a)?)?, (*other.cells.get(a)?)?);
+        if (1.0 / AS_MANY..=AS_MANY).contains(&(x.readings / y.readings)) {
+            return None;
+        }
+        // Means over different materials cannot be compared.
+        let whole = other.cells.iter().flatten().filter(|c| c.place.is_some());
+        let points: Vec<(f64, f64)> = whole.map(|c| (c.readings, c.mean)).collect();
+        let theirs = x.place.and_then(|_| error_at(&points, x.readings));
+        Some(Effort {
+            challenger: x.readings,
+            reference: y.readings,
+            ratio: theirs.map(|theirs| x.mean / theirs),
+        })
+    }
+
+    /// The ratio at equal readings where they are not, after what it is added to.
+    fn at_equal(&self, a: usize) -> String {
+        let ratio = self.effort(a).and_then(|e| e.ratio);
+        ratio.map_or(String::new(), |r| {
+            format!("; {} at equal readings", number(r))
+        })
+    }
+
+    /// What it says at an allowance, with its numbers.
+    fn said(&self, a: usize, at: &str) -> Option<String> {
+        let cell = self.cell(a)?;
+        let (x, y) = self.pair.names();
+        let n = materials(cell.n);
+        let ratio = match cell.interval {
+            Some([low, high]) => format!(
+                "{} times (95 % {}–{})",
+                number(cell.ratio),
+                number(low),
+                number(high)
+            ),
+            None => format!("{} times", number(cell.ratio)),
+        };
+        let counts = format!("worse on {} of {n}, better on {}", cell.losses, cell.wins);
+        let tests = self.cells.iter().flatten().filter(|c| c.p.is_some());
+        Some(match cell.verdict() {
+            Verdict::Worse => format!("{x} errs {ratio} as much as {y} at {at}: {counts}"),
+            Verdict::Better => format!(
+                "{x} errs {ratio} as much as {y} at {at}: better on {} of {n}, worse on {}",
+                cell.wins, cell.losses
+            ),
+            Verdict::Same => format!(
+                "there is no difference between {x} and {y} at {at}: {x} errs {ratio} as much, \
+                 within the band of {:.1} %",
+                100.0 * (cell.band - 1.0)
+            ),
+            Verdict::Undecided if least_p(cell.n, tests.count()) >= SIGNIFICANCE => format!(
+                "{x} errs {ratio} as much as {y} at {at}; undecided, as {n} {} too few to tell: {counts}",
+                if cell.n == 1 { "is" } else { "are" }
+            ),
+            Verdict::Undecided => format!(
+                "it is undecided whether {x} or {y} errs less at {at}: {x} errs {ratio} as much, {counts}"
+            ),
+        })
+    }
+}
+
+impl Pair {
+    /// Its samplings with their warps.
+    fn names(&self) -> (String, String) {
+        (named(&self.challenger), named(&self.reference))
+    }
+}
+
+pub(super) fn section(findings: &Findings) -> Markup {
+    let of_all = |s: &&Ranking| s.scope.truth.is_none();
+    let rankings: Vec<&Ranking> = findings.rankings.iter().filter(of_all).collect();
+    let a = middle(findings);
+    let pair = rankings.first().and_then(|r| pair(findings, r, a));
+    let pair = pair.as_ref();
+    let others = rankings.iter().skip(1);
+    let short = |r: &&Ranking| in_short(&Contest::new(findings, r, pair?)?, a);
+    let others: Vec<String> = others.filter_map(short).collect();
+    html! {
+        div.verdict {
+            @if let Some(ranking) = rankings.first() {
+                @for sentence in sentences(findings, ranking, pair, a) { p { (sentence) } }
+            } @else {
+                p { "There are no results." }
+            }
+            @if !others.is_empty() {
+                p { "By the other errors and pairs the same ratio is " (others.join("; ")) "." }
+            }
+        }
+        h3 { "What may be unfair about it" }
+        @for truth in &findings.truths { (fairness(findings, truth, pair, a)) }
+    }
+}
+
+/// The best choice, the contest, and how it goes with the budget.
+fn sentences(findings: &Findings, ranking: &Ranking, pair: Option<&Pair>, a: usize) -> Vec<String> {
+    let mut out = Vec::new();
+    let scope = &ranking.scope;
+    let first = |l: &&_| place(l, a) == Some(1);
+    if let (Some(best), Some(at)) = (ranking.lines.iter().find(first), findings.allowances.get(a)) {
+        let mean = best.cells[a].map(|c| c.mean);
+        out.push(format!(
+            "Of {} ways to sample and to reconstruct, {} sampled and reconstructed by {} errs least at {at}: \
+             {} {} in the geometric mean over {}, {} pairs.",
+            ranking.lines.len(),
+            named(&best.choice),
+            method(&best.choice, findings),
+            scope.metric.name(),
+            error(mean),
+            materials(scope.materials),
+            scope.measure,
+        ));
+    }
+    let Some(contest) = pair.and_then(|p| Contest::new(findings, ranking, p)) else {
+        return out;
+    };
+    let at = |a: usize| findings.allowances.get(a).map_or("", String::as_str);
+    if let Some(said) = contest.said(a, at(a)) {
+        out.push(format!(
+            "Sampled and reconstructed in their own coordinates by {}, {said}.",
+            contest.pair.challenger.reconstruction,
+        ));
+    }
+    out.extend(contest.effort(a).map(|e| uneven(&e, contest.pair, at(a))));
+    let ratios: Vec<String> = (0..contest.cells.len())
+        .filter_map(|a| {
+            let cell = contest.cell(a)?;
+            Some(format!(
+                "{} ({}{}) at {}",
+                number(cell.ratio),
+                cell.verdict(),
+                contest.at_equal(a),
+                at(a)
+            ))
+        })
+        .collect();
+    if ratios.len() > 1 {
+        out.push(format!(
+            "With the budget this ratio goes: {}.",
+            ratios.join(", ")
+        ));
+    }
+    out
+}
+
+/// That a budget is not the same effort for both.
+fn uneven(effort: &Effort, pair: &Pair, at: &str) -> String {
+    let (x, y) = pair.names();
+    let Effort {
+        challenger,
+        reference,
+        ratio,
+    } = effort;
+    let equal = match ratio {
+        Some(ratio) => format!(
+            "at {challenger:.0}, where the error of {y} is interpolated between its budgets, {x} errs {} \
+             times as much",
+            number(*ratio)
+        ),
+        None => format!("no two budgets of {y} enclose those of {x}"),
+    };
+    format!(
+        "A budget is an upper limit: at {at} {x} has {challenger:.0} readings, {y} {reference:.0}; {equal}."
+    )
+}
+
+/// The contest by another error or measure.
+fn in_short(contest: &Contest, a: usize) -> Option<String> {
+    let cell = contest.cell(a)?;
+    let interval = cell.interval.map_or(String::new(), |[low, high]| {
+        format!(", 95 % {}–{}", number(low), number(high))
+    });
+    let scope = &contest.ranking.scope;
+    Some(format!(
+        "{} ({}{interval}{}; {}, {} pairs)",
+        number(cell.ratio),
+        cell.verdict(),
+        contest.at_equal(a),
+        scope.metric.name(),
+        scope.measure,
+    ))
+}
+
+/// The pair to speak of: the challenger against the reference where both are there, else the best
+/// against the reference; by the reconstruction that serves the reference best.
+fn pair(findings: &Findings, ranking: &Ranking, a: usize) -> Option<Pair> {
+    let duels: &Duels = findings.duels.iter().find(|d| d.scope == ranking.scope)?;
+    let name = reference(findings, duels)?;
+    let level = |c: &Choice| findings.factor.level(c).to_owned();
+    let own = duels
+        .duels
+        .iter()
+        .filter(|d| d.a.coordinates == OWN)
+        .filter(|d| d.cells.get(a).is_some_and(Option::is_some));
+    let all: Vec<Pair> = own
+        .filter_map(|d| {
+            let (challenger, reference) = match &name {
+                n if level(&d.b) == *n => (&d.a, &d.b),
+                n if level(&d.a) == *n => (&d.b, &d.a),
+                _ => return None,
+            };
+            Some(Pair {
+                challenger: challenger.clone(),
+                reference: reference.clone(),
+            })
+        })
+        .collect();
+    let known = all.iter().any(|c| is_challenger(findings, &c.challenger));
+    let mean = |choice: &Choice| {
+        let line = ranking.lines.iter().find(|l| l.choice == *choice);
+        let cell = line.and_then(|l| *l.cells.get(a)?);
+        cell.map_or(f64::INFINITY, |c| c.mean)
+    };
+    let key = |c: &Pair| (mean(&c.reference), mean(&c.challenger));
+    all.into_iter()
+        .filter(|c| !known || is_challenger(findings, &c.challenger))
+        .min_by(|x, y| {
+            let (x, y) = (key(x), key(y));
+            x.0.total_cmp(&y.0).then(x.1.total_cmp(&y.1))
+        })
+}
+
+/// A truth, what it favours, and whether the verdict is another on it.
+fn fairness(findings: &Findings, truth: &str, pair: Option<&Pair>, a: usize) -> Markup {
+    let favours = Favours::ALL.into_iter().find(|f| f.name() == truth);
+    let reason = favours.map_or(
+        "Too few are alike to be told apart by what their formulas favour.",
+        Favours::reason,
+    );
+    let own = findings
+        .rankings
+        .iter()
+        .find(|r| r.scope.truth.as_deref() == Some(truth) && r.scope.metric == Metric::Nrmse);
+    let biased = favours.is_some_and(|f| f != Favours::Neither);
+    let said = own.and_then(|ranking| {
+        let pair = pair?;
+        let at = findings.allowances.get(a)?;
+        let by = &pair.challenger.reconstruction;
+        let contest = Contest::new(findings, ranking, pair);
+        let said = contest.and_then(|c| Some(format!("{}{}", c.said(a, at)?, c.at_equal(a))));
+        Some(match said {
+            Some(said) => format!("On these alone, by {by}, {said}."),
+            None => {
+                let (x, y) = pair.names();
+                format!("On these alone {x} and {y} cannot be compared at {at} by {by}: none has both errors.")
+            }
+        })
+    });
+    html! {
+        p.note.warning[biased] {
+            b {
+                @if biased { "⚠ " }
+                "Truth “" (truth) "”"
+                @if let Some(own) = own { " (" (materials(own.scope.materials)) ")" }
+                ". "
+            }
+            (reason)
+            @if let Some(said) = said { " " (said) }
+        }
+    }
+}
+
+fn place(line: &Line, a: usize) -> Option<usize> {
+    line.cells.get(a)?.as_ref()?.place
+}
+
+/// A sampling with its warps, even where there are none: others of the same name may have some.
+fn named(choice: &Choice) -> String {
+    match choice.warp.as_str() {
+        "none" => format!("unwarped {}", choice.parametrization),
+        _ => sampling(choice),
+    }
+}
+
+/// A ratio with as many digits as tell it from 1.
+pub(super) fn number(ratio: f64) -> String {
+    match ratio {
+        r if (r - 1.0).abs() < 0.05 => format!("{r:.3}"),
+        r if (0.01..10.0).contains(&r) => format!("{r:.2}"),
+        r if (10.0..1e4).contains(&r) => format!("{r:.0}"),
+        r => format!("{r:.1e}"),
+    }
+}

@@ -1,0 +1,249 @@
+//! What an experiment with instruments found: errors at equal readings and at equal minutes, by
+//! instrument, with what was out of reach and what that cost.
+
+use super::table::error;
+use crate::experiment::{OWN, Row};
+use crate::schedule::Unreachable;
+use crate::statistics::geometric_mean;
+
+/// More materials than this are told together, as a geometric mean.
+const ONE_BY_ONE: usize = 4;
+
+/// Tables of choices (parametrization, warp and so on) against instruments.
+pub fn instruments(rows: &[&Row]) -> String {
+    let mut found = Found::default();
+    for row in rows {
+        add(&mut found.measures, row.measure.clone());
+        add(&mut found.materials, row.material.clone());
+        add(&mut found.instruments, row.instrument.clone());
+        add(&mut found.choices, Choice::of(row));
+        add(&mut found.allowances, row.allowed.clone());
+    }
+    found.tables(rows)
+}
+
+/// A line of a table.
+#[derive(Clone, PartialEq)]
+struct Choice {
+    label: String,
+    sample_set: String,
+    reconstruction: String,
+}
+
+impl Choice {
+    fn of(row: &Row) -> Self {
+        Self {
+            label: match row.warp.as_str() {
+                "none" => row.parametrization.clone(),
+                warp => format!("{} {warp}", row.parametrization),
+            },
+            sample_set: row.sample_set.clone(),
+            reconstruction: match row.coordinates.as_str() {
+                OWN => row.reconstruction.clone(),
+                other => format!("{} in {other}", row.reconstruction),
+            },
+        }
+    }
+}
+
+/// What the rows are about, each once, in their order.
+#[derive(Default)]
+struct Found {
+    measures: Vec<String>,
+    materials: Vec<String>,
+    instruments: Vec<String>,
+    choices: Vec<Choice>,
+    /// How large schedules were allowed to be.
+    allowances: Vec<String>,
+}
+
+impl Found {
+    fn tables(&self, rows: &[&Row]) -> String {
+        let mut out = String::new();
+        for label in &self.allowances {
+            let here: Vec<&Row> = rows
+                .iter()
+                .copied()
+                .filter(|r| r.allowed == *label)
+                .collect();
+            let (subject, groups) = if self.materials.len() <= ONE_BY_ONE {
+                let each = self.materials.iter().map(|m| (m.clone(), Some(m)));
+                ("", each.collect::<Vec<_>>())
+            } else {
+                let all = format!("{} materials", self.materials.len());
+                (", geometric mean", vec![(all, None)])
+            };
+            for measure in &self.measures {
+                for (group, material) in &groups {
+                    let title = format!("{group} at {label}: nrmse, {measure}{subject}");
+                    let of = |r: &Row| {
+                        let mine = material.is_none_or(|m| *m == r.material);
+                        (mine && r.measure == *measure)
+                            .then(|| r.value("nrmse"))
+                            .flatten()
+                    };
+                    out += &self.table(&title, &here, of, error, true);
+                }
+            }
+            let Some(first) = self.measures.first() else {
+                continue;
+            };
+            // Schedules are the same for every measure.
+            let once = |r: &Row| r.measure == *first;
+            let minutes = |r: &Row| {
+                let seconds = r.instrument_seconds?;
+                once(r).then_some(seconds / 60.0)
+            };
+            let readings = |r: &Row| once(r).then_some(r.readings as f64);
+            // Grids have whole numbers of nodes: what is allowed is not used up.
+            let whole = |v: Option<f64>| v.map_or("-".into(), |v| format!("{v:.0}"));
+            let title = format!("readings at {label}");
+            out += &self.table(&title, &here, readings, whole, false);
+            let tenth = |v: Option<f64>| v.map_or("-".into(), |v| format!("{v:.1}"));
+            let title = format!("minutes at {label}");
+            out += &self.table(&title, &here, minutes, tenth, false);
+            out += &self.reach(label, &here, first);
+        }
+        out
+    }
+
+    /// What every instrument cannot take, why, and what that costs: a line per choice.
+    fn reach(&self, label: &str, here: &[&Row], measure: &str) -> String {
+        let mut out = String::new();
+        let width = self.choices.iter().map(|c| self.name(c).chars().count());
+        let width = width.max().unwrap_or(0);
+        for instrument in &self.instruments {
+            let mine: Vec<&Row> = here
+                .iter()
+                .copied()
+                .filter(|r| r.measure == measure && r.instrument == *instrument)
+                .collect();
+            let reasons: Vec<&str> = Unreachable::NAMES
+                .into_iter()
+                .filter(|reason| mine.iter().any(|r| lost_to(r, reason) > 0))
+                .collect();
+            if reasons.is_empty() {
+                out += &format!("\n{instrument} reaches every pose of {label}\n");
+                continue;
+            }
+            out += &format!(
+                "\nout of reach of {instrument} at {label}, and the share of nrmse, {measure}, that it makes\n{:w$}  {:>7}",
+                "",
+                "all",
+                w = width + 2
+            );
+            for reason in &reasons {
+                out += &format!("  {reason}");
+            }
+            out += "  of nrmse\n";
+            for choice in &self.choices {
+                let rows = || mine.iter().filter(|r| Choice::of(r) == *choice);
+                let poses: usize = rows().map(|r| r.poses).sum();
+                let share = |n: usize| percent((poses > 0).then(|| n as f64 / poses as f64));
+                let lost = |reason: &str| rows().map(|r| lost_to(r, reason)).sum::<usize>();
+                let all = Unreachable::NAMES.into_iter().map(lost).sum();
+                out += &format!("  {:<width$}  {:>7}", self.name(choice), share(all));
+                for reason in &reasons {
+                    out += &format!("  {:>w$}", share(lost(reason)), w = reason.len());
+                }
+                // Shares, as errors of unlike materials cannot be averaged.
+                let cost = |r: &&&Row| Some(r.value("hole_nrmse")? / r.value("nrmse")?);
+                let costs: Vec<f64> = rows().filter_map(|r| cost(&r)).collect();
+                // `+ 0.0` after rounding: no −0 %.
+                let cost =
+                    arithmetic_mean(&costs).map(|c| format!("{}%", (100.0 * c).round() + 0.0));
+                out += &format!("  {:>8}\n", cost.unwrap_or("-".into()));
+            }
+        }
+        out
+    }
+
+    /// A line per choice, a column per instrument; `best` marks the least of a column.
+    fn table(
+        &self,
+        title: &str,
+        rows: &[&Row],
+        of: impl Fn(&Row) -> Option<f64>,
+        show: impl Fn(Option<f64>) -> String,
+        best: bool,
+    ) -> String {
+        let names: Vec<String> = self.choices.iter().map(|c| self.name(c)).collect();
+        let longest = names.iter().map(|n| n.chars().count()).max().unwrap_or(0);
+        let width = longest + 2;
+        let columns: Vec<usize> = self
+            .instruments
+            .iter()
+            .map(|i| i.chars().count().max(9))
+            .collect();
+        let mut out = format!("\n{title}\n{:width$}", "");
+        for (instrument, w) in self.instruments.iter().zip(&columns) {
+            out += &format!(" {instrument:>w$} ");
+        }
+        out.truncate(out.trim_end().len());
+        out += "\n";
+        let cells: Vec<Vec<Option<f64>>> = self
+            .choices
+            .iter()
+            .map(|choice| {
+                let cell = |instrument: &String| {
+                    let mine = |r: &&&Row| r.instrument == *instrument && Choice::of(r) == *choice;
+                    let values: Vec<f64> = rows.iter().filter(mine).filter_map(|r| of(r)).collect();
+                    geometric_mean(&values)
+                };
+                self.instruments.iter().map(cell).collect()
+            })
+            .collect();
+        for (name, line) in names.iter().zip(&cells) {
+            let mut text = format!("  {name:<w$}", w = longest);
+            for (i, (cell, w)) in line.iter().zip(&columns).enumerate() {
+                let least = cells.iter().filter_map(|l| l[i]).reduce(f64::min);
+                let mark = if best && cell.is_some() && *cell == least {
+                    '*'
+                } else {
+                    ' '
+                };
+                text += &format!(" {:>w$}{mark}", show(*cell));
+            }
+            out += text.trim_end();
+            out += "\n";
+        }
+        out
+    }
+
+    /// What tells a choice from the others.
+    fn name(&self, choice: &Choice) -> String {
+        let differ = |of: fn(&Choice) -> &String| {
+            let mut all = self.choices.iter().map(of);
+            let first = all.next();
+            all.any(|other| Some(other) != first)
+        };
+        let mut parts = vec![choice.label.as_str()];
+        parts.extend(differ(|c| &c.sample_set).then_some(choice.sample_set.as_str()));
+        parts.extend(differ(|c| &c.reconstruction).then_some(choice.reconstruction.as_str()));
+        parts.join(" ")
+    }
+}
+
+/// Poses of a row that a reason keeps out.
+fn lost_to(row: &Row, reason: &str) -> usize {
+    let parts = row.unreachable.split(';').filter_map(|p| p.split_once(':'));
+    let counts = parts.filter(|(name, _)| *name == reason);
+    counts.filter_map(|(_, n)| n.parse::<usize>().ok()).sum()
+}
+
+fn percent(share: Option<f64>) -> String {
+    match share {
+        Some(v) => format!("{:.1}%", 100.0 * v),
+        None => "-".into(),
+    }
+}
+
+fn arithmetic_mean(values: &[f64]) -> Option<f64> {
+    (!values.is_empty()).then(|| values.iter().sum::<f64>() / values.len() as f64)
+}
+
+fn add<T: PartialEq>(list: &mut Vec<T>, item: T) {
+    if !list.contains(&item) {
+        list.push(item);
+    }
+}

@@ -1,0 +1,24 @@
+//! What people and programs read of an acquisition: the printed tables, the files of its rows and of
+//! what was found in them, and the report.
+
+mod findings;
+#[cfg(feature = "pictures")]
+mod html;
+mod instruments;
+mod ranking;
+mod ranking_csv;
+mod results;
+#[cfg(feature = "pictures")]
+mod studio;
+pub(super) mod table;
+
+pub use findings::study_text;
+#[cfg(feature = "pictures")]
+pub use html::{MaterialPictures, Media, Picture, html as study_html, study_curves};
+pub use instruments::instruments;
+pub use ranking::ranking;
+pub use ranking_csv::ranking_csv;
+pub use results::results_csv;
+#[cfg(feature = "pictures")]
+pub use studio::Studio;
+pub use table::Table;

@@ -1,0 +1,288 @@
+//! What a study draws: its parametrizations, and of every material its slices and, on a sphere, what
+//! is left of it when it is reconstructed.
+
+use super::html::{MaterialPictures, Media, Picture};
+use crate::brdf::Brdf;
+use crate::error::Error;
+use crate::experiment::{
+    Coordinates, Material, Plan, RESULTS_REVISION, Row, Shard, Sketch, sketch,
+};
+use crate::lighting::Lighting;
+use crate::parametrization::{ParametrizationEntry, find};
+use crate::report::pictures::{BrdfSlices, Comparison, hemispheres_svg, test_functions_svg};
+use crate::report::run::{Below, RunFolder, file_stem};
+use std::io::{self, Cursor, Write};
+
+/// Azimuths of slices, degrees, as in the figures of Barla et al. (2015).
+const PHI_DEG: [f64; 4] = [0.0, 30.0, 60.0, 90.0];
+
+/// Elevations of views, degrees.
+const THETA_O_DEG: [f64; 3] = [10.0, 40.0, 70.0];
+
+/// Pixels along a side of a slice.
+const RESOLUTION: usize = 128;
+
+const HEMISPHERES: &str = "hemispheres.svg";
+const FUNCTIONS: &str = "functions.svg";
+
+/// A picture of a report, as a file of the study's folder.
+struct Shown {
+    /// Its name in the folder of pictures.
+    file: String,
+    /// What it shows.
+    caption: String,
+}
+
+/// The pictures of a study itself.
+fn general() -> Vec<Shown> {
+    vec![
+        Shown {
+            file: HEMISPHERES.into(),
+            caption: "The first two axes of each parametrization on the hemisphere of light directions, for three views; the last pictures are turned to the back direction."
+                .into(),
+        },
+        Shown {
+            file: FUNCTIONS.into(),
+            caption: "The test functions S = 1 − |h_bar| (red), G = 1 − cos theta_i cos theta_o (blue) and F = 1 − cos theta_d (white), on the hemisphere and in slices of each parametrization."
+                .into(),
+        },
+    ]
+}
+
+/// Draws what a study shows, unless it is there.
+pub struct Studio<'a> {
+    plan: &'a Plan,
+    /// The part of the run that draws; materials are dealt out one by one.
+    shard: Option<Shard>,
+    lighting: Box<dyn Lighting>,
+    parametrizations: Vec<ParametrizationEntry>,
+    /// Everything but the material that determines a picture.
+    how: String,
+}
+
+impl<'a> Studio<'a> {
+    /// A studio under the light of the plan.
+    ///
+    /// # Errors
+    /// [`Error::Config`] if it cannot be built.
+    pub fn new(plan: &'a Plan, shard: Option<Shard>) -> Result<Self, Error> {
+        let spec = &plan.pictures.lighting;
+        let lighting = spec
+            .build()
+            .map_err(|e| Error::config("pictures.lighting", e))?;
+        let mut names: Vec<&str> = Vec::new();
+        for c in &plan.parametrizations {
+            if !names.contains(&c.name()) {
+                names.push(c.name());
+            }
+        }
+        Ok(Self {
+            plan,
+            shard,
+            lighting,
+            how: how(plan),
+            parametrizations: names.into_iter().filter_map(find).collect(),
+        })
+    }
+
+    /// Positions of the coordinates whose reconstructions are drawn: of each parametrization the
+    /// first that is warped, or the plain one.
+    fn drawn(&self) -> Vec<usize> {
+        let all = &self.plan.parametrizations;
+        let of = |entry: &ParametrizationEntry| {
+            let mine = (0..all.len()).filter(|&i| all[i].name() == entry.name);
+            mine.min_by_key(|&i| all[i].warps.is_empty())
+        };
+        self.parametrizations.iter().filter_map(of).collect()
+    }
+
+    /// Draws the parametrizations.
+    ///
+    /// # Errors
+    /// [`Error::Output`].
+    pub fn general(&self, folder: &mut RunFolder<Row>) -> Result<(), Error> {
+        if self.shard.is_some_and(|s| !s.has(0)) {
+            return Ok(());
+        }
+        let all = &self.parametrizations;
+        for (name, svg) in [
+            (HEMISPHERES, hemispheres_svg(all, &THETA_O_DEG)?),
+            (FUNCTIONS, test_functions_svg(all, &THETA_O_DEG, &PHI_DEG)?),
+        ] {
+            folder.write_below(Below::Pictures, name, |out| out.write_all(svg.as_bytes()))?;
+        }
+        Ok(())
+    }
+
+    /// The pictures of a report that are there: of the study, and of its materials. `keys` are those
+    /// of the materials; one without a key has none.
+    pub fn gathered(
+        &self,
+        folder: &RunFolder<Row>,
+        keys: &[Option<String>],
+    ) -> (Vec<Picture>, Vec<MaterialPictures>) {
+        let read = |shown: Vec<Shown>| -> Vec<Picture> {
+            let found = shown.into_iter().filter_map(|s| {
+                let svg = String::from_utf8(folder.picture(&s.file)?).ok()?;
+                Some(Picture {
+                    alt: s.caption.clone(),
+                    caption: s.caption,
+                    media: Media::Svg(svg),
+                })
+            });
+            found.collect()
+        };
+        let materials = self.plan.materials.iter().zip(keys);
+        let materials = materials.filter_map(|(material, key)| {
+            Some(MaterialPictures {
+                material: material.name.clone(),
+                pictures: read(self.of_material(material, key.as_ref()?)),
+            })
+        });
+        (read(general()), materials.collect())
+    }
+
+    /// The pictures of a material that a report shows; `key` tells its contents from others'.
+    fn of_material(&self, material: &Material, key: &str) -> Vec<Shown> {
+        let stem = self.stem(material, key);
+        let mut shown = vec![Shown {
+            file: format!("{stem}.slices.svg"),
+            caption: "Slices at four azimuths with isolines of luminance.".into(),
+        }];
+        for i in self.drawn() {
+            let coordinates = &self.plan.parametrizations[i];
+            let label = coordinates.label();
+            shown.push(Shown {
+                file: format!("{stem}.{}.svg", sampled(coordinates)),
+                caption: format!(
+                    "Truth, reconstruction from at most {} poses uniform in {label}{}, and their difference.",
+                    self.plan.pictures.budget,
+                    self.by()
+                ),
+            });
+        }
+        shown
+    }
+
+    /// Who takes the readings, as captions say it.
+    fn by(&self) -> String {
+        let first = self.plan.instruments.first();
+        first.map_or(String::new(), |i| format!(" read by {}", i.name))
+    }
+
+    /// True if a picture of the material at a position is missing, and another part of the run does
+    /// not draw it.
+    pub fn wants(
+        &self,
+        folder: &RunFolder<Row>,
+        position: usize,
+        material: &Material,
+        key: &str,
+    ) -> bool {
+        if self.shard.is_some_and(|s| !s.has(position)) {
+            return false;
+        }
+        let mut shown = self.of_material(material, key).into_iter();
+        shown.any(|s| !folder.has(Below::Pictures, &s.file))
+    }
+
+    /// The beginning of the names of a material's pictures: different for different pictures.
+    fn stem(&self, material: &Material, key: &str) -> String {
+        let hash = blake3::hash(format!("{key} {}", self.how).as_bytes());
+        format!("{}.{}", file_stem(&material.name), &hash.to_hex()[..16])
+    }
+
+    /// Draws a material, until `cancelled`.
+    ///
+    /// # Errors
+    /// [`Error::Output`].
+    pub fn material(
+        &self,
+        folder: &mut RunFolder<Row>,
+        material: &Material,
+        brdf: &dyn Brdf,
+        key: &str,
+        cancelled: &dyn Fn() -> bool,
+    ) -> Result<(), Error> {
+        let stem = self.stem(material, key);
+        let name = format!("{stem}.slices");
+        if !folder.has(Below::Pictures, &format!("{name}.svg")) {
+            let slices = BrdfSlices::new(brdf, &self.parametrizations, &PHI_DEG, RESOLUTION);
+            let title = format!("{}: slices and isolines", material.name);
+            folder.write_picture(&format!("{name}.exr"), || {
+                encoded(|out| slices.write_exr(out))
+            })?;
+            folder.write_picture(&format!("{name}.svg"), || {
+                slices.svg(&title).map(String::into_bytes)
+            })?;
+        }
+        for i in self.drawn() {
+            let coordinates = &self.plan.parametrizations[i];
+            if cancelled() {
+                return Ok(());
+            }
+            let label = coordinates.label();
+            let name = format!("{stem}.{}", sampled(coordinates));
+            if folder.has(Below::Pictures, &format!("{name}.svg")) {
+                continue;
+            }
+            // Too few readings for a schedule of this symmetry: there is nothing to show.
+            let Some(Sketch { brdf: copy, method }) = sketch(self.plan, material, brdf, i)? else {
+                continue;
+            };
+            let spec = &self.plan.pictures;
+            let (side, samples) = (spec.resolution, spec.samples);
+            let made = Comparison::new(brdf, &*copy, &*self.lighting, side, samples);
+            let title = format!(
+                "{}, {label}, {method} of at most {}{}",
+                material.name,
+                spec.budget,
+                self.by()
+            );
+            folder.write_picture(&format!("{name}.exr"), || {
+                encoded(|out| made.write_exr(out))
+            })?;
+            folder.write_picture(&format!("{name}.png"), || {
+                encoded(|out| made.write_png(out))
+            })?;
+            folder.write_picture(&format!("{name}.svg"), || {
+                made.svg(&title).map(String::into_bytes)
+            })?;
+        }
+        Ok(())
+    }
+}
+
+/// Coordinates as part of a file name.
+fn sampled(coordinates: &Coordinates) -> String {
+    let mut name = coordinates.name().to_owned();
+    for (axis, warp) in &coordinates.warps {
+        name += &format!("_{axis}-{}", warp.name());
+    }
+    name
+}
+
+/// What of a plan determines its pictures.
+fn how(plan: &Plan) -> String {
+    let mut text = RESULTS_REVISION.to_string();
+    text += &plan.pictures.resolved().to_string();
+    text += &format!("{:?}", plan.seeds.first());
+    for set in &plan.sample_sets {
+        text += &set.set.resolved().to_string();
+    }
+    if let Some(instrument) = plan.instruments.first() {
+        text += &instrument.resolved().to_string();
+    }
+    for method in &plan.methods {
+        text += &method.method.resolved().to_string();
+    }
+    let labels = plan.parametrizations.iter().map(|c| c.label());
+    text + &labels.collect::<Vec<_>>().join(",")
+}
+
+/// The bytes of a file.
+fn encoded(write: impl FnOnce(&mut Cursor<Vec<u8>>) -> io::Result<()>) -> Result<Vec<u8>, Error> {
+    let mut out = Cursor::new(Vec::new());
+    write(&mut out).map_err(|e| Error::Internal(format!("cannot draw: {e}")))?;
+    Ok(out.into_inner())
+}

@@ -1,0 +1,14 @@
+//! What people and programs read of claims, distortions and subsets.
+
+mod claims;
+mod distortion;
+#[cfg(feature = "pictures")]
+mod subset;
+
+pub use claims::{claims_csv, claims_json, claims_table};
+pub use distortion::{
+    ReductionRow, SharesRow, StretchRow, reduction_table, rows_csv, rows_json, shares_table,
+    stretch_table,
+};
+#[cfg(feature = "pictures")]
+pub use subset::SubsetReport;

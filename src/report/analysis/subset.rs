@@ -1,0 +1,239 @@
+//! What a box of coordinates stands for: text, JSON and a picture.
+
+use crate::analysis::{Estimate, Image, Needs, Reach, Subset, SubsetMeasure};
+use crate::geometry::DirectionPair;
+use crate::parametrization::{Axis, Parametrization, Unit};
+use crate::report::svg::plot::{Axis as PlotAxis, Mark, Panel, Series};
+
+/// Everything that is known of a box.
+pub struct SubsetReport<'a> {
+    /// The box.
+    pub subset: &'a Subset,
+    /// Its measure.
+    pub measure: SubsetMeasure,
+    /// The angles it needs.
+    pub needs: Needs,
+    /// Its image in each of the other parametrizations.
+    pub images: Vec<(std::sync::Arc<dyn Parametrization>, Image)>,
+    /// What each instrument makes of it.
+    pub reaches: Vec<(String, Reach)>,
+    /// A material, and which share of its energy the set holds: `None` of a black one.
+    pub energy: Option<(String, Option<Estimate>)>,
+}
+
+/// "0.377 ± 2.1e-3": the first digit that is uncertain is the last one.
+fn shown(value: f64, error: f64) -> String {
+    let digits = if error > 0.0 {
+        (-error.log10()).ceil().clamp(0.0, 9.0) as usize
+    } else {
+        9
+    };
+    format!("{value:.digits$} ± {error:.1e}")
+}
+
+/// A share as [`shown`], in percent.
+fn percent(share: &Estimate) -> String {
+    format!("{} %", shown(100.0 * share.value, 100.0 * share.error))
+}
+
+/// "30° to 60°", or "0.2 to 0.4".
+fn range(unit: Unit, [lo, hi]: [f64; 2]) -> String {
+    match unit {
+        Unit::Radian => {
+            // Rounded first, and without the sign of a zero.
+            let shown = |v: f64| (v.to_degrees() * 10.0).round() / 10.0 + 0.0;
+            format!("{:.1}° to {:.1}°", shown(lo), shown(hi))
+        }
+        Unit::One => format!("{lo:.4} to {hi:.4}"),
+    }
+}
+
+/// Ranges along axes, by their symbols.
+fn ranges(axes: &[Axis], ranges: &[[f64; 2]; 3]) -> String {
+    let parts = axes.iter().zip(ranges);
+    let parts = parts.map(|(axis, r)| format!("{} {}", axis.symbol, range(axis.unit, *r)));
+    parts.collect::<Vec<_>>().join(", ")
+}
+
+impl SubsetReport<'_> {
+    /// For people.
+    pub fn text(&self) -> String {
+        let form = self.subset.form();
+        let mut out = format!(
+            "{}: {}\n",
+            form.name(),
+            ranges(form.axes(), &self.subset.ranges())
+        );
+        let SubsetMeasure {
+            quadrature,
+            counted,
+        } = self.measure;
+        let by_quadrature = ("by quadrature", quadrature);
+        let by_counting = ("counted", counted);
+        let [(name, best), (other_name, other)] = match self.measure.is_counted() {
+            true => [by_counting, by_quadrature],
+            false => [by_quadrature, by_counting],
+        };
+        out += &format!(
+            "  measure             {} sr² {name} ({} {other_name}), {} of all pairs\n",
+            shown(best.value, best.error),
+            shown(other.value, other.error),
+            percent(&self.measure.share())
+        );
+        if let Some((material, share)) = &self.energy {
+            let share = match share {
+                None => "–".into(),
+                Some(share) if share.value > 0.0 && !share.resolved() => {
+                    format!("not resolved ({})", percent(share))
+                }
+                Some(share) => percent(share),
+            };
+            out += &format!("  energy              {share} of that of {material}\n");
+        }
+        for (name, angles) in self.angles() {
+            out += &format!("  {name:19} {}\n", range(Unit::Radian, angles));
+        }
+        out += "  the smallest box around it in other coordinates, and how much of that it fills\n";
+        for (form, image) in &self.images {
+            out += &format!(
+                "    {:17} {:>18}  {}\n",
+                form.name(),
+                percent(&image.fill),
+                ranges(form.axes(), &image.ranges)
+            );
+        }
+        out += "  instruments, the share they reach, and where their axes stand for it\n";
+        for (name, reach) in &self.reaches {
+            let axes = reach.axes.iter().filter_map(|(axis, ends)| {
+                Some(format!("{axis} {}", range(Unit::Radian, (*ends)?)))
+            });
+            out += &format!(
+                "    {name:17} {:5.1} %  {}\n",
+                100.0 * reach.share,
+                axes.collect::<Vec<_>>().join(", ")
+            );
+        }
+        out
+    }
+
+    fn angles(&self) -> [(&'static str, [f64; 2]); 4] {
+        [
+            ("theta_i", self.needs.theta_i),
+            ("theta_o", self.needs.theta_o),
+            ("azimuth difference", self.needs.azimuth),
+            ("separation", self.needs.separation),
+        ]
+    }
+
+    /// For programs: one object; angles in degrees.
+    pub fn json(&self) -> serde_json::Value {
+        let boxed = |axes: &[Axis], ranges: &[[f64; 2]; 3]| -> serde_json::Value {
+            let parts = axes.iter().zip(ranges);
+            let parts =
+                parts.map(|(a, r)| (a.column(), r.map(|v| a.file_value(v)).to_vec().into()));
+            serde_json::Value::Object(parts.collect())
+        };
+        let degrees = |r: [f64; 2]| r.map(f64::to_degrees);
+        let estimate = |e: &Estimate| serde_json::json!({ "value": e.value, "error": e.error });
+        let form = self.subset.form();
+        let images = self.images.iter().map(|(form, image)| {
+            let found = serde_json::json!({
+                "box": boxed(form.axes(), &image.ranges),
+                "fill": image.fill.value,
+                "fill_error": image.fill.error,
+            });
+            (form.name().to_owned(), found)
+        });
+        let reaches = self.reaches.iter().map(|(name, reach)| {
+            let axes = reach.axes.iter();
+            let axes: serde_json::Map<_, _> = axes
+                .map(|(axis, ends)| (format!("{axis}_deg"), serde_json::json!(ends.map(degrees))))
+                .collect();
+            let found = serde_json::json!({ "share": reach.share, "axes": axes });
+            (name.clone(), found)
+        });
+        serde_json::json!({
+            "parametrization": form.name(),
+            "box": boxed(form.axes(), &self.subset.ranges()),
+            "measure_sr2": estimate(&self.measure.best()),
+            "measured_by": if self.measure.is_counted() { "counting" } else { "quadrature" },
+            "quadrature_sr2": estimate(&self.measure.quadrature),
+            "counted_sr2": estimate(&self.measure.counted),
+            "share_of_all_pairs": self.measure.share().value,
+            "energy_share": self.energy.as_ref().map(|(material, share)| serde_json::json!({
+                "material": material,
+                "value": share.map(|s| s.value),
+                "error": share.map(|s| s.error),
+            })),
+            "theta_i_deg": degrees(self.needs.theta_i),
+            "theta_o_deg": degrees(self.needs.theta_o),
+            "azimuth_difference_deg": degrees(self.needs.azimuth),
+            "separation_deg": degrees(self.needs.separation),
+            "images": images.collect::<serde_json::Map<_, _>>(),
+            "instruments": reaches.collect::<serde_json::Map<_, _>>(),
+        })
+    }
+
+    /// A panel of the elevations, and one of the first two axes of each parametrization: the pairs
+    /// of the set before `all`, pairs from everywhere.
+    pub fn panels(&self, all: &[DirectionPair]) -> Vec<Panel> {
+        // Enough to show an area, few enough for a file of some hundred kilobytes.
+        const SHOWN: u64 = 700;
+        let members = self.subset.members(SHOWN, 0);
+        let members: Vec<DirectionPair> = members.iter().map(|m| m.pair).collect();
+        let panel =
+            |title: &str, axes: [PlotAxis; 2], place: &dyn Fn(&DirectionPair) -> [f64; 2]| {
+                let series = |name: &str, color: usize, pairs: &[DirectionPair]| Series {
+                    name: name.into(),
+                    color,
+                    mark: Mark::Points,
+                    points: pairs
+                        .iter()
+                        .map(|p| {
+                            let [x, y] = place(p);
+                            (x, Some(y))
+                        })
+                        .collect(),
+                };
+                let [x, y] = axes;
+                Panel {
+                    title: title.into(),
+                    x,
+                    y,
+                    series: vec![
+                        series("all pairs, cosine-distributed", 5, all),
+                        series("the box", 1, &members),
+                    ],
+                }
+            };
+        let elevation = |symbol: &str| PlotAxis {
+            label: format!("{symbol} (deg)"),
+            range: Some([0.0, 90.0]),
+            ..PlotAxis::default()
+        };
+        let elevations = [elevation("theta_i"), elevation("theta_o")];
+        let mut panels = vec![panel("elevations", elevations, &|p| {
+            [p.omega_i, p.omega_o].map(|d| d.theta().to_degrees())
+        })];
+        let images = self.images.iter().map(|(form, _)| &**form);
+        for form in std::iter::once(self.subset.form()).chain(images) {
+            let axis = |i: usize| {
+                let axis = &form.axes()[i];
+                let unit = match axis.unit {
+                    Unit::Radian => " (deg)",
+                    Unit::One => "",
+                };
+                PlotAxis {
+                    label: format!("{}{unit}", axis.symbol),
+                    range: Some(axis.range.map(|end| axis.file_value(end))),
+                    ..PlotAxis::default()
+                }
+            };
+            panels.push(panel(form.name(), [axis(0), axis(1)], &|p| {
+                let coords = form.forward(p);
+                [0, 1].map(|i| form.axes()[i].file_value(coords[i]))
+            }));
+        }
+        panels
+    }
+}

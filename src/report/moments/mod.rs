@@ -1,0 +1,17 @@
+//! What people and programs read of moments: profiles, fits, relations.
+
+#[cfg(feature = "pictures")]
+mod figures;
+mod profiles;
+#[cfg(feature = "pictures")]
+mod relation_figures;
+mod relations;
+mod tables;
+
+#[cfg(feature = "pictures")]
+pub use figures::{Sheet, group_sheets, material_sheet};
+pub use profiles::{profiles_csv, profiles_json};
+#[cfg(feature = "pictures")]
+pub use relation_figures::relation_sheets;
+pub use relations::{relations_csv, relations_head, relations_lines, relations_summary};
+pub use tables::{correlations_csv, fits_csv, study_table, summary_json};

@@ -1,0 +1,438 @@
+//! A slice of a BRDF as pictures: flat in its own chart, and as a lobe in space (Fig. 3 of Zubiaga
+//! et al. 2015).
+
+use crate::moments::{Batch, Kind, Slice};
+use crate::parametrization::view_centered;
+use rayon::prelude::*;
+use std::f64::consts::{FRAC_PI_2, PI};
+use std::io::{self, Write};
+
+/// The values of a slice at the middles of equal cells of its chart, θ to the right and φ up.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FlatSlice {
+    resolution: usize,
+    /// sr⁻¹, row after row from φ = 90° downwards; `None` without data.
+    values: Vec<Option<f64>>,
+}
+
+impl FlatSlice {
+    /// Largest resolution.
+    pub const MAX_RESOLUTION: usize = 4096;
+
+    /// Looks at `resolution` × `resolution` directions; clamped to [1, 4096].
+    pub fn new(slice: &Slice<'_>, resolution: usize) -> Self {
+        let resolution = resolution.clamp(1, Self::MAX_RESOLUTION);
+        let rows = (0..resolution).into_par_iter().map(|row| {
+            let mut batch = Batch::default();
+            for column in 0..resolution {
+                let [theta, phi] = angles(resolution, row, column);
+                batch.push(slice, view_centered(theta, phi));
+            }
+            values(slice, &mut batch)
+        });
+        let rows: Vec<_> = rows.collect();
+        Self {
+            resolution,
+            values: rows.concat(),
+        }
+    }
+
+    /// Cells along θ and along φ.
+    pub fn resolution(&self) -> usize {
+        self.resolution
+    }
+
+    /// sr⁻¹, row after row from φ = 90° downwards; `None` without data.
+    pub fn values(&self) -> &[Option<f64>] {
+        &self.values
+    }
+
+    /// The range of colours that shows every one of these slices: their largest value and the
+    /// smallest above 0, but not less than a millionth of the largest. (0.1, 1) if all is black.
+    pub fn range(slices: &[FlatSlice]) -> [f64; 2] {
+        let shown = || {
+            slices
+                .iter()
+                .flat_map(|s| s.values.iter().flatten().copied())
+        };
+        let hi = shown().fold(0.0, f64::max);
+        if hi <= 0.0 {
+            return [0.1, 1.0];
+        }
+        let lo = shown().filter(|v| *v >= 1e-6 * hi).fold(hi, f64::min);
+        // A constant has no range of its own: a colour from the middle.
+        if lo > 0.999 * hi {
+            [0.1 * hi, 10.0 * hi]
+        } else {
+            [lo, hi]
+        }
+    }
+
+    /// `theta_deg`, `phi_deg` (middles of cells) and `value` (sr⁻¹, empty without data).
+    ///
+    /// # Errors
+    /// Whatever `out` reports.
+    pub fn write_csv(&self, out: &mut impl Write) -> io::Result<()> {
+        writeln!(out, "theta_deg,phi_deg,value")?;
+        for (i, value) in self.values.iter().enumerate() {
+            let (row, column) = (i / self.resolution, i % self.resolution);
+            let [theta, phi] = angles(self.resolution, row, column).map(f64::to_degrees);
+            let value = value.map_or(String::new(), |v| v.to_string());
+            writeln!(out, "{theta:.9},{phi:.9},{value}")?;
+        }
+        Ok(())
+    }
+
+    /// Writes a PNG of at least 540 pixels a side: colours from black over blue, green and orange
+    /// to white in equal steps of the logarithm over `range` (sr⁻¹, both ends above 0); grey
+    /// hatching where there is no data.
+    ///
+    /// # Errors
+    /// Whatever `out` reports.
+    pub fn write_png(&self, range: [f64; 2], out: &mut impl Write) -> io::Result<()> {
+        let cell = 540usize.div_ceil(self.resolution);
+        let side = cell * self.resolution;
+        let [lo, hi] = range.map(f64::ln);
+        let mut bytes = Vec::with_capacity(3 * side * side);
+        for y in 0..side {
+            for x in 0..side {
+                let value = self.values[y / cell * self.resolution + x / cell];
+                bytes.extend(match value {
+                    Some(v) => crate::report::svg::plot::ramp((v.ln() - lo) / (hi - lo)),
+                    None if (x + y) % 8 < 4 => [150; 3],
+                    None => [190; 3],
+                });
+            }
+        }
+        super::sphere::write_rgb(&bytes, side, out)
+    }
+}
+
+/// θ and φ (rad) of the middle of a cell.
+fn angles(resolution: usize, row: usize, column: usize) -> [f64; 2] {
+    let middle = |i: usize| PI * ((i as f64 + 0.5) / resolution as f64 - 0.5);
+    [middle(column), -middle(row)]
+}
+
+fn values(slice: &Slice<'_>, batch: &mut Batch) -> Vec<Option<f64>> {
+    slice.evaluate(batch);
+    let found = batch.values().iter().zip(batch.kinds());
+    found
+        .map(|(&v, &kind)| (kind != Kind::Missing).then_some(v))
+        .collect()
+}
+
+/// How long a lobe is in a direction.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Radius {
+    /// ρ / max.
+    Linear,
+    /// (ρ / max)^(1/3), which also shows what is a thousand times below the peak.
+    #[default]
+    CubeRoot,
+}
+
+impl Radius {
+    /// As captions say it.
+    pub fn caption(self) -> &'static str {
+        match self {
+            Radius::Linear => "ρ / max",
+            Radius::CubeRoot => "cube root of ρ / max",
+        }
+    }
+}
+
+/// Directions of the mesh along one angle, closer about `middle`, which is one of them.
+fn graded(middle: f64, half: i32) -> Vec<f64> {
+    let step = |i: i32| {
+        let t = f64::from(i) / f64::from(half);
+        let end = if i < 0 { -FRAC_PI_2 } else { FRAC_PI_2 };
+        middle + (end - middle) * (0.25 * t.abs() + 0.75 * t.abs().powi(3))
+    };
+    (-half..=half).map(step).collect()
+}
+
+pub use space::lobe_svg;
+
+mod space {
+    use super::{Batch, Radius, Slice, graded, values, view_centered};
+    use crate::error::Error;
+    use crate::report::svg::canvas::{Align, BLACK, Canvas, Ink, Lettering};
+    use glam::DVec3;
+    use std::f64::consts::TAU;
+
+    const SIZE: [f64; 2] = [720.0, 560.0];
+    /// Pixels of the unit sphere's radius, and where its middle is.
+    const SCALE: f64 = 280.0;
+    const MIDDLE: [f64; 2] = [360.0, 415.0];
+    /// Where the eye is: elevation above the tangent plane and azimuth from −y, degrees.
+    const EYE_DEG: [f64; 2] = [18.0, -22.0];
+    const BLUE: Ink = [0x00, 0x58, 0xd0];
+    const RED: Ink = [0xd0, 0x20, 0x10];
+    const GREY: Ink = [120, 120, 120];
+
+    /// Where the eye is, and what it calls right and up.
+    struct Eye {
+        towards: DVec3,
+        right: DVec3,
+        up: DVec3,
+    }
+
+    impl Eye {
+        fn new() -> Self {
+            let [elevation, azimuth] = EYE_DEG.map(f64::to_radians);
+            let (se, ce) = elevation.sin_cos();
+            let (sa, ca) = azimuth.sin_cos();
+            let towards = DVec3::new(sa * ce, -ca * ce, se);
+            let right = DVec3::new(ca, sa, 0.0);
+            Self {
+                towards,
+                right,
+                up: towards.cross(right),
+            }
+        }
+
+        fn place(&self, p: DVec3) -> [f64; 2] {
+            [
+                MIDDLE[0] + SCALE * p.dot(self.right),
+                MIDDLE[1] - SCALE * p.dot(self.up),
+            ]
+        }
+    }
+
+    /// Something to paint: a face of the lobe or a piece of a line.
+    struct Piece {
+        depth: f64,
+        points: Vec<[f64; 2]>,
+        ink: Ink,
+        /// Width of a line; a face if `None`.
+        width: Option<f64>,
+    }
+
+    /// The lobe ρ(θ, φ) in space as an SVG: seen in parallel projection, radius as `radius` says,
+    /// farther faces painted first. The circle is the rim of the hemisphere of radius 1; black the
+    /// normal, blue the view, red the mirror direction. Faces without data are left open.
+    ///
+    /// # Errors
+    /// [`Error::Internal`] if drawing fails, which it should not.
+    pub fn lobe_svg(title: &str, slice: &Slice<'_>, radius: Radius) -> Result<String, Error> {
+        let eye = Eye::new();
+        let theta_o = slice.theta_o();
+        let (thetas, phis) = (graded(-theta_o, 36), graded(0.0, 30));
+        let mut batch = Batch::default();
+        let mut directions = Vec::with_capacity(thetas.len() * phis.len());
+        for &theta in &thetas {
+            for &phi in &phis {
+                let omega = view_centered(theta, phi);
+                batch.push(slice, omega);
+                directions.push(omega.vector());
+            }
+        }
+        let values = values(slice, &mut batch);
+        let max = values.iter().flatten().copied().fold(0.0, f64::max);
+        let length = |v: f64| match radius {
+            _ if max <= 0.0 => 0.0,
+            Radius::Linear => v / max,
+            Radius::CubeRoot => (v / max).cbrt(),
+        };
+        let tips: Vec<_> = values
+            .iter()
+            .zip(&directions)
+            .map(|(v, d)| Some(*d * length((*v)?)))
+            .collect();
+        let mut pieces = Vec::new();
+        let mut open = 0;
+        for i in 1..thetas.len() {
+            for j in 1..phis.len() {
+                let at = |i: usize, j: usize| tips[i * phis.len() + j];
+                let corners = [at(i - 1, j - 1), at(i, j - 1), at(i, j), at(i - 1, j)];
+                match corners {
+                    [Some(a), Some(b), Some(c), Some(d)] => {
+                        pieces.extend(face(&eye, [a, b, c, d]));
+                    }
+                    _ => open += 1,
+                }
+            }
+        }
+        line(&eye, DVec3::ZERO, DVec3::Z * 1.15, BLACK, &mut pieces);
+        let view = view_centered(theta_o, 0.0).vector() * 1.2;
+        line(&eye, DVec3::ZERO, view, BLUE, &mut pieces);
+        let mirror = view_centered(-theta_o, 0.0).vector() * 1.2;
+        line(&eye, DVec3::ZERO, mirror, RED, &mut pieces);
+        rim(&eye, &mut pieces);
+        pieces.sort_by(|a, b| a.depth.total_cmp(&b.depth));
+
+        let share = open as f64 / ((thetas.len() - 1) * (phis.len() - 1)) as f64;
+        let mut caption = format!(
+            "radius: {}; max = {}",
+            radius.caption(),
+            match max {
+                m if m == 0.0 || (1e-3..1e5).contains(&m) => format!("{m:.4} 1/sr"),
+                m => format!("{m:.3e} 1/sr"),
+            }
+        );
+        if open > 0 {
+            caption += &format!("; {:.1} % of the faces have no data", 100.0 * share);
+        }
+        Canvas::draw(SIZE, |canvas| {
+            for piece in &pieces {
+                match piece.width {
+                    Some(width) => canvas.line(&piece.points, piece.ink, width),
+                    None => canvas.area(&piece.points, piece.ink, 1.0),
+                }
+            }
+            let mut how = Lettering::new(15.0, Align::Middle);
+            how.bold = true;
+            canvas.text([0.5 * SIZE[0], 22.0], title, how);
+            how = Lettering::new(12.0, Align::Middle);
+            canvas.text([0.5 * SIZE[0], SIZE[1] - 16.0], &caption, how);
+            // In columns of their own: the three directions may be one.
+            let legend = [("normal", BLACK), ("view", BLUE), ("mirror", RED)];
+            for (i, (name, ink)) in legend.into_iter().enumerate() {
+                let x = 0.5 * SIZE[0] + 90.0 * (i as f64 - 1.4);
+                let y = SIZE[1] - 40.0;
+                canvas.line(&[[x, y], [x + 22.0, y]], ink, 2.2);
+                canvas.text([x + 28.0, y], name, Lettering::new(12.0, Align::Start));
+            }
+            Ok(())
+        })
+    }
+
+    fn face(eye: &Eye, corners: [DVec3; 4]) -> Option<Piece> {
+        let [a, b, c, d] = corners;
+        let middle = 0.25 * (a + b + c + d);
+        let normal = (c - a).cross(d - b).try_normalize()?;
+        // Both sides are shown; the light is at the eye, a little from above.
+        let light = (eye.towards + 0.6 * eye.up - 0.3 * eye.right).normalize();
+        let normal = if normal.dot(eye.towards) < 0.0 {
+            -normal
+        } else {
+            normal
+        };
+        let bright = 0.35 + 0.65 * normal.dot(light).max(0.0);
+        let ink = [236.0, 190.0, 110.0].map(|c: f64| (c * bright) as u8);
+        let flat = corners.map(|p| eye.place(p));
+        let points = (0..4).map(|i| {
+            let mut p = flat[i];
+            for other in [flat[(i + 1) % 4], flat[(i + 3) % 4]] {
+                let [x, y] = [0, 1].map(|k| flat[i][k] - other[k]);
+                // Every side reaches over its neighbours: faces that only touch let the paper
+                // shine through.
+                let far = x.hypot(y).max(1e-3);
+                p = [p[0] + 0.6 * x / far, p[1] + 0.6 * y / far];
+            }
+            p
+        });
+        Some(Piece {
+            depth: middle.dot(eye.towards),
+            points: points.collect(),
+            ink,
+            width: None,
+        })
+    }
+
+    /// A line in pieces, so that the lobe can hide some of them.
+    fn line(eye: &Eye, from: DVec3, to: DVec3, ink: Ink, pieces: &mut Vec<Piece>) {
+        const PIECES: usize = 60;
+        for i in 0..PIECES {
+            let [a, b] = [i, i + 1].map(|i| from.lerp(to, i as f64 / PIECES as f64));
+            pieces.push(Piece {
+                depth: (0.5 * (a + b)).dot(eye.towards),
+                points: vec![eye.place(a), eye.place(b)],
+                ink,
+                width: Some(2.2),
+            });
+        }
+    }
+
+    fn rim(eye: &Eye, pieces: &mut Vec<Piece>) {
+        const PIECES: usize = 180;
+        for i in 0..PIECES {
+            let [a, b] = [i, i + 1].map(|i| {
+                let (s, c) = (TAU * i as f64 / PIECES as f64).sin_cos();
+                DVec3::new(c, s, 0.0)
+            });
+            pieces.push(Piece {
+                depth: (0.5 * (a + b)).dot(eye.towards),
+                points: vec![eye.place(a), eye.place(b)],
+                ink: GREY,
+                width: Some(1.2),
+            });
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::brdf::{Brdf, Channels, Presence};
+    use crate::geometry::{DirectionPair, Symmetry};
+    use crate::moments::Channel;
+
+    /// No data for φ < 0, a lobe elsewhere.
+    struct Half;
+
+    impl Brdf for Half {
+        fn channels(&self) -> Channels {
+            Channels::Luminance
+        }
+        fn symmetry(&self) -> Symmetry {
+            Symmetry::NONE
+        }
+        fn conserves_energy(&self) -> bool {
+            false
+        }
+        fn eval(&self, pair: &DirectionPair, out: &mut [f64]) -> Presence {
+            if pair.omega_i.vector().y < 0.0 {
+                return Presence::Missing;
+            }
+            out[0] = 1.0 + pair.omega_i.vector().x;
+            Presence::Present
+        }
+    }
+
+    #[test]
+    fn flat_slices_have_theta_to_the_right_and_phi_up() {
+        let slice = Slice::new(&Half, Channel::Luminance, 0.4).unwrap();
+        let flat = FlatSlice::new(&slice, 10);
+        for (i, value) in flat.values().iter().enumerate() {
+            let [theta, phi] = angles(10, i / 10, i % 10);
+            assert_eq!(*value, slice.value(theta, phi));
+            assert_eq!(value.is_none(), i >= 50);
+        }
+        assert!(flat.values()[9] > flat.values()[0]);
+        let mut csv = Vec::new();
+        flat.write_csv(&mut csv).unwrap();
+        let csv = String::from_utf8(csv).unwrap();
+        assert!(csv.contains("\n-81.000000000,81.000000000,") && csv.ends_with("-81.000000000,\n"));
+        let [lo, hi] = FlatSlice::range(std::slice::from_ref(&flat));
+        assert!(0.0 < lo && lo < hi && hi < 2.0);
+    }
+
+    #[test]
+    fn missing_data_is_hatched() {
+        let slice = Slice::new(&Half, Channel::Luminance, 0.4).unwrap();
+        let flat = FlatSlice::new(&slice, 10);
+        let mut png = Vec::new();
+        flat.write_png(FlatSlice::range(std::slice::from_ref(&flat)), &mut png)
+            .unwrap();
+        let picture = image::load_from_memory(&png).unwrap().into_rgb8();
+        assert_eq!(picture.dimensions(), (540, 540));
+        assert_eq!(picture.get_pixel(0, 539).0, [150; 3]);
+        assert_eq!(picture.get_pixel(2, 539).0, [190; 3]);
+        assert_ne!(picture.get_pixel(200, 10).0, [150; 3]);
+    }
+
+    #[test]
+    fn lobes_are_whole_pictures() {
+        for theta_o in [0.0, 0.7, 1.5] {
+            let slice = Slice::new(&Half, Channel::Luminance, theta_o).unwrap();
+            for radius in [Radius::Linear, Radius::CubeRoot] {
+                let svg = lobe_svg("a & b", &slice, radius).unwrap();
+                assert!(svg.starts_with("<svg") && svg.ends_with("</svg>\n"));
+                assert!(svg.contains("50.0 % of the faces have no data"));
+                assert!(!svg.contains("NaN"));
+            }
+        }
+    }
+}

@@ -1,0 +1,479 @@
+//! A sphere of a material under distant light, and the filter that the material is on it (Fig. 8 of
+//! Zubiaga et al. 2015).
+//!
+//! The camera looks from +x at the sphere, in parallel projection, with +z up and +y to the right:
+//! the middle of a map ([`crate::lighting::MapSpec`]) is mirrored in the middle of the sphere. At
+//! each point the tangent lies in the plane of normal and view, on the side of the view, so that
+//! every view has azimuth 0.
+//!
+//! The light is integrated over rings about the mirror direction: of 1e-4 rad next to it, a sixth
+//! wider from ring to ring, up to 2.5° from where on they are equal. No random number is drawn.
+
+use crate::brdf::{Brdf, Presence};
+use crate::geometry::{Direction, DirectionPair};
+use crate::lighting::Lighting;
+use crate::moments::Moments;
+use crate::numeric::luminance;
+use crate::parametrization::view_centered;
+use exr::prelude::{Image, SpecificChannels, WritableImage};
+use glam::DVec3;
+use rayon::prelude::*;
+use std::f64::consts::{PI, TAU};
+use std::fmt::Write as _;
+use std::io::{self, Seek, Write};
+
+/// The picture of a sphere that fills its square.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SphereImage {
+    /// Width and height in pixels.
+    pub resolution: usize,
+    /// Radiance (linear R, G, B), row after row from the top; `None` beside the sphere.
+    pub pixels: Vec<Option<[f64; 3]>>,
+}
+
+/// Renders a sphere; a BRDF in luminance has that value in R, G and B. Pairs without data reflect
+/// nothing. `resolution` is clamped to [1, 4096].
+pub fn sphere(brdf: &dyn Brdf, lighting: &dyn Lighting, resolution: usize) -> SphereImage {
+    let resolution = resolution.clamp(1, 4096);
+    let centre = |i: usize| (2.0 * i as f64 + 1.0) / resolution as f64 - 1.0;
+    let half = resolution.div_ceil(2);
+    let dirs = rings();
+    // Eight pixels see the sphere from one elevation, and share what the BRDF is there.
+    let corner = (0..half).flat_map(|a| (a..half).map(move |b| (a, b)));
+    let corner: Vec<_> = corner.collect();
+    let shaded = corner.par_iter().flat_map_iter(|&(a, b)| {
+        let (x, y) = (centre(a), centre(b));
+        let sin = x.hypot(y);
+        let mut found = Vec::new();
+        if sin < 1.0 {
+            let nodes = nodes(brdf, &dirs, sin.asin());
+            let [a, b] = [[a, resolution - 1 - a], [b, resolution - 1 - b]];
+            for (p, q) in a.into_iter().flat_map(|p| b.map(|q| (p, q))) {
+                for (column, row) in [(p, q), (q, p)] {
+                    let frame = Frame::at(centre(column), -centre(row));
+                    found.push((row * resolution + column, shade(&nodes, &frame, lighting)));
+                }
+            }
+        }
+        found
+    });
+    let shaded: Vec<_> = shaded.collect();
+    let mut pixels = vec![None; resolution * resolution];
+    for (place, value) in shaded {
+        pixels[place] = Some(value);
+    }
+    SphereImage { resolution, pixels }
+}
+
+/// Directions about +z with their solid angles.
+fn rings() -> Vec<(DVec3, f64)> {
+    const FIRST: f64 = 1e-4;
+    let widest = 2.5f64.to_radians();
+    let mut out = vec![(DVec3::Z, TAU * (1.0 - FIRST.cos()))];
+    let mut inner = FIRST;
+    while inner < PI {
+        let outer = (inner + (inner / 6.0).min(widest)).min(PI);
+        let gamma = 0.5 * (inner + outer);
+        let width = outer - inner;
+        let turns = ((TAU * gamma.sin() / width) as usize).clamp(8, 144);
+        let part = TAU / turns as f64;
+        // cos a − cos b without cancellation.
+        let angle = part * 2.0 * gamma.sin() * (0.5 * width).sin();
+        let (s, c) = gamma.sin_cos();
+        out.extend((0..turns).map(|k| {
+            let (sp, cp) = (part * (k as f64 + 0.5)).sin_cos();
+            (DVec3::new(s * cp, s * sp, c), angle)
+        }));
+        inner = outer;
+    }
+    out
+}
+
+/// Light directions in the local frame, each with the share of its radiance that is reflected.
+fn nodes(brdf: &dyn Brdf, rings: &[(DVec3, f64)], theta_o: f64) -> Vec<(DVec3, [f64; 3])> {
+    let omega_o = view_centered(theta_o, 0.0);
+    // The rings' pole is turned to the mirror direction, in the plane of incidence.
+    let (s, c) = theta_o.sin_cos();
+    let turned = |d: DVec3| DVec3::new(c * d.x - s * d.z, d.y, s * d.x + c * d.z);
+    let mut kept = Vec::with_capacity(rings.len());
+    let mut pairs = Vec::with_capacity(rings.len());
+    for &(d, angle) in rings {
+        let d = turned(d);
+        if d.z > 0.0 {
+            kept.push((d, angle * d.z));
+            pairs.push(DirectionPair::new(Direction::from_unit(d), omega_o));
+        }
+    }
+    let n = brdf.channels().count();
+    let mut values = vec![0.0; n * pairs.len()];
+    let mut presence = vec![Presence::Missing; pairs.len()];
+    brdf.eval_batch(&pairs, &mut values, &mut presence);
+    let found = kept.into_iter().zip(values.chunks_exact(n)).zip(presence);
+    let mut nodes: Vec<_> = found
+        .filter(|found| found.1 == Presence::Present)
+        .map(|(((d, w), v), _)| (d, std::array::from_fn(|c| w * v[c % n])))
+        .collect();
+    // What is left out is less than a millionth of the whole.
+    let size = |w: &[f64; 3]| w.iter().sum::<f64>();
+    let total: f64 = nodes.iter().map(|(_, w)| size(w)).sum();
+    let least = 1e-6 * total / nodes.len().max(1) as f64;
+    nodes.retain(|(_, w)| size(w) >= least);
+    nodes
+}
+
+fn shade(nodes: &[(DVec3, [f64; 3])], frame: &Frame, lighting: &dyn Lighting) -> [f64; 3] {
+    let mut sum = [0.0; 3];
+    for &(local, weight) in nodes {
+        let light = lighting.radiance(Direction::from_unit(world(frame.camera(local))));
+        for c in 0..3 {
+            sum[c] += weight[c] * light[c];
+        }
+    }
+    sum
+}
+
+/// From the camera's frame (x right, y up, z towards it) to that of the light.
+pub(super) fn world(v: DVec3) -> DVec3 {
+    DVec3::new(v.z, v.x, v.y)
+}
+
+/// The local frame of a point of the sphere, in the camera's.
+pub(super) struct Frame {
+    t: DVec3,
+    b: DVec3,
+    n: DVec3,
+}
+
+impl Frame {
+    /// At a place of the unit disk, x to the right and y up.
+    pub fn at(x: f64, y: f64) -> Self {
+        let sin = x.hypot(y);
+        let cos = (1.0 - sin * sin).max(0.0).sqrt();
+        // In the middle every tangent is right.
+        let [cp, sp] = if sin > 0.0 {
+            [x / sin, y / sin]
+        } else {
+            [1.0, 0.0]
+        };
+        let n = DVec3::new(x, y, cos);
+        // (view − cos n)/sin, worked out.
+        let t = DVec3::new(-cos * cp, -cos * sp, sin);
+        Self {
+            t,
+            b: n.cross(t),
+            n,
+        }
+    }
+
+    pub fn camera(&self, local: DVec3) -> DVec3 {
+        local.x * self.t + local.y * self.b + local.z * self.n
+    }
+
+    /// Back from [`camera`](Self::camera).
+    pub fn local(&self, v: DVec3) -> DVec3 {
+        DVec3::new(v.dot(self.t), v.dot(self.b), v.dot(self.n))
+    }
+}
+
+impl SphereImage {
+    /// Radiance that is to be white: a hundredth of the sphere has more luminance, or the largest
+    /// if those are alike.
+    pub fn white(&self) -> f64 {
+        let lit = self.pixels.iter().flatten().map(|p| luminance(*p));
+        let mut lit: Vec<f64> = lit.collect();
+        lit.sort_by(f64::total_cmp);
+        let white = lit.get(lit.len() * 99 / 100).copied().unwrap_or(1.0);
+        if white > 0.0 { white } else { 1.0 }
+    }
+
+    /// Writes a PNG: radiance over `white`, clipped at 1, in sRGB; white beside the sphere.
+    ///
+    /// # Errors
+    /// Whatever `out` reports.
+    pub fn write_png(&self, white: f64, out: &mut impl Write) -> io::Result<()> {
+        let encoded = |v: f64| encoded(v / white);
+        let pixel = |p: &Option<[f64; 3]>| p.map_or([255; 3], |rgb| rgb.map(encoded));
+        let bytes: Vec<u8> = self.pixels.iter().flat_map(pixel).collect();
+        write_rgb(&bytes, self.resolution, out)
+    }
+}
+
+impl SphereImage {
+    /// Writes an OpenEXR file with linear `R`, `G`, `B` and `A`: 1 on the sphere.
+    ///
+    /// # Errors
+    /// Whatever `out` reports.
+    pub fn write_exr(&self, out: &mut (impl Write + Seek)) -> io::Result<()> {
+        let size = (self.resolution, self.resolution);
+        let limit = f64::from(f32::MAX);
+        let pixel = |p: exr::math::Vec2<usize>| {
+            let pixel = self.pixels[p.y() * self.resolution + p.x()];
+            // Infinity would spread in viewers.
+            let [r, g, b] = pixel.unwrap_or_default().map(|v| v.min(limit) as f32);
+            (r, g, b, f32::from(u8::from(pixel.is_some())))
+        };
+        let image = Image::from_channels(size, SpecificChannels::rgba(pixel));
+        let writer = image.write().non_parallel();
+        writer.to_buffered(out).map_err(io::Error::other)
+    }
+}
+
+/// A linear value, 1 is white, in sRGB.
+pub(super) fn encoded(v: f64) -> u8 {
+    let v = v.clamp(0.0, 1.0);
+    let v = if v <= 0.003_130_8 {
+        12.92 * v
+    } else {
+        1.055 * v.powf(1.0 / 2.4) - 0.055
+    };
+    (255.0 * v).round() as u8
+}
+
+/// Writes sRGB pixels, `width` to a row, as PNG.
+pub(super) fn write_rgb(bytes: &[u8], width: usize, out: &mut impl Write) -> io::Result<()> {
+    use image::{ExtendedColorType, ImageEncoder, codecs::png::PngEncoder};
+    let size = [width, bytes.len() / (3 * width.max(1))].map(u32::try_from);
+    let [width, height] = [size[0], size[1]].map(|s| s.map_err(io::Error::other));
+    PngEncoder::new(out)
+        .write_image(bytes, width?, height?, ExtendedColorType::Rgb8)
+        .map_err(io::Error::other)
+}
+
+/// Mean and covariance of a slice, at a point of the sphere.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FilterEllipse {
+    /// View elevation of the point, rad; it lies sin θ_o from the middle of the picture.
+    pub theta_o: f64,
+    /// Where about the middle, rad, from the right upwards.
+    pub azimuth: f64,
+    /// (µ_θ, µ_φ), rad.
+    pub mean: [f64; 2],
+    /// Σ₂₀, Σ₁₁, Σ₀₂, rad².
+    pub covariance: [f64; 3],
+}
+
+impl FilterEllipse {
+    /// From the moments of the slice at `theta_o`; `None` if it has no mean or no covariance.
+    pub fn new(theta_o: f64, azimuth: f64, moments: &Moments) -> Option<Self> {
+        Some(Self {
+            theta_o,
+            azimuth,
+            mean: moments.mean()?,
+            covariance: moments.covariance()?,
+        })
+    }
+
+    /// The point itself, on the unit disk: x to the right, y up.
+    pub fn point(&self) -> [f64; 2] {
+        let (s, c) = self.azimuth.sin_cos();
+        [c, s].map(|v| v * self.theta_o.sin())
+    }
+
+    /// Where a mirror would show the light that comes from angles θ, φ of the point's slice.
+    pub fn seen(&self, theta: f64, phi: f64) -> [f64; 2] {
+        let [x, y] = self.point();
+        let omega_i = Frame::at(x, y).camera(view_centered(theta, phi).vector());
+        // A mirror's normal is halfway to the camera; none shows what comes from behind exactly.
+        let n = (omega_i + DVec3::Z).try_normalize().unwrap_or(DVec3::X);
+        [n.x, n.y]
+    }
+
+    /// The ellipse of one standard deviation, closed.
+    pub fn outline(&self) -> Vec<[f64; 2]> {
+        const STEPS: usize = 120;
+        let [tt, tp, pp] = self.covariance;
+        // Cholesky's root of the covariance.
+        let a = tt.max(0.0).sqrt();
+        let b = if a > 0.0 { tp / a } else { 0.0 };
+        let c = (pp - b * b).max(0.0).sqrt();
+        let at = |i: usize| {
+            let (s, co) = (TAU * i as f64 / STEPS as f64).sin_cos();
+            self.seen(self.mean[0] + a * co, self.mean[1] + b * co + c * s)
+        };
+        (0..=STEPS).map(at).collect()
+    }
+}
+
+/// The picture with filters over it: in red each point and, dashed, all of its elevation, in blue
+/// the mean and the ellipse of one standard deviation, drawn where a mirror would show the light
+/// that comes from there. The picture is inside the file.
+///
+/// # Errors
+/// If it cannot be written as PNG.
+pub fn sphere_svg(
+    title: &str,
+    image: &SphereImage,
+    white: f64,
+    ellipses: &[FilterEllipse],
+) -> io::Result<String> {
+    const SIDE: f64 = 640.0;
+    const TOP: f64 = 36.0;
+    let mut png = Vec::new();
+    image.write_png(white, &mut png)?;
+    let mut out = format!(
+        "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{SIDE}\" height=\"{h}\" \
+         viewBox=\"0 0 {SIDE} {h}\">\n\
+         <rect width=\"{SIDE}\" height=\"{h}\" fill=\"#FFFFFF\"/>\n\
+         <text x=\"{m}\" y=\"24\" text-anchor=\"middle\" font-family=\"sans-serif\" \
+         font-size=\"16\" font-weight=\"bold\">{title}</text>\n\
+         <image x=\"0\" y=\"{TOP}\" width=\"{SIDE}\" height=\"{SIDE}\" \
+         href=\"data:image/png;base64,{png}\"/>\n",
+        h = SIDE + TOP,
+        m = 0.5 * SIDE,
+        title = escaped(title),
+        png = base64(&png),
+    );
+    let place = |[x, y]: [f64; 2]| [0.5 * SIDE * (1.0 + x), TOP + 0.5 * SIDE * (1.0 - y)];
+    // Writing to a string does not fail.
+    for e in ellipses {
+        let [x, y] = place([0.0, 0.0]);
+        let r = 0.5 * SIDE * e.theta_o.sin();
+        let _ = writeln!(
+            out,
+            "<circle cx=\"{x:.2}\" cy=\"{y:.2}\" r=\"{r:.2}\" fill=\"none\" stroke=\"#E02010\" \
+             stroke-width=\"1.2\" stroke-dasharray=\"5 4\"/>"
+        );
+    }
+    for e in ellipses {
+        let points = e.outline().into_iter().map(|p| {
+            let [x, y] = place(p);
+            format!("{x:.2},{y:.2}")
+        });
+        let points = points.collect::<Vec<_>>().join(" ");
+        for (ink, width) in [("#FFFFFF", 4.0), ("#0050E0", 2.2)] {
+            let _ = writeln!(
+                out,
+                "<polygon points=\"{points}\" fill=\"none\" stroke=\"{ink}\" \
+                 stroke-width=\"{width}\" stroke-linejoin=\"round\"/>"
+            );
+        }
+        let mean = place(e.seen(e.mean[0], e.mean[1]));
+        let dots = [(mean, "#0050E0", 3.5), (place(e.point()), "#E02010", 4.0)];
+        for ([x, y], ink, r) in dots {
+            let _ = writeln!(
+                out,
+                "<circle cx=\"{x:.2}\" cy=\"{y:.2}\" r=\"{r}\" fill=\"{ink}\" stroke=\"#FFFFFF\"/>"
+            );
+        }
+    }
+    Ok(out + "</svg>\n")
+}
+
+fn escaped(text: &str) -> String {
+    let text: String = text.chars().filter(|c| !c.is_control()).collect();
+    let text = text.replace('&', "&amp;").replace('<', "&lt;");
+    text.replace('>', "&gt;").replace('"', "&quot;")
+}
+
+pub(in crate::report) fn base64(bytes: &[u8]) -> String {
+    const LETTERS: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+    let mut out = String::with_capacity(bytes.len().div_ceil(3) * 4);
+    for three in bytes.chunks(3) {
+        let at = |i: usize| u32::from(three.get(i).copied().unwrap_or(0));
+        let bits = at(0) << 16 | at(1) << 8 | at(2);
+        for i in 0..4 {
+            // One letter for each byte and one more; the rest is padding.
+            out.push(match i <= three.len() {
+                true => char::from(LETTERS[(bits >> (18 - 6 * i) & 63) as usize]),
+                false => '=',
+            });
+        }
+    }
+    out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::brdf::{self, Channels, Lambert, Spectrum};
+    use crate::registry;
+
+    fn light(kind: &str, keys: &str) -> Box<dyn Lighting> {
+        let all = crate::lighting::all();
+        let entry = all.iter().find(|e| e.kind == kind).unwrap();
+        registry::read_text(entry, keys).unwrap().build().unwrap()
+    }
+
+    #[test]
+    fn a_diffuse_sphere_in_even_light_is_a_disk_of_its_albedo() {
+        let brdf = Lambert::new(Spectrum::Rgb([0.2, 0.5, 0.8]), Channels::Rgb);
+        let image = sphere(&brdf, &*light("constant", "radiance = 2.0"), 16);
+        let area = image.pixels.iter().flatten().count() as f64 / 256.0;
+        assert!((area - PI / 4.0).abs() < 0.03);
+        for pixel in image.pixels.into_iter().flatten() {
+            for (got, albedo) in pixel.into_iter().zip([0.2, 0.5, 0.8]) {
+                assert!((got - 2.0 * albedo).abs() < 2e-3 * albedo, "{got}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_mirror_shows_the_light() {
+        let all = brdf::all();
+        let ggx = all.iter().find(|e| e.kind == "ggx").unwrap();
+        let spec = registry::read_text(ggx, "alpha = 0.001").unwrap();
+        let brdf = spec.build(Channels::Luminance).unwrap();
+        let even = sphere(&*brdf, &*light("constant", ""), 20);
+        let sky = light("sky", "");
+        let image = sphere(&*brdf, &*sky, 20);
+        let mut seen = 0;
+        for row in 0..20 {
+            for column in 0..20 {
+                let [x, y] = [column, 19 - row].map(|i| (2.0 * f64::from(i) + 1.0) / 20.0 - 1.0);
+                let r2: f64 = x * x + y * y;
+                let Some(pixel) = image.pixels[(20 * row + column) as usize] else {
+                    continue;
+                };
+                if r2 > 0.9 {
+                    continue;
+                }
+                let n = DVec3::new(x, y, (1.0 - r2).sqrt());
+                let mirrored = world(2.0 * n.z * n - DVec3::Z);
+                let want = sky.radiance(Direction::from_unit(mirrored));
+                let reflectance = even.pixels[(20 * row + column) as usize].unwrap();
+                for c in 0..3 {
+                    let want = want[c] * reflectance[c];
+                    assert!(
+                        (pixel[c] - want).abs() < 0.03 * want,
+                        "{x} {y} {pixel:?} {want}"
+                    );
+                }
+                seen += 1;
+            }
+        }
+        assert!(seen > 200);
+    }
+
+    #[test]
+    fn a_mirrors_filter_is_a_point_at_its_place() {
+        for (theta_o, azimuth) in [(0.0, 0.3), (0.7, -2.0), (1.4, 1.0)] {
+            let filter = FilterEllipse {
+                theta_o,
+                azimuth,
+                mean: [-theta_o, 0.0],
+                covariance: [0.0; 3],
+            };
+            let [x, y] = filter.point();
+            for p in filter.outline() {
+                assert!((p[0] - x).hypot(p[1] - y) < 1e-12);
+            }
+            // The normal lies nearer the middle than the mirror direction does.
+            let [a, b] = filter.seen(0.0, 0.0);
+            assert!(a.hypot(b) <= x.hypot(y));
+        }
+    }
+
+    #[test]
+    fn base64_pads() {
+        let words = [
+            ("", ""),
+            ("f", "Zg=="),
+            ("fo", "Zm8="),
+            ("foo", "Zm9v"),
+            ("foobar", "Zm9vYmFy"),
+        ];
+        for (plain, coded) in words {
+            assert_eq!(base64(plain.as_bytes()), coded);
+        }
+    }
+}

@@ -1,0 +1,473 @@
+//! The folder of a run.
+//!
+//! ```text
+//! results.jsonl   one record per line, appended as they come; a run goes on from here
+//! config.toml     the resolved config; running it again gives the same results
+//! manifest.json   version, status, inputs, files; written last
+//! ```
+//!
+//! Records of a moment experiment are in `profiles.jsonl`, those of relations in `relations.jsonl`.
+//! At the end come tables and pictures of the records:
+//!
+//! ```text
+//! results.csv       the rows of the config in its order
+//! ranking.csv       every choice at every allowance with its statistics
+//! report.html       what it all says
+//! pictures/         what it shows
+//! schedules/        if asked: one file per schedule
+//! slices/           if asked: one picture per reconstruction
+//! profiles.csv      one row per material, channel and view
+//! fits.csv          one row per material: what its profiles have been fitted with
+//! correlations.csv  one row per group and pair of quantities
+//! summary.json      one object per group: what its materials have in common
+//! relations.csv     one row per material, lighting, view and way to move it
+//! figures/          diagrams
+//! ```
+//!
+//! Every file but that of the records is whole or not there.
+
+use super::manifest::Manifest;
+use super::rows::RowFile;
+use crate::error::Error;
+use crate::experiment::{Allowance, Job, Known, Record, RowKey, ScheduleKey};
+use crate::files::write_atomically;
+use std::collections::{BTreeSet, HashMap};
+use std::fs::{self, File};
+use std::io::{self, BufWriter, ErrorKind, Write};
+use std::path::{Path, PathBuf};
+use toml::Table;
+
+/// The resolved config of a run.
+pub const CONFIG: &str = "config.toml";
+const CONFIG_HEAD: &str = "\
+# Every key of this run with its value; running this file gives the same results.
+# Paths are relative to the folder that gonio is started in.
+
+";
+const MANIFEST: &str = "manifest.json";
+/// The rows of an acquisition as a table.
+pub const RESULTS: &str = "results.csv";
+/// Every choice with its statistics.
+pub const RANKING: &str = "ranking.csv";
+/// What it all says.
+pub const REPORT: &str = "report.html";
+/// The profiles of a moment experiment as a table.
+pub const PROFILES: &str = "profiles.csv";
+/// The tables of a moment experiment beside its profiles.
+pub const FITS: &str = "fits.csv";
+/// See [`FITS`].
+pub const CORRELATIONS: &str = "correlations.csv";
+/// See [`FITS`].
+pub const SUMMARY: &str = "summary.json";
+/// The relations as a table.
+pub const RELATIONS: &str = "relations.csv";
+
+/// Files that say something of all records: gone as soon as there is another one.
+const OF_ALL: [&str; 9] = [
+    MANIFEST,
+    RESULTS,
+    RANKING,
+    REPORT,
+    PROFILES,
+    FITS,
+    CORRELATIONS,
+    SUMMARY,
+    RELATIONS,
+];
+
+/// A folder within a run's.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Below {
+    /// Schedules that were asked for.
+    Schedules,
+    /// Slices that were asked for.
+    Slices,
+    /// Diagrams of a moment experiment or of relations.
+    Figures,
+    /// Pictures of a report; their names tell what they show.
+    Pictures,
+}
+
+impl Below {
+    const ALL: [Below; 4] = [
+        Below::Schedules,
+        Below::Slices,
+        Below::Figures,
+        Below::Pictures,
+    ];
+
+    /// The name of the folder.
+    pub fn name(self) -> &'static str {
+        match self {
+            Below::Schedules => "schedules",
+            Below::Slices => "slices",
+            Below::Figures => "figures",
+            Below::Pictures => "pictures",
+        }
+    }
+}
+
+/// A run's folder while the run goes on; `R` is its record.
+pub struct RunFolder<R> {
+    dir: PathBuf,
+    file: RowFile,
+    rows: Vec<R>,
+    /// Finished files, relative to the folder.
+    files: BTreeSet<String>,
+    /// What was drawn before does not count.
+    redraw: bool,
+}
+
+impl<R: Record> RunFolder<R> {
+    /// Opens a folder, which is made if need be, with the records that are there. `force` drops them.
+    ///
+    /// # Errors
+    /// [`Error::Output`] if it cannot be written to, if a run is going on there, or if something
+    /// else is; [`Error::Data`] if its records cannot be read.
+    pub fn open(dir: &Path, force: bool, resolved: &Table) -> Result<Self, Error> {
+        let failed = |e: io::Error| {
+            let message = format!("cannot write to this folder: {e}; choose another with -o");
+            Error::output(dir, message)
+        };
+        if dir.exists() && !dir.is_dir() {
+            return Err(Error::output(
+                dir,
+                "this is no folder; choose another with -o",
+            ));
+        }
+        fs::create_dir_all(dir).map_err(failed)?;
+        let is_new = !dir.join(R::FILE).exists();
+        let is_there = |name: &&str| dir.join(name).symlink_metadata().is_ok();
+        let mut others = std::iter::once(CONFIG).chain(OF_ALL);
+        if let (true, Some(name)) = (is_new, others.find(is_there)) {
+            let message = format!(
+                "{name} is here, and no run with a {} wrote it; choose another folder with -o",
+                R::FILE
+            );
+            return Err(Error::output(dir, message));
+        }
+        let mut file = RowFile::open(dir, R::FILE)?;
+        let mut rows = file.read()?;
+        let config = config_text(resolved)?;
+        let is_same = fs::read_to_string(dir.join(CONFIG)).is_ok_and(|text| text == config);
+        if force {
+            file.clear().map_err(failed)?;
+            rows.clear();
+        }
+        if force || !is_same {
+            // They are named by their place in a config.
+            clear(dir).map_err(failed)?;
+        }
+        write_atomically(&dir.join(CONFIG), |out| out.write_all(config.as_bytes()))
+            .map_err(failed)?;
+        Ok(Self {
+            dir: dir.to_owned(),
+            file,
+            rows,
+            files: BTreeSet::new(),
+            redraw: force,
+        })
+    }
+
+    /// Opens the folder of a config: the first of `parent/stem`, `parent/stem-2`, … that holds a run
+    /// of it, or is not there.
+    ///
+    /// # Errors
+    /// As [`open`](Self::open).
+    pub fn open_next(
+        parent: &Path,
+        stem: &str,
+        force: bool,
+        resolved: &Table,
+    ) -> Result<Self, Error> {
+        Self::open(&Self::next(parent, stem, resolved)?, force, resolved)
+    }
+
+    /// The folder that [`open_next`](Self::open_next) opens.
+    ///
+    /// # Errors
+    /// [`Error::Internal`] for a config that cannot be written.
+    pub fn next(parent: &Path, stem: &str, resolved: &Table) -> Result<PathBuf, Error> {
+        let config = config_text(resolved)?;
+        let mut names =
+            std::iter::once(stem.to_owned()).chain((2..).map(|n| format!("{stem}-{n}")));
+        let suits = |dir: &PathBuf| {
+            let old = || fs::read_to_string(dir.join(CONFIG));
+            dir.symlink_metadata().is_err()
+                || (dir.join(R::FILE).exists() && old().is_ok_and(|text| text == config))
+        };
+        let found = names.by_ref().map(|n| parent.join(n)).find(suits);
+        found.ok_or_else(|| Error::Internal("the names have no end".into()))
+    }
+
+    /// True if a whole run is here, and not a part of one.
+    pub fn is_whole(dir: &Path) -> bool {
+        let manifest = manifest(dir);
+        manifest["gonio"].is_string() && manifest["shard"].is_null()
+    }
+
+    /// The folder.
+    pub fn path(&self) -> &Path {
+        &self.dir
+    }
+
+    /// The records that are there, by key.
+    pub fn known(&self) -> Known<R> {
+        let all = self.rows.iter();
+        all.map(|r| (r.key().to_owned(), r.clone())).collect()
+    }
+
+    /// Appends records and hands them to the system, so that a crash of the program loses none of
+    /// them, and one of the machine those of a second.
+    ///
+    /// # Errors
+    /// [`Error::Output`].
+    pub fn write_rows(&mut self, rows: &[R]) -> Result<(), Error> {
+        if rows.is_empty() {
+            return Ok(());
+        }
+        for name in OF_ALL {
+            // They are of fewer records now, and shall not look whole.
+            remove(fs::remove_file(self.dir.join(name))).map_err(|e| self.failed(&e))?;
+        }
+        self.rows.extend_from_slice(rows);
+        self.file.append(rows).map_err(|e| self.failed(&e))
+    }
+
+    /// The records of some keys, in their order; those of other configs come after them.
+    pub fn sorted(&self, keys: &[RowKey]) -> (Vec<&R>, Vec<&R>) {
+        sorted(&self.rows, keys)
+    }
+
+    /// Writes one of the named files at the top of the folder.
+    ///
+    /// # Errors
+    /// [`Error::Output`].
+    pub fn write_file(
+        &mut self,
+        name: &'static str,
+        body: impl FnOnce(&mut BufWriter<File>) -> io::Result<()>,
+    ) -> Result<(), Error> {
+        let path = self.dir.join(name);
+        write_atomically(&path, body).map_err(|e| unwritable(&path, &e))?;
+        self.files.insert(name.to_owned());
+        Ok(())
+    }
+
+    /// Writes a file in one of the folders below.
+    ///
+    /// # Errors
+    /// [`Error::Output`].
+    pub fn write_below(
+        &mut self,
+        below: Below,
+        name: &str,
+        body: impl FnOnce(&mut BufWriter<File>) -> io::Result<()>,
+    ) -> Result<(), Error> {
+        let dir = self.dir.join(below.name());
+        let path = dir.join(name);
+        self.file
+            .is_there()
+            .and_then(|()| fs::create_dir_all(&dir))
+            .and_then(|()| write_atomically(&path, body))
+            .map_err(|e| unwritable(&path, &e))?;
+        self.files.insert(format!("{}/{name}", below.name()));
+        Ok(())
+    }
+
+    /// Writes a picture, unless it is there: its name tells what it shows.
+    ///
+    /// # Errors
+    /// [`Error::Output`].
+    pub fn write_picture(
+        &mut self,
+        name: &str,
+        body: impl FnOnce() -> Result<Vec<u8>, Error>,
+    ) -> Result<(), Error> {
+        if self.has(Below::Pictures, name) {
+            let name = format!("{}/{name}", Below::Pictures.name());
+            self.files.insert(name);
+            return Ok(());
+        }
+        let bytes = body()?;
+        self.write_below(Below::Pictures, name, |out| out.write_all(&bytes))
+    }
+
+    /// Takes over the files below another folder that are not here.
+    ///
+    /// # Errors
+    /// [`Error::Output`].
+    pub fn copy_below(&mut self, from: &Path) -> Result<(), Error> {
+        for below in Below::ALL {
+            let Ok(entries) = fs::read_dir(from.join(below.name())) else {
+                // It has none of them.
+                continue;
+            };
+            for entry in entries.flatten() {
+                let name = entry.file_name().to_string_lossy().into_owned();
+                let bytes = fs::read(entry.path()).map_err(|e| self.failed(&e))?;
+                self.write_below(below, &name, |out| out.write_all(&bytes))?;
+            }
+        }
+        Ok(())
+    }
+
+    /// True if a file is in one of the folders below, and counts.
+    pub fn has(&self, below: Below, name: &str) -> bool {
+        let drawn = self.files.contains(&format!("{}/{name}", below.name()));
+        drawn || (!self.redraw && self.dir.join(below.name()).join(name).exists())
+    }
+
+    /// The bytes of a picture that is there.
+    pub fn picture(&self, name: &str) -> Option<Vec<u8>> {
+        fs::read(self.dir.join(Below::Pictures.name()).join(name)).ok()
+    }
+
+    /// Ends a run: sorts the records by the order of `keys`, and writes the manifest.
+    ///
+    /// # Errors
+    /// [`Error::Output`].
+    pub fn finish(mut self, keys: &[RowKey], mut manifest: Manifest) -> Result<PathBuf, Error> {
+        let (mine, others) = sorted(&self.rows, keys);
+        let sorted: Vec<&R> = mine.into_iter().chain(others).collect();
+        let written = self.file.finish(&sorted);
+        written.map_err(|e| self.failed(&e))?;
+        self.files
+            .extend([CONFIG, MANIFEST, R::FILE].map(String::from));
+        for below in Below::ALL {
+            // Those of an earlier run of the same config.
+            let entries = fs::read_dir(self.dir.join(below.name()));
+            for entry in entries.into_iter().flatten().flatten() {
+                let name = entry.file_name().to_string_lossy().into_owned();
+                self.files.insert(format!("{}/{name}", below.name()));
+            }
+        }
+        manifest.files = self.files.iter().cloned().collect();
+        write_atomically(&self.dir.join(MANIFEST), |out| {
+            serde_json::to_writer_pretty(&mut *out, &manifest)?;
+            out.write_all(b"\n")
+        })
+        .map_err(|e| self.failed(&e))?;
+        Ok(self.dir)
+    }
+
+    fn failed(&self, e: &io::Error) -> Error {
+        Error::output(&self.dir, format!("cannot write results: {e}"))
+    }
+}
+
+/// The records of some keys, in their order, and the others; of several of one key the last.
+fn sorted<'r, R: Record>(rows: &'r [R], keys: &[RowKey]) -> (Vec<&'r R>, Vec<&'r R>) {
+    let mut by_key: HashMap<&str, &R> = rows.iter().map(|r| (r.key(), r)).collect();
+    let mine = keys.iter().filter_map(|k| by_key.remove(k.as_str()));
+    let mine = mine.collect();
+    let others = rows.iter().filter(|r| {
+        let last = by_key.get(r.key());
+        last.is_some_and(|&last| std::ptr::eq(last, *r))
+    });
+    (mine, others.collect())
+}
+
+/// The records of a folder.
+///
+/// # Errors
+/// [`Error::Data`] if there are none or a line is none.
+pub fn read_rows<R: Record>(dir: &Path) -> Result<Vec<R>, Error> {
+    RowFile::read_from(&dir.join(R::FILE))
+}
+
+fn config_text(resolved: &Table) -> Result<String, Error> {
+    let config = toml::to_string(resolved).map_err(|e| Error::Internal(e.to_string()))?;
+    Ok(format!("{CONFIG_HEAD}{config}"))
+}
+
+fn unwritable(path: &Path, e: &io::Error) -> Error {
+    Error::output(path, format!("cannot write this file: {e}"))
+}
+
+/// The manifest of a folder; `null` if there is none.
+fn manifest(dir: &Path) -> serde_json::Value {
+    let manifest = fs::read(dir.join(MANIFEST)).unwrap_or_default();
+    serde_json::from_slice(&manifest).unwrap_or_default()
+}
+
+/// Removes the schedules, slices and figures that a run wrote, and nothing else.
+fn clear(dir: &Path) -> io::Result<()> {
+    let manifest = manifest(dir);
+    let listed = match (&manifest["gonio"], &manifest["files"]) {
+        (serde_json::Value::String(_), serde_json::Value::Array(files)) => files.as_slice(),
+        _ => &[],
+    };
+    for name in listed.iter().filter_map(serde_json::Value::as_str) {
+        let Some((top, below)) = name.split_once('/') else {
+            continue;
+        };
+        // A manifest that was tampered with shall not lead out of the folder.
+        let plain = !below.starts_with('.') && !below.contains(['/', '\\']);
+        let ours = [Below::Schedules, Below::Slices, Below::Figures].map(Below::name);
+        if ours.contains(&top) && plain {
+            remove(fs::remove_file(dir.join(name)))?;
+            // Fails as long as something is in it.
+            let _ = fs::remove_dir(dir.join(top));
+        }
+    }
+    Ok(())
+}
+
+/// What is not there need not be removed.
+fn remove(result: io::Result<()>) -> io::Result<()> {
+    match result {
+        Err(e) if e.kind() == ErrorKind::NotFound => Ok(()),
+        other => other,
+    }
+}
+
+/// A name as part of a file name: letters, digits, `.`, `-` and `_` stay, every other character
+/// becomes `%` and its number, so that different names stay different.
+pub fn file_stem(name: &str) -> String {
+    let mut stem = String::with_capacity(name.len());
+    for c in name.chars() {
+        match c {
+            'a'..='z' | 'A'..='Z' | '0'..='9' | '.' | '-' | '_' => stem.push(c),
+            _ => stem.push_str(&format!("%{:X}", u32::from(c))),
+        }
+    }
+    stem
+}
+
+/// The file name of a picture of a reconstruction's slice.
+pub fn slice_name(job: &Job<'_>) -> String {
+    let mut name = file_stem(&job.material.name);
+    for part in job.schedule.iter().map(schedule_stem) {
+        name = format!("{name}_{part}");
+    }
+    for part in job.method.iter().map(|m| file_stem(&m.label())) {
+        name = format!("{name}_{part}");
+    }
+    name + ".exr"
+}
+
+/// The file name, without extension, of a schedule; different for different schedules of a plan.
+pub fn schedule_stem(key: &ScheduleKey<'_>) -> String {
+    let mut stem = key.coordinates.name().to_owned();
+    for (axis, warp) in &key.coordinates.warps {
+        stem.push_str(&format!("_{axis}-{}", warp.name()));
+    }
+    let s = key.symmetry;
+    let symmetry: String = [(s.isotropic, 'i'), (s.reciprocal, 'r'), (s.bilateral, 'b')]
+        .into_iter()
+        .map(|(has, letter)| if has { letter } else { '-' })
+        .collect();
+    let set = file_stem(&key.sample_set.name);
+    let instrument = match key.instrument {
+        Some(instrument) => format!("_{}", file_stem(&instrument.name)),
+        None => String::new(),
+    };
+    let allowance = match key.allowance {
+        Allowance::Poses(n) => n.to_string(),
+        Allowance::Readings(n) => format!("{n}readings"),
+        Allowance::Minutes(minutes) => format!("{minutes}min"),
+    };
+    let seed = key.seed;
+    format!("{stem}_{symmetry}_{set}_{allowance}{instrument}_seed{seed}")
+}

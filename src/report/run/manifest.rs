@@ -1,0 +1,128 @@
+//! `manifest.json`: what made the results beside it, so that they can be made again.
+
+use crate::experiment::{Failure, Input, Source};
+use serde::Serialize;
+use std::time::SystemTime;
+
+/// How a run ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Status {
+    /// Every row is there.
+    Complete,
+    /// The user stopped it; finished rows are there.
+    Interrupted,
+    /// Some jobs failed; the rows of the others are there.
+    FailedJobs,
+    /// Parts are missing from what was put together.
+    Incomplete,
+}
+
+/// What of a plan a manifest holds.
+#[derive(Clone, Copy, Debug)]
+pub struct MadeBy<'a> {
+    /// The resolved config.
+    pub resolved: &'a toml::Table,
+    /// Its seeds.
+    pub seeds: &'a [u64],
+    /// Materials that it names and its folder does not have.
+    pub missing: &'a [String],
+}
+
+/// How a run of any kind went.
+#[derive(Clone, Debug, Default)]
+pub struct Outcome {
+    /// Rows that were written.
+    pub rows: usize,
+    /// What could not be done.
+    pub failures: Vec<Failure>,
+    /// Seconds by stage.
+    pub seconds: serde_json::Value,
+    /// True if it was stopped before its end.
+    pub interrupted: bool,
+    /// True if parts are missing.
+    pub incomplete: bool,
+    /// The part of the work that was done, `i/n`; `None`: all of it.
+    pub shard: Option<String>,
+}
+
+/// The manifest's fields.
+#[derive(Clone, Debug, Serialize)]
+pub struct Manifest {
+    /// Version of this program.
+    gonio: &'static str,
+    status: Status,
+    /// The overrides of the command line, as written; `config` has them applied.
+    options: Vec<String>,
+    /// The resolved config, the same as in `config.toml`.
+    config: toml::Table,
+    seeds: Vec<u64>,
+    /// Threads that worked; results do not depend on it, times do.
+    threads: usize,
+    /// The config's file and those of the materials that were loaded.
+    inputs: Vec<Input>,
+    /// Materials that the config names and its folder does not have.
+    missing: Vec<String>,
+    rows: usize,
+    /// The part of the work, `i/n`; `null`: all of it.
+    shard: Option<String>,
+    failures: Vec<Failure>,
+    /// Seconds per stage, over the whole run.
+    seconds: serde_json::Value,
+    started_unix_seconds: u64,
+    ended_unix_seconds: u64,
+    os: &'static str,
+    arch: &'static str,
+    /// Files of this run beside the manifest; `--force` removes these and no others.
+    pub(super) files: Vec<String>,
+}
+
+impl Manifest {
+    /// The manifest of a run that started at `started` and ends now.
+    pub fn new(
+        made_by: MadeBy<'_>,
+        source: &Source,
+        materials: Vec<Input>,
+        outcome: Outcome,
+        started: SystemTime,
+    ) -> Self {
+        let config = Input {
+            path: source.name().into(),
+            blake3: blake3::hash(source.original().as_bytes()).to_string(),
+        };
+        let unix = |time: SystemTime| {
+            // A clock before 1970 is wrong anyway.
+            let since = time.duration_since(SystemTime::UNIX_EPOCH);
+            since.unwrap_or_default().as_secs()
+        };
+        Self {
+            gonio: env!("CARGO_PKG_VERSION"),
+            status: match &outcome {
+                o if o.interrupted => Status::Interrupted,
+                o if o.incomplete => Status::Incomplete,
+                o if o.failures.is_empty() => Status::Complete,
+                _ => Status::FailedJobs,
+            },
+            options: source.edits(),
+            config: made_by.resolved.clone(),
+            seeds: made_by.seeds.to_vec(),
+            threads: rayon::current_num_threads(),
+            inputs: std::iter::once(config).chain(materials).collect(),
+            missing: made_by.missing.to_vec(),
+            rows: outcome.rows,
+            shard: outcome.shard,
+            failures: outcome.failures,
+            seconds: outcome.seconds,
+            started_unix_seconds: unix(started),
+            ended_unix_seconds: unix(SystemTime::now()),
+            os: std::env::consts::OS,
+            arch: std::env::consts::ARCH,
+            files: Vec::new(),
+        }
+    }
+
+    /// How the run ended.
+    pub fn status(&self) -> Status {
+        self.status
+    }
+}

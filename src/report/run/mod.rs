@@ -1,0 +1,11 @@
+//! The folder of a run.
+
+mod folder;
+mod manifest;
+mod rows;
+
+pub use folder::{
+    Below, CONFIG, CORRELATIONS, FITS, PROFILES, RANKING, RELATIONS, REPORT, RESULTS, RunFolder,
+    SUMMARY, file_stem, read_rows, schedule_stem, slice_name,
+};
+pub use manifest::{MadeBy, Manifest, Outcome, Status};

@@ -1,0 +1,214 @@
+//! The file of a run's records, JSON Lines: appended as they come, read again when it goes on.
+
+use crate::error::Error;
+use crate::experiment::Record;
+use crate::files::write_atomically;
+use std::fs::{File, OpenOptions, TryLockError};
+use std::io::{self, Read, Seek, SeekFrom, Write};
+use std::path::{Path, PathBuf};
+use std::sync::mpsc::{self, RecvTimeoutError, Sender};
+use std::thread::{self, JoinHandle};
+use std::time::{Duration, Instant};
+
+/// How long records may wait until the disk has them.
+const SYNC: Duration = Duration::from_secs(1);
+
+/// A file of records, open for appending and locked.
+pub(super) struct RowFile {
+    path: PathBuf,
+    file: File,
+    syncer: Option<Syncer>,
+}
+
+impl RowFile {
+    /// Opens the file, which is made if need be.
+    pub fn open(dir: &Path, name: &str) -> Result<Self, Error> {
+        let path = dir.join(name);
+        let failed = |e: io::Error| {
+            let message = format!("cannot write to this folder: {e}; choose another with -o");
+            Error::output(dir, message)
+        };
+        let mut options = OpenOptions::new();
+        let file = options.read(true).append(true).create(true).open(&path);
+        let file = file.map_err(failed)?;
+        // Where the file system has no locks the run goes on without.
+        if let Err(TryLockError::WouldBlock) = file.try_lock() {
+            let message = "a run is going on here; choose another folder with -o, or wait for it";
+            return Err(Error::output(dir, message));
+        }
+        let other = file.try_clone().map_err(failed)?;
+        Ok(Self {
+            path,
+            file,
+            syncer: Some(Syncer::new(other)),
+        })
+    }
+
+    /// The records that are there; what a crash left of a line after them is cut off.
+    pub fn read<R: Record>(&mut self) -> Result<Vec<R>, Error> {
+        let (rows, whole) = read(&self.path, &mut self.file)?;
+        self.file
+            .set_len(whole)
+            .map_err(|e| Error::output(&self.path, format!("cannot write this file: {e}")))?;
+        Ok(rows)
+    }
+
+    /// The records of a file that nobody writes.
+    pub fn read_from<R: Record>(path: &Path) -> Result<Vec<R>, Error> {
+        let file = File::open(path);
+        let mut file =
+            file.map_err(|e| Error::data(path, format!("cannot read this file: {e}")))?;
+        read(path, &mut file).map(|(rows, _)| rows)
+    }
+
+    /// Drops all records.
+    pub fn clear(&mut self) -> io::Result<()> {
+        self.file.set_len(0)
+    }
+
+    /// Appends records: they are with the system when this returns, and on the disk a second later.
+    pub fn append<R: Record>(&mut self, rows: &[R]) -> io::Result<()> {
+        self.is_there()?;
+        let mut lines = Vec::new();
+        write_lines(&mut lines, rows)?;
+        self.file.write_all(&lines)?;
+        if let Some(syncer) = &self.syncer {
+            syncer.later();
+        }
+        Ok(())
+    }
+
+    /// An error if the file is no longer where it was: what is written into it is lost.
+    pub fn is_there(&self) -> io::Result<()> {
+        let there = std::fs::metadata(&self.path);
+        if there.is_ok_and(|there| is_same(&self.file, &there)) {
+            return Ok(());
+        }
+        let message = "the folder was removed or replaced while the run went on";
+        Err(io::Error::other(message))
+    }
+
+    /// Replaces the records by the same in another order.
+    pub fn finish<R: Record>(&mut self, sorted: &[&R]) -> io::Result<()> {
+        self.is_there()?;
+        // The old file is not needed on the disk any more.
+        self.syncer = None;
+        write_atomically(&self.path, |out| write_lines(out, sorted.iter().copied()))
+    }
+}
+
+#[cfg(unix)]
+fn is_same(file: &File, there: &std::fs::Metadata) -> bool {
+    use std::os::unix::fs::MetadataExt;
+    let here = file.metadata();
+    here.is_ok_and(|here| (here.dev(), here.ino()) == (there.dev(), there.ino()))
+}
+
+#[cfg(not(unix))]
+fn is_same(_file: &File, there: &std::fs::Metadata) -> bool {
+    there.is_file()
+}
+
+fn write_lines<'a, R: Record + 'a>(
+    out: &mut impl Write,
+    rows: impl IntoIterator<Item = &'a R>,
+) -> io::Result<()> {
+    for row in rows {
+        serde_json::to_writer(&mut *out, row)?;
+        out.write_all(b"\n")?;
+    }
+    Ok(())
+}
+
+/// The records of a file, and the length of what is whole.
+fn read<R: Record>(path: &Path, file: &mut File) -> Result<(Vec<R>, u64), Error> {
+    let unreadable =
+        |e: &dyn std::fmt::Display| Error::data(path, format!("cannot read this file: {e}"));
+    let mut bytes = Vec::new();
+    let read = file
+        .seek(SeekFrom::Start(0))
+        .and_then(|_| file.read_to_end(&mut bytes));
+    read.map_err(|e| unreadable(&e))?;
+    // A crash may have cut a line anywhere, also inside a character; one of the machine may have
+    // left zeros where a line was to be.
+    while bytes.last() == Some(&0) {
+        bytes.pop();
+    }
+    let end = bytes.iter().rposition(|b| *b == b'\n');
+    let whole = end.map_or(0, |end| end + 1);
+    // What is left of a line must be one of ours: others' files are not cut.
+    if !matches!(bytes.get(whole), None | Some(b'{')) {
+        let message = format!(
+            "its last line is no record of a run; allowed: the {} of one, or another folder with -o",
+            R::FILE
+        );
+        return Err(Error::data(path, message));
+    }
+    let text = std::str::from_utf8(&bytes[..whole]).map_err(|e| unreadable(&e))?;
+    let mut rows = Vec::new();
+    for (i, line) in text.lines().enumerate() {
+        let row = serde_json::from_str(line).map_err(|e| {
+            let message = format!(
+                "line {} is no record of this kind of run ({e}); allowed: the {} of one, or another folder with -o",
+                i + 1,
+                R::FILE
+            );
+            Error::data(path, message)
+        })?;
+        rows.push(row);
+    }
+    Ok((rows, whole as u64))
+}
+
+/// Writes a file to the disk now and then, beside the work.
+struct Syncer {
+    /// Closed when there is nothing more to come.
+    wake: Option<Sender<()>>,
+    thread: Option<JoinHandle<()>>,
+}
+
+impl Syncer {
+    fn new(file: File) -> Self {
+        let (wake, woken) = mpsc::channel();
+        let thread = thread::spawn(move || {
+            while woken.recv().is_ok() {
+                // What comes within the next second goes along.
+                let until = Instant::now() + SYNC;
+                let over = loop {
+                    let left = until.saturating_duration_since(Instant::now());
+                    match woken.recv_timeout(left) {
+                        Ok(()) => {}
+                        Err(end) => break end,
+                    }
+                };
+                // A file system that cannot do this keeps its files in its own way.
+                let _ = file.sync_data();
+                if over == RecvTimeoutError::Disconnected {
+                    break;
+                }
+            }
+        });
+        Self {
+            wake: Some(wake),
+            thread: Some(thread),
+        }
+    }
+
+    /// Something was written.
+    fn later(&self) {
+        if let Some(wake) = &self.wake {
+            // Fails when the thread has ended, which it does after this.
+            let _ = wake.send(());
+        }
+    }
+}
+
+impl Drop for Syncer {
+    fn drop(&mut self) {
+        self.wake = None;
+        if let Some(thread) = self.thread.take() {
+            // A thread that panicked has nothing to say here.
+            let _ = thread.join();
+        }
+    }
+}

@@ -1,0 +1,132 @@
+//! Plain-data line and point plots.
+
+/// How an axis is divided.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Scale {
+    /// Equal differences are equally far apart.
+    #[default]
+    Linear,
+    /// Equal ratios are equally far apart; what is not above 0 is left out.
+    Log,
+}
+
+/// An axis of a panel.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Axis {
+    /// What is shown, with its unit: `theta_o (deg)`.
+    pub label: String,
+    /// How it is divided.
+    pub scale: Scale,
+    /// Its ends; those of the data if `None`.
+    pub range: Option<[f64; 2]>,
+}
+
+/// How the points of a series are drawn.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Mark {
+    /// Joined by a line.
+    #[default]
+    Line,
+    /// Joined by a dashed line.
+    Dashed,
+    /// Each by itself.
+    Points,
+}
+
+/// Points that belong together.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Series {
+    /// For the legend; empty for none.
+    pub name: String,
+    /// Place in the colour cycle; series of the same colour belong together.
+    pub color: usize,
+    /// How they are drawn.
+    pub mark: Mark,
+    /// x, y; a `None` leaves a gap.
+    pub points: Vec<(f64, Option<f64>)>,
+}
+
+/// One diagram.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Panel {
+    /// Above it.
+    pub title: String,
+    /// Horizontal axis.
+    pub x: Axis,
+    /// Vertical axis.
+    pub y: Axis,
+    /// Later ones are drawn over earlier ones.
+    pub series: Vec<Series>,
+}
+
+/// Ratios with their intervals, in groups.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Forest {
+    /// Of the axis of ratios.
+    pub label: String,
+    /// The largest ratio that is no difference, at least 1.
+    pub band: f64,
+    /// From above to below.
+    pub groups: Vec<ForestGroup>,
+}
+
+/// Ratios that belong together.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct ForestGroup {
+    /// Left of the first.
+    pub name: String,
+    /// From above to below.
+    pub lines: Vec<ForestLine>,
+}
+
+/// A ratio.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct ForestLine {
+    /// Left of it.
+    pub name: String,
+    /// Above 0.
+    pub ratio: f64,
+    /// Its ends.
+    pub interval: Option<[f64; 2]>,
+    /// Right of it.
+    pub note: String,
+}
+
+/// Colours that the colour-blind can tell apart, in sRGB (Okabe and Ito, without yellow, which is
+/// hard to see on white).
+pub(super) const CYCLE: [[u8; 3]; 7] = [
+    [0x00, 0x72, 0xb2],
+    [0xd5, 0x5e, 0x00],
+    [0x00, 0x9e, 0x73],
+    [0xcc, 0x79, 0xa7],
+    [0xe6, 0x9f, 0x00],
+    [0x56, 0xb4, 0xe9],
+    [0x00, 0x00, 0x00],
+];
+
+/// The colour at a place of a cycle of `count`: one of a few, or a step of a scale from dark to
+/// bright where there are more than that.
+pub(super) fn palette(place: usize, count: usize) -> [u8; 3] {
+    if count <= CYCLE.len() {
+        return CYCLE[place % CYCLE.len()];
+    }
+    // Brighter ones cannot be seen on white.
+    ramp(0.1 + 0.65 * (place as f64 / (count - 1) as f64).min(1.0))
+}
+
+/// A colour scale from black (0) over blue, green and orange to white (1) in sRGB. Its brightness
+/// rises evenly, so that it reads the same in grey and to the colour-blind: Green's cubehelix
+/// (2011).
+pub(in crate::report) fn ramp(t: f64) -> [u8; 3] {
+    let t = if t.is_nan() { 0.0 } else { t.clamp(0.0, 1.0) };
+    // Start in blue, and turn backwards through the colours.
+    let angle = std::f64::consts::TAU * (0.5 / 3.0 + 1.0 - 1.3 * t);
+    let away = 0.5 * 1.2 * t * (1.0 - t);
+    let (sin, cos) = angle.sin_cos();
+    let rgb = [
+        -0.14861 * cos + 1.78277 * sin,
+        -0.29227 * cos - 0.90649 * sin,
+        1.97294 * cos,
+    ];
+    rgb.map(|c| (255.0 * (t + away * c)).round().clamp(0.0, 255.0) as u8)
+}

@@ -1,0 +1,236 @@
+//! Runs of every kind go on where they were, in parts or whole, and end the same.
+
+use super::{Bench, SMALL, assert_same, results};
+use std::fs;
+
+/// A kind of run: its config, the file of its records, how many there are, and of how many jobs.
+struct Kind {
+    text: String,
+    records: &'static str,
+    rows: usize,
+    jobs: usize,
+}
+
+/// One of each.
+fn kinds() -> Vec<Kind> {
+    let small = SMALL.replace("budgets = [60, 150]", "budgets = [60]");
+    let study = small.replace("seeds = ", "experiment = \"study\"\nseeds = ");
+    let acquisition = format!("{small}\n[output]\nschedules = \"csv\"\nslices = true\n");
+    let materials = r#"
+[[material]]
+kind = "lambert"
+
+[[material]]
+kind = "ggx"
+alpha = 0.4
+fresnel = { kind = "none" }
+
+[[material]]
+kind = "ggx"
+alpha = 0.6
+fresnel = { kind = "none" }
+"#;
+    let moments = |order: usize| {
+        format!(
+            "[moments]\nviews = 9\norder = {order}\n\
+             estimator = {{ kind = \"peak-resolving\", tolerance = 1e-2 }}\n{materials}"
+        )
+    };
+    let lights = r#"
+[relations]
+views_deg = [30]
+tolerance = 1e-2
+
+[[lighting]]
+kind = "sky"
+
+[[lighting]]
+kind = "blob"
+theta_deg = 40
+phi_deg = 180
+width_deg = 10
+"#;
+    vec![
+        Kind {
+            text: acquisition,
+            records: "results.jsonl",
+            rows: 64,
+            jobs: 32,
+        },
+        Kind {
+            text: study + "\n[pictures]\ndraw = false\n",
+            records: "results.jsonl",
+            rows: 64,
+            jobs: 32,
+        },
+        Kind {
+            text: format!("experiment = \"moments\"\n{}", moments(4)),
+            records: "profiles.jsonl",
+            rows: 3,
+            jobs: 3,
+        },
+        Kind {
+            text: format!("experiment = \"relations\"\n{}{lights}", moments(2)),
+            records: "relations.jsonl",
+            rows: 6,
+            jobs: 6,
+        },
+    ]
+}
+
+/// A folder with the config `c.toml` of a kind, and a whole run of it in `a`.
+fn whole(kind: &Kind) -> (Bench, String) {
+    let bench = Bench::new();
+    fs::write(bench.path("c.toml"), &kind.text).unwrap();
+    let text = bench.good(&["run", "c.toml", "-q", "-o", "a"]);
+    let records = bench.read(&format!("a/{}", kind.records));
+    assert_eq!(records.lines().count(), kind.rows);
+    (bench, text)
+}
+
+const AGAIN: [&str; 5] = ["run", "c.toml", "-q", "-o", "a"];
+
+#[test]
+fn what_is_done_is_told_again_and_stays() {
+    for kind in kinds() {
+        let (bench, text) = whole(&kind);
+        let path = bench.path("a").join(kind.records);
+        let (files, records) = (bench.files("a"), fs::read(&path).unwrap());
+        let before = results(&bench, "a");
+        assert_eq!(bench.manifest("a")["files"], serde_json::json!(files));
+        // Every digit of what is printed, the seconds too.
+        assert_eq!(bench.good(&AGAIN), text);
+        assert!(fs::read(&path).unwrap() == records, "{}", kind.text);
+        assert_same(&before, &results(&bench, "a"));
+        assert_eq!(bench.files("a"), files);
+        assert_eq!(bench.manifest("a")["files"], serde_json::json!(files));
+        assert_eq!(bench.manifest("a")["status"], "complete");
+        // Those that are there, not those of the second time.
+        assert_eq!(bench.manifest("a")["rows"], kind.rows);
+        let list = bench.good(&["run", "c.toml", "-o", "a", "--list"]);
+        let done = list.lines().filter(|l| l.starts_with("done  ")).count();
+        assert_eq!(done, kind.jobs, "{list}");
+        let last = format!("{0} of {0} jobs are done in a\n", kind.jobs);
+        assert!(list.ends_with(&last), "{list}");
+        // All of it again: another run with the same results.
+        bench.good(&[&AGAIN[..], &["--force"]].concat());
+        assert_same(&before, &results(&bench, "a"));
+        let again = fs::read(&path).unwrap();
+        let timed = String::from_utf8_lossy(&again).contains("seconds\"");
+        assert!(again != records || !timed, "{}", kind.text);
+    }
+}
+
+#[test]
+fn what_a_crash_leaves_is_gone_on_with() {
+    for kind in kinds() {
+        let (bench, _) = whole(&kind);
+        let path = bench.path("a").join(kind.records);
+        let before = results(&bench, "a");
+        let whole = fs::read(&path).unwrap();
+        let ends: Vec<usize> = (0..whole.len()).filter(|&i| whole[i] == b'\n').collect();
+        let kept = kind.rows / 3;
+        let line = ends[kept - 1] + 1;
+        let cut = [&whole[..line + 40], &[0; 100]].concat();
+        // In the middle of a line, and where a line was to be.
+        let zeros = [&whole[..line], &[0; 100]].concat();
+        for left in [cut, zeros, Vec::new(), vec![0; 3]] {
+            let kept = if left.len() > 3 { kept } else { 0 };
+            fs::write(&path, &left).unwrap();
+            fs::remove_file(bench.path("a/manifest.json")).unwrap();
+            let list = bench.good(&["run", "c.toml", "-o", "a", "--list"]);
+            let open = list.lines().filter(|l| l.starts_with("open  ")).count();
+            let per_job = kind.rows / kind.jobs;
+            assert_eq!(open, kind.jobs - kept / per_job, "{list}");
+            // Who looks does not touch.
+            assert!(fs::read(&path).unwrap() == left);
+            bench.good(&AGAIN);
+            assert_same(&before, &results(&bench, "a"));
+            let again = fs::read(&path).unwrap();
+            assert!(again[..ends[0]] == whole[..ends[0]] || kept == 0);
+            let list = bench.good(&["run", "c.toml", "-o", "a", "--list"]);
+            assert!(!list.contains("open  "), "{list}");
+        }
+    }
+}
+
+#[test]
+fn parts_make_up_the_whole() {
+    for kind in kinds() {
+        let (bench, _) = whole(&kind);
+        let mut rows = 0;
+        for part in [1, 2] {
+            let shard = format!("{part}/2");
+            let list = ["run", "c.toml", "--shard", &shard, "--list"];
+            let list = bench.good(&list);
+            assert!(
+                list.contains("open  ") && !list.contains("done  "),
+                "{list}"
+            );
+            bench.good(&["run", "c.toml", "-q", "--shard", &shard]);
+            let folder = format!("runs/c.shard-{part}-of-2");
+            let records = bench.read(&format!("{folder}/{}", kind.records));
+            assert!((1..kind.rows).contains(&records.lines().count()));
+            rows += records.lines().count();
+            assert!(!bench.path(&folder).join("report.html").exists());
+        }
+        assert_eq!(rows, kind.rows);
+        let parts = ["runs/c.shard-1-of-2", "runs/c.shard-2-of-2"];
+        let merge = [&["merge"], &parts[..], &["-o", "merged"]].concat();
+        let text = bench.good(&merge);
+        let last = format!("{0} of {0} rows are in merged\n", kind.rows);
+        assert!(text.ends_with(&last), "{text}");
+        assert_same(&results(&bench, "a"), &results(&bench, "merged"));
+        assert_eq!(bench.files("merged"), bench.files("a"));
+        assert_eq!(bench.manifest("merged")["status"], "complete");
+        // What was put together is a run like any other.
+        let list = bench.good(&["run", "c.toml", "-o", "merged", "--list"]);
+        assert!(!list.contains("open  "), "{list}");
+    }
+}
+
+#[test]
+fn a_whole_run_is_not_cut_down_to_a_part() {
+    // Of the kinds that end in a report, which would be lost.
+    let reported = kinds().into_iter().filter(|k| k.records == "results.jsonl");
+    for kind in reported {
+        let (bench, _) = whole(&kind);
+        let before = results(&bench, "a");
+        let part = [&AGAIN[..], &["--shard", "1/2"]].concat();
+        let refusal = bench.refused(&part, 2);
+        assert!(refusal.contains("--shard 1/2"), "{refusal}");
+        assert_same(&before, &results(&bench, "a"));
+    }
+}
+
+#[test]
+fn a_whole_run_is_not_cut_down_and_a_part_is_not_replaced() {
+    let bench = Bench::new();
+    for (kind, name) in kinds().into_iter().zip(["a", "b", "c", "d"]) {
+        fs::write(bench.path("c.toml"), &kind.text).unwrap();
+        bench.good(&["run", "c.toml", "-q", "-o", name]);
+        let files = bench.files(name);
+        let args = ["run", "c.toml", "-q", "-o", name, "--shard", "1/2"];
+        let refusal = bench.refused(&args, 2);
+        assert!(refusal.contains("--shard 1/2"), "{refusal}");
+        assert_eq!(bench.files(name), files);
+    }
+    bench.good(&["run", "c.toml", "-q", "-o", "p", "--shard", "1/1"]);
+    let refusal = bench.refused(&["merge", "p", "-o", "./p", "--force"], 2);
+    assert!(refusal.contains("one of the parts"), "{refusal}");
+}
+
+#[test]
+fn notes_of_somebody_else_are_not_cut() {
+    let bench = Bench::new();
+    for kind in kinds() {
+        fs::write(bench.path("c.toml"), &kind.text).unwrap();
+        fs::create_dir_all(bench.path("mine")).unwrap();
+        let notes = bench.path("mine").join(kind.records);
+        fs::write(&notes, "my notes").unwrap();
+        let refusal = bench.refused(&["run", "c.toml", "-q", "-o", "mine"], 3);
+        assert!(refusal.contains("no record"), "{refusal}");
+        assert_eq!(fs::read_to_string(&notes).unwrap(), "my notes");
+        fs::remove_dir_all(bench.path("mine")).unwrap();
+    }
+}
