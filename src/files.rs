@@ -62,6 +62,9 @@ pub fn destination(path: &Path) -> io::Result<PathBuf> {
     Ok(destination)
 }
 
+/// How names of files that are being written begin and end.
+const PART: [&str; 2] = [".gonio-", ".part"];
+
 /// Writes a file under a temporary name in the same folder and renames it when it is whole and on
 /// the disk; on error nothing is left behind and an older file of that name is untouched. A symbolic
 /// link stays, and the file that it leads to is written.
@@ -80,7 +83,8 @@ pub fn write_atomically(
     // Not made of the name, which may be as long as the file system allows.
     static WRITTEN: AtomicU64 = AtomicU64::new(0);
     let number = WRITTEN.fetch_add(1, Ordering::Relaxed);
-    let part = path.with_file_name(format!(".gonio-{}-{number}.part", std::process::id()));
+    let [head, tail] = PART;
+    let part = path.with_file_name(format!("{head}{}-{number}{tail}", std::process::id()));
     let written = File::create(&part).and_then(|file| {
         let mut out = BufWriter::with_capacity(1 << 18, file);
         body(&mut out)?;
@@ -97,6 +101,19 @@ pub fn write_atomically(
         let _ = File::open(folder.unwrap_or(Path::new("."))).and_then(|dir| dir.sync_all());
     }
     renamed
+}
+
+/// Removes from a folder what a crash left of files that were being written.
+pub fn remove_parts(dir: &Path) {
+    let [head, tail] = PART;
+    for entry in fs::read_dir(dir).into_iter().flatten().flatten() {
+        let name = entry.file_name();
+        let is_part = |name: &str| name.starts_with(head) && name.ends_with(tail);
+        if name.to_str().is_some_and(is_part) {
+            // What cannot be removed is in nobody's way.
+            let _ = fs::remove_file(entry.path());
+        }
+    }
 }
 
 /// Puts a file on the disk, where the file system knows how to.

@@ -355,6 +355,73 @@ fn shards_share_the_work_and_leave_nothing_out() {
 }
 
 #[test]
+fn materials_of_few_schedules_are_shared_out() {
+    let text = TEXT.replace("[80, 200]", "[80]").replace("[1, 2]", "[1]");
+    let plan = plan(&text);
+    assert_eq!((plan.units().len(), plan.materials.len()), (2, 4));
+    let all: HashSet<RowKey> = keys(&rows(&plan));
+    // Schedules of a part, and materials of each.
+    for (of, most) in [(2, 4), (4, 2), (6, 2), (8, 1), (50, 1)] {
+        let mut found = HashSet::new();
+        let mut busy = 0;
+        for part in 1..=of {
+            let kept = run(&plan, Some(Shard { part, of }), &Known::new());
+            assert!((kept.announced - kept.work).abs() < 1e-9 * kept.announced.max(1.0));
+            let materials: HashSet<_> = kept.rows.iter().map(|r| r.material.clone()).collect();
+            assert!(materials.len() <= most, "{part}/{of}");
+            busy += usize::from(!kept.rows.is_empty());
+            for key in keys(&kept.rows) {
+                assert!(found.insert(key), "{part}/{of}");
+            }
+        }
+        assert_eq!((found, busy), (all.clone(), of.min(8)));
+    }
+}
+
+#[test]
+fn a_file_that_is_replaced_under_way_is_told() {
+    /// Replaces the file as soon as it was hashed.
+    struct Swap(std::path::PathBuf, Vec<String>, usize);
+    impl Observer<Row> for Swap {
+        fn tell(&mut self, event: &Event<'_, Row>) -> Result<(), Error> {
+            match event {
+                Event::Doing(what) if what.to_string().starts_with("loading") => {
+                    fs::write(&self.0, table(0.2)).unwrap();
+                }
+                Event::Failed(failure) => self.1.push(failure.reason.clone()),
+                Event::Made(rows) => self.2 += rows.len(),
+                _ => {}
+            }
+            Ok(())
+        }
+    }
+    fn table(value: f64) -> Vec<u8> {
+        (0..3 * 288 * 288)
+            .flat_map(|_| value.to_le_bytes())
+            .collect()
+    }
+    let dir = tempfile::tempdir().unwrap();
+    let path = dir.path().join("a.bin");
+    fs::write(&path, table(0.1)).unwrap();
+    let text = format!(
+        "budgets = [60]\n[[material]]\nkind = \"utia\"\npath = {:?}\n[[material]]\nkind = \"lambert\"",
+        path.display().to_string()
+    );
+    let plan = plan(&text);
+    let mut swap = Swap(path, Vec::new(), 0);
+    let summary = plan
+        .run(&Extent::default(), &Known::new(), &mut swap)
+        .unwrap();
+    assert!(
+        swap.1.len() == 1 && swap.1[0].contains("replaced"),
+        "{:?}",
+        swap.1
+    );
+    // Nothing of the table, everything of the other material.
+    assert_eq!((2 * swap.2, summary.failures.len()), (plan.rows(), 1));
+}
+
+#[test]
 fn any_number_of_threads_gives_the_same_rows() {
     let plan = plan(TEXT);
     let [one, two] = [1, 2].map(|threads| {

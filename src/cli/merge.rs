@@ -3,8 +3,8 @@
 use super::run::{End, Shown, experiment, manifest};
 use super::{print, read_text, say};
 use crate::error::Error;
-use crate::experiment::{Expected, Record, RowKey, Source};
-use crate::report::{CONFIG, Outcome, RunFolder, read_rows};
+use crate::experiment::{Expected, Record, RowKey, Source, asks_the_same};
+use crate::report::{CONFIG, MadeFrom, Outcome, RunFolder, read_rows};
 use clap::Args;
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
@@ -51,11 +51,13 @@ impl Merge {
         let expected = plan.expected(None);
         let of = |e: &Expected| (plan.materials()[e.material].name.clone(), e.label.clone());
         let places: HashMap<(String, String), usize> = expected.iter().map(of).zip(0..).collect();
-        let mut found: Vec<Option<E::Record>> = vec![None; expected.len()];
+        let mut found: Vec<Option<(&Path, E::Record)>> = vec![None; expected.len()];
+        let mut from = MadeFrom::default();
         // Which files each material was made from, and where that was found.
         let mut made_from: HashMap<String, (RowKey, &Path)> = HashMap::new();
         let mut others = 0;
         for dir in &self.parts {
+            from.extend(MadeFrom::read(dir));
             for row in read_rows::<E::Record>(dir)? {
                 let (material, material_key) = row.material();
                 let place = places.get(&(material.to_owned(), row.label())).copied();
@@ -75,7 +77,17 @@ impl Merge {
                     );
                     return Err(Error::data(dir, message));
                 }
-                found[place] = Some(row);
+                if let Some((first, held)) = &found[place]
+                    && !held.agrees(&row)
+                {
+                    let message = format!(
+                        "its row {} has other numbers than in {}; allowed: parts that one version made",
+                        row.key(),
+                        first.display()
+                    );
+                    return Err(Error::data(dir, message));
+                }
+                found[place] = Some((dir, row));
             }
         }
         if others > 0 {
@@ -83,7 +95,8 @@ impl Merge {
                 "gonio: {others} rows of other configs are left out"
             ));
         }
-        let sorted: Vec<E::Record> = found.into_iter().flatten().collect();
+        let sorted = found.into_iter().flatten().map(|(_, row)| row);
+        let sorted: Vec<E::Record> = sorted.collect();
         let keys: Vec<RowKey> = sorted.iter().map(|r| r.key().to_owned()).collect();
         let key_of = |name: &String| made_from.get(name).map(|(key, _)| key.clone());
         let materials: Vec<Option<RowKey>> =
@@ -97,9 +110,16 @@ impl Merge {
         let outcome = Outcome {
             rows: found,
             incomplete: found < of,
+            // What one part could not do another may have.
+            failures: if found < of {
+                from.failures
+            } else {
+                Vec::new()
+            },
+            seconds: serde_json::to_value(from.seconds).unwrap_or_default(),
             ..Outcome::default()
         };
-        let manifest = manifest(plan, source, Vec::new(), outcome, started);
+        let manifest = manifest(plan, source, from.inputs, outcome, started);
         let facts = serde_json::to_value(&manifest).map_err(|e| Error::Internal(e.to_string()))?;
         plan.conclude(
             &mut folder,
@@ -126,18 +146,21 @@ impl Merge {
         Ok(())
     }
 
-    /// The config of the parts, which must be the same.
+    /// The config of the parts, which must be the same but for the places of files.
     fn config(&self) -> Result<Source, Error> {
-        let mut config: Option<(PathBuf, Source)> = None;
+        let mut config: Option<(PathBuf, Source, toml::Table)> = None;
         for dir in &self.parts {
             let path = dir.join(CONFIG);
             let text = read_text(&path)?;
+            let table: toml::Table = text.parse().map_err(|e: toml::de::Error| {
+                Error::data(&path, format!("this is no config: {}", e.message()))
+            })?;
             match &config {
                 None => {
                     let name = path.display().to_string();
-                    config = Some((path, Source::new(name, text)));
+                    config = Some((path, Source::new(name, text), table));
                 }
-                Some((first, source)) if source.original() != text => {
+                Some((first, _, other)) if !asks_the_same(other, &table) => {
                     let message = format!(
                         "this is another config than {}; allowed: parts of one run",
                         first.display()
@@ -148,7 +171,7 @@ impl Merge {
             }
         }
         match config {
-            Some((_, source)) => Ok(source),
+            Some((_, source, _)) => Ok(source),
             None => Err(Error::Internal("a folder is required".into())),
         }
     }

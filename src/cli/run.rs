@@ -204,6 +204,10 @@ impl Run {
             summary
         };
         let mut folder = folder.into_inner();
+        if summary.interrupted && folder.is_untouched() {
+            let (rows, path) = (known.len(), dir);
+            return Err(Error::Interrupted { rows, path });
+        }
         let rows = folder.sorted(&summary.keys).0.len();
         let outcome = Outcome {
             rows,

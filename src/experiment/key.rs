@@ -3,7 +3,7 @@
 use super::choices::Material;
 use super::tables::section;
 use crate::error::Error;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
 
 /// Counts changes of the numbers in results and of their columns. Whoever makes a run give other
@@ -15,7 +15,7 @@ pub const RESULTS_REVISION: u32 = 1;
 pub type RowKey = String;
 
 /// A file that a material was read from.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Input {
     /// As the config names it.
     pub path: PathBuf,
@@ -48,6 +48,22 @@ impl Identity {
             key: short(&part.finish()),
             inputs,
         })
+    }
+}
+
+impl Identity {
+    /// Checks that the files are still what was hashed: another program may replace them at any time.
+    pub fn holds(&self) -> Result<(), Unreadable> {
+        for input in &self.inputs {
+            let now = hash(std::slice::from_ref(&input.path))?;
+            if now[0].blake3 != input.blake3 {
+                return Err(Unreadable {
+                    path: input.path.clone(),
+                    source: std::io::Error::other("it was replaced while the run went on"),
+                });
+            }
+        }
+        Ok(())
     }
 }
 
@@ -101,6 +117,17 @@ pub(super) fn forget_paths(table: &mut toml::Table) {
             _ => {}
         }
     }
+}
+
+/// True if two resolved configs differ in nothing but where files are.
+pub fn asks_the_same(a: &toml::Table, b: &toml::Table) -> bool {
+    let question = |config: &toml::Table| {
+        let mut config = config.clone();
+        config.remove("materials_dir");
+        forget_paths(&mut config);
+        config
+    };
+    question(a) == question(b)
 }
 
 /// 64 bits: two of a million share them with a probability of 3e-8.

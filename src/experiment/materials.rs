@@ -4,7 +4,7 @@ use super::checks::{Names, below};
 use super::choices::Material;
 use super::keypath::KeyPath;
 use super::source::Source;
-use super::tables::{Named, named};
+use super::tables::{Named, insert_list, named, section, with_name};
 use crate::brdf::{self, BrdfSpec, BuildError, measured};
 use crate::error::Error;
 use crate::geometry::Symmetry;
@@ -51,6 +51,24 @@ pub(super) fn material(mut table: Table<'_>) -> Result<MaterialTable, ReadError>
         named: named(table, brdf::read)?,
         symmetry: symmetry.unwrap_or_default(),
     })
+}
+
+/// Writes the materials of a plan into its resolved config: the first `written` out one by one, of
+/// those of a folder the keys they share.
+pub(super) fn insert_materials(table: &mut toml::Table, materials: &[Material], written: usize) {
+    let (written, files) = materials.split_at(written);
+    if let Some(first) = files.first() {
+        let mut keys = first.spec.resolved();
+        keys.remove("kind");
+        keys.remove("path");
+        table.insert("merl".into(), keys.into());
+    }
+    let tables = written.iter().map(|m| {
+        let mut table = with_name(m.spec.resolved(), &m.name);
+        table.insert("symmetry".into(), section(&m.symmetry).into());
+        table
+    });
+    insert_list(table, "material", tables);
 }
 
 /// Where the materials of a config come from.

@@ -29,6 +29,7 @@ mod any;
 mod checks;
 mod choices;
 mod config;
+mod each;
 mod findings;
 mod instruments;
 mod judge;
@@ -64,7 +65,7 @@ pub use choices::{
 pub use config::{Config, Output, ParametrizationTable, Reach, Scalars, Schedules};
 pub use findings::{Cell, Duel, Duels, Explained, Findings, Line, Metric, Ranking, Scope};
 pub use instruments::{InstrumentTable, PlannedInstrument, Use, load as load_instrument};
-pub use key::{Expected, Input, RESULTS_REVISION, RowKey, material_key};
+pub use key::{Expected, Input, RESULTS_REVISION, RowKey, asks_the_same, material_key};
 pub use keypath::{KeyPath, Step};
 pub use kind::{Kind, QuantityGroup};
 pub use materials::{MaterialTable, SymmetryTable};

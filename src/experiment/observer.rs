@@ -2,12 +2,12 @@
 
 use super::choices::{Allowance, Coordinates, Material, Method, PlannedSet};
 use super::instruments::PlannedInstrument;
-use super::key::{Input, RowKey};
-use crate::brdf::Brdf;
+use super::key::{Identity, Input, RowKey};
+use crate::brdf::{Brdf, Channels};
 use crate::error::Error;
 use crate::geometry::Symmetry;
 use crate::schedule::{Itinerary, Schedule};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use std::fmt;
 use std::time::Instant;
 
@@ -73,7 +73,7 @@ impl fmt::Display for Job<'_> {
 }
 
 /// A job, or all jobs of a schedule or material, that could not be done.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Failure {
     /// What was to be done.
     pub job: String,
@@ -242,6 +242,58 @@ impl<'o, R> Teller<'o, R> {
         self.observer.tell(&Event::Failed(&failure))?;
         self.summary.failures.push(failure);
         Ok(())
+    }
+
+    /// What was made; `None`, and the failure of so many jobs told, if it was not.
+    pub fn or_failed<T, E: fmt::Display>(
+        &mut self,
+        job: &str,
+        made: Result<T, E>,
+        jobs: usize,
+    ) -> Result<Option<T>, Stop> {
+        match made {
+            Ok(made) => Ok(Some(made)),
+            Err(reason) => self.failed(job.to_owned(), &reason, jobs).map(|()| None),
+        }
+    }
+
+    /// Hashes the files of a material; `None`, and the failure of so many jobs told, if one cannot
+    /// be read.
+    pub fn identified(
+        &mut self,
+        material: &Material,
+        jobs: usize,
+    ) -> Result<Option<Identity>, Stop> {
+        let (identity, seconds) = timed(|| Identity::of(material));
+        let identity = self.or_failed(&material.name, identity, jobs)?;
+        let summary = &mut self.summary;
+        summary.seconds.load += seconds;
+        let inputs = identity.iter().flat_map(|i| &i.inputs);
+        summary.inputs.extend(inputs.cloned());
+        let key = identity.as_ref().map(|i| i.key.clone());
+        summary.materials.push(key);
+        Ok(identity)
+    }
+
+    /// Builds a material from the files that were hashed; `None`, and the failure of so many jobs
+    /// told, if that cannot be done.
+    pub fn built(
+        &mut self,
+        material: &Material,
+        identity: &Identity,
+        channels: Channels,
+        jobs: usize,
+    ) -> Result<Option<Box<dyn Brdf>>, Stop> {
+        let (built, seconds) = timed(|| material.spec.build(channels));
+        let (same, again) = timed(|| identity.holds());
+        self.summary.seconds.load += seconds + again;
+        match self.or_failed(&material.name, built, jobs)? {
+            Some(built) => {
+                let same = self.or_failed(&material.name, same, jobs)?;
+                Ok(same.map(|()| built))
+            }
+            None => Ok(None),
+        }
     }
 
     pub fn advanced(&mut self, work: f64) -> Result<(), Stop> {

@@ -19,6 +19,9 @@ pub trait Record: Serialize + DeserializeOwned + Clone {
     /// Name of the file of these records, JSON Lines.
     const FILE: &'static str;
 
+    /// Fields that are wall times: they differ where everything else is the same.
+    const TIMES: &'static [&'static str];
+
     /// The hash of everything that determines it.
     fn key(&self) -> &str;
 
@@ -27,6 +30,18 @@ pub trait Record: Serialize + DeserializeOwned + Clone {
 
     /// What it is of, but for its material.
     fn label(&self) -> String;
+
+    /// True if every number but the wall times is the same.
+    fn agrees(&self, other: &Self) -> bool {
+        let numbers = |record: &Self| {
+            let mut value = serde_json::to_value(record).unwrap_or_default();
+            if let Some(fields) = value.as_object_mut() {
+                fields.retain(|name, _| !Self::TIMES.contains(&name.as_str()));
+            }
+            value
+        };
+        numbers(self) == numbers(other)
+    }
 }
 
 /// An experiment that can be run, gone on with, done in parts and put together.

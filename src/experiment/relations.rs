@@ -4,7 +4,8 @@
 
 use super::checks::{below, distinct, name_all};
 use super::choices::Material;
-use super::key::{Expected, Identity, Input, Part, RowKey, forget_paths, hash};
+use super::each::{self, Of, PerMaterial};
+use super::key::{Expected, Input, Part, RowKey, forget_paths, hash};
 use super::keypath::KeyPath;
 use super::kind::Kind;
 use super::materials::build_error;
@@ -13,7 +14,7 @@ use super::observer::{Observer, Stop, Summary, Teller, timed};
 use super::record::{Experiment, Extent, Known, Record, Shard};
 use super::source::Source;
 use super::tables::{Named, insert_list, named, refuse_unknown, section, take_list, with_name};
-use crate::brdf::{Brdf, BuildError};
+use crate::brdf::{Brdf, BuildError, Channels};
 use crate::error::{Error, ParameterError};
 use crate::lighting::{self, LightingSpec};
 use crate::moments::Profile;
@@ -223,6 +224,7 @@ pub struct RelationRow {
 
 impl Record for MaterialRelations {
     const FILE: &'static str = "relations.jsonl";
+    const TIMES: &'static [&'static str] = &[];
 
     fn key(&self) -> &str {
         &self.key
@@ -282,9 +284,7 @@ impl Experiment for RelationsPlan {
         known: &Known<MaterialRelations>,
         observer: &mut dyn Observer<MaterialRelations>,
     ) -> Result<Summary, Error> {
-        let mut teller = Teller::new(observer);
-        let result = self.measure(extent, known, &mut teller);
-        teller.ended(result)
+        each::run(self, extent, known, observer)
     }
 }
 
@@ -306,105 +306,41 @@ impl RelationsPlan {
         part.feed(&keys.unwrap_or_default());
         part.finish()
     }
+}
 
-    /// One material after the other.
-    fn measure(
-        &self,
-        extent: &Extent,
-        known: &Known<MaterialRelations>,
-        teller: &mut Teller<'_, MaterialRelations>,
-    ) -> Result<(), Stop> {
-        let expected = self.expected(extent.shard);
-        teller.observer.begins(expected.len() as f64);
-        let read = |light: &PlannedLight| hash(&light.spec.inputs()).unwrap_or_default();
-        let lights: Vec<Input> = self.lightings.iter().flat_map(read).collect();
-        teller.summary.inputs.extend(lights);
-        for (i, material) in self.base.materials.iter().enumerate() {
-            let mine = expected.iter().filter(|e| e.material == i);
-            let mine: Vec<&Expected> = mine.collect();
-            if mine.is_empty() {
-                teller.summary.materials.push(None);
-                continue;
-            }
-            teller.doing(&material.name)?;
-            let identity = match Identity::of(material) {
-                Ok(identity) => identity,
-                Err(reason) => {
-                    teller.summary.materials.push(None);
-                    teller.failed(material.name.clone(), &reason, mine.len())?;
-                    teller.advanced(mine.len() as f64)?;
-                    continue;
-                }
-            };
-            let keys: Vec<RowKey> = mine.iter().map(|e| e.key(&identity.key)).collect();
-            let summary = &mut teller.summary;
-            summary.inputs.extend_from_slice(&identity.inputs);
-            summary.keys.extend_from_slice(&keys);
-            summary.materials.push(Some(identity.key.clone()));
-            let built = match keys.iter().all(|k| known.contains_key(k)) {
-                true => None,
-                false => match self.built(material, teller) {
-                    Ok(built) => Some(built),
-                    Err(reason) => {
-                        let lost = keys.iter().filter(|k| !known.contains_key(*k)).count();
-                        teller.failed(material.name.clone(), &reason, lost)?;
-                        None
-                    }
-                },
-            };
-            for (light, key) in self.lightings.iter().zip(keys) {
-                if let Some(old) = known.get(&key) {
-                    teller.complete(&[old])?;
-                } else if let Some((brdf, profile)) = &built {
-                    match self.relations(&**brdf, profile, light, teller)? {
-                        Ok(relations) => {
-                            let record = MaterialRelations {
-                                key,
-                                material: material.name.clone(),
-                                material_key: identity.key.clone(),
-                                lighting: light.name.clone(),
-                                relations,
-                            };
-                            teller.made(std::slice::from_ref(&record))?;
-                            teller.complete(&[&record])?;
-                        }
-                        Err(reason) => {
-                            let job = format!("{}, {}", material.name, light.name);
-                            teller.failed(job, &reason, 1)?;
-                        }
-                    }
-                }
-                teller.advanced(1.0)?;
-            }
-        }
-        Ok(())
+impl PerMaterial for RelationsPlan {
+    /// The profile of the material.
+    type Shared = Profile;
+
+    fn channels(&self) -> Channels {
+        self.base.channels()
     }
 
-    /// A material and its profile.
-    fn built(
+    fn inputs(&self) -> Vec<Input> {
+        let read = |light: &PlannedLight| hash(&light.spec.inputs()).unwrap_or_default();
+        self.lightings.iter().flat_map(read).collect()
+    }
+
+    fn shared(
         &self,
-        material: &Material,
+        brdf: &dyn Brdf,
         teller: &mut Teller<'_, MaterialRelations>,
-    ) -> Result<(Box<dyn Brdf>, Profile), BuildError> {
-        let (brdf, seconds) = timed(|| material.spec.build(self.base.channels()));
-        teller.summary.seconds.load += seconds;
-        let brdf = brdf?;
+    ) -> Result<Profile, BuildError> {
         let table = &self.base.moments;
         let (channel, seed) = (table.spec.channels[0], self.base.seed);
         let (profile, seconds) =
-            timed(|| Profile::new(&*brdf, channel, &table.spec, &*table.estimator, seed));
+            timed(|| Profile::new(brdf, channel, &table.spec, &*table.estimator, seed));
         teller.summary.seconds.moments += seconds;
-        Ok((brdf, profile?))
+        Ok(profile?)
     }
 
-    /// The relations of a material under a lighting, or why there are none.
-    fn relations(
+    fn record(
         &self,
-        brdf: &dyn Brdf,
-        profile: &Profile,
-        light: &PlannedLight,
+        place: usize,
+        of: Of<'_, Profile>,
         teller: &mut Teller<'_, MaterialRelations>,
-    ) -> Result<Result<Vec<Relation>, BuildError>, Stop> {
+    ) -> Result<Result<MaterialRelations, BuildError>, Stop> {
+        let light = &self.lightings[place];
         let lighting = match light.spec.build() {
             Ok(lighting) => lighting,
             Err(reason) => return Ok(Err(reason)),
@@ -414,7 +350,7 @@ impl RelationsPlan {
             for &view in &self.views {
                 teller.go_on()?;
                 let (relation, seconds) =
-                    timed(|| compare(brdf, profile, &*lighting, view, along, &self.spec));
+                    timed(|| compare(of.brdf, of.shared, &*lighting, view, along, &self.spec));
                 teller.summary.seconds.evaluate += seconds;
                 match relation {
                     Ok(relation) => relations.push(relation),
@@ -422,6 +358,12 @@ impl RelationsPlan {
                 }
             }
         }
-        Ok(Ok(relations))
+        Ok(Ok(MaterialRelations {
+            key: of.key,
+            material: of.material.name.clone(),
+            material_key: of.material_key.to_owned(),
+            lighting: light.name.clone(),
+            relations,
+        }))
     }
 }

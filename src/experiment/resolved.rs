@@ -4,6 +4,7 @@
 use super::choices::{Coordinates as SampledIn, Material, PlannedSet};
 use super::config::{Config, Output, Reach, Scalars};
 use super::instruments::PlannedInstrument;
+use super::materials::insert_materials;
 use super::moments::MomentsTable;
 use super::pictures::PictureSpec;
 use super::question::ReportSpec;
@@ -33,7 +34,6 @@ pub(super) struct Parts<'p> {
 pub(super) struct Resolver {
     scalars: Scalars,
     written: usize,
-    merl: bool,
 }
 
 impl Resolver {
@@ -41,26 +41,13 @@ impl Resolver {
         Self {
             scalars: config.scalars.clone(),
             written: config.materials.len(),
-            merl: config.scalars.materials_dir.is_some(),
         }
     }
 
-    /// The resolved config of a parts.
+    /// The resolved config of these parts.
     pub(super) fn finish(&self, parts: &Parts<'_>) -> Table {
         let mut table = section(&self.scalars);
-        let (written, files) = parts.materials.split_at(self.written);
-        if let (true, Some(first)) = (self.merl, files.first()) {
-            let mut keys = first.spec.resolved();
-            keys.remove("kind");
-            keys.remove("path");
-            table.insert("merl".into(), keys.into());
-        }
-        let materials = written.iter().map(|m| {
-            let mut t = with_name(m.spec.resolved(), &m.name);
-            t.insert("symmetry".into(), section(&m.symmetry).into());
-            t
-        });
-        insert_list(&mut table, "material", materials);
+        insert_materials(&mut table, parts.materials, self.written);
         let parametrizations = parts.parametrizations.iter().map(|c| {
             let mut t = Table::new();
             t.insert("kind".into(), c.name().into());

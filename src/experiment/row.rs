@@ -243,6 +243,13 @@ impl Row {
 
 impl Record for Row {
     const FILE: &'static str = "results.jsonl";
+    const TIMES: &'static [&'static str] = &[
+        "plan_seconds",
+        "measure_seconds",
+        "reconstruct_seconds",
+        "evaluate_seconds",
+        "moment_seconds",
+    ];
 
     fn key(&self) -> &str {
         &self.key

@@ -14,11 +14,12 @@ use super::readings::Readings;
 use super::record::{Experiment, Extent, Known, Shard};
 use super::route::{Route, Router};
 use super::row::Row;
-use super::schedules::name_of;
+use super::schedules::{Share, name_of};
 use super::stack::present;
 use super::unit::Unit;
 use crate::error::Error;
 use crate::geometry::Symmetry;
+use crate::measurement::Outcome;
 use std::collections::HashMap;
 
 impl Experiment for Plan {
@@ -45,7 +46,8 @@ impl Experiment for Plan {
     }
 
     fn expected(&self, shard: Option<Shard>) -> Vec<Expected> {
-        let rows = self.rows_of(&self.shard(shard));
+        let share = self.share(shard);
+        let rows = self.rows_of(&share.units);
         let of = |(material, m): (usize, &Material)| {
             let of_material = |row: &Expected| Expected {
                 material,
@@ -54,7 +56,9 @@ impl Experiment for Plan {
             };
             rows.iter().map(of_material).collect::<Vec<_>>()
         };
-        self.materials.iter().enumerate().flat_map(of).collect()
+        let all = self.materials.iter().enumerate();
+        let mine = all.filter(|(i, _)| share.materials.has(*i));
+        mine.flat_map(of).collect()
     }
 
     fn run(
@@ -73,6 +77,8 @@ impl Experiment for Plan {
 /// A material of a tile.
 struct Member<'a> {
     material: &'a Material,
+    /// Rows are made of it.
+    is_mine: bool,
     /// `None`: its files cannot be read.
     identity: Option<&'a Identity>,
     /// `None` where nothing is to be made of it, or it cannot be built.
@@ -112,6 +118,8 @@ struct Runner<'a> {
     extent: &'a Extent,
     known: &'a Known<Row>,
     units: Vec<Unit>,
+    /// Materials of which these are made.
+    mine: Shard,
     /// One list a unit.
     tasks: Vec<Vec<Task>>,
     teller: Teller<'a, Row>,
@@ -126,7 +134,7 @@ impl<'a> Runner<'a> {
         known: &'a Known<Row>,
         observer: &'a mut dyn Observer<Row>,
     ) -> Result<Self, Error> {
-        let units = plan.shard(extent.shard);
+        let Share { units, materials } = plan.share(extent.shard);
         let tasks = units.iter().map(|unit| {
             let task = |method| {
                 let part = plan.part(unit, method);
@@ -141,6 +149,7 @@ impl<'a> Runner<'a> {
         Ok(Self {
             tasks: tasks.collect(),
             units,
+            mine: materials,
             plan,
             extent,
             known,
@@ -153,7 +162,8 @@ impl<'a> Runner<'a> {
     fn tiles(&mut self) -> Result<(), Stop> {
         let tasks = self.units.iter().zip(&self.tasks);
         let each: f64 = tasks.map(|(u, t)| u.work() * t.len() as f64).sum();
-        let all = self.plan.materials.len() as f64 * each;
+        let positions = 0..self.plan.materials.len();
+        let all = positions.filter(|i| self.mine.has(*i)).count() as f64 * each;
         self.teller.observer.begins(all);
         let identities = self.identify()?;
         let materials: Vec<_> = self.plan.materials.iter().zip(&identities).collect();
@@ -170,10 +180,21 @@ impl<'a> Runner<'a> {
     /// Materials from a position on that the memory has room for; one at least.
     fn tile_size(&self, first: usize) -> usize {
         let plan = self.plan;
-        let readings = self.units.iter().filter_map(|u| u.allowance.count()).max();
-        let readings = readings.unwrap_or(0) * plan.channels.count();
-        // Truth and reconstruction.
-        let values = 2 * size_of::<f64>() * (self.judge.pairs() + readings);
+        let number = size_of::<f64>();
+        let value = number * plan.channels.count();
+        let readings = self.units.iter().map(|unit| {
+            // Values, and among those of all materials.
+            let ideal = 2 * value + size_of::<Outcome>();
+            let a_pose = match self.instrument(unit) {
+                None => ideal,
+                // Uncertainties of two types; with and without limits, if that is asked.
+                Some(i) => (ideal + 2 * value) * if i.use_of.holes { 2 } else { 1 },
+            };
+            unit.readings() * a_pose
+        });
+        // Of the truth, of all channels of the reconstruction and of their luminance.
+        let pairs = self.judge.pairs() * (2 * number + value);
+        let values = readings.max().unwrap_or(0) + pairs;
         let mut bytes = 0;
         let fits = |m: &&Material| {
             bytes += m.spec.table_bytes(plan.channels) + values;
@@ -186,33 +207,27 @@ impl<'a> Runner<'a> {
     /// Hashes the files of all materials, and lists the keys of all rows.
     fn identify(&mut self) -> Result<Vec<Option<Identity>>, Stop> {
         let mut identities = Vec::new();
-        for material in &self.plan.materials {
+        for (i, material) in self.plan.materials.iter().enumerate() {
             self.teller
                 .doing(&format_args!("reading {}", material.name))?;
-            let (identity, seconds) = timed(|| Identity::of(material));
-            let summary = &mut self.teller.summary;
-            summary.seconds.load += seconds;
-            match identity {
-                Ok(identity) => {
-                    summary.inputs.extend_from_slice(&identity.inputs);
-                    let tasks = self.tasks.iter().flatten();
-                    summary.keys.extend(tasks.flat_map(|t| t.keys(&identity)));
-                    summary.materials.push(Some(identity.key.clone()));
-                    identities.push(Some(identity));
-                }
-                Err(reason) => {
-                    summary.materials.push(None);
-                    identities.push(None);
-                    self.teller
-                        .failed(material.name.clone(), &reason, self.jobs_of_material())?;
-                }
+            let jobs = self.jobs_of(i);
+            let identity = self.teller.identified(material, jobs)?;
+            if let (Some(identity), true) = (&identity, self.mine.has(i)) {
+                let tasks = self.tasks.iter().flatten();
+                let keys = tasks.flat_map(|t| t.keys(identity));
+                self.teller.summary.keys.extend(keys);
             }
+            identities.push(identity);
         }
         Ok(identities)
     }
 
-    fn jobs_of_material(&self) -> usize {
-        self.tasks.iter().map(Vec::len).sum()
+    /// Reconstructions of the material at a position.
+    fn jobs_of(&self, material: usize) -> usize {
+        match self.mine.has(material) {
+            true => self.tasks.iter().map(Vec::len).sum(),
+            false => 0,
+        }
     }
 
     /// True if a row of this job is missing.
@@ -249,6 +264,7 @@ impl<'a> Runner<'a> {
         for (i, (material, identity)) in tile.iter().enumerate() {
             let mut member = Member {
                 material,
+                is_mine: self.mine.has(first + i),
                 identity: identity.as_ref(),
                 truth: None,
             };
@@ -262,7 +278,8 @@ impl<'a> Runner<'a> {
             }
         }
         for symmetry in symmetries {
-            let alike = members.iter().filter(|m| m.material.symmetry == symmetry);
+            let alike = members.iter();
+            let alike = alike.filter(|m| m.is_mine && m.material.symmetry == symmetry);
             let alike: Vec<&Member<'_>> = alike.collect();
             for u in 0..self.units.len() {
                 let tasks = std::mem::take(&mut self.tasks[u]);
@@ -281,7 +298,7 @@ impl<'a> Runner<'a> {
         };
         let all = self.units.iter().zip(&self.tasks);
         let mut all = all.flat_map(|(u, tasks)| tasks.iter().map(move |t| (u, t)));
-        let rows = all.any(|(unit, task)| self.wanted(member, unit, task));
+        let rows = member.is_mine && all.any(|(unit, task)| self.wanted(member, unit, task));
         let wish = Wish::Material(position, material, &identity.key);
         let shown = self.teller.observer.wants(&wish);
         if !rows && !shown {
@@ -289,14 +306,9 @@ impl<'a> Runner<'a> {
         }
         self.teller
             .doing(&format_args!("loading {}", material.name))?;
-        let (built, seconds) = timed(|| material.spec.build(self.plan.channels));
-        self.teller.summary.seconds.load += seconds;
-        let brdf = match built {
-            Ok(brdf) => brdf,
-            Err(reason) => {
-                let (name, jobs) = (material.name.clone(), self.jobs_of_material());
-                return self.teller.failed(name, &reason, jobs);
-            }
+        let (channels, jobs) = (self.plan.channels, self.jobs_of(position));
+        let Some(brdf) = self.teller.built(material, identity, channels, jobs)? else {
+            return Ok(());
         };
         if shown {
             let event = Event::Loaded(material, &identity.key, &*brdf);
@@ -305,13 +317,8 @@ impl<'a> Runner<'a> {
         if !rows {
             return Ok(());
         }
-        match self.judge.truth(brdf, &mut self.teller.summary.seconds) {
-            Ok(truth) => member.truth = Some(truth),
-            Err(reason) => {
-                let (name, jobs) = (material.name.clone(), self.jobs_of_material());
-                self.teller.failed(name, &reason, jobs)?;
-            }
-        }
+        let truth = self.judge.truth(brdf, &mut self.teller.summary.seconds);
+        member.truth = self.teller.or_failed(&material.name, truth, jobs)?;
         Ok(())
     }
 

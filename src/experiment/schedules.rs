@@ -57,22 +57,35 @@ impl Plan {
             .collect()
     }
 
-    /// The units of a shard: dealt out from the largest, so that every shard has as much to do.
-    pub fn shard(&self, shard: Option<Shard>) -> Vec<Unit> {
-        let units = self.units();
-        let Some(shard) = shard else {
-            return units;
+    /// What a shard has to do: units are dealt out from the largest, so that every shard has as much;
+    /// where there are fewer of them than shards, materials are dealt out as well.
+    pub fn share(&self, shard: Option<Shard>) -> Share {
+        let mut units = self.units();
+        let Some(Shard { part, of }) = shard else {
+            return Share {
+                units,
+                materials: Shard { part: 1, of: 1 },
+            };
         };
+        let blocks = (of / units.len()).clamp(1, self.materials.len());
+        let (group, block) = ((part - 1) / blocks, (part - 1) % blocks);
+        let groups = of / blocks;
         let mut order: Vec<usize> = (0..units.len()).collect();
-        order.sort_by(|&a, &b| {
-            let work = |i: usize| units[i].work();
-            work(b).total_cmp(&work(a)).then(a.cmp(&b))
-        });
-        let dealt = order.into_iter().enumerate();
-        let mine = dealt.filter(|(place, _)| shard.has(*place));
-        let mut mine: Vec<usize> = mine.map(|(_, i)| i).collect();
+        let work = |unit: &Unit| unit.work() * self.methods_on(unit).len() as f64;
+        let work: Vec<f64> = units.iter().map(work).collect();
+        order.sort_by(|&a, &b| work[b].total_cmp(&work[a]).then(a.cmp(&b)));
+        // Those that are left over have nothing to do.
+        let mine = order.into_iter().skip(group).step_by(groups);
+        let mut mine: Vec<usize> = mine.filter(|_| group < groups).collect();
         mine.sort_unstable();
-        mine.into_iter().map(|i| units[i]).collect()
+        units = mine.into_iter().map(|i| units[i]).collect();
+        Share {
+            units,
+            materials: Shard {
+                part: block + 1,
+                of: blocks,
+            },
+        }
     }
 
     /// Reconstructions of one material in some units.
@@ -169,6 +182,14 @@ impl Plan {
         }
         rows
     }
+}
+
+/// The part of a plan that is run.
+pub struct Share {
+    /// Its schedules, in the order of results.
+    pub units: Vec<Unit>,
+    /// Its materials, by position.
+    pub materials: Shard,
 }
 
 /// What rows call an instrument.

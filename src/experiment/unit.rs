@@ -1,6 +1,6 @@
 //! One schedule of a plan.
 
-use super::choices::Allowance;
+use super::choices::{Allowance, MAX_BUDGET};
 
 /// A schedule: what it is uniform in, how large, by whom it is visited.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -24,6 +24,14 @@ const FIXED_WORK: f64 = 4000.0;
 const MINUTE_WORK: f64 = 300.0;
 
 impl Unit {
+    /// About how many readings it has at most.
+    pub fn readings(&self) -> usize {
+        match self.allowance {
+            Allowance::Poses(n) | Allowance::Readings(n) => n,
+            Allowance::Minutes(minutes) => (minutes * MINUTE_WORK).min(MAX_BUDGET as f64) as usize,
+        }
+    }
+
     /// About how long a reconstruction takes, in the time of a pose; for bars and shares of work.
     pub fn work(&self) -> f64 {
         FIXED_WORK

@@ -20,8 +20,9 @@ pub use moments::{
     relations_lines, relations_summary, study_table, summary_json,
 };
 pub use run::{
-    Below, CONFIG, CORRELATIONS, FITS, MadeBy, Manifest, Outcome, PROFILES, RANKING, RELATIONS,
-    REPORT, RESULTS, RunFolder, SUMMARY, Status, file_stem, read_rows, schedule_stem, slice_name,
+    Below, CONFIG, CORRELATIONS, FITS, MadeBy, MadeFrom, Manifest, Outcome, PROFILES, RANKING,
+    RELATIONS, REPORT, RESULTS, RunFolder, SUMMARY, Status, file_stem, read_rows, schedule_stem,
+    slice_name,
 };
 
 #[cfg(feature = "pictures")]

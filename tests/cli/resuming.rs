@@ -190,30 +190,17 @@ fn parts_make_up_the_whole() {
 }
 
 #[test]
-fn a_whole_run_is_not_cut_down_to_a_part() {
-    // Of the kinds that end in a report, which would be lost.
-    let reported = kinds().into_iter().filter(|k| k.records == "results.jsonl");
-    for kind in reported {
-        let (bench, _) = whole(&kind);
-        let before = results(&bench, "a");
-        let part = [&AGAIN[..], &["--shard", "1/2"]].concat();
-        let refusal = bench.refused(&part, 2);
-        assert!(refusal.contains("--shard 1/2"), "{refusal}");
-        assert_same(&before, &results(&bench, "a"));
-    }
-}
-
-#[test]
 fn a_whole_run_is_not_cut_down_and_a_part_is_not_replaced() {
     let bench = Bench::new();
     for (kind, name) in kinds().into_iter().zip(["a", "b", "c", "d"]) {
         fs::write(bench.path("c.toml"), &kind.text).unwrap();
         bench.good(&["run", "c.toml", "-q", "-o", name]);
-        let files = bench.files(name);
+        let (files, before) = (bench.files(name), results(&bench, name));
         let args = ["run", "c.toml", "-q", "-o", name, "--shard", "1/2"];
         let refusal = bench.refused(&args, 2);
         assert!(refusal.contains("--shard 1/2"), "{refusal}");
         assert_eq!(bench.files(name), files);
+        assert_same(&before, &results(&bench, name));
     }
     bench.good(&["run", "c.toml", "-q", "-o", "p", "--shard", "1/1"]);
     let refusal = bench.refused(&["merge", "p", "-o", "./p", "--force"], 2);
@@ -230,7 +217,54 @@ fn notes_of_somebody_else_are_not_cut() {
         fs::write(&notes, "my notes").unwrap();
         let refusal = bench.refused(&["run", "c.toml", "-q", "-o", "mine"], 3);
         assert!(refusal.contains("no record"), "{refusal}");
+        bench.refused(&["run", "c.toml", "-q", "-o", "mine", "--force"], 2);
         assert_eq!(fs::read_to_string(&notes).unwrap(), "my notes");
+        // Records of another version are in nobody's way, nor what a crash left half written.
+        fs::write(&notes, "{\"key\":\"0123\",\"of\":\"old\"}\n").unwrap();
+        fs::write(bench.path("mine/.gonio-1-2.part"), "half").unwrap();
+        bench.refused(&["run", "c.toml", "-q", "-o", "mine"], 3);
+        bench.good(&["run", "c.toml", "-q", "-o", "mine", "--force"]);
+        let records = fs::read_to_string(&notes).unwrap();
+        assert_eq!(records.lines().count(), kind.rows);
+        assert!(!bench.path("mine/.gonio-1-2.part").exists());
         fs::remove_dir_all(bench.path("mine")).unwrap();
     }
+}
+
+#[test]
+fn parts_made_elsewhere_are_put_together_and_parts_that_differ_are_not() {
+    let bench = Bench::new();
+    let table: Vec<u8> = (0..3 * 288 * 288)
+        .flat_map(|i| (0.1 + 1e-7 * f64::from(i % 977)).to_le_bytes())
+        .collect();
+    let material = "budgets = [60, 90]\n[[material]]\nkind = \"utia\"\npath = ";
+    for (shard, place) in [("1/2", "here"), ("2/2", "there")] {
+        fs::create_dir(bench.path(place)).unwrap();
+        fs::write(bench.path(place).join("a.bin"), &table).unwrap();
+        let text = format!("{material}\"{place}/a.bin\"\n[pictures]\ndraw = false\n");
+        fs::write(bench.path("c.toml"), text).unwrap();
+        let folder = format!("part-{place}");
+        bench.good(&["run", "c.toml", "-q", "-o", &folder, "--shard", shard]);
+    }
+    // Files of others, and folders, are taken along as far as they can be.
+    fs::create_dir_all(bench.path("part-there/pictures/mine")).unwrap();
+    bench.good(&["merge", "part-here", "part-there", "-o", "both"]);
+    assert_eq!(bench.rows("both").len(), 4);
+    let manifest = bench.manifest("both");
+    let inputs = manifest["inputs"].as_array().unwrap();
+    let paths: Vec<_> = inputs.iter().map(|i| i["path"].as_str().unwrap()).collect();
+    let config = "part-here/config.toml";
+    assert_eq!(paths, [config, "here/a.bin", "there/a.bin"]);
+    assert!(manifest["seconds"]["measure"].as_f64().unwrap() > 0.0);
+    // The same row with another number.
+    let mut rows = bench.rows("both");
+    rows[0].pairs += 1;
+    let lines = rows
+        .iter()
+        .map(|r| serde_json::to_string(r).unwrap() + "\n");
+    let lines: String = lines.collect();
+    fs::write(bench.path("part-there/results.jsonl"), lines).unwrap();
+    let refusal = bench.refused(&["merge", "part-here", "part-there", "-o", "no"], 3);
+    let names = refusal.contains("other numbers than in part-here");
+    assert!(names && refusal.contains(&rows[0].key), "{refusal}");
 }

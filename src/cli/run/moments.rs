@@ -193,12 +193,22 @@ mod spheres {
             format!("sphere-{}", file_stem(name))
         }
 
+        /// What a picture was drawn of: another material may come under the same name.
+        fn mark(material_key: &str) -> String {
+            format!("<!-- material {material_key} -->\n")
+        }
+
         fn is_asked(&self, material: &Material) -> bool {
             self.plan.analysis.spheres.contains(&material.name)
         }
 
         /// Draws a material on a sphere, with the filters of three views (Fig. 8 of Zubiaga et al.).
-        fn sphere(&mut self, brdf: &dyn Brdf, of: &MaterialProfiles) -> Result<(), Error> {
+        fn sphere(
+            &mut self,
+            brdf: &dyn Brdf,
+            of: &MaterialProfiles,
+            material_key: &str,
+        ) -> Result<(), Error> {
             let (name, profile) = (&of.material, &of.profiles[0]);
             if self.light.is_none() {
                 let built = self.plan.lighting.build();
@@ -228,11 +238,12 @@ mod spheres {
                 .map_err(|e| Error::Internal(e.to_string()))?;
             let stem = Self::stem(name);
             let mut folder = self.folder.borrow_mut();
-            folder.write_below(Below::Figures, &format!("{stem}.svg"), |out| {
-                out.write_all(svg.as_bytes())
-            })?;
             folder.write_below(Below::Figures, &format!("{stem}.png"), |out| {
                 image.write_png(white, out)
+            })?;
+            // Last, since it says that both are there.
+            folder.write_below(Below::Figures, &format!("{stem}.svg"), |out| {
+                write!(out, "{svg}{}", Self::mark(material_key))
             })
         }
     }
@@ -240,9 +251,10 @@ mod spheres {
     impl Observer<MaterialProfiles> for Spheres<'_> {
         fn wants(&self, wish: &Wish<'_>) -> bool {
             match wish {
-                Wish::Material(_, material, _) if self.is_asked(material) => {
+                Wish::Material(_, material, key) if self.is_asked(material) => {
                     let name = format!("{}.svg", Self::stem(&material.name));
-                    !self.folder.borrow().has(Below::Figures, &name)
+                    let there = self.folder.borrow().below(Below::Figures, &name);
+                    !there.is_some_and(|svg| svg.ends_with(Self::mark(key).as_bytes()))
                 }
                 _ => false,
             }
@@ -251,9 +263,9 @@ mod spheres {
         fn tell(&mut self, event: &Event<'_, MaterialProfiles>) -> Result<(), Error> {
             match event {
                 Event::Complete([.., last]) => self.last = Some((*last).clone()),
-                Event::Loaded(material, _, brdf) if self.is_asked(material) => {
+                Event::Loaded(material, key, brdf) if self.is_asked(material) => {
                     if let Some(profiles) = self.last.take() {
-                        self.sphere(*brdf, &profiles)?;
+                        self.sphere(*brdf, &profiles, key)?;
                     }
                 }
                 _ => {}

@@ -9,7 +9,7 @@ use crate::experiment::keypath::KeyPath;
 use crate::experiment::kind::Kind;
 use crate::experiment::materials::{self, MaterialTable, Origins, build_error, material};
 use crate::experiment::source::Source;
-use crate::experiment::tables::{insert_list, refuse_unknown, section, take_list, with_name};
+use crate::experiment::tables::{refuse_unknown, section, take_list};
 use crate::lighting::{self, LightingSpec, SkySpec};
 use crate::moments::ViewRange;
 use crate::registry::{self, ReadError, Table};
@@ -202,17 +202,7 @@ impl MomentsPlan {
             .check()
             .map_err(|e| build_error(source, &path, e))?;
         let mut resolved = section(&scalars);
-        let (by_hand, files) = materials.split_at(written);
-        if let Some(first) = files.first() {
-            let mut keys = first.spec.resolved();
-            keys.remove("kind");
-            keys.remove("path");
-            resolved.insert("merl".into(), keys.into());
-        }
-        let tables = by_hand
-            .iter()
-            .map(|m| with_name(m.spec.resolved(), &m.name));
-        insert_list(&mut resolved, "material", tables);
+        materials::insert_materials(&mut resolved, &materials, written);
         resolved.insert("moments".into(), moments.resolved().into());
         resolved.insert("analysis".into(), section(&analysis).into());
         if !analysis.spheres.is_empty() {

@@ -1,11 +1,12 @@
 //! The profiles of every material, and the rows they become.
 
 use super::plan::MomentsPlan;
-use crate::brdf::Brdf;
+use crate::brdf::{Brdf, BuildError, Channels};
 use crate::error::Error;
 use crate::experiment::choices::Material;
-use crate::experiment::key::{Expected, Identity, Part, RowKey};
-use crate::experiment::observer::{Event, Observer, Stop, Summary, Teller, Wish, timed};
+use crate::experiment::each::{self, Of, PerMaterial};
+use crate::experiment::key::{Expected, Part, RowKey};
+use crate::experiment::observer::{Observer, Stop, Summary, Teller, timed};
 use crate::experiment::record::{Experiment, Extent, Known, Record, Shard};
 use crate::moments::{Channel, Clamping, Component, Profile, SliceMoments};
 use serde::{Deserialize, Serialize};
@@ -32,6 +33,7 @@ pub struct MaterialProfiles {
 
 impl Record for MaterialProfiles {
     const FILE: &'static str = "profiles.jsonl";
+    const TIMES: &'static [&'static str] = &["seconds"];
 
     fn key(&self) -> &str {
         &self.key
@@ -192,9 +194,7 @@ impl Experiment for MomentsPlan {
         known: &Known<MaterialProfiles>,
         observer: &mut dyn Observer<MaterialProfiles>,
     ) -> Result<Summary, Error> {
-        let mut teller = Teller::new(observer);
-        let result = self.measure(extent, known, &mut teller);
-        teller.ended(result)
+        each::run(self, extent, known, observer)
     }
 }
 
@@ -210,87 +210,32 @@ impl MomentsPlan {
         part.feed(&format!("{horizon:?}"));
         part.finish()
     }
+}
 
-    /// One material after the other.
-    fn measure(
-        &self,
-        extent: &Extent,
-        known: &Known<MaterialProfiles>,
-        teller: &mut Teller<'_, MaterialProfiles>,
-    ) -> Result<(), Stop> {
-        let expected = self.expected(extent.shard);
-        teller.observer.begins(expected.len() as f64);
-        let mut mine = expected.iter().peekable();
-        for (i, material) in self.materials.iter().enumerate() {
-            let Some(row) = mine.next_if(|e| e.material == i) else {
-                teller.summary.materials.push(None);
-                continue;
-            };
-            teller.doing(&material.name)?;
-            let identity = match Identity::of(material) {
-                Ok(identity) => identity,
-                Err(reason) => {
-                    teller.summary.materials.push(None);
-                    teller.failed(material.name.clone(), &reason, 1)?;
-                    teller.advanced(1.0)?;
-                    continue;
-                }
-            };
-            let key = row.key(&identity.key);
-            let summary = &mut teller.summary;
-            summary.inputs.extend_from_slice(&identity.inputs);
-            summary.keys.push(key.clone());
-            summary.materials.push(Some(identity.key.clone()));
-            let old = known.get(&key);
-            let wish = Wish::Material(i, material, &identity.key);
-            let wanted = teller.observer.wants(&wish);
-            if let (Some(old), false) = (old, wanted) {
-                teller.complete(&[old])?;
-                teller.advanced(1.0)?;
-                continue;
-            }
-            let (brdf, seconds) = timed(|| material.spec.build(self.channels()));
-            teller.summary.seconds.load += seconds;
-            let brdf = match brdf {
-                Ok(brdf) => brdf,
-                Err(reason) => {
-                    teller.failed(material.name.clone(), &reason, 1)?;
-                    teller.advanced(1.0)?;
-                    continue;
-                }
-            };
-            match old {
-                Some(old) => teller.complete(&[old])?,
-                None => {
-                    let record = self.profiles(material, &identity.key, key, &*brdf, teller)?;
-                    teller.made(std::slice::from_ref(&record))?;
-                    teller.complete(&[&record])?;
-                }
-            }
-            if wanted {
-                let event = Event::Loaded(material, &identity.key, &*brdf);
-                teller.observer.tell(&event)?;
-            }
-            teller.advanced(1.0)?;
-        }
+impl PerMaterial for MomentsPlan {
+    type Shared = ();
+
+    fn channels(&self) -> Channels {
+        MomentsPlan::channels(self)
+    }
+
+    fn shared(&self, _: &dyn Brdf, _: &mut Teller<'_, MaterialProfiles>) -> Result<(), BuildError> {
         Ok(())
     }
 
-    fn profiles(
+    fn record(
         &self,
-        material: &Material,
-        material_key: &str,
-        key: RowKey,
-        brdf: &dyn Brdf,
+        _place: usize,
+        of: Of<'_, ()>,
         teller: &mut Teller<'_, MaterialProfiles>,
-    ) -> Result<MaterialProfiles, Stop> {
+    ) -> Result<Result<MaterialProfiles, BuildError>, Stop> {
         let internal = |e: &dyn std::fmt::Display| Error::Internal(e.to_string());
         let table = &self.moments;
         let (mut profiles, mut times) = (Vec::new(), Vec::new());
         for &channel in &table.spec.channels {
             teller.go_on()?;
             let (profile, seconds) =
-                timed(|| Profile::new(brdf, channel, &table.spec, &*table.estimator, self.seed));
+                timed(|| Profile::new(of.brdf, channel, &table.spec, &*table.estimator, self.seed));
             // The plan has checked every key, and builds what the channels need.
             profiles.push(profile.map_err(|e| internal(&e))?);
             times.push(seconds);
@@ -302,18 +247,18 @@ impl MomentsPlan {
             true => {
                 let range = self.analysis.range().map_err(|e| internal(&e))?;
                 let last = range.ends()[1];
-                let found = Clamping::of(brdf, &profiles[0], &*table.estimator, last);
+                let found = Clamping::of(of.brdf, &profiles[0], &*table.estimator, last);
                 Some(found.map_err(|e| internal(&e))?)
             }
         };
-        Ok(MaterialProfiles {
-            key,
-            material: material.name.clone(),
-            material_key: material_key.to_owned(),
-            group: material.group(),
+        Ok(Ok(MaterialProfiles {
+            key: of.key,
+            material: of.material.name.clone(),
+            material_key: of.material_key.to_owned(),
+            group: of.material.group(),
             profiles,
             seconds: times,
             clamping,
-        })
+        }))
     }
 }

@@ -123,7 +123,7 @@ impl<'a> Studio<'a> {
     ) -> (Vec<Picture>, Vec<MaterialPictures>) {
         let read = |shown: Vec<Shown>| -> Vec<Picture> {
             let found = shown.into_iter().filter_map(|s| {
-                let svg = String::from_utf8(folder.picture(&s.file)?).ok()?;
+                let svg = String::from_utf8(folder.below(Below::Pictures, &s.file)?).ok()?;
                 Some(Picture {
                     alt: s.caption.clone(),
                     caption: s.caption,

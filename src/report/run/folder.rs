@@ -26,11 +26,11 @@
 //!
 //! Every file but that of the records is whole or not there.
 
-use super::manifest::Manifest;
+use super::manifest::{MANIFEST, Manifest};
 use super::rows::RowFile;
 use crate::error::Error;
 use crate::experiment::{Allowance, Job, Known, Record, RowKey, ScheduleKey};
-use crate::files::write_atomically;
+use crate::files::{remove_parts, write_atomically};
 use std::collections::{BTreeSet, HashMap};
 use std::fs::{self, File};
 use std::io::{self, BufWriter, ErrorKind, Write};
@@ -44,7 +44,6 @@ const CONFIG_HEAD: &str = "\
 # Paths are relative to the folder that gonio is started in.
 
 ";
-const MANIFEST: &str = "manifest.json";
 /// The rows of an acquisition as a table.
 pub const RESULTS: &str = "results.csv";
 /// Every choice with its statistics.
@@ -116,6 +115,8 @@ pub struct RunFolder<R> {
     files: BTreeSet<String>,
     /// What was drawn before does not count.
     redraw: bool,
+    /// The config was here before.
+    is_same: bool,
 }
 
 impl<R: Record> RunFolder<R> {
@@ -147,12 +148,17 @@ impl<R: Record> RunFolder<R> {
             return Err(Error::output(dir, message));
         }
         let mut file = RowFile::open(dir, R::FILE)?;
-        let mut rows = file.read()?;
+        // Nobody else writes here now: what a crash left half written is nobody's.
+        let folders = Below::ALL.iter().map(|below| dir.join(below.name()));
+        for folder in std::iter::once(dir.to_owned()).chain(folders) {
+            remove_parts(&folder);
+        }
+        // Those that are dropped may be of another version.
+        let rows = if force { Vec::new() } else { file.read()? };
         let config = config_text(resolved)?;
         let is_same = fs::read_to_string(dir.join(CONFIG)).is_ok_and(|text| text == config);
         if force {
-            file.clear().map_err(failed)?;
-            rows.clear();
+            file.clear::<R>()?;
         }
         if force || !is_same {
             // They are named by their place in a config.
@@ -166,6 +172,7 @@ impl<R: Record> RunFolder<R> {
             rows,
             files: BTreeSet::new(),
             redraw: force,
+            is_same: is_same && !force,
         })
     }
 
@@ -303,10 +310,13 @@ impl<R: Record> RunFolder<R> {
                 // It has none of them.
                 continue;
             };
-            for entry in entries.flatten() {
+            let files = entries.flatten().filter(|e| e.path().is_file());
+            for entry in files {
                 let name = entry.file_name().to_string_lossy().into_owned();
-                let bytes = fs::read(entry.path()).map_err(|e| self.failed(&e))?;
-                self.write_below(below, &name, |out| out.write_all(&bytes))?;
+                if !self.has(below, &name) {
+                    let bytes = fs::read(entry.path()).map_err(|e| self.failed(&e))?;
+                    self.write_below(below, &name, |out| out.write_all(&bytes))?;
+                }
             }
         }
         Ok(())
@@ -318,9 +328,14 @@ impl<R: Record> RunFolder<R> {
         drawn || (!self.redraw && self.dir.join(below.name()).join(name).exists())
     }
 
-    /// The bytes of a picture that is there.
-    pub fn picture(&self, name: &str) -> Option<Vec<u8>> {
-        fs::read(self.dir.join(Below::Pictures.name()).join(name)).ok()
+    /// The bytes of a file in one of the folders below, if it is there.
+    pub fn below(&self, below: Below, name: &str) -> Option<Vec<u8>> {
+        fs::read(self.dir.join(below.name()).join(name)).ok()
+    }
+
+    /// True if nothing was changed since the folder was opened: a finished run is still one.
+    pub fn is_untouched(&self) -> bool {
+        self.is_same && self.files.is_empty() && self.dir.join(MANIFEST).exists()
     }
 
     /// Ends a run: sorts the records by the order of `keys`, and writes the manifest.

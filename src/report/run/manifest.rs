@@ -1,8 +1,14 @@
 //! `manifest.json`: what made the results beside it, so that they can be made again.
 
 use crate::experiment::{Failure, Input, Source};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::Path;
 use std::time::SystemTime;
+
+/// The file.
+pub(super) const MANIFEST: &str = "manifest.json";
 
 /// How a run ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
@@ -44,6 +50,39 @@ pub struct Outcome {
     pub incomplete: bool,
     /// The part of the work that was done, `i/n`; `None`: all of it.
     pub shard: Option<String>,
+}
+
+/// What the manifest of a part of a run says of its making.
+#[derive(Clone, Debug, Default, PartialEq, Deserialize)]
+#[serde(default)]
+pub struct MadeFrom {
+    /// The config's file, and those of the materials.
+    pub inputs: Vec<Input>,
+    /// What could not be done.
+    pub failures: Vec<Failure>,
+    /// Seconds by stage.
+    pub seconds: BTreeMap<String, f64>,
+}
+
+impl MadeFrom {
+    /// That of a folder; nothing where a run has not ended.
+    pub fn read(dir: &Path) -> Self {
+        let manifest = fs::read(dir.join(MANIFEST)).unwrap_or_default();
+        serde_json::from_slice(&manifest).unwrap_or_default()
+    }
+
+    /// Adds what another part was made from; the config is told once.
+    pub fn extend(&mut self, other: Self) {
+        for input in other.inputs.into_iter().skip(1) {
+            if !self.inputs.contains(&input) {
+                self.inputs.push(input);
+            }
+        }
+        self.failures.extend(other.failures);
+        for (stage, seconds) in other.seconds {
+            *self.seconds.entry(stage).or_default() += seconds;
+        }
+    }
 }
 
 /// The manifest's fields.

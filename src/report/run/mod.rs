@@ -8,4 +8,4 @@ pub use folder::{
     Below, CONFIG, CORRELATIONS, FITS, PROFILES, RANKING, RELATIONS, REPORT, RESULTS, RunFolder,
     SUMMARY, file_stem, read_rows, schedule_stem, slice_name,
 };
-pub use manifest::{MadeBy, Manifest, Outcome, Status};
+pub use manifest::{MadeBy, MadeFrom, Manifest, Outcome, Status};

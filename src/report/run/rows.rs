@@ -4,7 +4,7 @@ use crate::error::Error;
 use crate::experiment::Record;
 use crate::files::write_atomically;
 use std::fs::{File, OpenOptions, TryLockError};
-use std::io::{self, Read, Seek, SeekFrom, Write};
+use std::io::{self, BufRead, BufReader, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 use std::sync::mpsc::{self, RecvTimeoutError, Sender};
 use std::thread::{self, JoinHandle};
@@ -12,6 +12,9 @@ use std::time::{Duration, Instant};
 
 /// How long records may wait until the disk has them.
 const SYNC: Duration = Duration::from_secs(1);
+
+/// Bytes that are read to see whether the first line is a record.
+const FIRST_LINE: u64 = 1 << 26;
 
 /// A file of records, open for appending and locked.
 pub(super) struct RowFile {
@@ -61,9 +64,27 @@ impl RowFile {
         read(path, &mut file).map(|(rows, _)| rows)
     }
 
-    /// Drops all records.
-    pub fn clear(&mut self) -> io::Result<()> {
-        self.file.set_len(0)
+    /// Drops all records, of whatever version; a file that holds something else is left alone.
+    pub fn clear<R: Record>(&mut self) -> Result<(), Error> {
+        let unwritable =
+            |e: io::Error| Error::output(&self.path, format!("cannot write this file: {e}"));
+        let mut first = String::new();
+        let mut start = (&self.file).take(FIRST_LINE);
+        // What is no text is no record.
+        let read = BufReader::new(&mut start).read_line(&mut first);
+        let is_record = || {
+            let line: Option<serde_json::Value> = serde_json::from_str(&first).ok();
+            line.is_some_and(|line| line["key"].is_string())
+        };
+        let cut = !first.ends_with('\n') && first.starts_with('{');
+        if read.is_err() || !(first.is_empty() || cut || is_record()) {
+            let message = format!(
+                "this is no {} of a run; choose another folder with -o",
+                R::FILE
+            );
+            return Err(Error::output(&self.path, message));
+        }
+        self.file.set_len(0).map_err(unwritable)
     }
 
     /// Appends records: they are with the system when this returns, and on the disk a second later.

@@ -1,0 +1,122 @@
+//! One material after the other: the run of experiments whose records are of one material each.
+
+use super::choices::Material;
+use super::key::{Expected, Input, RowKey};
+use super::observer::{Event, Observer, Stop, Summary, Teller, Wish};
+use super::record::{Experiment, Extent, Known};
+use crate::brdf::{Brdf, BuildError, Channels};
+use crate::error::Error;
+
+/// An experiment whose records are of one material each, and need no other.
+pub(super) trait PerMaterial: Experiment {
+    /// What the records of a material have in common, made once.
+    type Shared;
+
+    /// What materials are built for.
+    fn channels(&self) -> Channels;
+
+    /// Files beside those of the materials.
+    fn inputs(&self) -> Vec<Input> {
+        Vec::new()
+    }
+
+    /// What the records of a material have in common, or why there is none.
+    fn shared(
+        &self,
+        brdf: &dyn Brdf,
+        teller: &mut Teller<'_, Self::Record>,
+    ) -> Result<Self::Shared, BuildError>;
+
+    /// The record at a position among those of the material, or why there is none.
+    fn record(
+        &self,
+        place: usize,
+        of: Of<'_, Self::Shared>,
+        teller: &mut Teller<'_, Self::Record>,
+    ) -> Result<Result<Self::Record, BuildError>, Stop>;
+}
+
+/// What a record is made from.
+pub(super) struct Of<'a, S> {
+    pub material: &'a Material,
+    pub material_key: &'a str,
+    pub brdf: &'a dyn Brdf,
+    pub shared: &'a S,
+    /// The key of the record.
+    pub key: RowKey,
+}
+
+/// Runs an experiment, material by material.
+pub(super) fn run<E: PerMaterial>(
+    plan: &E,
+    extent: &Extent,
+    known: &Known<E::Record>,
+    observer: &mut dyn Observer<E::Record>,
+) -> Result<Summary, Error> {
+    let mut teller = Teller::new(observer);
+    let result = materials(plan, extent, known, &mut teller);
+    teller.ended(result)
+}
+
+fn materials<E: PerMaterial>(
+    plan: &E,
+    extent: &Extent,
+    known: &Known<E::Record>,
+    teller: &mut Teller<'_, E::Record>,
+) -> Result<(), Stop> {
+    let expected = plan.expected(extent.shard);
+    teller.observer.begins(expected.len() as f64);
+    teller.summary.inputs.extend(plan.inputs());
+    for (i, material) in plan.materials().iter().enumerate() {
+        let mine: Vec<&Expected> = expected.iter().filter(|e| e.material == i).collect();
+        if mine.is_empty() {
+            teller.summary.materials.push(None);
+            continue;
+        }
+        teller.doing(&material.name)?;
+        let Some(identity) = teller.identified(material, mine.len())? else {
+            teller.advanced(mine.len() as f64)?;
+            continue;
+        };
+        let keys: Vec<RowKey> = mine.iter().map(|e| e.key(&identity.key)).collect();
+        teller.summary.keys.extend_from_slice(&keys);
+        let lacking = keys.iter().filter(|k| !known.contains_key(*k)).count();
+        let wish = Wish::Material(i, material, &identity.key);
+        let wanted = teller.observer.wants(&wish);
+        let brdf = match lacking > 0 || wanted {
+            true => teller.built(material, &identity, plan.channels(), lacking)?,
+            false => None,
+        };
+        let shared = match &brdf {
+            Some(brdf) if lacking > 0 => {
+                let made = plan.shared(&**brdf, teller);
+                teller.or_failed(&material.name, made, lacking)?
+            }
+            _ => None,
+        };
+        for (place, key) in keys.into_iter().enumerate() {
+            if let Some(old) = known.get(&key) {
+                teller.complete(&[old])?;
+            } else if let (Some(brdf), Some(shared)) = (&brdf, &shared) {
+                let of = Of {
+                    material,
+                    material_key: &identity.key,
+                    brdf: &**brdf,
+                    shared,
+                    key,
+                };
+                let made = plan.record(place, of, teller)?;
+                if let Some(record) = teller.or_failed(&mine[place].job, made, 1)? {
+                    teller.made(std::slice::from_ref(&record))?;
+                    teller.complete(&[&record])?;
+                }
+            }
+            teller.advanced(1.0)?;
+        }
+        if let (true, Some(brdf)) = (wanted, &brdf) {
+            let event = Event::Loaded(material, &identity.key, &**brdf);
+            teller.observer.tell(&event)?;
+        }
+    }
+    Ok(())
+}
