@@ -20,6 +20,9 @@ use std::path::{Path, PathBuf};
 /// Pixels along each side of the picture.
 const PICTURE: usize = 200;
 
+/// Points a pixel.
+const SAMPLES: usize = 64;
+
 /// Makes a BRDF of readings, and says what it was made of
 #[derive(Debug, Args)]
 #[command(after_help = "\
@@ -315,10 +318,7 @@ fn picture(brdf: &dyn Brdf, path: &Path) -> Result<(), Error> {
     use crate::lighting::{LightingSpec, SkySpec};
     let light = SkySpec::default().build();
     let light = light.map_err(|e| Error::Internal(e.to_string()))?;
-    super::say(
-        "gonio: drawing a sphere, which takes a minute or two of the slower reconstructions",
-    );
-    let image = crate::report::sphere(brdf, &*light, PICTURE);
+    let image = crate::report::pictures::render_sphere(brdf, &*light, PICTURE, SAMPLES);
     let drawn = write_atomically(path, |out| image.write_png(image.white(), out));
     drawn.map_err(|e| Error::output(path, format!("cannot write this file: {e}")))
 }

@@ -33,8 +33,8 @@ pub use analysis::SubsetReport;
 pub use moments::{Sheet, group_sheets, material_sheet, relation_sheets};
 #[cfg(feature = "pictures")]
 pub use pictures::{
-    FilterEllipse, FlatSlice, RESOLUTION, Radius, SphereImage, THETA_O_DEG, lobe_svg, sphere,
-    sphere_svg, write_slice,
+    FilterEllipse, FlatSlice, RESOLUTION, Radius, SphereImage, THETA_O_DEG, lobe_svg, sphere_svg,
+    write_slice,
 };
 #[cfg(feature = "pictures")]
 pub use svg::plot::{Axis, Forest, ForestGroup, ForestLine, Mark, Panel, Scale, Series};

@@ -256,15 +256,20 @@ fn parts_made_elsewhere_are_put_together_and_parts_that_differ_are_not() {
     let config = "part-here/config.toml";
     assert_eq!(paths, [config, "here/a.bin", "there/a.bin"]);
     assert!(manifest["seconds"]["measure"].as_f64().unwrap() > 0.0);
-    // The same row with another number.
+    // The same rows with another number.
     let mut rows = bench.rows("both");
-    rows[0].pairs += 1;
+    for row in &mut rows {
+        row.pairs += 1;
+    }
     let lines = rows
         .iter()
         .map(|r| serde_json::to_string(r).unwrap() + "\n");
     let lines: String = lines.collect();
     fs::write(bench.path("part-there/results.jsonl"), lines).unwrap();
     let refusal = bench.refused(&["merge", "part-here", "part-there", "-o", "no"], 3);
-    let names = refusal.contains("other numbers than in part-here");
-    assert!(names && refusal.contains(&rows[0].key), "{refusal}");
+    let names = rows.iter().any(|row| refusal.contains(&row.key));
+    assert!(
+        names && refusal.contains("other numbers than in part-here"),
+        "{refusal}"
+    );
 }

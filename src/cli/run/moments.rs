@@ -159,12 +159,16 @@ mod spheres {
     use crate::experiment::moments::{MaterialProfiles, MomentsPlan};
     use crate::experiment::{Event, Material, Observer, Wish};
     use crate::lighting::Lighting;
-    use crate::report::{Below, FilterEllipse, file_stem, sphere, sphere_svg};
+    use crate::report::pictures::render_sphere;
+    use crate::report::{Below, FilterEllipse, file_stem, sphere_svg};
     use std::cell::RefCell;
     use std::io::Write;
 
     /// Pixels along each side of a sphere.
     const SPHERE: usize = 200;
+
+    /// Points a pixel.
+    const SAMPLES: usize = 256;
 
     /// View elevation and azimuth (deg) of the filters that are drawn on it.
     const FILTERS: [(f64, f64); 3] = [(25.0, 150.0), (50.0, 30.0), (75.0, 270.0)];
@@ -220,7 +224,7 @@ mod spheres {
             let Some(light) = &self.light else {
                 return Ok(());
             };
-            let image = sphere(brdf, &**light, SPHERE);
+            let image = render_sphere(brdf, &**light, SPHERE, SAMPLES);
             let white = image.white();
             let ellipse = |&(view, azimuth): &(f64, f64)| {
                 let near = |theta: &f64| (theta.to_degrees() - view).abs();

@@ -9,6 +9,8 @@ mod hemispheres;
 mod lobe;
 mod plot;
 mod render;
+#[cfg(test)]
+mod rings;
 pub(super) mod slice;
 mod slices;
 pub(super) mod sphere;
@@ -20,4 +22,4 @@ pub use lobe::{FlatSlice, Radius, lobe_svg};
 pub use render::{render_sphere, render_spheres};
 pub use slice::{RESOLUTION, THETA_O_DEG, write_slice};
 pub use slices::BrdfSlices;
-pub use sphere::{FilterEllipse, SphereImage, sphere, sphere_svg};
+pub use sphere::{FilterEllipse, SphereImage, sphere_svg};

@@ -329,13 +329,7 @@ mod tests {
     use super::*;
     use crate::brdf::{self, Channels, Lambert, Spectrum};
     use crate::registry;
-    use crate::report::pictures::sphere::sphere;
-
-    fn light(kind: &str, keys: &str) -> Box<dyn Lighting> {
-        let all = crate::lighting::all();
-        let entry = all.iter().find(|e| e.kind == kind).unwrap();
-        registry::read_text(entry, keys).unwrap().build().unwrap()
-    }
+    use crate::report::pictures::rings::{light, sphere};
 
     fn material(kind: &str, keys: &str) -> Box<dyn Brdf> {
         let all = brdf::all();

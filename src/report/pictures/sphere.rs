@@ -5,20 +5,15 @@
 //! the middle of a map ([`crate::lighting::MapSpec`]) is mirrored in the middle of the sphere. At
 //! each point the tangent lies in the plane of normal and view, on the side of the view, so that
 //! every view has azimuth 0.
-//!
-//! The light is integrated over rings about the mirror direction: of 1e-4 rad next to it, a sixth
-//! wider from ring to ring, up to 2.5° from where on they are equal. No random number is drawn.
 
-use crate::brdf::{Brdf, Presence};
-use crate::geometry::{Direction, DirectionPair};
-use crate::lighting::Lighting;
 use crate::moments::Moments;
 use crate::numeric::luminance;
 use crate::parametrization::view_centered;
+use base64::Engine;
+use base64::engine::general_purpose::STANDARD;
 use exr::prelude::{Image, SpecificChannels, WritableImage};
 use glam::DVec3;
-use rayon::prelude::*;
-use std::f64::consts::{PI, TAU};
+use std::f64::consts::TAU;
 use std::fmt::Write as _;
 use std::io::{self, Seek, Write};
 
@@ -29,107 +24,6 @@ pub struct SphereImage {
     pub resolution: usize,
     /// Radiance (linear R, G, B), row after row from the top; `None` beside the sphere.
     pub pixels: Vec<Option<[f64; 3]>>,
-}
-
-/// Renders a sphere; a BRDF in luminance has that value in R, G and B. Pairs without data reflect
-/// nothing. `resolution` is clamped to [1, 4096].
-pub fn sphere(brdf: &dyn Brdf, lighting: &dyn Lighting, resolution: usize) -> SphereImage {
-    let resolution = resolution.clamp(1, 4096);
-    let centre = |i: usize| (2.0 * i as f64 + 1.0) / resolution as f64 - 1.0;
-    let half = resolution.div_ceil(2);
-    let dirs = rings();
-    // Eight pixels see the sphere from one elevation, and share what the BRDF is there.
-    let corner = (0..half).flat_map(|a| (a..half).map(move |b| (a, b)));
-    let corner: Vec<_> = corner.collect();
-    let shaded = corner.par_iter().flat_map_iter(|&(a, b)| {
-        let (x, y) = (centre(a), centre(b));
-        let sin = x.hypot(y);
-        let mut found = Vec::new();
-        if sin < 1.0 {
-            let nodes = nodes(brdf, &dirs, sin.asin());
-            let [a, b] = [[a, resolution - 1 - a], [b, resolution - 1 - b]];
-            for (p, q) in a.into_iter().flat_map(|p| b.map(|q| (p, q))) {
-                for (column, row) in [(p, q), (q, p)] {
-                    let frame = Frame::at(centre(column), -centre(row));
-                    found.push((row * resolution + column, shade(&nodes, &frame, lighting)));
-                }
-            }
-        }
-        found
-    });
-    let shaded: Vec<_> = shaded.collect();
-    let mut pixels = vec![None; resolution * resolution];
-    for (place, value) in shaded {
-        pixels[place] = Some(value);
-    }
-    SphereImage { resolution, pixels }
-}
-
-/// Directions about +z with their solid angles.
-fn rings() -> Vec<(DVec3, f64)> {
-    const FIRST: f64 = 1e-4;
-    let widest = 2.5f64.to_radians();
-    let mut out = vec![(DVec3::Z, TAU * (1.0 - FIRST.cos()))];
-    let mut inner = FIRST;
-    while inner < PI {
-        let outer = (inner + (inner / 6.0).min(widest)).min(PI);
-        let gamma = 0.5 * (inner + outer);
-        let width = outer - inner;
-        let turns = ((TAU * gamma.sin() / width) as usize).clamp(8, 144);
-        let part = TAU / turns as f64;
-        // cos a − cos b without cancellation.
-        let angle = part * 2.0 * gamma.sin() * (0.5 * width).sin();
-        let (s, c) = gamma.sin_cos();
-        out.extend((0..turns).map(|k| {
-            let (sp, cp) = (part * (k as f64 + 0.5)).sin_cos();
-            (DVec3::new(s * cp, s * sp, c), angle)
-        }));
-        inner = outer;
-    }
-    out
-}
-
-/// Light directions in the local frame, each with the share of its radiance that is reflected.
-fn nodes(brdf: &dyn Brdf, rings: &[(DVec3, f64)], theta_o: f64) -> Vec<(DVec3, [f64; 3])> {
-    let omega_o = view_centered(theta_o, 0.0);
-    // The rings' pole is turned to the mirror direction, in the plane of incidence.
-    let (s, c) = theta_o.sin_cos();
-    let turned = |d: DVec3| DVec3::new(c * d.x - s * d.z, d.y, s * d.x + c * d.z);
-    let mut kept = Vec::with_capacity(rings.len());
-    let mut pairs = Vec::with_capacity(rings.len());
-    for &(d, angle) in rings {
-        let d = turned(d);
-        if d.z > 0.0 {
-            kept.push((d, angle * d.z));
-            pairs.push(DirectionPair::new(Direction::from_unit(d), omega_o));
-        }
-    }
-    let n = brdf.channels().count();
-    let mut values = vec![0.0; n * pairs.len()];
-    let mut presence = vec![Presence::Missing; pairs.len()];
-    brdf.eval_batch(&pairs, &mut values, &mut presence);
-    let found = kept.into_iter().zip(values.chunks_exact(n)).zip(presence);
-    let mut nodes: Vec<_> = found
-        .filter(|found| found.1 == Presence::Present)
-        .map(|(((d, w), v), _)| (d, std::array::from_fn(|c| w * v[c % n])))
-        .collect();
-    // What is left out is less than a millionth of the whole.
-    let size = |w: &[f64; 3]| w.iter().sum::<f64>();
-    let total: f64 = nodes.iter().map(|(_, w)| size(w)).sum();
-    let least = 1e-6 * total / nodes.len().max(1) as f64;
-    nodes.retain(|(_, w)| size(w) >= least);
-    nodes
-}
-
-fn shade(nodes: &[(DVec3, [f64; 3])], frame: &Frame, lighting: &dyn Lighting) -> [f64; 3] {
-    let mut sum = [0.0; 3];
-    for &(local, weight) in nodes {
-        let light = lighting.radiance(Direction::from_unit(world(frame.camera(local))));
-        for c in 0..3 {
-            sum[c] += weight[c] * light[c];
-        }
-    }
-    sum
 }
 
 /// From the camera's frame (x right, y up, z towards it) to that of the light.
@@ -321,7 +215,7 @@ pub fn sphere_svg(
         h = SIDE + TOP,
         m = 0.5 * SIDE,
         title = escaped(title),
-        png = base64(&png),
+        png = STANDARD.encode(&png),
     );
     let place = |[x, y]: [f64; 2]| [0.5 * SIDE * (1.0 + x), TOP + 0.5 * SIDE * (1.0 - y)];
     // Writing to a string does not fail.
@@ -365,84 +259,9 @@ fn escaped(text: &str) -> String {
     text.replace('>', "&gt;").replace('"', "&quot;")
 }
 
-pub(in crate::report) fn base64(bytes: &[u8]) -> String {
-    const LETTERS: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-    let mut out = String::with_capacity(bytes.len().div_ceil(3) * 4);
-    for three in bytes.chunks(3) {
-        let at = |i: usize| u32::from(three.get(i).copied().unwrap_or(0));
-        let bits = at(0) << 16 | at(1) << 8 | at(2);
-        for i in 0..4 {
-            // One letter for each byte and one more; the rest is padding.
-            out.push(match i <= three.len() {
-                true => char::from(LETTERS[(bits >> (18 - 6 * i) & 63) as usize]),
-                false => '=',
-            });
-        }
-    }
-    out
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::brdf::{self, Channels, Lambert, Spectrum};
-    use crate::registry;
-
-    fn light(kind: &str, keys: &str) -> Box<dyn Lighting> {
-        let all = crate::lighting::all();
-        let entry = all.iter().find(|e| e.kind == kind).unwrap();
-        registry::read_text(entry, keys).unwrap().build().unwrap()
-    }
-
-    #[test]
-    fn a_diffuse_sphere_in_even_light_is_a_disk_of_its_albedo() {
-        let brdf = Lambert::new(Spectrum::Rgb([0.2, 0.5, 0.8]), Channels::Rgb);
-        let image = sphere(&brdf, &*light("constant", "radiance = 2.0"), 16);
-        let area = image.pixels.iter().flatten().count() as f64 / 256.0;
-        assert!((area - PI / 4.0).abs() < 0.03);
-        for pixel in image.pixels.into_iter().flatten() {
-            for (got, albedo) in pixel.into_iter().zip([0.2, 0.5, 0.8]) {
-                assert!((got - 2.0 * albedo).abs() < 2e-3 * albedo, "{got}");
-            }
-        }
-    }
-
-    #[test]
-    fn a_mirror_shows_the_light() {
-        let all = brdf::all();
-        let ggx = all.iter().find(|e| e.kind == "ggx").unwrap();
-        let spec = registry::read_text(ggx, "alpha = 0.001").unwrap();
-        let brdf = spec.build(Channels::Luminance).unwrap();
-        let even = sphere(&*brdf, &*light("constant", ""), 20);
-        let sky = light("sky", "");
-        let image = sphere(&*brdf, &*sky, 20);
-        let mut seen = 0;
-        for row in 0..20 {
-            for column in 0..20 {
-                let [x, y] = [column, 19 - row].map(|i| (2.0 * f64::from(i) + 1.0) / 20.0 - 1.0);
-                let r2: f64 = x * x + y * y;
-                let Some(pixel) = image.pixels[(20 * row + column) as usize] else {
-                    continue;
-                };
-                if r2 > 0.9 {
-                    continue;
-                }
-                let n = DVec3::new(x, y, (1.0 - r2).sqrt());
-                let mirrored = world(2.0 * n.z * n - DVec3::Z);
-                let want = sky.radiance(Direction::from_unit(mirrored));
-                let reflectance = even.pixels[(20 * row + column) as usize].unwrap();
-                for c in 0..3 {
-                    let want = want[c] * reflectance[c];
-                    assert!(
-                        (pixel[c] - want).abs() < 0.03 * want,
-                        "{x} {y} {pixel:?} {want}"
-                    );
-                }
-                seen += 1;
-            }
-        }
-        assert!(seen > 200);
-    }
 
     #[test]
     fn a_mirrors_filter_is_a_point_at_its_place() {
@@ -460,20 +279,6 @@ mod tests {
             // The normal lies nearer the middle than the mirror direction does.
             let [a, b] = filter.seen(0.0, 0.0);
             assert!(a.hypot(b) <= x.hypot(y));
-        }
-    }
-
-    #[test]
-    fn base64_pads() {
-        let words = [
-            ("", ""),
-            ("f", "Zg=="),
-            ("fo", "Zm8="),
-            ("foo", "Zm9v"),
-            ("foobar", "Zm9vYmFy"),
-        ];
-        for (plain, coded) in words {
-            assert_eq!(base64(plain.as_bytes()), coded);
         }
     }
 }

@@ -1,6 +1,8 @@
 //! What the diagrams draw with: lines, dots, areas and texts at positions in pixels.
 
 use crate::error::Error;
+use base64::Engine;
+use base64::engine::general_purpose::STANDARD;
 use std::fmt::Write;
 
 /// Coordinates in a file are whole numbers, which are short: tenths of a pixel.
@@ -86,7 +88,7 @@ impl Canvas {
         self.images += &format!(
             "<image x=\"{x}\" y=\"{y}\" width=\"{w}\" height=\"{h}\" \
              preserveAspectRatio=\"none\" href=\"data:image/png;base64,{}\"/>\n",
-            crate::report::pictures::sphere::base64(png)
+            STANDARD.encode(png)
         );
     }
 

@@ -1,0 +1,169 @@
+//! What rendered spheres are compared with: the light integrated over rings about the mirror
+//! direction, of 1e-4 rad next to it, a sixth wider from ring to ring, up to 2.5° from where on they
+//! are equal. No random number is drawn.
+
+use super::sphere::{Frame, SphereImage, world};
+use crate::brdf::{self, Brdf, Channels, Lambert, Presence, Spectrum};
+use crate::geometry::{Direction, DirectionPair};
+use crate::lighting::Lighting;
+use crate::parametrization::view_centered;
+use crate::registry;
+use glam::DVec3;
+use rayon::prelude::*;
+use std::f64::consts::{PI, TAU};
+
+/// A sphere as [`render_sphere`](super::render::render_sphere) draws it, without noise.
+pub fn sphere(brdf: &dyn Brdf, lighting: &dyn Lighting, resolution: usize) -> SphereImage {
+    let centre = |i: usize| (2.0 * i as f64 + 1.0) / resolution as f64 - 1.0;
+    let half = resolution.div_ceil(2);
+    let dirs = rings();
+    // Eight pixels see the sphere from one elevation, and share what the BRDF is there.
+    let corner = (0..half).flat_map(|a| (a..half).map(move |b| (a, b)));
+    let corner: Vec<_> = corner.collect();
+    let shaded = corner.par_iter().flat_map_iter(|&(a, b)| {
+        let (x, y) = (centre(a), centre(b));
+        let sin = x.hypot(y);
+        let mut found = Vec::new();
+        if sin < 1.0 {
+            let nodes = nodes(brdf, &dirs, sin.asin());
+            let [a, b] = [[a, resolution - 1 - a], [b, resolution - 1 - b]];
+            for (p, q) in a.into_iter().flat_map(|p| b.map(|q| (p, q))) {
+                for (column, row) in [(p, q), (q, p)] {
+                    let frame = Frame::at(centre(column), -centre(row));
+                    found.push((row * resolution + column, shade(&nodes, &frame, lighting)));
+                }
+            }
+        }
+        found
+    });
+    let shaded: Vec<_> = shaded.collect();
+    let mut pixels = vec![None; resolution * resolution];
+    for (place, value) in shaded {
+        pixels[place] = Some(value);
+    }
+    SphereImage { resolution, pixels }
+}
+
+/// Directions about +z with their solid angles.
+fn rings() -> Vec<(DVec3, f64)> {
+    const FIRST: f64 = 1e-4;
+    let widest = 2.5f64.to_radians();
+    let mut out = vec![(DVec3::Z, TAU * (1.0 - FIRST.cos()))];
+    let mut inner = FIRST;
+    while inner < PI {
+        let outer = (inner + (inner / 6.0).min(widest)).min(PI);
+        let gamma = 0.5 * (inner + outer);
+        let width = outer - inner;
+        let turns = ((TAU * gamma.sin() / width) as usize).clamp(8, 144);
+        let part = TAU / turns as f64;
+        // cos a − cos b without cancellation.
+        let angle = part * 2.0 * gamma.sin() * (0.5 * width).sin();
+        let (s, c) = gamma.sin_cos();
+        out.extend((0..turns).map(|k| {
+            let (sp, cp) = (part * (k as f64 + 0.5)).sin_cos();
+            (DVec3::new(s * cp, s * sp, c), angle)
+        }));
+        inner = outer;
+    }
+    out
+}
+
+/// Light directions in the local frame, each with the share of its radiance that is reflected.
+fn nodes(brdf: &dyn Brdf, rings: &[(DVec3, f64)], theta_o: f64) -> Vec<(DVec3, [f64; 3])> {
+    let omega_o = view_centered(theta_o, 0.0);
+    // The rings' pole is turned to the mirror direction, in the plane of incidence.
+    let (s, c) = theta_o.sin_cos();
+    let turned = |d: DVec3| DVec3::new(c * d.x - s * d.z, d.y, s * d.x + c * d.z);
+    let mut kept = Vec::with_capacity(rings.len());
+    let mut pairs = Vec::with_capacity(rings.len());
+    for &(d, angle) in rings {
+        let d = turned(d);
+        if d.z > 0.0 {
+            kept.push((d, angle * d.z));
+            pairs.push(DirectionPair::new(Direction::from_unit(d), omega_o));
+        }
+    }
+    let n = brdf.channels().count();
+    let mut values = vec![0.0; n * pairs.len()];
+    let mut presence = vec![Presence::Missing; pairs.len()];
+    brdf.eval_batch(&pairs, &mut values, &mut presence);
+    let found = kept.into_iter().zip(values.chunks_exact(n)).zip(presence);
+    let mut nodes: Vec<_> = found
+        .filter(|found| found.1 == Presence::Present)
+        .map(|(((d, w), v), _)| (d, std::array::from_fn(|c| w * v[c % n])))
+        .collect();
+    // What is left out is less than a millionth of the whole.
+    let size = |w: &[f64; 3]| w.iter().sum::<f64>();
+    let total: f64 = nodes.iter().map(|(_, w)| size(w)).sum();
+    let least = 1e-6 * total / nodes.len().max(1) as f64;
+    nodes.retain(|(_, w)| size(w) >= least);
+    nodes
+}
+
+fn shade(nodes: &[(DVec3, [f64; 3])], frame: &Frame, lighting: &dyn Lighting) -> [f64; 3] {
+    let mut sum = [0.0; 3];
+    for &(local, weight) in nodes {
+        let light = lighting.radiance(Direction::from_unit(world(frame.camera(local))));
+        for c in 0..3 {
+            sum[c] += weight[c] * light[c];
+        }
+    }
+    sum
+}
+
+/// A lighting by kind and keys.
+pub fn light(kind: &str, keys: &str) -> Box<dyn Lighting> {
+    let all = crate::lighting::all();
+    let entry = all.iter().find(|e| e.kind == kind).unwrap();
+    registry::read_text(entry, keys).unwrap().build().unwrap()
+}
+
+#[test]
+fn a_diffuse_sphere_in_even_light_is_a_disk_of_its_albedo() {
+    let brdf = Lambert::new(Spectrum::Rgb([0.2, 0.5, 0.8]), Channels::Rgb);
+    let image = sphere(&brdf, &*light("constant", "radiance = 2.0"), 16);
+    let area = image.pixels.iter().flatten().count() as f64 / 256.0;
+    assert!((area - PI / 4.0).abs() < 0.03);
+    for pixel in image.pixels.into_iter().flatten() {
+        for (got, albedo) in pixel.into_iter().zip([0.2, 0.5, 0.8]) {
+            assert!((got - 2.0 * albedo).abs() < 2e-3 * albedo, "{got}");
+        }
+    }
+}
+
+#[test]
+fn a_mirror_shows_the_light() {
+    let all = brdf::all();
+    let ggx = all.iter().find(|e| e.kind == "ggx").unwrap();
+    let spec = registry::read_text(ggx, "alpha = 0.001").unwrap();
+    let brdf = spec.build(Channels::Luminance).unwrap();
+    let even = sphere(&*brdf, &*light("constant", ""), 20);
+    let sky = light("sky", "");
+    let image = sphere(&*brdf, &*sky, 20);
+    let mut seen = 0;
+    for row in 0..20 {
+        for column in 0..20 {
+            let [x, y] = [column, 19 - row].map(|i| (2.0 * f64::from(i) + 1.0) / 20.0 - 1.0);
+            let r2: f64 = x * x + y * y;
+            let Some(pixel) = image.pixels[(20 * row + column) as usize] else {
+                continue;
+            };
+            if r2 > 0.9 {
+                continue;
+            }
+            let n = DVec3::new(x, y, (1.0 - r2).sqrt());
+            let mirrored = world(2.0 * n.z * n - DVec3::Z);
+            let want = sky.radiance(Direction::from_unit(mirrored));
+            let reflectance = even.pixels[(20 * row + column) as usize].unwrap();
+            for c in 0..3 {
+                let want = want[c] * reflectance[c];
+                assert!(
+                    (pixel[c] - want).abs() < 0.03 * want,
+                    "{x} {y} {pixel:?} {want}"
+                );
+            }
+            seen += 1;
+        }
+    }
+    assert!(seen > 200);
+}
