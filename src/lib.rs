@@ -3,35 +3,60 @@
 //! `config → Brdf → Schedule → Instrument → Measurement → Reconstruction (again a Brdf) → metrics`
 //!
 //! Truth and reconstruction are the same trait, so everything downstream works on analytic models,
-//! measured tables and reconstructions alike. The whole pipeline in a dozen lines:
+//! measured tables and reconstructions alike. The whole pipeline, with a material of your own:
 //!
 //! ```
-//! use gonio::brdf::{self, Channels};
+//! use gonio::brdf::{Brdf, Channels, Presence};
+//! use gonio::geometry::{DirectionPair, Symmetry};
 //! use gonio::instrument::{Ideal, Instrument};
 //! use gonio::metrics::{self, Measure, MetricsSpec};
-//! use gonio::{parametrization, reconstruct, registry, schedule};
+//! use gonio::moments::{Channel, MomentErrors, MomentsSpec, PeakResolving, Profile};
+//! use gonio::parametrization::{Form, HalfDifference, Parametrization};
+//! use gonio::reconstruct::{Cubic, Reconstruct};
+//! use gonio::schedule::{Grid, SampleSet};
 //! use std::sync::Arc;
 //!
-//! fn find<T: ?Sized>(family: Vec<registry::Entry<T>>, kind: &str, keys: &str) -> Box<T> {
-//!     let entry = family.iter().find(|e| e.kind == kind).expect(kind);
-//!     registry::read_text(entry, keys).expect(keys)
+//! /// A power of the cosine between normal and half vector (Blinn 1977).
+//! struct Blinn(f64);
+//!
+//! impl Brdf for Blinn {
+//!     fn channels(&self) -> Channels {
+//!         Channels::Luminance
+//!     }
+//!     fn symmetry(&self) -> Symmetry {
+//!         Symmetry::FULL
+//!     }
+//!     fn conserves_energy(&self) -> bool {
+//!         false
+//!     }
+//!     fn eval(&self, pair: &DirectionPair, out: &mut [f64]) -> Presence {
+//!         let above = pair.omega_i.cos_theta() > 0.0 && pair.omega_o.cos_theta() > 0.0;
+//!         out[0] = if above { pair.half().normalize().z.powf(self.0) } else { 0.0 };
+//!         Presence::Present
+//!     }
 //! }
 //!
-//! // A material, and what its symmetries leave to be measured in half/difference coordinates.
-//! let truth = find(brdf::all(), "ggx", "alpha = 0.5").build(Channels::Luminance)?;
-//! let coordinates = parametrization::find("half-difference").unwrap().form(truth.symmetry());
+//! let truth = Blinn(20.0);
+//! // What its symmetries leave to be measured, in half/difference coordinates.
+//! let form: Arc<dyn Parametrization> = Arc::new(Form::new(HalfDifference, truth.symmetry()));
 //! // At most 1000 configurations on a regular grid, measured by the ideal instrument.
-//! let grid = find(schedule::all(), "grid", "");
-//! let poses = Arc::new(grid.plan(&coordinates, 1000, 1)?);
-//! let measurement = Ideal.measure(&*truth, &poses);
-//! // A BRDF again, and how far it is from the truth.
-//! let copy = find(reconstruct::all(), "cubic", "").reconstruct(&measurement)?;
+//! let poses = Arc::new(Grid::default().plan(&form, 1000, 1)?);
+//! let measurement = Ideal.measure(&truth, &poses);
+//! // A BRDF again, and how far it is from the truth: at pairs of directions, and in its moments.
+//! let copy = Cubic::default().reconstruct(&measurement)?;
 //! let pairs = metrics::test_pairs(Measure::Cosine, &MetricsSpec::default())?;
-//! let (f, g) = (metrics::evaluate(&*truth, &pairs), metrics::evaluate(&*copy, &pairs));
+//! let (f, g) = (metrics::evaluate(&truth, &pairs), metrics::evaluate(&*copy, &pairs));
 //! let errors = metrics::compare(&pairs, &f, &g);
-//! assert!(measurement.readings() <= 1000 && errors.log_relative < Some(0.01));
+//! assert!(measurement.readings() <= 1000 && errors.nrmse < Some(0.01));
+//! let (views, integral) = (MomentsSpec { views: 5, ..MomentsSpec::default() }, PeakResolving::default());
+//! let profile = |brdf| Profile::new(brdf, Channel::Luminance, &views, &integral, 1);
+//! let moments = MomentErrors::between(&profile(&truth)?, &profile(&*copy)?);
+//! assert!(moments.energy < Some(0.01));
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
+//!
+//! Configs name members of a registry; a program adds its own by [`brdf::join`],
+//! [`schedule::join`], [`reconstruct::join`] (with an example) and [`lighting::join`].
 //!
 //! # Glossary
 //!

@@ -2,6 +2,9 @@
 //! reconstructions. A family's `all()` returns [`Entry`]s, and the config reader, `gonio list`,
 //! the help texts, the law tests and the benches all walk that list.
 //!
+//! A program that is built on this library adds members of its own with a family's `join`: they are
+//! then read from configs and listed like all others.
+//!
 //! A config table names its member by `kind`. Internally tagged serde enums lose key and line in
 //! TOML errors and let stray keys through on unit variants, so `kind` is taken out of the table
 //! first and the rest is deserialized into the member's own struct, whose
@@ -11,6 +14,7 @@ use crate::error::excerpt;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 use std::ops::Range;
+use std::sync::{PoisonError, RwLock};
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
@@ -28,6 +32,47 @@ pub struct Entry<T: ?Sized> {
     /// Reads the member from its table (without `kind`).
     pub read: fn(Table<'_>) -> Result<Box<T>, ReadError>,
 }
+
+// Not derived: T itself need not be copied.
+impl<T: ?Sized> Clone for Entry<T> {
+    fn clone(&self) -> Self {
+        *self
+    }
+}
+
+impl<T: ?Sized> Copy for Entry<T> {}
+
+/// Members that a program adds to a family of the library, for as long as it runs.
+pub struct Joined<T: ?Sized + 'static>(RwLock<Vec<Entry<T>>>);
+
+impl<T: ?Sized> Joined<T> {
+    /// No members.
+    pub(crate) const fn new() -> Self {
+        Self(RwLock::new(Vec::new()))
+    }
+
+    /// The library's members, and then those that were added.
+    pub(crate) fn after(&self, mut members: Vec<Entry<T>>) -> Vec<Entry<T>> {
+        // Whoever panicked while adding had not changed the list.
+        members.extend(self.0.read().unwrap_or_else(PoisonError::into_inner).iter());
+        members
+    }
+
+    /// Adds a member to those of the library.
+    pub(crate) fn add(&self, members: Vec<Entry<T>>, entry: Entry<T>) -> Result<(), Taken> {
+        let mut joined = self.0.write().unwrap_or_else(PoisonError::into_inner);
+        if members.iter().chain(&*joined).any(|e| e.kind == entry.kind) {
+            return Err(Taken(entry.kind));
+        }
+        joined.push(entry);
+        Ok(())
+    }
+}
+
+/// A member of this kind is in the family already.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+#[error("kind = \"{0}\" is in the registry already; allowed: another name")]
+pub struct Taken(pub &'static str);
 
 /// Why a table could not be read, and where in the text.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]

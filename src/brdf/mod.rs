@@ -37,7 +37,7 @@ pub use ward::{Ward, WardSpec};
 use crate::error::ParameterError;
 use crate::geometry::{DirectionPair, Symmetry};
 use crate::numeric;
-use crate::registry::{self, Entry, ReadError, Table};
+use crate::registry::{self, Entry, Joined, ReadError, Table, Taken};
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
 
@@ -208,8 +208,9 @@ pub enum BuildError {
     },
 }
 
-/// Every model a config can name.
-pub fn all() -> Vec<Entry<dyn BrdfSpec>> {
+static JOINED: Joined<dyn BrdfSpec> = Joined::new();
+
+fn built_in() -> Vec<Entry<dyn BrdfSpec>> {
     vec![
         lambert::ENTRY,
         oren_nayar::ENTRY,
@@ -230,6 +231,19 @@ pub fn all() -> Vec<Entry<dyn BrdfSpec>> {
         measured::UTIA,
         measured::TABULATED,
     ]
+}
+
+/// Every model a config can name.
+pub fn all() -> Vec<Entry<dyn BrdfSpec>> {
+    JOINED.after(built_in())
+}
+
+/// Adds a model of a program's own to [`all`].
+///
+/// # Errors
+/// If one of that kind is there.
+pub fn join(entry: Entry<dyn BrdfSpec>) -> Result<(), Taken> {
+    JOINED.add(built_in(), entry)
 }
 
 /// Reads a material from its config table.

@@ -56,12 +56,12 @@ impl Moments {
             None => Vec::new(),
         };
         tell_missing(&plan.missing);
-        let mut desk = Collect::default();
-        plan.run(&Extent::default(), &Known::default(), &mut desk)?;
-        if let (Some(failure), true) = (desk.failures.first(), desk.profiles.is_empty()) {
+        let mut collected = Collect::default();
+        plan.run(&Extent::default(), &Known::default(), &mut collected)?;
+        if let (Some(failure), true) = (collected.failures.first(), collected.profiles.is_empty()) {
             return Err(unusable(&plan, failure, &source));
         }
-        for Failure { job, reason, .. } in &desk.failures {
+        for Failure { job, reason, .. } in &collected.failures {
             say(&format!("gonio: {job}: {reason}"));
         }
         for material in plan.materials.iter().filter(|m| !m.symmetry.isotropic) {
@@ -70,7 +70,7 @@ impl Moments {
                 material.name
             ));
         }
-        let rows: Vec<ProfileRow<'_>> = desk
+        let rows: Vec<ProfileRow<'_>> = collected
             .profiles
             .iter()
             .flat_map(MaterialProfiles::rows)
@@ -94,7 +94,7 @@ impl Moments {
                 rows.len()
             ));
         }
-        let failed = |path: &Path| match desk.failures.len() {
+        let failed = |path: &Path| match collected.failures.len() {
             0 => Ok(()),
             failed => Err(Error::JobsFailed {
                 failed,
@@ -115,7 +115,7 @@ impl Moments {
         write(&files[1], |out| profiles_json(&rows, out))?;
         let config = toml::to_string(&plan.resolved).map_err(|e| Error::Internal(e.to_string()))?;
         write(&files[2], |out| out.write_all(config.as_bytes()))?;
-        for profiles in &desk.profiles {
+        for profiles in &collected.profiles {
             let sheet = crate::report::material_sheet(profiles);
             let svg = crate::report::svg(&sheet.title, &sheet.panels, sheet.columns)?;
             let path = diagram(dir, &profiles.material);

@@ -61,7 +61,7 @@ pub(super) trait Shown: Experiment {
     fn listeners<'a>(
         &'a self,
         folder: &'a RefCell<RunFolder<Self::Record>>,
-        desk: &Desk,
+        context: &RunContext,
     ) -> Result<Vec<Box<dyn Observer<Self::Record> + 'a>>, Error>;
 
     /// Prints what the records say, and writes their tables and pictures.
@@ -72,7 +72,7 @@ pub(super) trait Shown: Experiment {
 }
 
 /// What listeners are told of the run.
-pub(super) struct Desk {
+pub(super) struct RunContext {
     /// Set when the run shall stop.
     pub(super) stop: Arc<AtomicBool>,
     /// Nothing but errors shall be told.
@@ -177,7 +177,7 @@ impl Run {
             );
             return Err(Error::output(dir, message));
         }
-        let desk = Desk {
+        let context = RunContext {
             stop: stop_on_ctrl_c()?,
             quiet: self.quiet,
             shard: self.shard,
@@ -194,11 +194,11 @@ impl Run {
         };
         let summary = {
             let mut consumers = Consumers {
-                stop: Arc::clone(&desk.stop),
+                stop: Arc::clone(&context.stop),
                 progress: Progress::new(self.quiet),
                 list: vec![Box::new(Files(&folder))],
             };
-            consumers.list.extend(plan.listeners(&folder, &desk)?);
+            consumers.list.extend(plan.listeners(&folder, &context)?);
             let summary = plan.run(&extent, &known, &mut consumers)?;
             consumers.progress.finish();
             summary

@@ -14,7 +14,7 @@ pub use sky::SkySpec;
 
 use crate::brdf::BuildError;
 use crate::geometry::Direction;
-use crate::registry::{self, Entry, ReadError, Table};
+use crate::registry::{self, Entry, Joined, ReadError, Table, Taken};
 use std::path::PathBuf;
 
 /// Radiance that arrives from far away, the same at every point of a scene.
@@ -50,8 +50,9 @@ pub trait LightingSpec: std::fmt::Debug + Send + Sync {
     fn build(&self) -> Result<Box<dyn Lighting>, BuildError>;
 }
 
-/// Every lighting a config can name.
-pub fn all() -> Vec<Entry<dyn LightingSpec>> {
+static JOINED: Joined<dyn LightingSpec> = Joined::new();
+
+fn built_in() -> Vec<Entry<dyn LightingSpec>> {
     vec![
         constant::ENTRY,
         sky::ENTRY,
@@ -59,6 +60,19 @@ pub fn all() -> Vec<Entry<dyn LightingSpec>> {
         checker::ENTRY,
         map::ENTRY,
     ]
+}
+
+/// Every lighting a config can name.
+pub fn all() -> Vec<Entry<dyn LightingSpec>> {
+    JOINED.after(built_in())
+}
+
+/// Adds a lighting of a program's own to [`all`].
+///
+/// # Errors
+/// If one of that kind is there.
+pub fn join(entry: Entry<dyn LightingSpec>) -> Result<(), Taken> {
+    JOINED.add(built_in(), entry)
 }
 
 /// Reads a lighting from its config table.

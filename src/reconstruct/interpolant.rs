@@ -55,7 +55,11 @@ pub trait Interpolant: Send + Sync {
 
     /// [`eval`](Self::eval) for many pairs: `out` is pair-major (`pairs × width`). One virtual call
     /// per batch.
-    fn eval_batch(&self, pairs: &[DirectionPair], out: &mut [f64]);
+    fn eval_batch(&self, pairs: &[DirectionPair], out: &mut [f64]) {
+        for (pair, out) in pairs.iter().zip(out.chunks_exact_mut(self.width())) {
+            self.eval(pair, out);
+        }
+    }
 }
 
 /// An interpolant whose values are the channels of one material.

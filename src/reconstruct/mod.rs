@@ -1,4 +1,4 @@
-//! A measurement becomes a BRDF again.
+//! A measurement becomes a BRDF again. For one of your own see [`join`].
 
 mod coordinates;
 mod cubic;
@@ -28,7 +28,7 @@ use interpolant::Interpolated;
 use crate::brdf::Brdf;
 use crate::error::ParameterError;
 use crate::measurement::Measurement;
-use crate::registry::{self, Entry, ReadError, Table};
+use crate::registry::{self, Entry, Joined, ReadError, Table, Taken};
 use std::num::NonZeroUsize;
 
 /// Turns a measurement into a BRDF. A config names one by `kind`.
@@ -106,8 +106,9 @@ pub enum ReconstructError {
     Parameter(#[from] ParameterError),
 }
 
-/// Every reconstruction a config can name.
-pub fn all() -> Vec<Entry<dyn Reconstruct>> {
+static JOINED: Joined<dyn Reconstruct> = Joined::new();
+
+fn built_in() -> Vec<Entry<dyn Reconstruct>> {
     vec![
         nearest::ENTRY,
         Multilinear::ENTRY,
@@ -115,6 +116,85 @@ pub fn all() -> Vec<Entry<dyn Reconstruct>> {
         inverse_distance::ENTRY,
         thin_plate::ENTRY,
     ]
+}
+
+/// Every reconstruction a config can name.
+pub fn all() -> Vec<Entry<dyn Reconstruct>> {
+    JOINED.after(built_in())
+}
+
+/// Adds a reconstruction of a program's own to [`all`].
+///
+/// ```
+/// use gonio::error::ParameterError;
+/// use gonio::experiment::{Plan, Source};
+/// use gonio::geometry::DirectionPair;
+/// use gonio::reconstruct::{self, Interpolant, Readings, Reconstruct, ReconstructError};
+/// use gonio::registry::{self, Entry};
+/// use serde::{Deserialize, Serialize};
+///
+/// /// Lambert's law: the mean of the readings, times a factor.
+/// #[derive(Debug, Serialize, Deserialize)]
+/// #[serde(deny_unknown_fields)]
+/// struct Flat {
+///     factor: f64,
+/// }
+///
+/// struct Constant(Vec<f64>);
+///
+/// impl Interpolant for Constant {
+///     fn width(&self) -> usize {
+///         self.0.len()
+///     }
+///     fn eval(&self, pair: &DirectionPair, out: &mut [f64]) {
+///         let above = pair.omega_i.cos_theta() > 0.0 && pair.omega_o.cos_theta() > 0.0;
+///         for (out, mean) in out.iter_mut().zip(&self.0) {
+///             *out = if above { *mean } else { 0.0 };
+///         }
+///     }
+/// }
+///
+/// impl Reconstruct for Flat {
+///     fn resolved(&self) -> toml::Table {
+///         registry::resolved("flat", self)
+///     }
+///     fn label(&self) -> String {
+///         "flat".into()
+///     }
+///     fn needs_grid(&self) -> bool {
+///         false
+///     }
+///     fn check(&self) -> Result<(), ParameterError> {
+///         Ok(())
+///     }
+///     fn interpolate(&self, r: &Readings<'_>) -> Result<Box<dyn Interpolant>, ReconstructError> {
+///         let values = (0..r.present.len()).filter_map(|i| r.value(i));
+///         let mut mean = vec![0.0; r.width];
+///         for value in values {
+///             for (mean, v) in mean.iter_mut().zip(value) {
+///                 *mean += self.factor * v / r.count() as f64;
+///             }
+///         }
+///         Ok(Box::new(Constant(mean)))
+///     }
+/// }
+///
+/// reconstruct::join(Entry {
+///     kind: "flat",
+///     summary: "the mean of the readings",
+///     examples: &["factor = 1"],
+///     read: |table| Ok(Box::new(registry::parse::<Flat>(table)?)),
+/// })?;
+/// let text = "[[material]]\nkind = \"lambert\"\n[[reconstruction]]\nkind = \"flat\"\nfactor = 1";
+/// let plan = Plan::read(&Source::new("example", text))?;
+/// assert_eq!(plan.methods[0].name, "flat");
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+///
+/// # Errors
+/// If one of that kind is there.
+pub fn join(entry: Entry<dyn Reconstruct>) -> Result<(), Taken> {
+    JOINED.add(built_in(), entry)
 }
 
 /// Reads a reconstruction from its config table.

@@ -24,7 +24,7 @@ pub use table::FileError;
 
 use crate::geometry::DirectionPair;
 use crate::parametrization::{Coords, Parametrization};
-use crate::registry::{self, Entry, ReadError, Table};
+use crate::registry::{self, Entry, Joined, ReadError, Table, Taken};
 use std::sync::Arc;
 
 /// One configuration to be measured.
@@ -52,14 +52,28 @@ pub struct Schedule {
     pub unphysical_share: f64,
 }
 
-/// Every sample set a config can name.
-pub fn all() -> Vec<Entry<dyn SampleSet>> {
+static JOINED: Joined<dyn SampleSet> = Joined::new();
+
+fn built_in() -> Vec<Entry<dyn SampleSet>> {
     vec![
         Grid::ENTRY,
         Stratified::ENTRY,
         SobolSet::ENTRY,
         RandomSet::ENTRY,
     ]
+}
+
+/// Every sample set a config can name.
+pub fn all() -> Vec<Entry<dyn SampleSet>> {
+    JOINED.after(built_in())
+}
+
+/// Adds a sample set of a program's own to [`all`].
+///
+/// # Errors
+/// If one of that kind is there.
+pub fn join(entry: Entry<dyn SampleSet>) -> Result<(), Taken> {
+    JOINED.add(built_in(), entry)
 }
 
 /// Reads a sample set from its config table.

@@ -1,6 +1,6 @@
 //! What a run of an acquisition prints, draws and writes.
 
-use super::{Desk, End, Shown};
+use super::{End, RunContext, Shown};
 use crate::cli::print;
 use crate::error::Error;
 use crate::experiment::{Event, Findings, Kind, Observer, Plan, Row, Wish};
@@ -19,7 +19,7 @@ impl Shown for Plan {
     fn listeners<'a>(
         &'a self,
         folder: &'a RefCell<Folder>,
-        desk: &Desk,
+        context: &RunContext,
     ) -> Result<Vec<Box<dyn Observer<Row> + 'a>>, Error> {
         let mut list: Vec<Box<dyn Observer<Row> + 'a>> = Vec::new();
         if self.output.schedules.0.is_some() || self.output.slices {
@@ -31,9 +31,9 @@ impl Shown for Plan {
             list.push(Box::new(Lines(table)));
         }
         if self.pictures.draw {
-            let studio = Studio::new(self, desk.shard)?;
+            let studio = Studio::new(self, context.shard)?;
             studio.general(&mut folder.borrow_mut())?;
-            let stop = std::sync::Arc::clone(&desk.stop);
+            let stop = std::sync::Arc::clone(&context.stop);
             list.push(Box::new(Drawn {
                 studio,
                 folder,

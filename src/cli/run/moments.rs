@@ -1,6 +1,6 @@
 //! What a run of a moment experiment prints, draws and writes.
 
-use super::{Desk, End, Shown};
+use super::{End, RunContext, Shown};
 use crate::cli::{print, say};
 use crate::error::Error;
 use crate::experiment::moments::{
@@ -22,10 +22,10 @@ impl Shown for MomentsPlan {
     fn listeners<'a>(
         &'a self,
         folder: &'a RefCell<Folder>,
-        desk: &Desk,
+        context: &RunContext,
     ) -> Result<Vec<Box<dyn Observer<MaterialProfiles> + 'a>>, Error> {
         for name in &self.analysis.spheres {
-            if !desk.quiet && self.materials.iter().all(|m| m.name != *name) {
+            if !context.quiet && self.materials.iter().all(|m| m.name != *name) {
                 say(&format!(
                     "gonio: {name} of analysis.spheres is not among the materials; not drawn"
                 ));

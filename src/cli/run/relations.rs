@@ -1,6 +1,6 @@
 //! What a run of relations prints, draws and writes.
 
-use super::{Desk, End, Shown};
+use super::{End, RunContext, Shown};
 use crate::cli::print;
 use crate::error::Error;
 use crate::experiment::relations::{MaterialRelations, RelationRow, RelationsPlan};
@@ -16,7 +16,7 @@ impl Shown for RelationsPlan {
     fn listeners<'a>(
         &'a self,
         _folder: &'a RefCell<Folder>,
-        _desk: &Desk,
+        _context: &RunContext,
     ) -> Result<Vec<Box<dyn Observer<MaterialRelations> + 'a>>, Error> {
         print(&relations_head())?;
         Ok(vec![Box::new(Lines)])

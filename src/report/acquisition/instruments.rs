@@ -11,7 +11,7 @@ const ONE_BY_ONE: usize = 4;
 
 /// Tables of choices (parametrization, warp and so on) against instruments.
 pub fn instruments(rows: &[&Row]) -> String {
-    let mut found = Found::default();
+    let mut found = Levels::default();
     for row in rows {
         add(&mut found.measures, row.measure.clone());
         add(&mut found.materials, row.material.clone());
@@ -46,9 +46,9 @@ impl Choice {
     }
 }
 
-/// What the rows are about, each once, in their order.
+/// Levels of each column that the tables are laid out by, each once, in the order of the rows.
 #[derive(Default)]
-struct Found {
+struct Levels {
     measures: Vec<String>,
     materials: Vec<String>,
     instruments: Vec<String>,
@@ -57,7 +57,7 @@ struct Found {
     allowances: Vec<String>,
 }
 
-impl Found {
+impl Levels {
     fn tables(&self, rows: &[&Row]) -> String {
         let mut out = String::new();
         for label in &self.allowances {

@@ -5,7 +5,7 @@ use super::html::{MaterialPictures, Media, Picture};
 use crate::brdf::Brdf;
 use crate::error::Error;
 use crate::experiment::{
-    Coordinates, Material, Plan, RESULTS_REVISION, Row, Shard, Sketch, sketch,
+    Coordinates, Material, Plan, Preview, RESULTS_REVISION, Row, Shard, preview,
 };
 use crate::lighting::Lighting;
 use crate::parametrization::{ParametrizationEntry, find};
@@ -227,7 +227,8 @@ impl<'a> Studio<'a> {
                 continue;
             }
             // Too few readings for a schedule of this symmetry: there is nothing to show.
-            let Some(Sketch { brdf: copy, method }) = sketch(self.plan, material, brdf, i)? else {
+            let Some(Preview { brdf: copy, method }) = preview(self.plan, material, brdf, i)?
+            else {
                 continue;
             };
             let spec = &self.plan.pictures;

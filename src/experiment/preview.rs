@@ -9,7 +9,7 @@ use crate::brdf::Brdf;
 use crate::error::Error;
 
 /// A reconstruction that is drawn.
-pub struct Sketch {
+pub struct Preview {
     /// The reconstruction.
     pub brdf: Box<dyn Brdf>,
     /// Name of the method.
@@ -23,12 +23,12 @@ pub struct Sketch {
 ///
 /// # Errors
 /// [`Error::Internal`] for coordinates that were checked.
-pub fn sketch(
+pub fn preview(
     plan: &Plan,
     material: &Material,
     brdf: &dyn Brdf,
     coordinates: usize,
-) -> Result<Option<Sketch>, Error> {
+) -> Result<Option<Preview>, Error> {
     let suits = |set: usize| {
         let grid = plan.sample_sets[set].set.is_grid();
         let mut methods = plan.methods.iter();
@@ -65,7 +65,7 @@ pub fn sketch(
         Err(Stop::Cancelled) => return Ok(None),
     };
     let made = method.method.reconstruct(&readings.measured).ok();
-    Ok(made.map(|brdf| Sketch {
+    Ok(made.map(|brdf| Preview {
         brdf,
         method: method.name.clone(),
     }))
