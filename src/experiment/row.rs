@@ -157,9 +157,11 @@ impl Quantities {
         self.0[place(name)?]
     }
 
-    /// Sets the value of the quantity of this name; an unknown name is nobody's column.
+    /// Sets the value of one of the [`quantities`].
     pub fn set(&mut self, name: &str, value: Option<f64>) {
-        if let Some(place) = place(name) {
+        let place = place(name);
+        debug_assert!(place.is_some(), "{name} is no quantity");
+        if let Some(place) = place {
             self.0[place] = value;
         }
     }

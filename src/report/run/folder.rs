@@ -438,7 +438,7 @@ fn remove(result: io::Result<()>) -> io::Result<()> {
 }
 
 /// A name as part of a file name: letters, digits, `.`, `-` and `_` stay, every other character
-/// becomes `%` and its number, so that different names stay different.
+/// becomes `%` and its number, so that different names stay different; at most 200 bytes.
 pub fn file_stem(name: &str) -> String {
     let mut stem = String::with_capacity(name.len());
     for c in name.chars() {
@@ -446,6 +446,19 @@ pub fn file_stem(name: &str) -> String {
             'a'..='z' | 'A'..='Z' | '0'..='9' | '.' | '-' | '_' => stem.push(c),
             _ => stem.push_str(&format!("%{:X}", u32::from(c))),
         }
+    }
+    shortened(stem, 200)
+}
+
+/// Bytes of a file name without its extension: file systems take 255 in all.
+const LONGEST: usize = 240;
+
+/// An ASCII name of at most so many bytes: of a longer one its start and its hash.
+fn shortened(mut stem: String, longest: usize) -> String {
+    if stem.len() > longest {
+        let hash = blake3::hash(stem.as_bytes()).to_hex();
+        stem.truncate(longest - 17);
+        stem = format!("{stem}-{}", &hash[..16]);
     }
     stem
 }
@@ -459,7 +472,7 @@ pub fn slice_name(job: &Job<'_>) -> String {
     for part in job.method.iter().map(|m| file_stem(&m.label())) {
         name = format!("{name}_{part}");
     }
-    name + ".exr"
+    shortened(name, LONGEST) + ".exr"
 }
 
 /// The file name, without extension, of a schedule; different for different schedules of a plan.
@@ -484,5 +497,6 @@ pub fn schedule_stem(key: &ScheduleKey<'_>) -> String {
         Allowance::Minutes(minutes) => format!("{minutes}min"),
     };
     let seed = key.seed;
-    format!("{stem}_{symmetry}_{set}_{allowance}{instrument}_seed{seed}")
+    let stem = format!("{stem}_{symmetry}_{set}_{allowance}{instrument}_seed{seed}");
+    shortened(stem, LONGEST)
 }
