@@ -7,7 +7,7 @@ use gonio::brdf::Brdf;
 use gonio::geometry::Symmetry;
 use gonio::instrument::{Ideal, Instrument};
 use gonio::measurement::Measurement;
-use gonio::parametrization::{self, WarpName};
+use gonio::parametrization::{self, WarpSpec};
 use gonio::reconstruct::{self, Reconstruct};
 use gonio::registry;
 use gonio::schedule::{Grid, SampleSet, SobolSet};
@@ -35,7 +35,7 @@ impl std::fmt::Display for Case {
 
 impl Case {
     fn measure(&self) -> Measurement {
-        let theta_h = BTreeMap::from([("theta_h".to_owned(), WarpName::SquareRoot)]);
+        let theta_h = BTreeMap::from([("theta_h".to_owned(), WarpSpec::SquareRoot)]);
         let form = parametrization::find("half-difference")
             .expect("a parametrization")
             .warped(self.symmetry, &theta_h)

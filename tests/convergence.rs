@@ -9,7 +9,7 @@ use common::{cosine_pair, model};
 use gonio::brdf::{Brdf, Presence};
 use gonio::geometry::{DirectionPair, Symmetry};
 use gonio::instrument::{Ideal, Instrument};
-use gonio::parametrization::{self, Parametrization, WarpName};
+use gonio::parametrization::{self, Parametrization, WarpSpec};
 use gonio::reconstruct::{self, Reconstruct};
 use gonio::registry;
 use gonio::sampling::Random;
@@ -122,7 +122,7 @@ fn required(kind: &str, grid: bool) -> Option<f64> {
 #[test]
 fn errors_fall_at_the_order_of_the_method() {
     let target = Target::new();
-    let root = BTreeMap::from([("theta_h".to_owned(), WarpName::SquareRoot)]);
+    let root = BTreeMap::from([("theta_h".to_owned(), WarpSpec::SquareRoot)]);
     let none = BTreeMap::new();
     for (name, warp) in [
         ("half-difference", &root),

@@ -3,10 +3,10 @@
 
 mod common;
 
-use common::{random_pair, symmetries};
+use common::{random_pair, symmetries, warps};
 use glam::DVec3;
 use gonio::geometry::{DirectionPair, Symmetry};
-use gonio::parametrization::{self, Axis, AxisKind, Coords, Parametrization, WarpName};
+use gonio::parametrization::{self, Axis, AxisKind, Coords, Parametrization};
 use gonio::sampling::{Random, Sobol};
 use std::collections::BTreeMap;
 use std::f64::consts::{PI, TAU};
@@ -18,7 +18,7 @@ fn forms(symmetry: Symmetry) -> Vec<Arc<dyn Parametrization>> {
     let mut forms = Vec::new();
     for entry in parametrization::all() {
         forms.push(entry.form(symmetry));
-        for warp in WarpName::ALL {
+        for warp in warps() {
             let mut bent = BTreeMap::new();
             for axis in entry.axes(symmetry) {
                 let alone = BTreeMap::from([(axis.symbol.to_owned(), warp)]);
@@ -189,7 +189,7 @@ fn folded_and_isotropic_forms_have_the_jacobian_of_the_pair() {
                 let allowed = 1e-13 * reference / lowest(&pair).powi(2);
                 // Exchanging light and sensor exchanges the two factors of a warped axis.
                 let exchanges =
-                    p.name() == "spherical" && symmetry.reciprocal && p.warp_name() != "none";
+                    p.facts().exchange && symmetry.reciprocal && p.warp_name() != "none";
                 let swapped = plain.jacobian(&plain.forward(&pair.swapped()));
                 let error = (j - reference).abs();
                 let error = if exchanges {
@@ -208,12 +208,13 @@ fn folded_and_isotropic_forms_have_the_jacobian_of_the_pair() {
 }
 
 /// How many configurations of the unfolded hemispheres one point of the box stands for.
-fn copies(name: &str, s: Symmetry) -> f64 {
+fn copies(p: &dyn Parametrization) -> f64 {
+    let s = p.symmetry();
     let both = |has: bool, n: f64| if has { n } else { 1.0 };
-    match (name, s.isotropic) {
-        // Spherical: the box holds both orders of the elevations, only its azimuth is halved.
-        ("spherical", true) => both(s.reciprocal || s.bilateral, 2.0),
-        ("spherical", false) => both(s.bilateral, 4.0),
+    match (p.facts().exchange, s.isotropic) {
+        // The box holds both orders of the directions, only its azimuth is halved.
+        (true, true) => both(s.reciprocal || s.bilateral, 2.0),
+        (true, false) => both(s.bilateral, 4.0),
         (_, true) => both(s.reciprocal, 2.0) * both(s.bilateral, 2.0),
         (_, false) => both(s.reciprocal, 2.0) * both(s.bilateral, 4.0),
     }
@@ -230,7 +231,7 @@ fn the_box_holds_the_measure_of_both_hemispheres() {
             let dimensions = p.axes().len();
             let volume: f64 = p.axes().iter().map(|a| a.length()).product();
             let turn = if symmetry.isotropic { TAU } else { 1.0 };
-            let scale = volume * turn * copies(p.name(), symmetry) / count as f64;
+            let scale = volume * turn * copies(&*p) / count as f64;
             let mut sobol = Sobol::new(32);
             let mut sums = [0.0; 4];
             for i in 0..count {
@@ -261,10 +262,10 @@ fn the_box_holds_the_measure_of_both_hemispheres() {
             );
             // About twice the worst measured. 1/(cos cos) and 1/(1 − |k|² − |h_bar|² sin² delta) are
             // integrable, their squares are not: the total measure converges slowly there.
-            let allowed = match p.name() {
-                "orthographic" => [0.15, 0.025, 0.008, 0.008],
-                "hybrid" | "stark" => [0.1, 0.025, 0.004, 0.004],
-                _ => [0.004, 0.004, 6e-4, 6e-4],
+            let allowed = if p.facts().singular {
+                [0.15, 0.025, 0.008, 0.008]
+            } else {
+                [0.004, 0.004, 6e-4, 6e-4]
             };
             for (w, error) in errors.into_iter().enumerate() {
                 let allowed = allowed[w];
@@ -324,10 +325,9 @@ fn jacobian_on_edges_is_zero_finite_or_infinite_but_never_nan() {
                     );
                 }
             }
-            let singular = matches!(p.name(), "orthographic" | "hybrid" | "stark");
-            assert_eq!(infinite > 0, singular, "{}", name(&*p));
-            // Poles: the measure vanishes, except in Stark's coordinates, which absorb it.
-            assert!(zero > 0 || p.name() == "stark", "{}", name(&*p));
+            assert_eq!(infinite > 0, p.facts().singular, "{}", name(&*p));
+            // Poles: the measure vanishes, except in coordinates that absorb it.
+            assert!(zero > 0 || p.facts().squared, "{}", name(&*p));
         }
     }
 }

@@ -8,7 +8,7 @@ mod common;
 use common::{distance, random_pair};
 use glam::{DMat3, DVec3};
 use gonio::geometry::{Direction, DirectionPair, Symmetry, angle_between};
-use gonio::parametrization::{self, Parametrization, WarpName};
+use gonio::parametrization::{self, Parametrization, WarpSpec};
 use gonio::sampling::{Random, Sobol};
 use std::collections::BTreeMap;
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
@@ -94,7 +94,7 @@ fn form(name: &str, symmetry: Symmetry) -> Arc<dyn Parametrization> {
     entry.form(symmetry)
 }
 
-fn warped(name: &str, symmetry: Symmetry, axis: &str, warp: WarpName) -> Arc<dyn Parametrization> {
+fn warped(name: &str, symmetry: Symmetry, axis: &str, warp: WarpSpec) -> Arc<dyn Parametrization> {
     let entry = parametrization::find(name).expect("in the registry");
     let warps = BTreeMap::from([(axis.to_owned(), warp)]);
     entry.warped(symmetry, &warps).expect("the axis has it")
@@ -598,7 +598,7 @@ fn isotropic_coordinates_do_not_turn_with_the_sample() {
             assert!(
                 turn(c[2], d[2]) < rounding + 1e-14 / projection,
                 "{}",
-                entry.name
+                entry.kind
             );
         }
         let moved = |name: &str, axis: usize| {
@@ -705,7 +705,7 @@ fn physical_shares_of_the_isotropic_box() {
     };
     let plain = |name| form(name, Symmetry::FULL);
     let bent = |name, axis, warp| warped(name, Symmetry::FULL, axis, warp);
-    let root = WarpName::SquareRoot;
+    let root = WarpSpec::SquareRoot;
     let shares = [
         (plain("spherical"), closed_form_share(|_, _| 0.0), 1.0),
         (plain("half-difference"), closed_form_share(half), 0.617),
@@ -715,7 +715,7 @@ fn physical_shares_of_the_isotropic_box() {
             0.752,
         ),
         (
-            bent("half-difference", "theta_h", WarpName::Merl),
+            bent("half-difference", "theta_h", WarpSpec::Merl),
             closed_form_share(|a, b| half(a * a, b)),
             0.752,
         ),

@@ -2,23 +2,19 @@
 
 mod common;
 
-use common::{distance, edge_pairs, random_pair, symmetries};
+use common::{distance, edge_pairs, random_pair, symmetries, warps};
 use gonio::geometry::{DirectionPair, Symmetry};
-use gonio::parametrization::{self, AxisKind, Parametrization, WarpName};
+use gonio::parametrization::{self, AxisKind, Parametrization, WarpSpec};
 use gonio::sampling::Random;
 use std::collections::BTreeMap;
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use std::sync::Arc;
 
-/// The error a round trip may have. Spherical and half/difference: MATHS asks 2e-15 rad
-/// everywhere; the others lose digits in sqrt(1 − r²) near the horizon by definition.
-fn allowed(name: &str, pair: &DirectionPair) -> f64 {
+/// The error a round trip may have.
+fn allowed(p: &dyn Parametrization, pair: &DirectionPair) -> f64 {
     let lowest = pair.omega_i.cos_theta().min(pair.omega_o.cos_theta());
-    match name {
-        "spherical" | "half-difference" => 2e-15,
-        _ if lowest > 1e-3 => 1e-12,
-        _ => 4e-8,
-    }
+    let [high, anywhere] = p.facts().round_trip;
+    if lowest > 1e-3 { high } else { anywhere }
 }
 
 /// Round-trip error, checking ranges and canonical form on the way.
@@ -28,7 +24,7 @@ fn round_trip(p: &dyn Parametrization, pair: &DirectionPair, what: &str) -> f64 
         // Azimuths may round past an end, which names the same place; past the end of a radial
         // axis there is nothing.
         let slack = match axis.kind {
-            AxisKind::Radial => 0.0,
+            AxisKind::Radial | AxisKind::Straight => 0.0,
             AxisKind::Periodic | AxisKind::Mirrored => 1e-15 * axis.range[1],
         };
         assert!(
@@ -61,11 +57,11 @@ fn random_pairs_come_back() {
             for i in 0..1_000_000 {
                 let pair = random_pair(&random, i);
                 let error = round_trip(&*p, &pair, "random");
-                let allowed = allowed(entry.name, &pair);
+                let allowed = allowed(&*p, &pair);
                 assert!(
                     error <= allowed,
                     "{} {symmetry:?} {pair:?}: {error:e}",
-                    entry.name
+                    entry.kind
                 );
                 worst = worst.max(error);
                 if pair.omega_i.cos_theta().min(pair.omega_o.cos_theta()) > 1e-3 {
@@ -74,7 +70,7 @@ fn random_pairs_come_back() {
             }
             println!(
                 "{:16} {}-D  worst {worst:.1e} rad, {worst_high:.1e} where both cosines > 1e-3",
-                entry.name,
+                entry.kind,
                 p.axes().len()
             );
         }
@@ -89,16 +85,16 @@ fn edge_pairs_come_back_under_every_symmetry() {
             let p = entry.form(symmetry);
             for (name, pair) in edge_pairs() {
                 let error = round_trip(&*p, &pair, &name);
-                let allowed = allowed(entry.name, &pair);
+                let allowed = allowed(&*p, &pair);
                 assert!(
                     error <= allowed,
                     "{} {symmetry:?} {name}: {error:e}",
-                    entry.name
+                    entry.kind
                 );
                 worst = worst.max(error);
             }
         }
-        println!("{:16} edge table: worst {worst:.1e} rad", entry.name);
+        println!("{:16} edge table: worst {worst:.1e} rad", entry.kind);
     }
 }
 
@@ -110,7 +106,7 @@ fn random_pairs_come_back_under_every_symmetry_and_warp() {
             let pair = random_pair(&random, i);
             let error = round_trip(&*p, &pair, "random");
             // A warp rounds once more: a few ulp of the warped coordinate, times dx/du ≤ 2 x_max.
-            let allowed = 4.0 * allowed(p.name(), &pair);
+            let allowed = 4.0 * allowed(&*p, &pair);
             assert!(
                 error <= allowed,
                 "{} {warp:?} {:?} {pair:?}: {error:e}",
@@ -139,7 +135,7 @@ fn opposed_grazing_pairs_come_back() {
             for (p, warp) in &forms {
                 let error = round_trip(&**p, &pair, &format!("{epsilon:e} {turn:e} {warp:?}"));
                 // A warp rounds once more.
-                let allowed = allowed(p.name(), &pair) * if warp.is_some() { 4.0 } else { 1.0 };
+                let allowed = allowed(&**p, &pair) * if warp.is_some() { 4.0 } else { 1.0 };
                 assert!(
                     error <= allowed,
                     "{} {warp:?} {:?} {epsilon:e} {turn:e}: {error:e}",
@@ -152,12 +148,12 @@ fn opposed_grazing_pairs_come_back() {
 }
 
 /// Every parametrization under the symmetries, plain and with every warp an axis can have.
-fn forms(symmetries: &[Symmetry]) -> Vec<(Arc<dyn Parametrization>, Option<WarpName>)> {
+fn forms(symmetries: &[Symmetry]) -> Vec<(Arc<dyn Parametrization>, Option<WarpSpec>)> {
     let mut forms = Vec::new();
     for entry in parametrization::all() {
         for &symmetry in symmetries {
             forms.push((entry.form(symmetry), None));
-            for warp in WarpName::ALL {
+            for warp in warps() {
                 for axis in entry.axes(symmetry) {
                     let warps = BTreeMap::from([(axis.symbol.to_owned(), warp)]);
                     if let Ok(p) = entry.warped(symmetry, &warps) {
@@ -172,7 +168,7 @@ fn forms(symmetries: &[Symmetry]) -> Vec<(Arc<dyn Parametrization>, Option<WarpN
 
 #[test]
 fn every_warp_is_available_somewhere() {
-    for warp in WarpName::ALL {
+    for warp in warps() {
         let forms = forms(&[Symmetry::FULL]);
         assert!(forms.iter().any(|(_, w)| *w == Some(warp)), "{warp:?}");
     }
@@ -258,16 +254,16 @@ fn canonical_coordinates_name_the_same_configuration() {
                     match axis.kind {
                         AxisKind::Periodic => moved[d] += axis.length(),
                         AxisKind::Mirrored => moved[d] = 2.0 * axis.range[0] - moved[d],
-                        AxisKind::Radial => continue,
+                        AxisKind::Radial | AxisKind::Straight => continue,
                     }
                     let Some(home) = p.canonical(&moved) else {
                         panic!(
                             "{} {symmetry:?}: {moved:?} has no representative",
-                            entry.name
+                            entry.kind
                         )
                     };
                     let (there, back) = (p.inverse(&moved), p.inverse(&home));
-                    assert_eq!(there.is_some(), back.is_some(), "{} {moved:?}", entry.name);
+                    assert_eq!(there.is_some(), back.is_some(), "{} {moved:?}", entry.kind);
                     let (Some(there), Some(back)) = (there, back) else {
                         continue;
                     };
@@ -275,7 +271,7 @@ fn canonical_coordinates_name_the_same_configuration() {
                     assert!(
                         error < 1e-6,
                         "{} {symmetry:?} {moved:?} {home:?}: {error}",
-                        entry.name
+                        entry.kind
                     );
                 }
                 let home = p.canonical(&c).expect("inside the box");
@@ -284,11 +280,11 @@ fn canonical_coordinates_name_the_same_configuration() {
                 assert!(
                     error < 1e-6,
                     "{} {symmetry:?} {c:?} {home:?}: {error}",
-                    entry.name
+                    entry.kind
                 );
                 let again = p.canonical(&home).expect("inside the box");
                 for d in 0..4 {
-                    assert!((again[d] - home[d]).abs() < 1e-12, "{} {c:?}", entry.name);
+                    assert!((again[d] - home[d]).abs() < 1e-12, "{} {c:?}", entry.kind);
                 }
             }
         }
@@ -310,13 +306,13 @@ fn both_mirrors_fold_a_pole() {
                 let at = |azimuth| p.canonical(&[0.0, 0.0, 0.3, azimuth]).unwrap();
                 for image in [-a, PI - a, a - PI] {
                     for (c, d) in at(a).into_iter().zip(at(image)) {
-                        assert!((c - d).abs() < 1e-15, "{} {reciprocal} {image}", entry.name);
+                        assert!((c - d).abs() < 1e-15, "{} {reciprocal} {image}", entry.kind);
                     }
                 }
                 // At the second pole its own azimuth means nothing.
                 let second = |azimuth| p.canonical(&[0.3, azimuth, 0.0, 1.0]).unwrap();
                 for (c, d) in second(a).into_iter().zip(second(PI - a)) {
-                    assert!((c - d).abs() < 1e-15, "{} {reciprocal}", entry.name);
+                    assert!((c - d).abs() < 1e-15, "{} {reciprocal}", entry.kind);
                 }
                 let folded = at(a);
                 let error = distance(
@@ -324,7 +320,7 @@ fn both_mirrors_fold_a_pole() {
                     &p.inverse(&folded).unwrap(),
                     symmetry,
                 );
-                assert!(error < 1e-15, "{} {error:e}", entry.name);
+                assert!(error < 1e-15, "{} {error:e}", entry.kind);
             }
         }
     }
@@ -354,7 +350,8 @@ fn through_the_pole_is_the_other_side() {
                     continue;
                 };
                 let gap = distance(&pair, &there, p.symmetry());
-                // Stark's lengths are roots of the coordinates: a step of 1e-6 moves 1e-3.
+                // A warp's step of 1e-6 moves at most as much; a length that is the root of its
+                // coordinate moves 1e-3.
                 assert!(
                     gap < 5e-3,
                     "{} {warp:?} {:?} {}: {gap}",

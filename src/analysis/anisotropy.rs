@@ -14,7 +14,8 @@
 
 use crate::geometry::{Direction, DirectionPair, Symmetry};
 use crate::numeric::wrap_angle;
-use crate::parametrization::{Parametrization, ParametrizationEntry};
+use crate::parametrization::{Parametrization, ParametrizationSpec};
+use crate::registry::Entry;
 use glam::DVec3;
 use nalgebra::Matrix3x4;
 use rayon::prelude::*;
@@ -62,7 +63,10 @@ pub struct Anisotropy {
 
 /// Anisotropy of the 3-D form of a parametrization for BRDFs with every symmetry, over `pairs`;
 /// `None` if no pair has a derivative.
-pub fn anisotropy(entry: &ParametrizationEntry, pairs: &[DirectionPair]) -> Option<Anisotropy> {
+pub fn anisotropy(
+    entry: &Entry<ParametrizationSpec>,
+    pairs: &[DirectionPair],
+) -> Option<Anisotropy> {
     // Derivatives must not see the folds, lengths are those of the folded axes.
     let open = entry.form(Symmetry {
         isotropic: true,
@@ -155,15 +159,15 @@ mod tests {
         for entry in all() {
             let found = anisotropy(&entry, &pairs).unwrap();
             assert_eq!(found.pairs + found.skipped, 2000);
-            assert!(found.skipped < 5, "{}: {found:?}", entry.name);
+            assert!(found.skipped < 5, "{}: {found:?}", entry.kind);
             // Central differences of step 1e-6: 1e-10 for a coordinate of size 1, more by the
             // condition number near poles.
             assert!(
                 found.jacobian_error.median < 1e-8,
                 "{}: {found:?}",
-                entry.name
+                entry.kind
             );
-            assert!(found.jacobian_error.p95 < 1e-6, "{}: {found:?}", entry.name);
+            assert!(found.jacobian_error.p95 < 1e-6, "{}: {found:?}", entry.kind);
             assert!(found.condition.median >= 1.0);
         }
     }

@@ -82,12 +82,11 @@ pub fn gradient_shares<const N: usize>(gradient: &[f64; N]) -> Option<[f64; N]> 
     (total > 0.0).then(|| gradient.map(|g| g / total))
 }
 
-/// The azimuths of the slices (rad): four from end to end of a mirrored axis, 0°, 30°, 60°, 90° of
-/// a half-vector chart and 0°, 60°, 120°, 180° of the spherical one; of a periodic axis the
-/// starts of equal quarters.
+/// Where the slices are: four from end to end of an axis, 0°, 30°, 60°, 90° of a half-vector chart
+/// and 0°, 60°, 120°, 180° of the spherical one; of a periodic axis the starts of equal quarters.
 pub fn slice_angles(axis: &Axis) -> [f64; SLICES] {
     let steps = match axis.kind {
-        AxisKind::Mirrored => SLICES - 1,
+        AxisKind::Mirrored | AxisKind::Straight => SLICES - 1,
         AxisKind::Periodic | AxisKind::Radial => SLICES,
     };
     std::array::from_fn(|i| axis.range[0] + axis.length() * i as f64 / steps as f64)

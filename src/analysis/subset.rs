@@ -16,7 +16,7 @@ use crate::brdf::Brdf;
 use crate::geometry::{Direction, DirectionPair};
 use crate::instrument::Machine;
 use crate::metrics;
-use crate::parametrization::{self, Coords, Parametrization, WarpName};
+use crate::parametrization::{self, Coords, Parametrization, WarpSpec};
 use crate::sampling::{Random, Sobol, gauss_legendre};
 use rayon::prelude::*;
 use std::collections::BTreeMap;
@@ -459,7 +459,7 @@ impl Subset {
     /// narrow lobes are wide, and the share is that of the points that lie in the set. A small set
     /// that few of them lie in is integrated on its own.
     pub fn energy_share(&self, brdf: &dyn Brdf) -> Option<Estimate> {
-        let warps = BTreeMap::from([("theta_h".to_owned(), WarpName::SquareRoot)]);
+        let warps = BTreeMap::from([("theta_h".to_owned(), WarpSpec::SquareRoot)]);
         let spread = parametrization::find("half-difference")
             .and_then(|entry| entry.warped(self.form.symmetry(), &warps).ok());
         // Named by this crate's own registry, with a warp that theta_h has.

@@ -223,7 +223,7 @@ pub fn savings(symmetry: Symmetry) -> Vec<Saving> {
                 folds.push(radial.join(" ≥ "));
             }
             Saving {
-                parametrization: entry.name,
+                parametrization: entry.kind,
                 dimensions: folded.len(),
                 copies,
                 folds,

@@ -9,6 +9,7 @@ use crate::error::Error;
 use crate::geometry::{DirectionPair, Symmetry};
 use crate::metrics::{self, Measure, MetricsSpec};
 use crate::parametrization;
+use crate::registry::Entry;
 use crate::report::{
     ReductionRow, SharesRow, StretchRow, reduction_table, rows_csv, rows_json, shares_table,
     stretch_table,
@@ -93,7 +94,7 @@ impl Distortion {
                 let found = analysis::distortion(brdf, scale, &*form, weight);
                 rows.extend(SharesRow::of(
                     &material.name,
-                    entry.name,
+                    entry.kind,
                     form.axes(),
                     (scale, weight),
                     &found,
@@ -119,7 +120,7 @@ impl Distortion {
         let entries = parametrization::all();
         let rows = entries.iter().filter_map(|entry| {
             let found = analysis::anisotropy(entry, &pairs)?;
-            Some(StretchRow::new(entry.name, &found))
+            Some(StretchRow::new(entry.kind, &found))
         });
         self.write(rows.collect(), |r| stretch_table(r), Ok(()))
     }
@@ -160,16 +161,16 @@ fn reductions(material: &str, brdf: &dyn Brdf, pairs: &[DirectionPair]) -> Vec<R
     let entries = parametrization::all();
     let mut rows = Vec::new();
     for averaging in Averaging::ALL {
-        let of = |entry: &parametrization::ParametrizationEntry| {
+        let of = |entry: &Entry<parametrization::ParametrizationSpec>| {
             analysis::reduced(brdf, &*entry.form(Symmetry::FULL), averaging, pairs)
         };
-        let half = entries.iter().find(|e| e.name == "half-difference").map(of);
+        let half = entries.iter().find(|e| e.kind == "half-difference").map(of);
         for entry in &entries {
             let values = of(entry);
             let from = half.as_ref().unwrap_or(&truth);
             rows.push(ReductionRow::new(
                 material,
-                entry.name,
+                entry.kind,
                 averaging,
                 &metrics::compare(pairs, &truth, &values),
                 &metrics::compare(pairs, from, &values),

@@ -9,7 +9,7 @@ use crate::instrument::{self, InstrumentSpec, Order};
 use crate::lighting;
 use crate::metrics::Measure;
 use crate::moments;
-use crate::parametrization::{self, WarpName};
+use crate::parametrization;
 use crate::reconstruct;
 use crate::registry::{self, Entry};
 use crate::schedule;
@@ -220,27 +220,21 @@ fn section(family: Family) -> String {
             entries(title, &reconstruct::all(), |method| method.resolved())
         }
         Family::Parametrizations => {
-            let all = parametrization::all();
-            let lines = all.iter().map(|e| {
-                let axes = |symmetry| {
-                    let axes = e.axes(symmetry);
+            let axes = |entry: &Entry<_>| {
+                let of = |symmetry| {
+                    let axes = entry.axes(symmetry);
                     let symbols: Vec<_> = axes.iter().map(|a| a.symbol).collect();
                     symbols.join(", ")
                 };
-                format!(
-                    "{}\n{:20}isotropic: {}; anisotropic: {}",
-                    line(e.name, e.summary),
-                    "",
-                    axes(Symmetry::FULL),
-                    axes(Symmetry::NONE)
-                )
-            });
-            titled("parametrizations: [[parametrization]] with kind = …", lines)
+                let (isotropic, general) = (of(Symmetry::FULL), of(Symmetry::NONE));
+                Some(format!("isotropic: {isotropic}; anisotropic: {general}"))
+            };
+            let title = "parametrizations: [[parametrization]] with kind = …";
+            members(title, &parametrization::all(), axes, |p| p.resolved())
         }
         Family::Warps => {
-            let lines = WarpName::ALL.iter().map(|w| line(w.name(), w.summary()));
-            let title = "warps: warp = { AXIS = … } in a [[parametrization]]";
-            titled(title, lines)
+            let title = "warps: warp = { AXIS = NAME } in a [[parametrization]], { AXIS = { kind = NAME, … } } with keys";
+            entries(title, &parametrization::warps(), |warp| warp.resolved())
         }
         Family::Measures => {
             let lines = Measure::ALL.iter().map(|m| line(m.name(), summary(*m)));
@@ -336,8 +330,21 @@ fn entries<T: ?Sized>(
     all: &[Entry<T>],
     resolved: impl Fn(Box<T>) -> toml::Table,
 ) -> String {
+    members(title, all, |_| None, resolved)
+}
+
+/// The same with a fact of each.
+fn members<T: ?Sized>(
+    title: &str,
+    all: &[Entry<T>],
+    fact: impl Fn(&Entry<T>) -> Option<String>,
+    resolved: impl Fn(Box<T>) -> toml::Table,
+) -> String {
     let lines = all.iter().map(|entry| {
         let mut text = line(entry.kind, entry.summary);
+        if let Some(fact) = fact(entry) {
+            text += &format!("\n{:20}{fact}", "");
+        }
         for example in entry.examples {
             // The laws read every example, so that each of them reads.
             let Ok(member) = registry::read_text(entry, example) else {

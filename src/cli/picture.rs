@@ -7,9 +7,9 @@ use crate::error::{Error, excerpt};
 use crate::files::write_atomically;
 use crate::instrument::{Ideal, Instrument};
 use crate::lighting::{self, Lighting, LightingSpec, MapSpec};
-use crate::parametrization::{self, ParametrizationEntry};
+use crate::parametrization::{self, ParametrizationSpec};
 use crate::reconstruct;
-use crate::registry;
+use crate::registry::{self, Entry};
 use crate::report::file_stem;
 use crate::report::pictures::{
     BrdfSlices, Comparison, hemispheres_svg, render_sphere, test_functions_svg,
@@ -104,15 +104,15 @@ struct Charts {
 }
 
 impl Charts {
-    fn entries(&self) -> Result<Vec<ParametrizationEntry>, Error> {
+    fn entries(&self) -> Result<Vec<Entry<ParametrizationSpec>>, Error> {
         self.names.iter().map(|name| entry(name)).collect()
     }
 }
 
-fn entry(name: &str) -> Result<ParametrizationEntry, Error> {
+fn entry(name: &str) -> Result<Entry<ParametrizationSpec>, Error> {
     parametrization::find(name).ok_or_else(|| {
         let all = parametrization::all();
-        let all: Vec<_> = all.iter().map(|e| e.name).collect();
+        let all: Vec<_> = all.iter().map(|e| e.kind).collect();
         let message = format!(
             "{:?} is no parametrization; allowed: {}",
             excerpt(name),
@@ -367,7 +367,7 @@ impl Compare {
         let method = registry::read_text(method, "").map_err(internal)?;
         let light = self.scene.light()?;
         let (name, truth) = material(&self.brdf)?;
-        let (chart_name, budget) = (chart.name, self.budget);
+        let (chart_name, budget) = (chart.kind, self.budget);
         let choice = format!("{}_{chart_name}_{budget}", self.reconstruction);
         let stem = format!("{}_{choice}", file_stem(&name));
         let [svg, png, exr] = self.folder.free(&stem, ["svg", "png", "exr"])?;

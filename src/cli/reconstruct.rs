@@ -127,7 +127,7 @@ impl Reconstruct {
             return Ok(());
         }
         let all = parametrization::all();
-        let all: Vec<_> = all.iter().map(|e| e.name).collect();
+        let all: Vec<_> = all.iter().map(|e| e.kind).collect();
         let message = format!(
             "{:?} is no parametrization; allowed: {}",
             excerpt(name),

@@ -63,8 +63,8 @@ impl Subset {
             refuse_existing(path, self.force)?;
         }
         let entries = parametrization::all();
-        let Some(entry) = entries.iter().find(|e| e.name == self.parametrization) else {
-            let allowed: Vec<_> = entries.iter().map(|e| e.name).collect();
+        let Some(entry) = entries.iter().find(|e| e.kind == self.parametrization) else {
+            let allowed: Vec<_> = entries.iter().map(|e| e.kind).collect();
             let message = format!(
                 "{:?} is no parametrization; allowed: {}",
                 excerpt(&self.parametrization),
@@ -91,7 +91,7 @@ impl Subset {
         });
         let measure = subset.measure(self.seed);
         let best = measure.best();
-        let others = entries.iter().filter(|e| e.name != entry.name);
+        let others = entries.iter().filter(|e| e.kind != entry.kind);
         let images = others.filter_map(|other| {
             let form = other.form(symmetry);
             let image = subset.image(&form, &best)?;

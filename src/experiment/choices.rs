@@ -2,10 +2,9 @@
 
 use crate::brdf::{BrdfSpec, Favours};
 use crate::geometry::Symmetry;
-use crate::parametrization::{Parametrization, ParametrizationEntry, WarpError, WarpName};
+use crate::parametrization::{Parametrization, ParametrizationSpec, WarpError};
 use crate::reconstruct::Reconstruct;
 use crate::schedule::SampleSet;
-use std::collections::BTreeMap;
 use std::fmt;
 use std::sync::Arc;
 
@@ -50,9 +49,8 @@ impl Material {
 
 /// A parametrization with its warps.
 pub struct Coordinates {
-    pub(super) entry: ParametrizationEntry,
-    /// Warps by axis symbol.
-    pub warps: BTreeMap<String, WarpName>,
+    /// How to build it.
+    pub spec: Box<ParametrizationSpec>,
     /// The warps as results name them, `none` if there are none.
     pub warp: String,
 }
@@ -60,12 +58,12 @@ pub struct Coordinates {
 impl Coordinates {
     /// Name of the parametrization.
     pub fn name(&self) -> &'static str {
-        self.entry.name
+        self.spec.kind
     }
 
     /// Name with warps, for lists: `half-difference theta_h:square-root`.
     pub fn label(&self) -> String {
-        if self.warps.is_empty() {
+        if self.spec.warps.is_empty() {
             self.name().into()
         } else {
             format!("{} {}", self.name(), self.warp)
@@ -77,7 +75,7 @@ impl Coordinates {
     /// # Errors
     /// If a warp does not fit an axis; not for the symmetries of the plan's materials.
     pub fn form(&self, symmetry: Symmetry) -> Result<Arc<dyn Parametrization>, WarpError> {
-        self.entry.warped(symmetry, &self.warps)
+        self.spec.form(symmetry)
     }
 }
 

@@ -18,13 +18,12 @@ use super::tables::{Named, named, refuse_unknown, take_list};
 use crate::brdf::Channels;
 use crate::error::{Error, ParameterError, in_closed};
 use crate::metrics::{Measure, MetricsSpec};
-use crate::parametrization::{self, WarpName};
+use crate::parametrization::{self, ParametrizationSpec};
 use crate::reconstruct::{self, Coordinates, Reconstruct};
 use crate::registry::{self, ReadError, Table};
 use crate::schedule::{self, SampleSet, ScheduleFormat};
 use serde::de::{self, Visitor};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
-use std::collections::BTreeMap;
 use std::fmt;
 use std::path::PathBuf;
 use toml::de::{DeTable, DeValue};
@@ -69,7 +68,7 @@ pub struct Config<'s> {
     /// The materials that are written out.
     pub materials: Vec<MaterialTable>,
     /// The parametrizations.
-    pub parametrizations: Vec<ParametrizationTable>,
+    pub parametrizations: Vec<Box<ParametrizationSpec>>,
     /// The sample sets.
     pub sample_sets: Vec<Named<dyn SampleSet>>,
     /// The reconstructions.
@@ -157,15 +156,6 @@ impl Default for Scalars {
     }
 }
 
-/// A `[[parametrization]]`.
-#[derive(Clone, Debug)]
-pub struct ParametrizationTable {
-    /// Its name in [`parametrization::all`].
-    pub name: &'static str,
-    /// Warps by axis symbol.
-    pub warp: BTreeMap<String, WarpName>,
-}
-
 /// What is written beside the results: nothing unless asked for.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
@@ -246,7 +236,7 @@ impl<'s> Config<'s> {
         let pictures = PictureSpec::take(&mut table, kind.draws())?;
         let reach = take_reach(&mut table)?;
         let materials = take_list(&mut table, "material", material)?;
-        let parametrizations = take_list(&mut table, "parametrization", parametrization)?;
+        let parametrizations = take_list(&mut table, "parametrization", parametrization::read)?;
         let sample_sets = take_list(&mut table, "sample_set", |t| named(t, schedule::read))?;
         let reconstructions = take_list(&mut table, "reconstruction", |t| {
             named(t, reconstruct::read)
@@ -274,13 +264,10 @@ impl<'s> Config<'s> {
             scalars,
             merl,
             materials: materials.unwrap_or_default(),
-            parametrizations: parametrizations.unwrap_or_else(|| {
-                let table = |name| ParametrizationTable {
-                    name,
-                    warp: BTreeMap::new(),
-                };
-                vec![table("half-difference")]
-            }),
+            parametrizations: match parametrizations {
+                Some(list) => list,
+                None => vec![default_choice("half-difference", parametrization::read)?.choice],
+            },
             sample_sets: match sample_sets {
                 Some(list) => list,
                 None => vec![default_choice("grid", schedule::read)?],
@@ -356,22 +343,6 @@ fn take_reach(config: &mut Table<'_>) -> Result<Vec<Reach>, ReadError> {
         all.push(registry::parse(toml::Spanned::new(span, own))?);
     }
     Ok(all)
-}
-
-fn parametrization(mut table: Table<'_>) -> Result<ParametrizationTable, ReadError> {
-    #[derive(Deserialize)]
-    #[serde(deny_unknown_fields)]
-    struct Rest {
-        #[serde(default)]
-        warp: BTreeMap<String, WarpName>,
-    }
-    let names: Vec<_> = parametrization::all().iter().map(|e| e.name).collect();
-    let index = registry::take_kind("parametrization", &names, &mut table)?;
-    let Rest { warp } = registry::parse(table)?;
-    Ok(ParametrizationTable {
-        name: names[index],
-        warp,
-    })
 }
 
 /// The member of a family that a config gets if it names none.

@@ -62,7 +62,7 @@ pub use any::AnyPlan;
 pub use choices::{
     Allowance, Choice, Coordinates, IDEAL, Label, MAX_BUDGET, Material, Method, OWN, PlannedSet,
 };
-pub use config::{Config, Output, ParametrizationTable, Reach, Scalars, Schedules};
+pub use config::{Config, Output, Reach, Scalars, Schedules};
 pub use findings::{Cell, Duel, Duels, Explained, Findings, Line, Metric, Ranking, Scope};
 pub use instruments::{InstrumentTable, PlannedInstrument, Use, load as load_instrument};
 pub use key::{Expected, Input, RESULTS_REVISION, RowKey, asks_the_same, material_key};

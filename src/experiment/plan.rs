@@ -21,10 +21,9 @@ use crate::brdf::Channels;
 use crate::error::{Error, excerpt};
 use crate::geometry::Symmetry;
 use crate::metrics::{Measure, MetricsSpec};
-use crate::parametrization::WarpName;
-use crate::parametrization::find as find_parametrization;
+use crate::parametrization::ParametrizationSpec;
 use crate::reconstruct::{self, Reconstruct};
-use std::collections::{BTreeMap, HashSet};
+use std::collections::HashSet;
 use std::fmt::Display;
 use toml::Value;
 use toml::de::DeTable;
@@ -158,8 +157,7 @@ impl Plan {
             output,
             resolved: toml::Table::new(),
         };
-        let tables = parametrizations.into_iter().map(|t| (t.name, t.warp));
-        plan.parametrizations = plan.coordinates(source, tables.collect())?;
+        plan.parametrizations = plan.coordinates(source, parametrizations)?;
         plan.check_sample_sets(source)?;
         plan.check_coordinates(source, &coordinates)?;
         plan.resolved = resolver.finish(&Parts {
@@ -218,24 +216,21 @@ impl Plan {
     fn coordinates(
         &self,
         source: &Source,
-        tables: Vec<(&'static str, BTreeMap<String, WarpName>)>,
+        specs: Vec<Box<ParametrizationSpec>>,
     ) -> Result<Vec<Coordinates>, Error> {
-        refuse_empty(source, "parametrization", &tables)?;
+        refuse_empty(source, "parametrization", &specs)?;
         let mut list: Vec<Coordinates> = Vec::new();
-        for (i, (name, warps)) in tables.into_iter().enumerate() {
+        for (i, spec) in specs.into_iter().enumerate() {
             let path = KeyPath::of("parametrization").index(i);
-            let Some(entry) = find_parametrization(name) else {
-                return Err(Error::Internal(format!("{name} was found before")));
-            };
             let mut coordinates = Coordinates {
-                entry,
-                warps,
+                spec,
                 warp: String::new(),
             };
             for symmetry in self.symmetries() {
                 let form = coordinates.form(symmetry).map_err(|e| {
                     let path = path.key("warp").key(&e.axis);
-                    let warp = coordinates.warps.get(&e.axis).map_or("", |w| w.name());
+                    let warp = coordinates.spec.warps.get(&e.axis).map(|w| w.name());
+                    let warp = warp.unwrap_or_default();
                     let message = format!("{path} = \"{warp}\": {}", e.problem);
                     source.error_at(&path, message)
                 })?;

@@ -48,14 +48,7 @@ impl Resolver {
     pub(super) fn finish(&self, parts: &Parts<'_>) -> Table {
         let mut table = section(&self.scalars);
         insert_materials(&mut table, parts.materials, self.written);
-        let parametrizations = parts.parametrizations.iter().map(|c| {
-            let mut t = Table::new();
-            t.insert("kind".into(), c.name().into());
-            if !c.warps.is_empty() {
-                t.insert("warp".into(), section(&c.warps).into());
-            }
-            t
-        });
+        let parametrizations = parts.parametrizations.iter().map(|c| c.spec.resolved());
         insert_list(&mut table, "parametrization", parametrizations);
         let sets = parts.sample_sets.iter();
         insert_list(

@@ -200,6 +200,6 @@ pub(super) fn name_of(instrument: Option<&PlannedInstrument>) -> &str {
 /// Coordinates of a schedule, as those of a reconstruction are called.
 fn own_label(coordinates: &SampledIn) -> String {
     let kind = coordinates.name().to_owned();
-    let warp = coordinates.warps.clone();
+    let warp = coordinates.spec.warps.clone();
     Coordinates { kind, warp }.label()
 }

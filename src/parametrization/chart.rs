@@ -1,19 +1,46 @@
 //! The bare formulas of one parametrization.
 
-use super::Unit;
+use super::{Quantity, Unit};
 use crate::geometry::DirectionPair;
+
+/// A radial coordinate of a [`Chart`], from 0 on.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Radial {
+    /// The field's symbol, e.g. `theta_h`.
+    pub symbol: &'static str,
+    /// The symbol as it is printed, e.g. `θ_h`.
+    pub label: &'static str,
+    /// Unit of the values.
+    pub unit: Unit,
+    /// Largest value.
+    pub max: f64,
+    /// What it measures.
+    pub quantity: Quantity,
+}
+
+/// An azimuth of a [`Chart`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Azimuth {
+    /// The field's symbol, e.g. `phi_h`.
+    pub symbol: &'static str,
+    /// The symbol as it is printed, e.g. `φ_h`.
+    pub label: &'static str,
+}
 
 /// One parametrization in its four coordinates `[r1, a1, r2, a2]`: two radial coordinates and two
 /// azimuths, without any folding. [`Form`](super::Form) adds symmetry.
 pub trait Chart: Copy + Send + Sync + 'static {
     /// Name in configs and result files.
     const NAME: &'static str;
-    /// Symbol, unit and largest value of the radial coordinates; the smallest is 0.
-    const RADIAL: [(&'static str, Unit, f64); 2];
-    /// Symbols of the azimuths.
-    const AZIMUTH: [&'static str; 2];
-    /// Symbol of the one azimuth that is left for isotropic materials.
-    const RELATIVE: &'static str;
+    /// The radial coordinates.
+    const RADIAL: [Radial; 2];
+    /// The azimuths.
+    const AZIMUTH: [Azimuth; 2];
+    /// The one azimuth that is left for isotropic materials.
+    const RELATIVE: Azimuth;
+    /// Labels of the azimuth that [`lift`](Self::lift) makes of the relative one, and of the one
+    /// that it leaves 0.
+    const LIFTED: [&'static str; 2] = [Self::AZIMUTH[1].label, Self::AZIMUTH[0].label];
     /// True if exchanging light and sensor exchanges `(r1, a1)` and `(r2, a2)` (spherical);
     /// otherwise it turns the second azimuth by π.
     const EXCHANGE: bool;
@@ -22,6 +49,15 @@ pub trait Chart: Copy + Send + Sync + 'static {
     const NESTED: bool;
     /// True if the mirror direction is at r1 = 0.
     const PEAK_AT_START: bool;
+
+    /// Largest errors (rad) of pair → coordinates → pair: where both cosines exceed 1e-3, and
+    /// anywhere. By default those of square roots that vanish on the horizon.
+    const ROUND_TRIP: [f64; 2] = [1e-12, 4e-8];
+    /// True if the Jacobian is infinite where a direction is on the horizon.
+    const SINGULAR: bool = true;
+    /// True if the radial coordinates are squares of lengths: the Jacobian does not vanish at the
+    /// poles, and a step of s from a pole moves a direction by sqrt(s).
+    const SQUARED: bool = false;
 
     /// How many nodes a grid puts along a radial axis for each one along a quarter turn, if it is
     /// not told: lobes are narrow along the radial axes of the half-vector charts and change

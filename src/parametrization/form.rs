@@ -11,7 +11,10 @@
 //! theta_i < theta_o), and bilateral symmetry about both tangent axes folds the first azimuth to
 //! [0, π/2].
 
-use super::{Axis, AxisKind, Chart, Coords, Parametrization, Unit};
+use super::{
+    Axis, AxisKind, Azimuth, Chart, Coords, Facts, Layout, Parametrization, ParametrizationKind,
+    Quantity, Unit,
+};
 use crate::geometry::{DirectionPair, Symmetry};
 use crate::numeric::wrap_angle;
 use std::f64::consts::{FRAC_PI_2, PI};
@@ -27,11 +30,13 @@ pub struct Form<C> {
 impl<C: Chart> Form<C> {
     /// The form of `chart` for BRDFs with this symmetry.
     pub fn new(chart: C, symmetry: Symmetry) -> Self {
-        let [r1, r2] = C::RADIAL.map(|(symbol, unit, max)| Axis {
-            symbol,
-            unit,
-            range: [0.0, max],
+        let [r1, r2] = C::RADIAL.map(|r| Axis {
+            symbol: r.symbol,
+            label: r.label,
+            unit: r.unit,
+            range: [0.0, r.max],
             kind: AxisKind::Radial,
+            quantity: r.quantity,
             peak_at_start: false,
             density: C::RADIAL_DENSITY,
             warp: None,
@@ -40,11 +45,13 @@ impl<C: Chart> Form<C> {
             peak_at_start: C::PEAK_AT_START,
             ..r1
         };
-        let azimuth = |symbol, range: [f64; 2], kind| Axis {
-            symbol,
+        let azimuth = |azimuth: Azimuth, range: [f64; 2], kind| Axis {
+            symbol: azimuth.symbol,
+            label: azimuth.label,
             unit: Unit::Radian,
             range,
             kind,
+            quantity: Quantity::Other,
             peak_at_start: false,
             density: (range[1] - range[0]) / FRAC_PI_2,
             warp: None,
@@ -209,6 +216,14 @@ fn half_turn(mut a: f64) -> f64 {
     if a >= PI { 0.0 } else { a }
 }
 
+impl<C: Chart + Default> ParametrizationKind for Form<C> {
+    const KIND: &'static str = C::NAME;
+
+    fn of(symmetry: Symmetry) -> Self {
+        Self::new(C::default(), symmetry)
+    }
+}
+
 impl<C: Chart> Parametrization for Form<C> {
     fn name(&self) -> &'static str {
         C::NAME
@@ -239,7 +254,7 @@ impl<C: Chart> Parametrization for Form<C> {
         } else {
             [x, y, z, w]
         };
-        let [max1, max2] = C::RADIAL.map(|r| r.2);
+        let [max1, max2] = C::RADIAL.map(|r| r.max);
         let in_range = (0.0..=max1).contains(&r1) && (0.0..=max2).contains(&r2);
         if in_range && a1.is_finite() && a2.is_finite() {
             self.chart.inverse([r1, a1, r2, a2])
@@ -249,7 +264,7 @@ impl<C: Chart> Parametrization for Form<C> {
     }
 
     fn canonical(&self, &[x, y, z, w]: &Coords) -> Option<Coords> {
-        let [max1, max2] = C::RADIAL.map(|r| r.2);
+        let [max1, max2] = C::RADIAL.map(|r| r.max);
         let in_range = |r1: f64, r2: f64| r1.abs() <= max1 && r2.abs() <= max2;
         if self.symmetry.isotropic {
             let (mut r1, mut r2, mut a) = (x, y, z);
@@ -307,8 +322,22 @@ impl<C: Chart> Parametrization for Form<C> {
         }
     }
 
-    fn nested(&self) -> bool {
-        C::NESTED && !self.symmetry.isotropic
+    fn facts(&self) -> Facts {
+        Facts {
+            layout: if C::NESTED && !self.symmetry.isotropic {
+                Layout::Nested
+            } else {
+                Layout::Polar
+            },
+            exchange: C::EXCHANGE,
+            round_trip: C::ROUND_TRIP,
+            singular: C::SINGULAR,
+            squared: C::SQUARED,
+        }
+    }
+
+    fn plane_labels(&self) -> [&'static str; 2] {
+        C::LIFTED
     }
 
     fn images(&self, &c: &Coords) -> Vec<Coords> {

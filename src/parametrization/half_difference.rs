@@ -10,15 +10,26 @@
 //! the half vector is taken as the one closest to n.
 
 use super::spherical::azimuth;
-use super::{Chart, Unit};
+use super::{Azimuth, Chart, Form, ParametrizationSpec, Quantity, Radial, Unit, entry};
 use crate::geometry::{Direction, DirectionPair};
 use crate::numeric::HORIZON_SLACK;
+use crate::registry::Entry;
 use glam::DVec3;
 use std::f64::consts::FRAC_PI_2;
 
 /// The half/difference chart.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct HalfDifference;
+
+/// The registry entry.
+pub(super) const ENTRY: Entry<ParametrizationSpec> = entry::<Form<HalfDifference>>(
+    "angles of the half vector and of the light about it (Rusinkiewicz)",
+    &[
+        "",
+        "warp = { theta_h = \"square-root\" }",
+        "warp = { theta_h = \"merl\" }",
+    ],
+);
 
 /// What both forms of the chart need of a pair.
 struct Split {
@@ -72,15 +83,41 @@ impl HalfDifference {
 
 impl Chart for HalfDifference {
     const NAME: &'static str = "half-difference";
-    const RADIAL: [(&'static str, Unit, f64); 2] = [
-        ("theta_h", Unit::Radian, FRAC_PI_2),
-        ("theta_d", Unit::Radian, FRAC_PI_2),
+    const RADIAL: [Radial; 2] = [
+        Radial {
+            symbol: "theta_h",
+            label: "θ_h",
+            unit: Unit::Radian,
+            max: FRAC_PI_2,
+            quantity: Quantity::HalfAngle,
+        },
+        Radial {
+            symbol: "theta_d",
+            label: "θ_d",
+            unit: Unit::Radian,
+            max: FRAC_PI_2,
+            quantity: Quantity::Other,
+        },
     ];
-    const AZIMUTH: [&'static str; 2] = ["phi_h", "phi_d"];
-    const RELATIVE: &'static str = "phi_d";
+    const AZIMUTH: [Azimuth; 2] = [
+        Azimuth {
+            symbol: "phi_h",
+            label: "φ_h",
+        },
+        Azimuth {
+            symbol: "phi_d",
+            label: "φ_d",
+        },
+    ];
+    const RELATIVE: Azimuth = Azimuth {
+        symbol: "phi_d",
+        label: "φ_d",
+    };
     const EXCHANGE: bool = false;
     const NESTED: bool = true;
     const PEAK_AT_START: bool = true;
+    const ROUND_TRIP: [f64; 2] = [2e-15; 2];
+    const SINGULAR: bool = false;
 
     #[inline]
     fn absolute(&self, pair: &DirectionPair) -> [f64; 4] {

@@ -11,14 +11,21 @@
 
 use super::orthographic::{length, lengths_and_delta, polar};
 use super::spherical::azimuth;
-use super::{Chart, Unit};
+use super::{Azimuth, Chart, Form, ParametrizationSpec, Quantity, Radial, Unit, entry};
 use crate::geometry::{Direction, DirectionPair};
 use crate::numeric::safe_sqrt;
+use crate::registry::Entry;
 use glam::Vec3Swizzles;
 
 /// The hybrid chart.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Hybrid;
+
+/// The registry entry.
+pub(super) const ENTRY: Entry<ParametrizationSpec> = entry::<Form<Hybrid>>(
+    "projected half vector, full length of the back vector (Barla et al.)",
+    &["", "warp = { h_bar = \"square-root\", k = \"arcsine\" }"],
+);
 
 /// What rounding may add to or take from h_z² = 1 − |k|² − |h_bar|²: a few ulp of 1. On the
 /// horizon, where h_z² itself is that small, it leaves h_z unknown to 3e-8.
@@ -26,10 +33,36 @@ const HEIGHT_SQUARED_SLACK: f64 = 1e-15;
 
 impl Chart for Hybrid {
     const NAME: &'static str = "hybrid";
-    const RADIAL: [(&'static str, Unit, f64); 2] =
-        [("h_bar", Unit::One, 1.0), ("k", Unit::One, 1.0)];
-    const AZIMUTH: [&'static str; 2] = ["phi_h", "phi_k"];
-    const RELATIVE: &'static str = "delta";
+    const RADIAL: [Radial; 2] = [
+        Radial {
+            symbol: "h_bar",
+            label: "|h\u{304}|",
+            unit: Unit::One,
+            max: 1.0,
+            quantity: Quantity::Length,
+        },
+        Radial {
+            symbol: "k",
+            label: "|k|",
+            unit: Unit::One,
+            max: 1.0,
+            quantity: Quantity::Length,
+        },
+    ];
+    const AZIMUTH: [Azimuth; 2] = [
+        Azimuth {
+            symbol: "phi_h",
+            label: "φ_h",
+        },
+        Azimuth {
+            symbol: "phi_k",
+            label: "φ_k",
+        },
+    ];
+    const RELATIVE: Azimuth = Azimuth {
+        symbol: "delta",
+        label: "δ",
+    };
     const EXCHANGE: bool = false;
     const NESTED: bool = false;
     const PEAK_AT_START: bool = true;

@@ -5,30 +5,36 @@
 //! [`Parametrization`] of a BRDF with given symmetries: the 4-D form, or the 3-D form of isotropic
 //! materials, its domain folded so that one configuration has one set of coordinates.
 //! [`Warped`] bends any axis of any of them.
+//!
+//! A parametrization that is no polar chart implements [`Parametrization`] itself. Either kind is
+//! one file and one line in [`all`].
 
 mod chart;
 mod form;
 mod half_difference;
 mod hybrid;
 mod orthographic;
+mod spec;
 mod spherical;
 mod stark;
 mod view_centered;
+mod warp;
 mod warped;
 
-pub use chart::Chart;
+pub use chart::{Azimuth, Chart, Radial};
 pub use form::Form;
 pub use half_difference::HalfDifference;
 pub use hybrid::Hybrid;
 pub use orthographic::Orthographic;
+pub use spec::{ParametrizationKind, ParametrizationSpec, Warps, entry};
 pub use spherical::Spherical;
 pub use stark::Stark;
 pub use view_centered::{VIEW_CENTERED_AREA, view_centered, view_centered_angles};
-pub use warped::{Warp, WarpName, Warped};
+pub use warp::{Warp, WarpSpec, warps};
+pub use warped::Warped;
 
 use crate::geometry::{DirectionPair, Symmetry};
-use std::collections::BTreeMap;
-use std::sync::Arc;
+use crate::registry::{self, Entry, ReadError, Table};
 
 /// Coordinates of a pair: the first `axes().len()` entries count, the rest are 0.
 pub type Coords = [f64; 4];
@@ -51,6 +57,49 @@ pub enum AxisKind {
     Periodic,
     /// An azimuth folded by a mirror at both ends.
     Mirrored,
+    /// A component: no azimuth, and no pole at 0.
+    Straight,
+}
+
+/// What a coordinate measures, which decides the warps it can have.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Quantity {
+    /// The elevation of the half vector, which the rows of a MERL table are of.
+    HalfAngle,
+    /// A length in [0, 1]: the sine of an angle.
+    Length,
+    /// Anything else.
+    Other,
+}
+
+/// How coordinates lie in the space in which scattered readings look for their neighbours.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Layout {
+    /// Radial coordinates and azimuths, in polar coordinates: 3-D (r1, r2 cos a, r2 sin a), 4-D
+    /// (r1 cos a1, r1 sin a1, r2 cos a2, r2 sin a2).
+    Polar,
+    /// The same with a1 + a2 for a2, which turns with a1: where r1 vanishes only that sum has a
+    /// meaning.
+    Nested,
+    /// As they are.
+    Straight,
+}
+
+/// What holds all over the domain.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Facts {
+    /// How coordinates lie in space.
+    pub layout: Layout,
+    /// True if exchanging light and sensor exchanges coordinates; the box then holds both orders.
+    pub exchange: bool,
+    /// Largest errors (rad) of pair → coordinates → pair: where both cosines exceed 1e-3, and
+    /// anywhere.
+    pub round_trip: [f64; 2],
+    /// True if the Jacobian is infinite where a direction is on the horizon.
+    pub singular: bool,
+    /// True if radial coordinates are squares of lengths: the Jacobian does not vanish at the
+    /// poles, and a step of s from a pole moves a direction by sqrt(s).
+    pub squared: bool,
 }
 
 /// One coordinate axis.
@@ -58,18 +107,22 @@ pub enum AxisKind {
 pub struct Axis {
     /// The field's symbol, e.g. `theta_h`; part of file columns.
     pub symbol: &'static str,
+    /// The symbol as it is printed, e.g. `θ_h`.
+    pub label: &'static str,
     /// Unit of the values.
     pub unit: Unit,
     /// Smallest and largest value.
     pub range: [f64; 2],
     /// The part it plays.
     pub kind: AxisKind,
+    /// What it measures.
+    pub quantity: Quantity,
     /// True if the mirror direction, where lobes peak, sits at the start of this axis.
     pub peak_at_start: bool,
     /// Nodes a grid puts along this axis relative to the others, if it is not told.
     pub density: f64,
     /// The warp that bends it, if any; `symbol` stays that of the plain axis.
-    pub warp: Option<WarpName>,
+    pub warp: Option<WarpSpec>,
 }
 
 impl Axis {
@@ -79,7 +132,8 @@ impl Axis {
             (None, Unit::Radian) => format!("{}_deg", self.symbol),
             (None, Unit::One) => self.symbol.to_owned(),
             (Some(w), unit) => {
-                let name = w.name().replace('-', "_");
+                // What its keys are stands in headers, so that the columns can be listed.
+                let name = w.kind().replace('-', "_");
                 let deg = if unit == Unit::Radian { "_deg" } else { "" };
                 format!("{}_{name}{deg}", self.symbol)
             }
@@ -144,29 +198,18 @@ pub trait Parametrization: Send + Sync {
         "none".into()
     }
 
-    /// True if the second azimuth is measured in a frame that turns with the first (4-D
-    /// half/difference): where the first radial coordinate vanishes only their sum has a meaning.
-    fn nested(&self) -> bool;
+    /// What holds all over the domain.
+    fn facts(&self) -> Facts;
 
-    /// All coordinates that name the configuration of `coords` under the declared symmetries and
-    /// lie on the chart's azimuth circle (radial coordinates ≥ 0), `coords` first.
+    /// Labels for planes of the first two axes of a 3-D form: of the coordinate that tells planes
+    /// apart, and of the azimuth of the sample, which is 0.
+    fn plane_labels(&self) -> [&'static str; 2] {
+        [self.axes()[2].label, "φ"]
+    }
+
+    /// All coordinates that name the configuration of `coords` under the declared symmetries, with
+    /// radial coordinates ≥ 0, `coords` first.
     fn images(&self, coords: &Coords) -> Vec<Coords>;
-}
-
-/// Builds a form for given symmetries, with warps by axis symbol.
-type Build =
-    fn(Symmetry, &BTreeMap<String, WarpName>) -> Result<Arc<dyn Parametrization>, WarpError>;
-
-/// A member of the registry.
-pub struct ParametrizationEntry {
-    /// Name in configs and result files.
-    pub name: &'static str,
-    /// One line for lists.
-    pub summary: &'static str,
-    /// Builds the form for given symmetries, with warps by axis symbol.
-    build: Build,
-    /// The axes of the form for given symmetries.
-    axes: fn(Symmetry) -> Vec<Axis>,
 }
 
 /// A warp was asked for on an axis that cannot have it.
@@ -184,9 +227,9 @@ pub struct WarpError {
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum WarpProblem {
-    /// It is an azimuth.
-    #[error("azimuths are not warped; allowed are radial axes")]
-    Azimuth,
+    /// It is no radial axis.
+    #[error("only radial axes are warped")]
+    NotRadial,
     /// The rows of a MERL table are those of one axis.
     #[error("the merl warp is defined for theta_h only")]
     NotThetaH,
@@ -203,65 +246,23 @@ pub enum WarpProblem {
     },
 }
 
-impl ParametrizationEntry {
-    /// The plain form of this parametrization for a BRDF with these symmetries.
-    pub fn form(&self, symmetry: Symmetry) -> Arc<dyn Parametrization> {
-        // Without warps there is nothing that could be refused.
-        match (self.build)(symmetry, &BTreeMap::new()) {
-            Ok(form) => form,
-            Err(e) => unreachable!("no warp was asked for: {e}"),
-        }
-    }
-
-    /// The form with warps on the named axes.
-    ///
-    /// # Errors
-    /// If a name is no axis of this form, or its axis cannot have that warp.
-    pub fn warped(
-        &self,
-        symmetry: Symmetry,
-        warps: &BTreeMap<String, WarpName>,
-    ) -> Result<Arc<dyn Parametrization>, WarpError> {
-        (self.build)(symmetry, warps)
-    }
-
-    /// The axes of the plain form.
-    pub fn axes(&self, symmetry: Symmetry) -> Vec<Axis> {
-        (self.axes)(symmetry)
-    }
-}
-
-/// The entry of one chart.
-const fn entry<C: Chart + Default>(summary: &'static str) -> ParametrizationEntry {
-    ParametrizationEntry {
-        name: C::NAME,
-        summary,
-        build: |symmetry, warps| {
-            let form = Form::new(C::default(), symmetry);
-            if warps.is_empty() {
-                Ok(Arc::new(form))
-            } else {
-                Ok(Arc::new(Warped::new(form, warps)?))
-            }
-        },
-        axes: |symmetry| Form::new(C::default(), symmetry).axes().to_vec(),
-    }
-}
-
 /// Every parametrization a config can name.
-pub fn all() -> Vec<ParametrizationEntry> {
+pub fn all() -> Vec<Entry<ParametrizationSpec>> {
     vec![
-        entry::<Spherical>("elevation and azimuth of each direction"),
-        entry::<HalfDifference>(
-            "angles of the half vector and of the light about it (Rusinkiewicz)",
-        ),
-        entry::<Orthographic>("half and back vector projected on the tangent plane (Neumann)"),
-        entry::<Hybrid>("projected half vector, full length of the back vector (Barla et al.)"),
-        entry::<Stark>("squares of the hybrid lengths, sigma and alpha (Stark et al.)"),
+        spherical::ENTRY,
+        half_difference::ENTRY,
+        orthographic::ENTRY,
+        hybrid::ENTRY,
+        stark::ENTRY,
     ]
 }
 
 /// Finds a member of [`all`] by name.
-pub fn find(name: &str) -> Option<ParametrizationEntry> {
-    all().into_iter().find(|e| e.name == name)
+pub fn find(name: &str) -> Option<Entry<ParametrizationSpec>> {
+    all().into_iter().find(|e| e.kind == name)
+}
+
+/// Reads a parametrization and its warps from its config table.
+pub fn read(table: Table<'_>) -> Result<Box<ParametrizationSpec>, ReadError> {
+    registry::read("parametrization", &all(), table)
 }

@@ -8,14 +8,24 @@
 //! Degenerate: phi_h at h_bar = 0, phi_k at k_bar = 0.
 
 use super::spherical::azimuth;
-use super::{Chart, Unit};
+use super::{Azimuth, Chart, Form, ParametrizationSpec, Quantity, Radial, Unit, entry};
 use crate::geometry::{Direction, DirectionPair};
 use crate::numeric::{HORIZON_SLACK, safe_sqrt};
+use crate::registry::Entry;
 use glam::{DVec2, Vec3Swizzles};
 
 /// The orthographic chart.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Orthographic;
+
+/// The registry entry.
+pub(super) const ENTRY: Entry<ParametrizationSpec> = entry::<Form<Orthographic>>(
+    "half and back vector projected on the tangent plane (Neumann)",
+    &[
+        "",
+        "warp = { h_bar = \"square-root\", k_bar = \"arcsine\" }",
+    ],
+);
 
 /// A length as a coordinate. No length here exceeds 1 on paper; of opposed directions on the horizon
 /// |k| = 1 rounds to 1 + ulp, which would lie past the end of its axis. NaN stays NaN.
@@ -33,10 +43,36 @@ pub(super) fn lengths_and_delta(h: DVec2, k: DVec2, k_norm: f64) -> [f64; 3] {
 
 impl Chart for Orthographic {
     const NAME: &'static str = "orthographic";
-    const RADIAL: [(&'static str, Unit, f64); 2] =
-        [("h_bar", Unit::One, 1.0), ("k_bar", Unit::One, 1.0)];
-    const AZIMUTH: [&'static str; 2] = ["phi_h", "phi_k"];
-    const RELATIVE: &'static str = "delta";
+    const RADIAL: [Radial; 2] = [
+        Radial {
+            symbol: "h_bar",
+            label: "|h\u{304}|",
+            unit: Unit::One,
+            max: 1.0,
+            quantity: Quantity::Length,
+        },
+        Radial {
+            symbol: "k_bar",
+            label: "|k\u{304}|",
+            unit: Unit::One,
+            max: 1.0,
+            quantity: Quantity::Length,
+        },
+    ];
+    const AZIMUTH: [Azimuth; 2] = [
+        Azimuth {
+            symbol: "phi_h",
+            label: "φ_h",
+        },
+        Azimuth {
+            symbol: "phi_k",
+            label: "φ_k",
+        },
+    ];
+    const RELATIVE: Azimuth = Azimuth {
+        symbol: "delta",
+        label: "δ",
+    };
     const EXCHANGE: bool = false;
     const NESTED: bool = false;
     const PEAK_AT_START: bool = true;

@@ -4,25 +4,62 @@
 //! delta_phi = phi_i − phi_o. Elevations in [0, π/2]. J = sin theta_i sin theta_o.
 //! Degenerate: phi at theta = 0. Every point of the box is above the horizon.
 
-use super::{Chart, Unit};
+use super::{Azimuth, Chart, Form, ParametrizationSpec, Quantity, Radial, Unit, entry};
 use crate::geometry::DirectionPair;
+use crate::registry::Entry;
 use std::f64::consts::FRAC_PI_2;
 
 /// The spherical chart.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Spherical;
 
+/// The registry entry.
+pub(super) const ENTRY: Entry<ParametrizationSpec> = entry::<Form<Spherical>>(
+    "elevation and azimuth of each direction",
+    &[
+        "",
+        "warp = { theta_i = { kind = \"power\", exponent = 0.7 } }",
+    ],
+);
+
 impl Chart for Spherical {
     const NAME: &'static str = "spherical";
-    const RADIAL: [(&'static str, Unit, f64); 2] = [
-        ("theta_i", Unit::Radian, FRAC_PI_2),
-        ("theta_o", Unit::Radian, FRAC_PI_2),
+    const RADIAL: [Radial; 2] = [
+        Radial {
+            symbol: "theta_i",
+            label: "θ_i",
+            unit: Unit::Radian,
+            max: FRAC_PI_2,
+            quantity: Quantity::Other,
+        },
+        Radial {
+            symbol: "theta_o",
+            label: "θ_o",
+            unit: Unit::Radian,
+            max: FRAC_PI_2,
+            quantity: Quantity::Other,
+        },
     ];
-    const AZIMUTH: [&'static str; 2] = ["phi_i", "phi_o"];
-    const RELATIVE: &'static str = "delta_phi";
+    const AZIMUTH: [Azimuth; 2] = [
+        Azimuth {
+            symbol: "phi_i",
+            label: "φ_i",
+        },
+        Azimuth {
+            symbol: "phi_o",
+            label: "φ_o",
+        },
+    ];
+    const RELATIVE: Azimuth = Azimuth {
+        symbol: "delta_phi",
+        label: "Δφ",
+    };
+    const LIFTED: [&'static str; 2] = ["Δφ", "φ_o"];
     const EXCHANGE: bool = true;
     const NESTED: bool = false;
     const PEAK_AT_START: bool = false;
+    const ROUND_TRIP: [f64; 2] = [2e-15; 2];
+    const SINGULAR: bool = false;
     const RADIAL_DENSITY: f64 = 1.0;
 
     #[inline]

@@ -5,22 +5,59 @@
 //! with half the relative error of their squares.
 
 use super::hybrid::{Hybrid, inverse_height};
-use super::{Chart, Unit};
+use super::{Azimuth, Chart, Form, ParametrizationSpec, Quantity, Radial, Unit, entry};
 use crate::geometry::DirectionPair;
+use crate::registry::Entry;
 
 /// Stark's chart.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Stark;
 
+/// The registry entry.
+pub(super) const ENTRY: Entry<ParametrizationSpec> = entry::<Form<Stark>>(
+    "squares of the hybrid lengths, sigma and alpha (Stark et al.)",
+    &[
+        "",
+        "warp = { sigma = { kind = \"power\", exponent = 0.25 } }",
+    ],
+);
+
 impl Chart for Stark {
     const NAME: &'static str = "stark";
-    const RADIAL: [(&'static str, Unit, f64); 2] =
-        [("sigma", Unit::One, 1.0), ("alpha", Unit::One, 1.0)];
-    const AZIMUTH: [&'static str; 2] = ["phi_h", "phi_k"];
-    const RELATIVE: &'static str = "delta";
+    const RADIAL: [Radial; 2] = [
+        Radial {
+            symbol: "sigma",
+            label: "σ = |h\u{304}|²",
+            unit: Unit::One,
+            max: 1.0,
+            quantity: Quantity::Other,
+        },
+        Radial {
+            symbol: "alpha",
+            label: "α = |k|²",
+            unit: Unit::One,
+            max: 1.0,
+            quantity: Quantity::Other,
+        },
+    ];
+    const AZIMUTH: [Azimuth; 2] = [
+        Azimuth {
+            symbol: "phi_h",
+            label: "φ_h",
+        },
+        Azimuth {
+            symbol: "phi_k",
+            label: "φ_k",
+        },
+    ];
+    const RELATIVE: Azimuth = Azimuth {
+        symbol: "delta",
+        label: "δ",
+    };
     const EXCHANGE: bool = false;
     const NESTED: bool = false;
     const PEAK_AT_START: bool = true;
+    const SQUARED: bool = true;
 
     #[inline]
     fn absolute(&self, pair: &DirectionPair) -> [f64; 4] {

@@ -1,120 +1,8 @@
 //! A monotone warp on any axis of any parametrization, so that "uniform in the parametrization"
 //! and "uniform in the warped parametrization" are the same code.
 
-use super::{Axis, AxisKind, Coords, Parametrization, Unit, WarpError, WarpProblem};
+use super::{Axis, Coords, Facts, Parametrization, Warp, WarpError, WarpProblem, Warps};
 use crate::geometry::{DirectionPair, Symmetry};
-use serde::{Deserialize, Serialize};
-use std::collections::BTreeMap;
-use std::f64::consts::FRAC_PI_2;
-
-/// The warps a config can name.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum WarpName {
-    /// u = sqrt(x / x_max) in [0, 1]: fine near the pole; any radial axis.
-    SquareRoot,
-    /// u = 90 sqrt(theta_h / 90°) in [0, 90], the row index of a MERL table; theta_h only.
-    Merl,
-    /// u = asin x in [0, π/2], e.g. |k| → theta_d; h_bar, k_bar and k only.
-    Arcsine,
-}
-
-impl WarpName {
-    /// Every warp.
-    pub const ALL: [WarpName; 3] = [WarpName::SquareRoot, WarpName::Merl, WarpName::Arcsine];
-
-    /// Name in configs and result files.
-    pub fn name(self) -> &'static str {
-        match self {
-            WarpName::SquareRoot => "square-root",
-            WarpName::Merl => "merl",
-            WarpName::Arcsine => "arcsine",
-        }
-    }
-
-    /// One line for lists.
-    pub fn summary(self) -> &'static str {
-        match self {
-            WarpName::SquareRoot => {
-                "sqrt(x / x_max), in [0, 1]: fine near the pole; any radial axis"
-            }
-            WarpName::Merl => {
-                "90 sqrt(theta_h / 90°), in [0, 90]: the rows of a MERL table; theta_h"
-            }
-            WarpName::Arcsine => "asin x, in degrees: lengths in [0, 1], e.g. |k| becomes theta_d",
-        }
-    }
-
-    /// The warp of an axis, if it can have it.
-    fn on(self, axis: &Axis) -> Result<Warp, WarpProblem> {
-        let [lo, max] = axis.range;
-        if axis.kind != AxisKind::Radial || lo != 0.0 {
-            return Err(WarpProblem::Azimuth);
-        }
-        match self {
-            WarpName::SquareRoot => Ok(Warp::Power { top: 1.0, max }),
-            WarpName::Merl if axis.symbol == "theta_h" => Ok(Warp::Power { top: 90.0, max }),
-            WarpName::Merl => Err(WarpProblem::NotThetaH),
-            WarpName::Arcsine if ["h_bar", "k_bar", "k"].contains(&axis.symbol) => {
-                Ok(Warp::Arcsine)
-            }
-            WarpName::Arcsine => Err(WarpProblem::NoLength),
-        }
-    }
-}
-
-/// A monotone map of one axis; odd, so that it extends through the pole.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Warp {
-    /// u = x.
-    Identity,
-    /// u = top · sqrt(x/max).
-    Power {
-        /// Largest warped value.
-        top: f64,
-        /// Largest plain value.
-        max: f64,
-    },
-    /// u = asin x.
-    Arcsine,
-}
-
-impl Warp {
-    /// Plain to warped.
-    #[inline]
-    pub fn forward(self, x: f64) -> f64 {
-        match self {
-            Warp::Identity => x,
-            Warp::Power { top, max } => (top * (x.abs() / max).sqrt()).copysign(x),
-            Warp::Arcsine => x.asin(),
-        }
-    }
-
-    /// Warped to plain.
-    #[inline]
-    pub fn inverse(self, u: f64) -> f64 {
-        match self {
-            Warp::Identity => u,
-            Warp::Power { top, max } => {
-                let t = u / top;
-                // (1 + ulp)² · max would leave the axis. Not `min`: that would lose NaN.
-                let t2 = if t * t > 1.0 { 1.0 } else { t * t };
-                (t2 * max).copysign(u)
-            }
-            Warp::Arcsine => u.sin(),
-        }
-    }
-
-    /// dx/du at `u`.
-    #[inline]
-    pub fn slope(self, u: f64) -> f64 {
-        match self {
-            Warp::Identity => 1.0,
-            Warp::Power { top, max } => 2.0 * max * u.abs() / (top * top),
-            Warp::Arcsine => u.cos(),
-        }
-    }
-}
 
 /// A parametrization with warped axes.
 #[derive(Clone, Debug)]
@@ -129,10 +17,10 @@ impl<P: Parametrization> Warped<P> {
     ///
     /// # Errors
     /// If a name is no axis of `inner`, or its axis cannot have that warp.
-    pub fn new(inner: P, names: &BTreeMap<String, WarpName>) -> Result<Self, WarpError> {
+    pub fn new(inner: P, by_symbol: &Warps) -> Result<Self, WarpError> {
         let mut axes = inner.axes().to_vec();
         let mut warps = [Warp::Identity; 4];
-        for (symbol, &name) in names {
+        for (symbol, warp) in by_symbol {
             let error = |problem| WarpError {
                 axis: symbol.clone(),
                 problem,
@@ -144,19 +32,7 @@ impl<P: Parametrization> Warped<P> {
                     axes: allowed.join(", "),
                 }));
             };
-            let warp = name.on(&axes[i]).map_err(error)?;
-            let top = match warp {
-                Warp::Identity => axes[i].range[1],
-                Warp::Power { top, .. } => top,
-                Warp::Arcsine => FRAC_PI_2,
-            };
-            warps[i] = warp;
-            axes[i].range = [0.0, top];
-            axes[i].warp = Some(name);
-            axes[i].unit = match name {
-                WarpName::Arcsine => Unit::Radian,
-                WarpName::SquareRoot | WarpName::Merl => Unit::One,
-            };
+            (warps[i], axes[i]) = warp.on(&axes[i]).map_err(error)?;
         }
         Ok(Self { inner, warps, axes })
     }
@@ -237,8 +113,12 @@ impl<P: Parametrization> Parametrization for Warped<P> {
         }
     }
 
-    fn nested(&self) -> bool {
-        self.inner.nested()
+    fn facts(&self) -> Facts {
+        self.inner.facts()
+    }
+
+    fn plane_labels(&self) -> [&'static str; 2] {
+        self.inner.plane_labels()
     }
 
     fn images(&self, coords: &Coords) -> Vec<Coords> {

@@ -3,9 +3,8 @@
 use super::ReconstructError;
 use crate::error::{ParameterError, in_closed};
 use crate::geometry::Symmetry;
-use crate::parametrization::{self, Parametrization, WarpName};
+use crate::parametrization::{self, Parametrization, Warps};
 use serde::{Deserialize, Serialize};
-use std::collections::BTreeMap;
 use std::sync::Arc;
 
 /// A parametrization and its warps, as a config writes them.
@@ -15,8 +14,8 @@ pub struct Coordinates {
     /// Name of the parametrization.
     pub kind: String,
     /// Warps by axis symbol.
-    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
-    pub warp: BTreeMap<String, WarpName>,
+    #[serde(default, skip_serializing_if = "Warps::is_empty")]
+    pub warp: Warps,
 }
 
 impl Coordinates {
@@ -26,13 +25,16 @@ impl Coordinates {
     /// If there is no such parametrization, axis or warp.
     pub fn form(&self, symmetry: Symmetry) -> Result<Arc<dyn Parametrization>, ParameterError> {
         let Some(entry) = parametrization::find(&self.kind) else {
-            let names: Vec<_> = parametrization::all().iter().map(|e| e.name).collect();
+            let names: Vec<_> = parametrization::all().iter().map(|e| e.kind).collect();
             let allowed = names.join(", ");
             return Err(ParameterError::new("coordinates.kind", &self.kind, allowed));
         };
         entry.warped(symmetry, &self.warp).map_err(|e| {
             let key = format!("coordinates.warp.{}", e.axis);
-            let value = self.warp.get(&e.axis).map_or("", |w| w.name());
+            let value = self
+                .warp
+                .get(&e.axis)
+                .map_or_else(String::new, |w| w.name());
             ParameterError::new(key, value, e.problem.to_string())
         })
     }

@@ -4,7 +4,8 @@
 //! Coordinates are embedded so that nearness means nearness on the bench. With u = radial
 //! coordinate over its range: 3-D (stretch · u1, u2 cos a, u2 sin a), 4-D (stretch · u1 cos a1,
 //! stretch · u1 sin a1, u2 cos b, u2 sin b), where b is a2, or a1 + a2 if a2 turns with a1 (b is
-//! what stays put when a1 runs round the pole u1 = 0). Every reading also stands at its mirror
+//! what stays put when a1 runs round the pole u1 = 0). Coordinates that are no polar ones stand as
+//! they are, each over its largest size, the first half of them times stretch. Every reading also stands at its mirror
 //! images under the declared symmetries, and near the first pole at its place on the other side of
 //! it, so that neighbours surround a point near a fold as they do inside. A reading *at* the first
 //! pole is, in 3-D, the same at every azimuth and stands all around the circle.
@@ -13,7 +14,7 @@ use super::interpolant::{Interpolant, Readings};
 use super::transform::Transform;
 use super::{ReconstructError, ReconstructionCoordinates};
 use crate::geometry::DirectionPair;
-use crate::parametrization::{Coords, Parametrization};
+use crate::parametrization::{Coords, Layout, Parametrization};
 use kiddo::{ImmutableKdTree, SquaredEuclidean};
 use std::f64::consts::{PI, TAU};
 use std::num::NonZeroUsize;
@@ -84,16 +85,40 @@ pub(super) struct Cloud<const K: usize> {
 /// Coordinates to a point.
 struct Embedding {
     parametrization: Arc<dyn Parametrization>,
-    /// stretch / range of the first radial axis, 1 / range of the second.
-    scale: [f64; 2],
-    /// True if the second azimuth turns with the first.
-    nested: bool,
+    /// Polar: stretch / range of the first radial axis, 1 / range of the second; straight: of
+    /// every axis.
+    scale: [f64; 4],
+    layout: Layout,
 }
 
 impl Embedding {
+    fn new(parametrization: &Arc<dyn Parametrization>, stretch: f64) -> Self {
+        let axes = parametrization.axes();
+        let layout = parametrization.facts().layout;
+        let mut scale = [0.0; 4];
+        let first = axes.len() / 2;
+        if layout == Layout::Straight {
+            for (d, (scale, axis)) in scale.iter_mut().zip(axes).enumerate() {
+                let weight = if d < first { stretch } else { 1.0 };
+                *scale = weight / axis.range[0].abs().max(axis.range[1].abs());
+            }
+        } else {
+            scale[0] = stretch / axes[0].range[1];
+            scale[1] = 1.0 / axes[first].range[1];
+        }
+        Self {
+            parametrization: Arc::clone(parametrization),
+            scale,
+            layout,
+        }
+    }
+
     #[inline]
     fn point<const K: usize>(&self, c: &Coords) -> [f64; K] {
-        let [s1, s2] = self.scale;
+        if self.layout == Layout::Straight {
+            return std::array::from_fn(|d| self.scale[d] * c[d]);
+        }
+        let [s1, s2, ..] = self.scale;
         let mut x = [0.0; K];
         if K == 3 {
             let (sin, cos) = c[2].sin_cos();
@@ -101,7 +126,12 @@ impl Embedding {
         } else {
             let (sin, cos) = c[1].sin_cos();
             (x[0], x[1]) = (s1 * c[0] * cos, s1 * c[0] * sin);
-            let (sin, cos) = (if self.nested { c[1] + c[3] } else { c[3] }).sin_cos();
+            let (sin, cos) = (if self.layout == Layout::Nested {
+                c[1] + c[3]
+            } else {
+                c[3]
+            })
+            .sin_cos();
             (x[2], x[3]) = (s2 * c[2] * cos, s2 * c[2] * sin);
         }
         x
@@ -128,21 +158,14 @@ impl<const K: usize> Cloud<K> {
                 needed,
             });
         }
-        let axes = parametrization.axes();
-        let second = if K == 3 { 1 } else { 2 };
-        let embedding = Embedding {
-            scale: [
-                coordinates.stretch / axes[0].range[1],
-                1.0 / axes[second].range[1],
-            ],
-            nested: parametrization.nested(),
-            parametrization: Arc::clone(&parametrization),
-        };
+        let embedding = Embedding::new(&parametrization, coordinates.stretch);
         let copies = parametrization.images(&[0.0; 4]).len();
         // In 3-D all points fill a cylinder of radius 1 and height `stretch`.
         let volume = PI * coordinates.stretch / (count * copies) as f64;
         let spacing = volume.cbrt();
-        let first_range = axes[0].range[1];
+        let first_range = parametrization.axes()[0].range[1];
+        // In 4-D the embedding closes the pole by itself, and a straight one has none.
+        let has_pole = K == 3 && embedding.layout != Layout::Straight;
         let reach = first_range * (POLE_SPACINGS * spacing / coordinates.stretch).max(POLE_REACH);
         let channels = readings.width;
         let mut points: Vec<[f64; K]> = Vec::with_capacity((copies + 1) * count);
@@ -167,7 +190,7 @@ impl<const K: usize> Cloud<K> {
             };
             for image in parametrization.images(&coords) {
                 let [r1, r2, a, _] = image;
-                if K == 3 && r1 <= ON_POLE * first_range {
+                if has_pole && r1 <= ON_POLE * first_range {
                     // Half a spacing apart, as a grid's rows are closer to each other than its
                     // mean spacing. Even, so that images at a + π fall on the same points.
                     let arc = PI * r2 * embedding.scale[1];
@@ -178,8 +201,8 @@ impl<const K: usize> Cloud<K> {
                     continue;
                 }
                 stand(&image);
-                if K == 3 && r1 < reach {
-                    // (−r1, a) is (r1, a + π). In 4-D the embedding closes the pole by itself.
+                if has_pole && r1 < reach {
+                    // (−r1, a) is (r1, a + π).
                     stand(&[-r1, r2, a + PI, 0.0]);
                 }
             }

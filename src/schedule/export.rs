@@ -295,7 +295,7 @@ mod tests {
     use super::super::{Grid, SampleSet, SobolSet};
     use super::*;
     use crate::geometry::DirectionPair;
-    use crate::parametrization::{self, WarpName};
+    use crate::parametrization::{self, WarpSpec};
     use std::collections::BTreeMap;
 
     /// Schedules with plain, warped, 3-D and 4-D columns.
@@ -309,7 +309,7 @@ mod tests {
             }
         }
         let entry = parametrization::find("half-difference").unwrap();
-        let warps = BTreeMap::from([("theta_h".to_owned(), WarpName::Merl)]);
+        let warps = BTreeMap::from([("theta_h".to_owned(), WarpSpec::Merl)]);
         let p = entry.warped(Symmetry::FULL, &warps).unwrap();
         schedules.push(Grid::default().plan(&p, 40, 1).unwrap());
         schedules
@@ -427,7 +427,7 @@ mod tests {
 
     #[test]
     fn degrees_and_units_are_in_the_column_names() {
-        let names = |name: &str, warps: &[(&str, WarpName)]| {
+        let names = |name: &str, warps: &[(&str, WarpSpec)]| {
             let warps = warps.iter().map(|&(a, w)| (a.to_owned(), w)).collect();
             let entry = parametrization::find(name).unwrap();
             let p = entry.warped(Symmetry::FULL, &warps).unwrap();
@@ -444,13 +444,13 @@ mod tests {
             "theta_h_deg theta_d_deg phi_d_deg theta_i_deg phi_i_deg theta_o_deg phi_o_deg"
         );
         assert_eq!(
-            names("half-difference", &[("theta_h", WarpName::Merl)]),
+            names("half-difference", &[("theta_h", WarpSpec::Merl)]),
             "theta_h_merl theta_d_deg phi_d_deg theta_i_deg phi_i_deg theta_o_deg phi_o_deg"
         );
         assert_eq!(
             names(
                 "hybrid",
-                &[("k", WarpName::Arcsine), ("h_bar", WarpName::SquareRoot)]
+                &[("k", WarpSpec::Arcsine), ("h_bar", WarpSpec::SquareRoot)]
             ),
             "h_bar_square_root k_arcsine_deg delta_deg theta_i_deg phi_i_deg theta_o_deg phi_o_deg"
         );

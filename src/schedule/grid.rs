@@ -9,7 +9,7 @@ use super::sample_set::{PlanError, SampleSet, from_unit, place};
 use super::{Pose, Schedule};
 use crate::error::ParameterError;
 use crate::geometry::Symmetry;
-use crate::parametrization::{Axis, AxisKind, Coords, Parametrization, WarpName};
+use crate::parametrization::{Axis, AxisKind, Coords, Parametrization};
 use crate::registry::{self, Entry};
 use crate::sampling::Random;
 use rustc_hash::FxHashMap;
@@ -354,9 +354,10 @@ fn largest(
 /// on it. Where they are equally spaced a node on the peak would stand for its whole coarse cell,
 /// and a lone spike is worse interpolated than missed.
 fn default_centring(axis: &Axis) -> Centring {
-    match axis.warp {
-        Some(WarpName::SquareRoot | WarpName::Merl) if axis.peak_at_start => Centring::Start,
-        _ => Centring::Cell,
+    if axis.peak_at_start && axis.warp.is_some_and(|warp| warp.crowds_start()) {
+        Centring::Start
+    } else {
+        Centring::Cell
     }
 }
 

@@ -18,7 +18,8 @@ use super::{Pose, Schedule};
 use crate::error::excerpt;
 use crate::geometry::{Direction, DirectionPair, Symmetry};
 use crate::numeric::GRAZING_COS;
-use crate::parametrization::{self, Axis, Coords, Parametrization, Unit, WarpName};
+use crate::parametrization::{self, Axis, Coords, Parametrization, Unit, WarpSpec, warps};
+use crate::registry;
 use std::collections::{BTreeMap, VecDeque};
 use std::sync::Arc;
 
@@ -143,12 +144,16 @@ pub(crate) fn known_columns(
 /// Columns of the coordinates of every parametrization.
 pub(crate) fn coordinate_columns() -> Vec<String> {
     let mut columns: Vec<String> = Vec::new();
+    let warps = warps();
     for entry in parametrization::all() {
         for symmetry in [Symmetry::FULL, Symmetry::NONE] {
             for axis in entry.axes(symmetry) {
-                let warps = WarpName::ALL.into_iter();
+                let warps = warps.iter().filter_map(|entry| {
+                    let example = entry.examples.first()?;
+                    registry::read_text(entry, example).ok()
+                });
                 let warped = warps.filter_map(|warp| {
-                    let warps = BTreeMap::from([(axis.symbol.to_owned(), warp)]);
+                    let warps = BTreeMap::from([(axis.symbol.to_owned(), *warp)]);
                     let form = entry.warped(symmetry, &warps).ok()?;
                     form.axes()
                         .iter()
@@ -432,7 +437,7 @@ pub(crate) fn form(table: &Table, assume: &Assume) -> Result<Arc<dyn Parametriza
     let refuse = |key: &str, problem: String| Err(table.fact_error(key, problem));
     let Some(entry) = parametrization::find(&name) else {
         let all = parametrization::all();
-        let all: Vec<_> = all.iter().map(|e| e.name).collect();
+        let all: Vec<_> = all.iter().map(|e| e.kind).collect();
         let name = excerpt(&name);
         let message = format!("parametrization = {name:?}: allowed are {}", all.join(", "));
         return refuse("parametrization", message);
@@ -445,10 +450,9 @@ pub(crate) fn form(table: &Table, assume: &Assume) -> Result<Arc<dyn Parametriza
     let written: Option<String> = table.fact("warp")?;
     let written = written.filter(|warp| same && warp != "none");
     for warp in written.iter().flat_map(|warps| warps.split(';')) {
-        let parts = warp.split_once(':').and_then(|(symbol, name)| {
-            let warp = WarpName::ALL.into_iter().find(|w| w.name() == name)?;
-            Some((symbol.to_owned(), warp))
-        });
+        let parts = warp
+            .split_once(':')
+            .and_then(|(symbol, name)| Some((symbol.to_owned(), WarpSpec::named(name)?)));
         match parts {
             Some((symbol, warp)) => warps.insert(symbol, warp),
             None => {

@@ -126,14 +126,14 @@ fn lists_name_every_member_of_every_registry() {
         "parametrizations",
         gonio::parametrization::all()
             .iter()
-            .map(|e| e.name)
+            .map(|e| e.kind)
             .collect(),
     );
     add(
         "warps",
-        gonio::parametrization::WarpName::ALL
+        gonio::parametrization::warps()
             .iter()
-            .map(|w| w.name())
+            .map(|e| e.kind)
             .collect(),
     );
     add(

@@ -4,6 +4,8 @@
 use glam::DVec3;
 use gonio::brdf::{Brdf, Channels};
 use gonio::geometry::{Direction, DirectionPair, Symmetry, angle_between};
+use gonio::parametrization::{self, WarpSpec};
+use gonio::registry;
 use gonio::sampling::{Random, cosine_hemisphere};
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
@@ -145,6 +147,16 @@ pub fn symmetries() -> Vec<Symmetry> {
             bilateral: bits & 4 != 0,
         })
         .collect()
+}
+
+/// Every example of every warp.
+pub fn warps() -> Vec<WarpSpec> {
+    let mut warps = Vec::new();
+    for entry in parametrization::warps() {
+        let read = |text: &&str| *registry::read_text(&entry, text).expect("an example");
+        warps.extend(entry.examples.iter().map(read));
+    }
+    warps
 }
 
 /// A model from the registry, in luminance.

@@ -10,7 +10,7 @@ mod schedules;
 mod schema;
 
 use gonio::geometry::{DirectionPair, Symmetry};
-use gonio::parametrization::{self, Parametrization, WarpName};
+use gonio::parametrization::{self, Parametrization, WarpSpec};
 use gonio::registry;
 use gonio::schedule::{self, Itinerary, Schedule, ScheduleFormat, Unreachable, Visit};
 use gonio::schedule::{MAX_AXES, write_schedule};
@@ -36,14 +36,14 @@ fn schedules() -> Vec<Schedule> {
             .map(|e| e.form(symmetry))
             .collect();
         for (name, axis, warp) in [
-            ("half-difference", "theta_h", WarpName::SquareRoot),
-            ("hybrid", "k", WarpName::Arcsine),
+            ("half-difference", "theta_h", WarpSpec::SquareRoot),
+            ("hybrid", "k", WarpSpec::Arcsine),
         ] {
             let warps = BTreeMap::from([
                 (axis.to_owned(), warp),
                 (
                     if axis == "k" { "h_bar" } else { "theta_d" }.to_owned(),
-                    WarpName::SquareRoot,
+                    WarpSpec::SquareRoot,
                 ),
             ]);
             let entry = parametrization::find(name).unwrap();

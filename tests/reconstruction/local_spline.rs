@@ -6,7 +6,7 @@ use super::{form, material, measure, method, smooth, smooth_material, value};
 use gonio::brdf::Brdf;
 use gonio::geometry::{DirectionPair, Symmetry};
 use gonio::measurement::Measurement;
-use gonio::parametrization::Parametrization;
+use gonio::parametrization::{Layout, Parametrization};
 use gonio::sampling::Random;
 use gonio::schedule::{Centring, Grid, SampleSet, SobolSet};
 use nalgebra::{DMatrix, DVector};
@@ -30,8 +30,8 @@ fn embed(unfolded: &dyn Parametrization, pair: &DirectionPair, through_pole: boo
         return vec![side * u1, side * u2 * c[2].cos(), side * u2 * c[2].sin()];
     }
     let (u1, u2) = (1.5 * c[0] / axes[0].range[1], c[2] / axes[2].range[1]);
-    // Half/difference: phi_d turns with phi_h.
-    let b = if unfolded.name() == "half-difference" {
+    // phi_d turns with phi_h.
+    let b = if unfolded.facts().layout == Layout::Nested {
         c[1] + c[3]
     } else {
         c[3]

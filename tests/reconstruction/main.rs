@@ -13,7 +13,7 @@ use gonio::brdf::{Brdf, Channels, Presence};
 use gonio::geometry::{DirectionPair, Symmetry};
 use gonio::instrument::{Ideal, Instrument};
 use gonio::measurement::Measurement;
-use gonio::parametrization::{self, AxisKind, Parametrization, WarpName};
+use gonio::parametrization::{self, AxisKind, Layout, Parametrization, WarpSpec};
 use gonio::reconstruct::{self, Reconstruct};
 use gonio::registry;
 use gonio::schedule::{Grid, SampleSet, SobolSet};
@@ -96,7 +96,7 @@ fn forms(symmetries: &[Symmetry]) -> Vec<Arc<dyn Parametrization>> {
         for &symmetry in symmetries {
             forms.push(entry.form(symmetry));
             let first = entry.axes(symmetry)[0].symbol.to_owned();
-            let root = BTreeMap::from([(first, WarpName::SquareRoot)]);
+            let root = BTreeMap::from([(first, WarpSpec::SquareRoot)]);
             forms.push(entry.warped(symmetry, &root).unwrap());
         }
     }
@@ -181,10 +181,9 @@ fn on_node(m: &Measurement, i: usize) -> bool {
         let x = lattice.axes[d].index(coords[d]);
         (x - x.round()).abs() > 1e-6
     };
-    let exchanged = form.name() == "spherical" && form.symmetry().reciprocal;
-    let at_pole = form.name() == "half-difference" && coords[0] == 0.0;
-    let isotropic = form.symmetry().isotropic;
-    !(exchanged || at_pole && !isotropic) || !(0..form.axes().len()).any(off)
+    let exchanged = form.facts().exchange && form.symmetry().reciprocal;
+    let at_pole = form.facts().layout == Layout::Nested && coords[0] == 0.0;
+    !(exchanged || at_pole) || !(0..form.axes().len()).any(off)
 }
 
 /// The value of a reconstruction, which has one everywhere.

@@ -23,14 +23,14 @@ fn the_whole_box_is_every_pair() {
     };
     for entry in all() {
         for symmetry in [ISOTROPIC, reciprocal, Symmetry::FULL] {
-            let whole = read(entry.name, symmetry, "");
+            let whole = read(entry.kind, symmetry, "");
             let Estimate { value, error } = whole.quadrature();
             let miss = (value - TAU * TAU).abs();
             // Edges of the domain cut panels: 3e-3 is a tenth of a panel's share of an axis.
             assert!(
                 miss < 3e-3 * TAU * TAU,
                 "{} {symmetry:?}: {value} ± {error}",
-                entry.name
+                entry.kind
             );
             let pair = DirectionPair::from_spherical(0.4, 2.0, 1.1, -1.0);
             assert!(whole.contains(&pair) && whole.contains(&pair.swapped()));
@@ -106,7 +106,7 @@ fn an_image_holds_the_pairs_and_the_own_one_is_the_box() {
         assert!(
             image.fill.value > 0.0 && image.fill.value <= 1.0,
             "{}: {image:?}",
-            entry.name
+            entry.kind
         );
         // Other pairs of the box, unlike those the image was found from.
         for member in subset.members(5000, 99) {
@@ -116,15 +116,15 @@ fn an_image_holds_the_pairs_and_the_own_one_is_the_box() {
                 assert!(
                     coords[i] > lo - slack && coords[i] < hi + slack,
                     "{}",
-                    entry.name
+                    entry.kind
                 );
             }
         }
-        if entry.name == "hybrid" {
+        if entry.kind == "hybrid" {
             assert!((image.fill.value - 1.0).abs() < 1e-6, "{image:?}");
         }
         // Stark's axes are the squares of the hybrid ones.
-        if entry.name == "stark" {
+        if entry.kind == "stark" {
             assert!(
                 (image.ranges[0][1] - 0.16).abs() < 1e-9 && (image.fill.value - 1.0).abs() < 1e-6
             );
@@ -232,11 +232,11 @@ fn counting_is_told_where_quadrature_is_coarse() {
     );
     // Every pair is every pair, in any coordinates.
     for entry in all() {
-        let share = read(entry.name, Symmetry::FULL, "").measure(1).share();
+        let share = read(entry.kind, Symmetry::FULL, "").measure(1).share();
         assert!(
             share.value <= 1.0 && share.value > 1.0 - 1e-5,
             "{} {share:?}",
-            entry.name
+            entry.kind
         );
     }
 }

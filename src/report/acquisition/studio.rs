@@ -8,7 +8,8 @@ use crate::experiment::{
     Coordinates, Material, Plan, Preview, RESULTS_REVISION, Row, Shard, preview,
 };
 use crate::lighting::Lighting;
-use crate::parametrization::{ParametrizationEntry, find};
+use crate::parametrization::{ParametrizationSpec, find};
+use crate::registry::Entry;
 use crate::report::pictures::{BrdfSlices, Comparison, hemispheres_svg, test_functions_svg};
 use crate::report::run::{Below, RunFolder, file_stem};
 use std::io::{self, Cursor, Write};
@@ -55,7 +56,7 @@ pub struct Studio<'a> {
     /// The part of the run that draws; materials are dealt out one by one.
     shard: Option<Shard>,
     lighting: Box<dyn Lighting>,
-    parametrizations: Vec<ParametrizationEntry>,
+    parametrizations: Vec<Entry<ParametrizationSpec>>,
     /// Everything but the material that determines a picture.
     how: String,
 }
@@ -89,9 +90,9 @@ impl<'a> Studio<'a> {
     /// first that is warped, or the plain one.
     fn drawn(&self) -> Vec<usize> {
         let all = &self.plan.parametrizations;
-        let of = |entry: &ParametrizationEntry| {
-            let mine = (0..all.len()).filter(|&i| all[i].name() == entry.name);
-            mine.min_by_key(|&i| all[i].warps.is_empty())
+        let of = |entry: &Entry<ParametrizationSpec>| {
+            let mine = (0..all.len()).filter(|&i| all[i].name() == entry.kind);
+            mine.min_by_key(|&i| all[i].spec.warps.is_empty())
         };
         self.parametrizations.iter().filter_map(of).collect()
     }
@@ -257,7 +258,7 @@ impl<'a> Studio<'a> {
 /// Coordinates as part of a file name.
 fn sampled(coordinates: &Coordinates) -> String {
     let mut name = coordinates.name().to_owned();
-    for (axis, warp) in &coordinates.warps {
+    for (axis, warp) in &coordinates.spec.warps {
         name += &format!("_{axis}-{}", warp.name());
     }
     name

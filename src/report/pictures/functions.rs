@@ -5,7 +5,8 @@ use super::plot::{BELOW, LEFT, Plane, Plot, middles, text, text_upwards};
 use crate::brdf::{Brdf, BrdfSpec, Channels, TestFunctionSpec};
 use crate::error::Error;
 use crate::geometry::DirectionPair;
-use crate::parametrization::ParametrizationEntry;
+use crate::parametrization::ParametrizationSpec;
+use crate::registry::Entry;
 use crate::report::svg::canvas::{Align, Canvas, Ink, Lettering};
 
 const SIDE: f64 = 170.0;
@@ -33,7 +34,7 @@ const FUNCTIONS: [(TestFunctionSpec, Ink, &str); 3] = [
 /// # Errors
 /// [`Error::Internal`] if drawing fails, which it should not.
 pub fn test_functions_svg(
-    parametrizations: &[ParametrizationEntry],
+    parametrizations: &[Entry<ParametrizationSpec>],
     theta_o_deg: &[f64],
     phi_deg: &[f64],
 ) -> Result<String, Error> {

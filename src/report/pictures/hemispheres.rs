@@ -2,10 +2,11 @@
 //! 2015).
 
 use super::dome::{Dome, From};
-use super::plot::{BELOW, LEFT, Plane, Plot, middles, symbol, text, text_upwards};
+use super::plot::{BELOW, LEFT, Plane, Plot, middles, text, text_upwards};
 use crate::error::Error;
 use crate::geometry::DirectionPair;
-use crate::parametrization::{Axis, ParametrizationEntry, Unit};
+use crate::parametrization::{Axis, ParametrizationSpec, Unit};
+use crate::registry::Entry;
 use crate::report::svg::canvas::{Canvas, Ink};
 
 const SIDE: f64 = 150.0;
@@ -23,7 +24,7 @@ const GREEN: Ink = [165, 255, 150];
 /// # Errors
 /// [`Error::Internal`] if drawing fails, which it should not.
 pub fn hemispheres_svg(
-    parametrizations: &[ParametrizationEntry],
+    parametrizations: &[Entry<ParametrizationSpec>],
     theta_o_deg: &[f64],
 ) -> Result<String, Error> {
     let planes: Vec<_> = parametrizations.iter().map(Plane::of).collect();
@@ -81,14 +82,7 @@ pub fn hemispheres_svg(
                 }
             }
         }
-        let says = |plane: &Plane| {
-            format!(
-                "{}: {}, {}",
-                plane.name,
-                symbol(plane.x.symbol),
-                symbol(plane.y.symbol)
-            )
-        };
+        let says = |plane: &Plane| format!("{}: {}, {}", plane.name, plane.x.label, plane.y.label);
         let axes: Vec<_> = planes.iter().map(says).collect();
         let caption = format!(
             "red: first axis, green: second axis, isolines every 10° or 0.1   ({})   \
@@ -152,7 +146,7 @@ mod tests {
         assert_eq!(svg.matches("<image").count(), rows * 5);
         assert!(svg.starts_with("<svg") && svg.ends_with("</svg>\n") && !svg.contains("NaN"));
         for entry in parametrization::all() {
-            assert!(svg.contains(entry.name));
+            assert!(svg.contains(entry.kind));
         }
         assert_eq!(
             svg,

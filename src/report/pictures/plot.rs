@@ -3,7 +3,8 @@
 use super::contours::isolines;
 use crate::error::Error;
 use crate::geometry::Symmetry;
-use crate::parametrization::{Axis, Coords, Parametrization, ParametrizationEntry, Unit};
+use crate::parametrization::{Axis, Coords, Parametrization, ParametrizationSpec, Unit};
+use crate::registry::Entry;
 use crate::report::pictures::sphere::write_rgb;
 use crate::report::svg::canvas::{Align, Canvas, Ink, Lettering};
 use std::f64::consts::FRAC_PI_2;
@@ -24,39 +25,25 @@ pub(super) struct Plane {
     pub name: &'static str,
     pub x: Axis,
     pub y: Axis,
-    /// Symbol of the azimuth that is fixed; the first azimuth is 0.
-    pub azimuth: String,
-    /// Symbol of the azimuth that is 0 in all planes, by which an anisotropic BRDF differs.
-    pub turn: String,
+    /// Label of the coordinate that is fixed.
+    pub azimuth: &'static str,
+    /// Label of the azimuth that is 0 in all planes, by which an anisotropic BRDF differs.
+    pub turn: &'static str,
 }
 
 impl Plane {
-    pub fn of(entry: &ParametrizationEntry) -> Self {
+    pub fn of(entry: &Entry<ParametrizationSpec>) -> Self {
         let form = entry.form(Symmetry::FULL);
         let [x, y, _] = form.axes() else {
             unreachable!("isotropic forms have three axes");
         };
-        // phi_h is 0, so that their difference is phi_k.
-        let azimuth = match form.axes()[2].symbol {
-            "delta" => "φ_k".into(),
-            other => symbol(other),
-        };
-        let general = entry.form(Symmetry::NONE);
-        let [_, first, _, second] = general.axes() else {
-            unreachable!("general forms have four axes");
-        };
-        // The view of spherical coordinates is at azimuth 0, the half vector of others.
-        let turn = if first.symbol == "phi_h" {
-            first
-        } else {
-            second
-        };
+        let [azimuth, turn] = form.plane_labels();
         Self {
-            name: entry.name,
+            name: entry.kind,
             x: *x,
             y: *y,
             azimuth,
-            turn: symbol(turn.symbol),
+            turn,
             form,
         }
     }
@@ -97,26 +84,11 @@ impl Plane {
     }
 }
 
-/// As it is printed.
-pub(super) fn symbol(symbol: &str) -> String {
-    match symbol {
-        "h_bar" => "|h\u{304}|".into(),
-        "k_bar" => "|k\u{304}|".into(),
-        "k" => "|k|".into(),
-        "sigma" => "σ = |h\u{304}|²".into(),
-        "alpha" => "α = |k|²".into(),
-        other => {
-            let text = other.replace("theta", "θ").replace("delta_phi", "Δφ");
-            text.replace("phi", "φ")
-        }
-    }
-}
-
-/// The same with its unit.
+/// What an axis is called, with its unit.
 fn label(axis: &Axis) -> String {
     match axis.unit {
-        Unit::Radian => format!("{} (°)", symbol(axis.symbol)),
-        Unit::One => symbol(axis.symbol),
+        Unit::Radian => format!("{} (°)", axis.label),
+        Unit::One => axis.label.into(),
     }
 }
 
@@ -186,16 +158,19 @@ impl Plot {
         let corners = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0], [0.0, 0.0]];
         self.line(canvas, &corners, FRAME, 0.8);
         for (axis, horizontal) in [(&plane.x, true), (&plane.y, false)] {
-            let ticks: &[(f64, &str)] = match axis.unit {
-                Unit::Radian => &[
-                    (0.0, "0"),
-                    (1.0 / 3.0, "30"),
-                    (2.0 / 3.0, "60"),
-                    (1.0, "90"),
-                ],
-                Unit::One => &[(0.0, "0"), (0.25, ""), (0.5, "0.5"), (0.75, ""), (1.0, "1")],
+            // Thirds in degrees, quarters with the ends and the middle written.
+            let parts = match axis.unit {
+                Unit::Radian => 3,
+                Unit::One => 4,
             };
-            for &(t, text) in ticks {
+            for i in 0..=parts {
+                let t = f64::from(i) / f64::from(parts);
+                let value = axis.file_value(axis.range[0] + t * axis.length());
+                let text = match axis.unit {
+                    Unit::Radian => format!("{value:.0}"),
+                    Unit::One if i % 2 == 0 => format!("{value}"),
+                    Unit::One => String::new(),
+                };
                 let [x, y] = self.place(if horizontal { [t, 0.0] } else { [0.0, t] });
                 let ends = if horizontal {
                     [[x, y], [x, y + 4.0]]
@@ -205,9 +180,9 @@ impl Plot {
                 canvas.line(&ends, FRAME, 0.8);
                 if horizontal {
                     let how = Lettering::new(TICK, Align::Middle);
-                    canvas.text([x, y + 11.0], text, how);
+                    canvas.text([x, y + 11.0], &text, how);
                 } else {
-                    canvas.text([x - 7.0, y], text, Lettering::new(TICK, Align::End));
+                    canvas.text([x - 7.0, y], &text, Lettering::new(TICK, Align::End));
                 }
             }
             let mut how = Lettering::new(LABEL, Align::Middle);

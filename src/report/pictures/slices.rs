@@ -5,7 +5,8 @@ use super::plot::{BELOW, FRAME, LEFT, Plane, Plot, middles, text, text_upwards};
 use crate::brdf::{Brdf, Channels, Presence};
 use crate::error::Error;
 use crate::numeric::luminance;
-use crate::parametrization::ParametrizationEntry;
+use crate::parametrization::ParametrizationSpec;
+use crate::registry::Entry;
 use crate::report::pictures::slice::{Channels32, channel, write_channels};
 use crate::report::pictures::sphere::{encoded, write_rgb};
 use crate::report::svg::canvas::{Align, Canvas, Ink, Lettering, fitted};
@@ -49,7 +50,7 @@ impl BrdfSlices {
     /// azimuth 0 for BRDFs that are not isotropic.
     pub fn new(
         brdf: &dyn Brdf,
-        parametrizations: &[ParametrizationEntry],
+        parametrizations: &[Entry<ParametrizationSpec>],
         phi_deg: &[f64],
         resolution: usize,
     ) -> Self {
@@ -87,7 +88,7 @@ impl BrdfSlices {
         if self.isotropic {
             return None;
         }
-        let mut symbols: Vec<_> = self.planes.iter().map(|p| p.turn.as_str()).collect();
+        let mut symbols: Vec<_> = self.planes.iter().map(|p| p.turn).collect();
         symbols.sort_unstable();
         symbols.dedup();
         Some(format!(
@@ -357,7 +358,7 @@ mod tests {
     use crate::parametrization;
     use exr::prelude::{ReadChannels, ReadLayers};
 
-    fn charts(names: &[&str]) -> Vec<ParametrizationEntry> {
+    fn charts(names: &[&str]) -> Vec<Entry<ParametrizationSpec>> {
         let found = names
             .iter()
             .map(|name| parametrization::find(name).unwrap());

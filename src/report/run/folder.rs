@@ -478,7 +478,7 @@ pub fn slice_name(job: &Job<'_>) -> String {
 /// The file name, without extension, of a schedule; different for different schedules of a plan.
 pub fn schedule_stem(key: &ScheduleKey<'_>) -> String {
     let mut stem = key.coordinates.name().to_owned();
-    for (axis, warp) in &key.coordinates.warps {
+    for (axis, warp) in &key.coordinates.spec.warps {
         stem.push_str(&format!("_{axis}-{}", warp.name()));
     }
     let s = key.symmetry;

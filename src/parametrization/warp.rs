@@ -1,0 +1,343 @@
+//! Monotone warps of one axis: what a config can name, and the maps that does.
+
+use super::{Axis, AxisKind, Quantity, Unit, WarpProblem};
+use crate::error::{ParameterError, in_closed};
+use crate::registry::{self, Entry, ReadError, Table};
+use serde::de::{self, MapAccess, Visitor};
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
+use std::f64::consts::FRAC_PI_2;
+use std::fmt;
+
+/// A warp as a config names it: `"square-root"`, or a table where it has keys.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum WarpSpec {
+    /// u = sqrt(x / x_max) in [0, 1]: fine near the pole; any radial axis.
+    SquareRoot,
+    /// u = 90 sqrt(theta_h / 90°) in [0, 90], the row index of a MERL table; half angles only.
+    Merl,
+    /// u = asin x in [0, π/2], e.g. |k| → theta_d; lengths only.
+    Arcsine,
+    /// u = (x / x_max)^exponent in [0, 1]; any radial axis.
+    Power {
+        /// In [0.1, 1]: at 0.1 half of the axis holds a thousandth (2^-10) of its range, and a
+        /// round trip loses 1/exponent ulp.
+        exponent: f64,
+    },
+}
+
+/// The keys of a warp that has none.
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct NoKeys {}
+
+/// The keys of `power`.
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct PowerKeys {
+    exponent: f64,
+}
+
+/// The entry of a warp without keys.
+const fn plain(
+    kind: &'static str,
+    summary: &'static str,
+    read: fn(Table<'_>) -> Result<Box<WarpSpec>, ReadError>,
+) -> Entry<WarpSpec> {
+    Entry {
+        kind,
+        summary,
+        examples: &[""],
+        read,
+    }
+}
+
+/// A table that must be empty.
+fn no_keys(table: Table<'_>, warp: WarpSpec) -> Result<Box<WarpSpec>, ReadError> {
+    let NoKeys {} = registry::parse(table)?;
+    Ok(Box::new(warp))
+}
+
+/// Every warp a config can name.
+pub fn warps() -> Vec<Entry<WarpSpec>> {
+    vec![
+        plain(
+            "square-root",
+            "sqrt(x / x_max), in [0, 1]: fine near the pole; any radial axis",
+            |table| no_keys(table, WarpSpec::SquareRoot),
+        ),
+        plain(
+            "merl",
+            "90 sqrt(theta_h / 90°), in [0, 90]: the rows of a MERL table; theta_h",
+            |table| no_keys(table, WarpSpec::Merl),
+        ),
+        plain(
+            "arcsine",
+            "asin x, in degrees: lengths in [0, 1], e.g. |k| becomes theta_d",
+            |table| no_keys(table, WarpSpec::Arcsine),
+        ),
+        Entry {
+            kind: POWER,
+            summary: "(x / x_max)^exponent, in [0, 1]: 0.5 is the square root; any radial axis",
+            examples: &["exponent = 0.5", "exponent = 0.3", "exponent = 1.0"],
+            read: |table| {
+                let span = table.span();
+                let PowerKeys { exponent } = registry::parse(table)?;
+                match power(exponent) {
+                    Ok(warp) => Ok(Box::new(warp)),
+                    Err(e) => Err(ReadError::at(span, e.to_string())),
+                }
+            },
+        },
+    ]
+}
+
+const POWER: &str = "power";
+
+fn power(exponent: f64) -> Result<WarpSpec, ParameterError> {
+    let exponent = in_closed("exponent", exponent, 0.1, 1.0)?;
+    Ok(WarpSpec::Power { exponent })
+}
+
+impl WarpSpec {
+    /// The kind in configs.
+    pub fn kind(self) -> &'static str {
+        match self {
+            WarpSpec::SquareRoot => "square-root",
+            WarpSpec::Merl => "merl",
+            WarpSpec::Arcsine => "arcsine",
+            WarpSpec::Power { .. } => POWER,
+        }
+    }
+
+    /// The kind and every key with its value.
+    pub fn resolved(self) -> toml::Table {
+        match self {
+            WarpSpec::Power { exponent } => registry::resolved(POWER, &PowerKeys { exponent }),
+            other => registry::resolved(other.kind(), &NoKeys {}),
+        }
+    }
+
+    /// Name in results and headers of files: the kind, `power-0.3` of a power.
+    pub fn name(self) -> String {
+        match self {
+            WarpSpec::Power { exponent } => format!("{POWER}-{exponent}"),
+            other => other.kind().into(),
+        }
+    }
+
+    /// The warp of a [`name`](Self::name).
+    pub fn named(name: &str) -> Option<Self> {
+        let warp = match name.strip_prefix(POWER).and_then(|n| n.strip_prefix('-')) {
+            Some(exponent) => power(exponent.parse().ok()?).ok()?,
+            None => Self::of_kind(name).ok()?,
+        };
+        (warp.name() == name).then_some(warp)
+    }
+
+    /// A warp without keys.
+    fn of_kind(kind: &str) -> Result<Self, ReadError> {
+        let all = warps();
+        let Some(entry) = all.iter().find(|e| e.kind == kind) else {
+            // As serde refuses a variant, so that the config reader's words fit it.
+            let allowed: Vec<_> = all.iter().map(|e| format!("`{}`", e.kind)).collect();
+            let allowed = allowed.join(", ");
+            return Err(ReadError {
+                message: format!("unknown variant `{kind}`, expected one of {allowed}"),
+                span: None,
+            });
+        };
+        Ok(*registry::read_text(entry, "")?)
+    }
+
+    /// True if equal steps of the warped coordinate get shorter towards the start of the axis.
+    pub fn crowds_start(self) -> bool {
+        match self {
+            WarpSpec::SquareRoot | WarpSpec::Merl => true,
+            WarpSpec::Arcsine => false,
+            WarpSpec::Power { exponent } => exponent < 1.0,
+        }
+    }
+
+    /// The map on an axis, and the axis as it becomes.
+    pub(super) fn on(self, axis: &Axis) -> Result<(Warp, Axis), WarpProblem> {
+        let [lo, max] = axis.range;
+        if axis.kind != AxisKind::Radial || lo != 0.0 {
+            return Err(WarpProblem::NotRadial);
+        }
+        let (warp, top, unit) = match self {
+            WarpSpec::SquareRoot => (Warp::Root { top: 1.0, max }, 1.0, Unit::One),
+            WarpSpec::Merl if axis.quantity == Quantity::HalfAngle => {
+                (Warp::Root { top: 90.0, max }, 90.0, Unit::One)
+            }
+            WarpSpec::Merl => return Err(WarpProblem::NotThetaH),
+            WarpSpec::Arcsine if axis.quantity == Quantity::Length => {
+                (Warp::Arcsine, FRAC_PI_2, Unit::Radian)
+            }
+            WarpSpec::Arcsine => return Err(WarpProblem::NoLength),
+            WarpSpec::Power { exponent } => {
+                let inverse = 1.0 / exponent;
+                let warp = Warp::Power {
+                    exponent,
+                    inverse,
+                    max,
+                };
+                (warp, 1.0, Unit::One)
+            }
+        };
+        let bent = Axis {
+            range: [0.0, top],
+            warp: Some(self),
+            unit,
+            ..*axis
+        };
+        Ok((warp, bent))
+    }
+}
+
+impl Serialize for WarpSpec {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        match self {
+            WarpSpec::Power { .. } => self.resolved().serialize(serializer),
+            other => serializer.serialize_str(other.kind()),
+        }
+    }
+}
+
+impl<'de> Deserialize<'de> for WarpSpec {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct V;
+        impl<'de> Visitor<'de> for V {
+            type Value = WarpSpec;
+            fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
+                f.write_str("the name of a warp, or a table with its kind and keys")
+            }
+            fn visit_str<E: de::Error>(self, kind: &str) -> Result<WarpSpec, E> {
+                WarpSpec::of_kind(kind).map_err(E::custom)
+            }
+            fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<WarpSpec, A::Error> {
+                let table = toml::Table::deserialize(de::value::MapAccessDeserializer::new(map))?;
+                let read = || {
+                    let text = table.to_string();
+                    registry::read("warp", &warps(), toml::de::DeTable::parse(&text)?)
+                };
+                // Its place is that of the warp: the key is named here.
+                let named = |e: ReadError| e.message.replacen("unknown field", "unknown key", 1);
+                read()
+                    .map(|warp| *warp)
+                    .map_err(|e| de::Error::custom(named(e)))
+            }
+        }
+        deserializer.deserialize_any(V)
+    }
+}
+
+/// A monotone map of one axis; odd, so that it extends through the pole.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Warp {
+    /// u = x.
+    Identity,
+    /// u = top · sqrt(x/max).
+    Root {
+        /// Largest warped value.
+        top: f64,
+        /// Largest plain value.
+        max: f64,
+    },
+    /// u = asin x.
+    Arcsine,
+    /// u = (x/max)^exponent.
+    Power {
+        /// The exponent, in (0, 1].
+        exponent: f64,
+        /// One over it.
+        inverse: f64,
+        /// Largest plain value.
+        max: f64,
+    },
+}
+
+impl Warp {
+    /// Plain to warped.
+    #[inline]
+    pub fn forward(self, x: f64) -> f64 {
+        match self {
+            Warp::Identity => x,
+            Warp::Root { top, max } => (top * (x.abs() / max).sqrt()).copysign(x),
+            Warp::Arcsine => x.asin(),
+            Warp::Power { exponent, max, .. } => (x.abs() / max).powf(exponent).copysign(x),
+        }
+    }
+
+    /// Warped to plain.
+    #[inline]
+    pub fn inverse(self, u: f64) -> f64 {
+        match self {
+            Warp::Identity => u,
+            Warp::Root { top, max } => {
+                let t = u / top;
+                // (1 + ulp)² · max would leave the axis. Not `min`: that would lose NaN.
+                let t2 = if t * t > 1.0 { 1.0 } else { t * t };
+                (t2 * max).copysign(u)
+            }
+            Warp::Arcsine => u.sin(),
+            Warp::Power { inverse, max, .. } => {
+                let t = u.abs().powf(inverse);
+                let t = if t > 1.0 { 1.0 } else { t };
+                (t * max).copysign(u)
+            }
+        }
+    }
+
+    /// dx/du at `u`.
+    #[inline]
+    pub fn slope(self, u: f64) -> f64 {
+        match self {
+            Warp::Identity => 1.0,
+            Warp::Root { top, max } => 2.0 * max * u.abs() / (top * top),
+            Warp::Arcsine => u.cos(),
+            Warp::Power { inverse, max, .. } => max * inverse * u.abs().powf(inverse - 1.0),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_power_of_a_half_is_the_square_root() {
+        let max = 1.3;
+        let root = Warp::Root { top: 1.0, max };
+        let power = Warp::Power {
+            exponent: 0.5,
+            inverse: 2.0,
+            max,
+        };
+        for i in -1000..=1000 {
+            let t = f64::from(i) / 1000.0;
+            // One rounding of the root and one of the power, each half an ulp of values up to 2.6.
+            let close = |a: f64, b: f64| assert!((a - b).abs() <= 5e-16 * a.abs(), "{t}: {a} {b}");
+            close(root.forward(t * max), power.forward(t * max));
+            close(root.inverse(t), power.inverse(t));
+            close(root.slope(t), power.slope(t));
+        }
+    }
+
+    #[test]
+    fn names_and_tables_come_back() {
+        for entry in warps() {
+            for example in entry.examples {
+                let warp = *registry::read_text(&entry, example).unwrap();
+                assert_eq!(warp.kind(), entry.kind);
+                assert_eq!(WarpSpec::named(&warp.name()), Some(warp));
+                let mut table = toml::Table::new();
+                table.insert("w".into(), toml::Value::try_from(warp).unwrap());
+                let again: toml::Table = toml::from_str(&table.to_string()).unwrap();
+                assert_eq!(again["w"].clone().try_into::<WarpSpec>().unwrap(), warp);
+            }
+        }
+        for name in ["", "power", "power-", "power-0.50", "power-2", "power-nan"] {
+            assert_eq!(WarpSpec::named(name), None, "{name}");
+        }
+    }
+}
