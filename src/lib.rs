@@ -85,7 +85,8 @@
 //!
 //! [`docs::design`]: why the house stands as it does. [`docs::errata`]: what the papers misprint.
 //! [`docs::parametrizations`]: which coordinates to sample and to reconstruct in.
-//! [`docs::relations`]: moments of a slice and of the picture. [`docs::changelog`].
+//! [`docs::relations`]: moments of a slice and of the picture. [`docs::formats`]: files.
+//! [`docs::changelog`].
 
 pub mod analysis;
 pub mod brdf;
@@ -95,6 +96,7 @@ pub mod docs;
 pub mod error;
 pub mod experiment;
 pub mod files;
+pub mod formats;
 pub mod geometry;
 pub mod instrument;
 pub mod lighting;

@@ -251,7 +251,7 @@ fn a_mistake_in_the_file_is_reported_with_its_line() {
         (
             "slices = false",
             "schedules = true",
-            "c.toml:32: output.schedules is boolean `true`; allowed: false, \"csv\" or \"json-lines\"",
+            "c.toml:32: output.schedules is boolean `true`; allowed: false or one of \"csv\", \"json-lines\"",
         ),
         (
             "slices = false",

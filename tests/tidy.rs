@@ -5,7 +5,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// Modules from the bottom of the house to its roof; each uses only earlier ones.
-const ORDER: [&str; 20] = [
+const ORDER: [&str; 21] = [
     "numeric",
     "statistics",
     "error",
@@ -23,6 +23,7 @@ const ORDER: [&str; 20] = [
     "metrics",
     "moments",
     "analysis",
+    "formats",
     "experiment",
     "report",
     "cli",

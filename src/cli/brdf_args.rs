@@ -5,17 +5,24 @@ use crate::brdf::{self, Brdf, Channels};
 use crate::error::{Error, excerpt};
 use crate::experiment::moments::MomentsPlan;
 use crate::experiment::{AnyPlan, Kind, Material, Source};
+use crate::formats::{self, READ_TABLE};
 use clap::Args;
 use std::path::Path;
 
 /// Tables of a config of kind `moments`: what `--set` of a BRDF leaves alone.
 const TABLES: [&str; 3] = ["moments", "seeds", "material"];
 
+/// True if CONFIG|BRDF names a config.
+pub(super) fn is_config(target: &str) -> bool {
+    Path::new(target).extension().is_some_and(|e| e == "toml")
+}
+
 /// A config, or one material without a config.
 #[derive(Debug, Args)]
 pub(super) struct BrdfArgs {
-    /// A config (*.toml), a MERL table (*.binary), a UTIA table (*.bin), or a kind of material (see `gonio list materials`)
-    #[arg(value_name = "CONFIG|BRDF")]
+    #[arg(value_name = "CONFIG|BRDF",
+        help = format!("A config (*.toml), a table ({}), or a kind of material (see `gonio list materials`)",
+            READ_TABLE.extensions("*.")))]
     target: String,
     /// Override a key of the config, or set one of the material (alpha=0.1) or of its moments
     /// (moments.views=30)
@@ -47,35 +54,31 @@ impl BrdfArgs {
 
     /// The config: the one that is named, or one that holds nothing but the material.
     pub(super) fn source(&self) -> Result<Source, Error> {
-        let extension = Path::new(&self.target).extension();
-        let extension = extension.and_then(|e| e.to_str()).unwrap_or_default();
+        let path = Path::new(&self.target);
         let kinds = || brdf::all().into_iter().map(|e| e.kind);
         let single = |keys: String| {
             let text = format!("experiment = \"moments\"\n\n[[material]]\n{keys}\n");
             Source::new(self.target.as_str(), text)
         };
-        let is_file = matches!(extension, "toml" | "binary" | "bin");
-        let mut source = match extension {
-            "toml" => Source::read(Path::new(&self.target))?,
-            "binary" | "bin" => {
-                let kind = if extension == "bin" { "utia" } else { "merl" };
-                let path = toml::Value::String(self.target.clone());
-                single(format!("kind = \"{kind}\"\npath = {path}"))
-            }
-            _ if kinds().any(|kind| kind == self.target) => {
+        let of_config = is_config(&self.target);
+        let table = formats::of_name(path).and_then(|f| f.read_table);
+        let mut source = match table {
+            _ if of_config => Source::read(path)?,
+            Some(read) => single(read(path.into()).resolved().to_string()),
+            None if kinds().any(|kind| kind == self.target) => {
                 single(format!("kind = \"{}\"", self.target))
             }
-            _ => {
+            None => {
                 let kinds: Vec<_> = kinds().collect();
                 let message = format!(
-                    "this is neither a config (*.toml), a MERL table (*.binary), a UTIA \
-                     table (*.bin) nor a kind of material; allowed kinds: {}",
+                    "this is neither a config (*.toml), a table ({}) nor a kind of material; \
+                     allowed kinds: {}",
+                    READ_TABLE.extensions("*."),
                     kinds.join(", ")
                 );
                 return Err(Error::config(excerpt(&self.target), message));
             }
         };
-        let of_config = is_file && extension == "toml";
         for assignment in &self.set {
             let first = assignment
                 .split(['.', '='])

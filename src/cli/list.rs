@@ -4,6 +4,7 @@ use super::print;
 use crate::brdf;
 use crate::error::Error;
 use crate::experiment::{Kind, Row, Use};
+use crate::formats;
 use crate::geometry::Symmetry;
 use crate::instrument::{self, InstrumentSpec, Order};
 use crate::lighting;
@@ -33,6 +34,7 @@ enum Family {
     Estimators,
     Lightings,
     Instruments,
+    Formats,
     Columns,
 }
 
@@ -207,6 +209,16 @@ fn section(family: Family) -> String {
             entries(title, &lighting::all(), |light| light.resolved())
         }
         Family::Instruments => instruments(),
+        Family::Formats => {
+            let lines = formats::all().into_iter().map(|format| {
+                let endings = format.extensions.iter().map(|e| format!(".{e}"));
+                let endings: Vec<_> = endings.collect();
+                let (endings, holds) = (endings.join(", "), format.holds().join(", "));
+                let line = line(format.name, format.summary);
+                format!("{line}\n{:20}{endings}: {holds}", "")
+            });
+            titled("formats: of files, by extension or --format", lines)
+        }
         Family::Materials => {
             let title = "materials: [[material]] with kind = …";
             entries(title, &brdf::all(), |spec| spec.resolved())

@@ -3,14 +3,16 @@
 use super::check::words;
 use super::schedule::out_of_reach;
 use super::{
-    ThreadArgs, axis_names, build, choose_material, print, read_text, refuse_existing, say, written,
+    ThreadArgs, axis_names, build, choose_material, format_names, print, read_as, refuse_existing,
+    say, written,
 };
 use crate::error::Error;
 use crate::experiment::{IDEAL, Plan, PlannedInstrument, Source};
 use crate::files::write_atomically;
+use crate::formats::{Format, READ_SCHEDULE, WRITE_READINGS};
 use crate::instrument::{Ideal, Instrument, Order};
-use crate::measurement::{About, Measurement, Outcome, write_measurement};
-use crate::schedule::{Assume, ScheduleFormat, Sequence, Unreachable, read_schedule};
+use crate::measurement::{About, Measurement, Outcome};
+use crate::schedule::{Assume, Sequence, Unreachable};
 use clap::Args;
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -25,7 +27,7 @@ theta_o_deg and phi_o_deg:
   gonio measure poses.csv --config configs/quickstart.toml --material \"ggx 2\" -o readings.csv
   gonio reconstruct readings.csv --against configs/quickstart.toml --material \"ggx 2\"")]
 pub(super) struct Measure {
-    /// The schedule (.csv, .jsonl)
+    #[arg(help = format!("The schedule ({})", READ_SCHEDULE.extensions(".")))]
     schedule: PathBuf,
     /// The config that has the material
     #[arg(long, value_name = "CONFIG")]
@@ -46,9 +48,12 @@ pub(super) struct Measure {
     /// Seed of the noise and of the errors the instrument happens to have [default: the config's]
     #[arg(long, value_name = "N")]
     seed: Option<u64>,
-    /// The file to write (.csv, .jsonl)
-    #[arg(short, long, value_name = "FILE")]
+    #[arg(short, long, value_name = "FILE",
+        help = format!("The file to write ({})", WRITE_READINGS.extensions(".")))]
     output: PathBuf,
+    /// Format of the file [default: by its extension]
+    #[arg(long, value_parser = format_names(&WRITE_READINGS))]
+    format: Option<Format>,
     /// Replace a file that exists
     #[arg(long)]
     force: bool,
@@ -59,10 +64,8 @@ pub(super) struct Measure {
 impl Measure {
     pub(super) fn run(self) -> Result<(), Error> {
         self.threads.apply()?;
-        let Some(format) = ScheduleFormat::of(&self.output) else {
-            let message = "the format is not known by this name; allowed: .csv, .jsonl";
-            return Err(Error::output(self.output, message));
-        };
+        let write = WRITE_READINGS.choose(self.format, &self.output);
+        let write = write.map_err(|e| Error::output(&self.output, e))?;
         refuse_existing(&self.output, self.force)?;
         let mut source = Source::read(&self.config)?;
         for assignment in &self.set {
@@ -76,7 +79,8 @@ impl Measure {
             ..Assume::default()
         };
         let name = self.schedule.display().to_string();
-        let file = read_schedule(&read_text(&self.schedule)?, &name, &assume)?;
+        let (text, read) = read_as(&self.schedule, &READ_SCHEDULE)?;
+        let file = read(&text, &name, &assume)?;
         let folded = file.schedule.parametrization.symmetry();
         if folded.and(material.symmetry) != folded {
             say(&format!(
@@ -140,7 +144,7 @@ impl Measure {
         written(
             &self.output,
             write_atomically(&self.output, |out| {
-                write_measurement(&measurement, &about, sequence, format, out)
+                write(&measurement, &about, sequence, out)
             }),
         )?;
         print(&format!(

@@ -27,7 +27,9 @@ use crate::brdf::{Brdf, BuildError, Channels};
 use crate::error::{Error, excerpt};
 use crate::experiment::{Material, Plan, Source};
 use crate::files;
+use crate::formats::{self, Format, Use, WRITE_TABLE};
 use crate::instrument;
+use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::{Args, Parser, Subcommand};
 use std::io::{self, ErrorKind, Write};
 use std::path::{Path, PathBuf};
@@ -76,7 +78,7 @@ enum Command {
     Picture(picture::Picture),
     /// The light paths that a box of coordinates stands for
     Subset(subset::Subset),
-    /// Write a material of a config as a MERL .binary or UTIA .bin file
+    #[command(about = format!("Write a material of a config as a table ({})", WRITE_TABLE.extensions(".")))]
     Tabulate(tabulate::Tabulate),
     /// Measure the program against the clock
     Bench(bench::Bench),
@@ -202,6 +204,27 @@ fn build(material: &Material, channels: Channels) -> Result<Box<dyn Brdf>, Error
         BuildError::Data { path, message } => Error::Data { path, message },
         e => Error::config(format!("--material {}", material.name), e),
     })
+}
+
+/// Reads a `--format` by its name.
+fn format_names<T: 'static>(
+    wanted: &'static Use<T>,
+) -> impl TypedValueParser<Value = Format> + use<T> {
+    let value = |f: Format| PossibleValue::new(f.name).help(f.summary);
+    let names = PossibleValuesParser::new(wanted.formats().map(value));
+    names.try_map(|name| wanted.named(&name))
+}
+
+/// The text of an input file, and the function that reads it.
+fn read_as<T>(path: &Path, wanted: &Use<T>) -> Result<(String, T), Error> {
+    let refused = |e| Error::data(path, e);
+    // What is told by its name alone is no text.
+    if let Some(format) = formats::of_name(path).filter(|f| f.recognises.is_none()) {
+        wanted.function(&format).map_err(refused)?;
+    }
+    let text = read_text(path)?;
+    let format = formats::of_text(&text).unwrap_or(formats::CSV);
+    Ok((text, wanted.function(&format).map_err(refused)?))
 }
 
 /// The text of an input file.

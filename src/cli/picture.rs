@@ -5,8 +5,9 @@ use super::{ThreadArgs, build, choose_material, print, refuse_existing, say};
 use crate::brdf::{Brdf, BuildError, Channels};
 use crate::error::{Error, excerpt};
 use crate::files::write_atomically;
+use crate::formats::{self, READ_ENVIRONMENT};
 use crate::instrument::{Ideal, Instrument};
-use crate::lighting::{self, Lighting, LightingSpec, MapSpec};
+use crate::lighting::{self, Lighting};
 use crate::parametrization::{self, ParametrizationSpec};
 use crate::reconstruct;
 use crate::registry::{self, Entry};
@@ -249,8 +250,9 @@ impl Slices {
 /// Light, and how carefully it is drawn.
 #[derive(Debug, Args)]
 struct Scene {
-    /// A panorama (.exr, .hdr), or a kind of light (see `gonio list lightings`)
-    #[arg(long, value_name = "FILE|KIND", default_value = "sky")]
+    #[arg(long, value_name = "FILE|KIND", default_value = "sky",
+        help = format!("A panorama ({}), or a kind of light (see `gonio list lightings`)",
+            READ_ENVIRONMENT.extensions(".")))]
     lighting: String,
     /// Pixels along each side of a sphere
     #[arg(long, value_name = "N", default_value = "256",
@@ -267,13 +269,10 @@ struct Scene {
 impl Scene {
     fn light(&self) -> Result<Box<dyn Lighting>, Error> {
         let path = Path::new(&self.lighting);
-        let extension = path.extension().and_then(|e| e.to_str());
-        let spec: Box<dyn LightingSpec> = match extension {
-            Some("exr" | "hdr") => Box::new(MapSpec {
-                path: path.into(),
-                rotation_deg: 0.0,
-            }),
-            _ => {
+        let panorama = formats::of_name(path).and_then(|f| f.read_environment);
+        let spec = match panorama {
+            Some(read) => read(path.into()),
+            None => {
                 let all = lighting::all();
                 // Kinds without an example have no defaults.
                 let mut named = all.iter().filter(|e| !e.examples.is_empty());
@@ -281,9 +280,10 @@ impl Scene {
                     let kinds = all.iter().filter(|e| !e.examples.is_empty());
                     let kinds: Vec<_> = kinds.map(|e| e.kind).collect();
                     let message = format!(
-                        "{:?} is neither a panorama (*.exr, *.hdr) nor a kind of light; allowed \
+                        "{:?} is neither a panorama ({}) nor a kind of light; allowed \
                          kinds: {}",
                         excerpt(&self.lighting),
+                        READ_ENVIRONMENT.extensions("*."),
                         kinds.join(", ")
                     );
                     return Err(Error::config("--lighting", message));

@@ -1,14 +1,16 @@
 //! `gonio reconstruct`.
 
-use super::brdf_args::BrdfArgs;
+use super::brdf_args::{BrdfArgs, is_config};
 use super::check::words;
-use super::{ThreadArgs, build, choose_material, print, read_text, refuse_existing};
+use super::{
+    ThreadArgs, build, choose_material, format_names, print, read_as, refuse_existing, tabulate,
+};
 use crate::brdf::Brdf;
-use crate::brdf::measured::merl::{MerlError, MerlGrid, write_merl_file};
 use crate::error::{Error, ParameterError, excerpt};
 use crate::experiment::{AnyPlan, Kind, Source};
+use crate::formats::{Format, READ_READINGS, WRITE_TABLE};
 use crate::geometry::Symmetry;
-use crate::measurement::{Flags, Measurement, Outcome, alta, read_measurement};
+use crate::measurement::{Flags, Measurement, Outcome};
 use crate::metrics::{self, Measure, MetricsSpec};
 use crate::parametrization;
 use crate::reconstruct;
@@ -32,7 +34,8 @@ theta_o_deg, phi_o_deg and value (f_r in 1/sr, without the cosine), or an ALTA t
   gonio reconstruct readings.csv --reconstruction thin-plate --set neighbours=40 -o copy.binary
   gonio reconstruct readings.csv --against ggx")]
 pub(super) struct Reconstruct {
-    /// The readings (.csv, .jsonl, ALTA text)
+    #[arg(help = format!("The readings ({}); text of another name is told by its first lines",
+        READ_READINGS.extensions(".")))]
     measurements: PathBuf,
     /// A kind of reconstruction, see `gonio list reconstructions` [default: cubic if the readings are
     /// on a grid, else thin-plate]
@@ -48,10 +51,13 @@ pub(super) struct Reconstruct {
     /// [default: those of the file, else all three]
     #[arg(long, value_name = "LIST", value_parser = symmetry)]
     symmetry: Option<Symmetry>,
-    /// Write the BRDF as a MERL table, by custom NAME.binary
-    #[arg(short, long, value_name = "FILE")]
+    #[arg(short, long, value_name = "FILE",
+        help = format!("Write the BRDF as a table ({})", WRITE_TABLE.extensions(".")))]
     output: Option<PathBuf>,
-    /// Compare with a truth: a config, a MERL table or a kind of material
+    /// Format of the table [default: by its extension]
+    #[arg(long, requires = "output", value_parser = format_names(&WRITE_TABLE))]
+    format: Option<Format>,
+    /// Compare with a truth: a config, a table or a kind of material
     #[arg(long, value_name = "CONFIG|BRDF")]
     against: Option<String>,
     /// The material of --against, by its name; not needed if there is only one
@@ -98,6 +104,13 @@ impl Reconstruct {
         for path in self.output.iter().chain(&self.picture) {
             refuse_existing(path, self.force)?;
         }
+        let table = match &self.output {
+            Some(path) => {
+                let table = WRITE_TABLE.choose(self.format, path);
+                Some((table.map_err(|e| Error::output(path, e))?, path))
+            }
+            None => None,
+        };
         self.check_parametrization()?;
         let (measurement, notes) = self.read()?;
         let method = self.method(&measurement)?;
@@ -110,8 +123,8 @@ impl Reconstruct {
         if let Some(truth) = truth {
             compare(&*brdf, &truth)?;
         }
-        if let Some(path) = &self.output {
-            tabulate(&*brdf, path)?;
+        if let Some((table, path)) = table {
+            tabulate::write(table, &*brdf, path, || "--output".into())?;
         }
         match &self.picture {
             Some(path) => picture(&*brdf, path),
@@ -138,7 +151,7 @@ impl Reconstruct {
 
     /// The measurement, and what was peculiar about its file.
     fn read(&self) -> Result<(Measurement, String), Error> {
-        let text = read_text(&self.measurements)?;
+        let (text, read) = read_as(&self.measurements, &READ_READINGS)?;
         let name = self.measurements.display().to_string();
         let assume = Assume {
             parametrization: self.parametrization.clone(),
@@ -146,24 +159,9 @@ impl Reconstruct {
             otherwise: Symmetry::FULL,
             axes: super::axis_names()?,
         };
-        if alta::is_alta(&text) {
-            let file = alta::read(&text, &name, &assume)?;
-            let notes = format!(
-                "ALTA {}: {} rows below the horizon, {} rows averaged with earlier ones\n",
-                file.input, file.below_horizon, file.repeated
-            );
-            return Ok((file.measurement, notes));
-        }
-        let file = read_measurement(&text, &name, &assume)?;
-        let (measurement, merged) = file.measurement.merged();
-        let mut notes = String::new();
-        if file.replaced > 0 {
-            notes += &format!("{} rows replaced by later attempts\n", file.replaced);
-        }
-        if merged > 0 {
-            notes += &format!("{merged} poses are others under these symmetries: averaged\n");
-        }
-        Ok((measurement, notes))
+        let readings = read(&text, &name, &assume)?;
+        let notes = readings.notes.into_iter().map(|note| note + "\n");
+        Ok((readings.measurement, notes.collect()))
     }
 
     fn method(
@@ -201,8 +199,7 @@ impl Reconstruct {
             return Ok(None);
         };
         let source = BrdfArgs::of(target).source()?;
-        let of_config = Path::new(target).extension().is_some_and(|e| e == "toml");
-        let (materials, metrics) = if of_config && !Kind::of(&source)?.has_profiles() {
+        let (materials, metrics) = if is_config(target) && !Kind::of(&source)?.has_profiles() {
             let plan = super::plan(&source)?;
             (plan.materials, plan.metrics)
         } else {
@@ -303,14 +300,6 @@ fn compare(brdf: &dyn Brdf, truth: &Truth) -> Result<(), Error> {
         );
     }
     print(&text)
-}
-
-fn tabulate(brdf: &dyn Brdf, path: &Path) -> Result<(), Error> {
-    let written = MerlGrid::holding(brdf).and_then(|grid| write_merl_file(brdf, grid, path));
-    written.map_err(|e| match e {
-        MerlError::Io(e) => Error::output(path, format!("cannot write this file: {e}")),
-        e => Error::config("--output", e),
-    })
 }
 
 fn picture(brdf: &dyn Brdf, path: &Path) -> Result<(), Error> {

@@ -1,14 +1,15 @@
 //! `gonio schedule`.
 
-use super::{ConfigArgs, SeedArgs, refuse_existing, written};
+use super::{ConfigArgs, SeedArgs, format_names, refuse_existing, written};
 use crate::error::{Error, excerpt};
 use crate::experiment::{Allowance, Plan, PlannedInstrument, Route, Router, ScheduleKey};
 use crate::files::write_atomically;
+use crate::formats::{CSV, Format, WRITE_SCHEDULE, WriteSchedule};
 use crate::instrument::Order;
 use crate::report::schedule_stem;
-use crate::schedule::{Itinerary, ScheduleFormat, write_schedule};
+use crate::schedule::Itinerary;
+use clap::Args;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
-use clap::{Args, ValueEnum};
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 
@@ -56,21 +57,16 @@ pub(super) struct Schedule {
     /// Only for the symmetries of this material
     #[arg(long, value_name = "NAME")]
     material: Option<String>,
-    /// File (.csv, .jsonl), or a folder for several schedules; `-` is stdout
-    #[arg(short, long, value_name = "FILE", default_value = "-")]
+    #[arg(short, long, value_name = "FILE", default_value = "-",
+        help = format!("File ({}), or a folder for several schedules; `-` is stdout",
+            WRITE_SCHEDULE.extensions(".")))]
     output: PathBuf,
-    /// Format [default: by the file's extension, else csv]
-    #[arg(long)]
+    /// Format [default: by the file's extension; csv in a folder and on stdout]
+    #[arg(long, value_parser = format_names(&WRITE_SCHEDULE))]
     format: Option<Format>,
     /// Replace files that exist
     #[arg(long)]
     force: bool,
-}
-
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-enum Format {
-    Csv,
-    JsonLines,
 }
 
 /// Reads an [`Order`] by its name.
@@ -87,14 +83,9 @@ impl Schedule {
         let plan = super::plan(&source)?;
         let instruments = self.instruments(&plan)?;
         let keys = self.choose(&plan, &instruments)?;
-        let format = match self.format {
-            Some(Format::Csv) => Some(ScheduleFormat::Csv),
-            Some(Format::JsonLines) => Some(ScheduleFormat::JsonLines),
-            None => None,
-        };
         let stdout = self.output == Path::new("-");
         if !stdout && (names_folder(&self.output) || self.output.is_dir()) {
-            return self.export_all(&keys, format.unwrap_or(ScheduleFormat::Csv));
+            return self.export_all(&keys);
         }
         let [key] = keys.as_slice() else {
             return Err(Error::config(
@@ -105,18 +96,18 @@ impl Schedule {
         if stdout {
             let route = self.make(key, &mut Router::default())?;
             let mut out = BufWriter::new(io::stdout().lock());
-            let format = format.unwrap_or(ScheduleFormat::Csv);
-            let result = write_schedule(&route.schedule, route.itinerary(), format, &mut out);
+            let write = self.writer(self.format.or(Some(CSV)))?;
+            let result = write(&route.schedule, route.itinerary(), &mut out);
             return written(Path::new("stdout"), result.and_then(|()| out.flush()));
         }
-        let Some(format) = format.or_else(|| ScheduleFormat::of(&self.output)) else {
-            return Err(Error::output(
-                self.output,
-                "the format is not known by this name; allowed: .csv, .jsonl, or --format",
-            ));
-        };
+        let write = self.writer(self.format)?;
         refuse_existing(&self.output, self.force)?;
-        self.write(key, format, &self.output, &mut Router::default())
+        self.write(key, write, &self.output, &mut Router::default())
+    }
+
+    fn writer(&self, format: Option<Format>) -> Result<WriteSchedule, Error> {
+        let write = WRITE_SCHEDULE.choose(format, &self.output);
+        write.map_err(|e| Error::output(&self.output, e))
     }
 
     /// The schedules that the options leave.
@@ -265,21 +256,21 @@ impl Schedule {
     fn write(
         &self,
         key: &ScheduleKey<'_>,
-        format: ScheduleFormat,
+        write: WriteSchedule,
         path: &Path,
         router: &mut Router,
     ) -> Result<(), Error> {
         let route = self.make(key, router)?;
         written(
             path,
-            write_atomically(path, |out| {
-                write_schedule(&route.schedule, route.itinerary(), format, out)
-            }),
+            write_atomically(path, |out| write(&route.schedule, route.itinerary(), out)),
         )
     }
 
-    fn export_all(&self, keys: &[ScheduleKey<'_>], format: ScheduleFormat) -> Result<(), Error> {
+    fn export_all(&self, keys: &[ScheduleKey<'_>]) -> Result<(), Error> {
         let dir = &self.output;
+        let format = self.format.unwrap_or(CSV);
+        let write = self.writer(Some(format))?;
         std::fs::create_dir_all(dir)
             .map_err(|e| Error::output(dir, format!("cannot make this folder: {e}")))?;
         let path = |key| dir.join(format!("{}.{}", schedule_stem(key), format.extension()));
@@ -288,7 +279,7 @@ impl Schedule {
         }
         let mut router = Router::default();
         keys.iter()
-            .try_for_each(|key| self.write(key, format, &path(key), &mut router))
+            .try_for_each(|key| self.write(key, write, &path(key), &mut router))
     }
 }
 

@@ -1,19 +1,11 @@
 //! `gonio tabulate`.
 
-use super::{ConfigArgs, ThreadArgs, build, choose_material, refuse_existing};
-use crate::brdf::measured::merl::{MerlError, MerlGrid, write_merl_file};
-use crate::brdf::measured::utia::{UtiaError, write_utia_file};
+use super::{ConfigArgs, ThreadArgs, build, choose_material, format_names, refuse_existing};
+use crate::brdf::Brdf;
 use crate::error::Error;
-use clap::{Args, ValueEnum};
-use std::path::PathBuf;
-
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-enum Format {
-    /// Isotropic, over half/difference angles
-    Merl,
-    /// Anisotropic, over elevations to 75° and azimuths
-    Utia,
-}
+use crate::formats::{Format, TableError, WRITE_TABLE, WriteTable};
+use clap::Args;
+use std::path::{Path, PathBuf};
 
 #[derive(Debug, Args)]
 pub(super) struct Tabulate {
@@ -24,11 +16,11 @@ pub(super) struct Tabulate {
     /// The material, by its name; not needed if the config has only one
     #[arg(long, value_name = "NAME")]
     material: Option<String>,
-    /// Format of the file
-    #[arg(long, value_enum, default_value = "merl")]
-    format: Format,
-    /// The file to write, by custom NAME.binary (merl) or NAME.bin (utia)
-    #[arg(short, long, value_name = "FILE")]
+    /// Format of the file [default: by its extension]
+    #[arg(long, value_parser = format_names(&WRITE_TABLE))]
+    format: Option<Format>,
+    #[arg(short, long, value_name = "FILE",
+        help = format!("The file to write ({})", WRITE_TABLE.extensions(".")))]
     output: PathBuf,
     /// Replace a file that exists
     #[arg(long)]
@@ -38,25 +30,27 @@ pub(super) struct Tabulate {
 impl Tabulate {
     pub(super) fn run(self) -> Result<(), Error> {
         self.threads.apply()?;
+        let table = WRITE_TABLE.choose(self.format, &self.output);
+        let table = table.map_err(|e| Error::output(&self.output, e))?;
         let source = self.config.source()?;
         let plan = super::plan(&source)?;
         let material = choose_material(&plan.materials, self.material.as_deref())?;
         refuse_existing(&self.output, self.force)?;
         let brdf = build(material, plan.channels)?;
-        let unwritten = |e| Error::output(&self.output, format!("cannot write this file: {e}"));
-        let unsuited =
-            |e: &dyn std::fmt::Display| Error::config(format!("--material {}", material.name), e);
-        match self.format {
-            Format::Merl => MerlGrid::holding(&*brdf)
-                .and_then(|grid| write_merl_file(&*brdf, grid, &self.output))
-                .map_err(|e| match e {
-                    MerlError::Io(e) => unwritten(e),
-                    e => unsuited(&e),
-                }),
-            Format::Utia => write_utia_file(&*brdf, &self.output).map_err(|e| match e {
-                UtiaError::Io(e) => unwritten(e),
-                e => unsuited(&e),
-            }),
-        }
+        let name = || format!("--material {}", material.name);
+        write(table, &*brdf, &self.output, name)
     }
+}
+
+/// Writes a BRDF as a table; `place` is who chose it.
+pub(super) fn write(
+    table: WriteTable,
+    brdf: &dyn Brdf,
+    path: &Path,
+    place: impl FnOnce() -> String,
+) -> Result<(), Error> {
+    table(brdf, path).map_err(|e| match e {
+        TableError::Io(_) => Error::output(path, e),
+        TableError::Unsuited(_) => Error::config(place(), e),
+    })
 }

@@ -3,6 +3,9 @@
 #[doc = include_str!("design.md")]
 pub mod design {}
 
+#[doc = include_str!("formats.md")]
+pub mod formats {}
+
 #[doc = include_str!("errata.md")]
 pub mod errata {}
 

@@ -17,11 +17,12 @@ use super::source::Source;
 use super::tables::{Named, named, refuse_unknown, take_list};
 use crate::brdf::Channels;
 use crate::error::{Error, ParameterError, in_closed};
+use crate::formats::{Format, WRITE_SCHEDULE};
 use crate::metrics::{Measure, MetricsSpec};
 use crate::parametrization::{self, ParametrizationSpec};
 use crate::reconstruct::{self, Coordinates, Reconstruct};
 use crate::registry::{self, ReadError, Table};
-use crate::schedule::{self, SampleSet, ScheduleFormat};
+use crate::schedule::{self, SampleSet};
 use serde::de::{self, Visitor};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use std::fmt;
@@ -168,13 +169,13 @@ pub struct Output {
 
 /// Whether schedules are written: `false` or the name of a format.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Schedules(pub Option<ScheduleFormat>);
+pub struct Schedules(pub Option<Format>);
 
 impl Serialize for Schedules {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         match self.0 {
             None => serializer.serialize_bool(false),
-            Some(format) => format.serialize(serializer),
+            Some(format) => serializer.serialize_str(format.name),
         }
     }
 }
@@ -185,7 +186,9 @@ impl<'de> Deserialize<'de> for Schedules {
         impl Visitor<'_> for V {
             type Value = Schedules;
             fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
-                f.write_str("false, \"csv\" or \"json-lines\"")
+                let names = WRITE_SCHEDULE.formats().map(|f| format!("{:?}", f.name));
+                let names: Vec<_> = names.collect();
+                write!(f, "false or one of {}", names.join(", "))
             }
             fn visit_bool<E: de::Error>(self, on: bool) -> Result<Schedules, E> {
                 if on {
@@ -195,11 +198,9 @@ impl<'de> Deserialize<'de> for Schedules {
                 }
             }
             fn visit_str<E: de::Error>(self, name: &str) -> Result<Schedules, E> {
-                match name {
-                    "csv" => Ok(Schedules(Some(ScheduleFormat::Csv))),
-                    "json-lines" => Ok(Schedules(Some(ScheduleFormat::JsonLines))),
-                    _ => Err(E::invalid_value(de::Unexpected::Str(name), &self)),
-                }
+                let format = WRITE_SCHEDULE.named(name);
+                let invalid = |_| E::invalid_value(de::Unexpected::Str(name), &self);
+                Ok(Schedules(Some(format.map_err(invalid)?)))
             }
         }
         deserializer.deserialize_any(V)

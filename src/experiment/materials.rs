@@ -5,8 +5,9 @@ use super::choices::Material;
 use super::keypath::KeyPath;
 use super::source::Source;
 use super::tables::{Named, insert_list, named, section, with_name};
-use crate::brdf::{self, BrdfSpec, BuildError, measured};
+use crate::brdf::{self, BrdfSpec, BuildError};
 use crate::error::Error;
+use crate::formats::{self, MERL};
 use crate::geometry::Symmetry;
 use crate::registry::{self, ReadError, Table};
 use serde::Deserialize;
@@ -122,10 +123,11 @@ pub(super) fn gather(
             }
             if found == 0 {
                 let message = format!(
-                    "this folder has none of the {} files that `only` names, e.g. {}.binary; \
+                    "this folder has none of the {} files that `only` names, e.g. {}.{}; \
                      choose another folder with --set materials_dir=DIR",
                     missing.len(),
-                    missing.first().map_or("", String::as_str)
+                    missing.first().map_or("", String::as_str),
+                    MERL.extension()
                 );
                 return Err(Error::data(dir, message));
             }
@@ -165,13 +167,17 @@ fn files(
             return Err(source.error_at(&path, message));
         }
     }
-    let paths = measured::merl_files(dir).map_err(|e| match e {
-        BuildError::Data { path, message } => {
-            let advice = "choose another folder with --set materials_dir=DIR";
-            Error::data(path, format!("{message}; {advice}"))
-        }
-        e => build_error(source, &KeyPath::of("materials_dir"), e),
-    })?;
+    let unusable = |message: String| {
+        let advice = "choose another folder with --set materials_dir=DIR";
+        Error::data(dir, format!("{message}; {advice}"))
+    };
+    let extension = MERL.extension();
+    let paths = formats::files_in(dir, &MERL)
+        .map_err(|e| unusable(format!("no folder to look for *.{extension} files in: {e}")))?;
+    if paths.is_empty() {
+        let message = format!("this folder holds no MERL file; looked for *.{extension}");
+        return Err(unusable(message));
+    }
     let mut specs = Vec::with_capacity(paths.len());
     for path in paths {
         let Some(text) = path.to_str() else {

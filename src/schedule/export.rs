@@ -485,15 +485,4 @@ mod tests {
                 .contains("under the symmetries none")
         );
     }
-
-    #[test]
-    fn file_names_choose_the_format() {
-        let of = |name: &str| ScheduleFormat::of(std::path::Path::new(name));
-        assert_eq!(of("a/poses.csv"), Some(ScheduleFormat::Csv));
-        assert_eq!(of("poses.CSV"), Some(ScheduleFormat::Csv));
-        assert_eq!(of("poses.jsonl"), Some(ScheduleFormat::JsonLines));
-        assert_eq!(of("poses.ndjson"), Some(ScheduleFormat::JsonLines));
-        assert_eq!(of("poses.json"), None);
-        assert_eq!(of("csv"), None);
-    }
 }

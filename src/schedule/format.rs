@@ -1,10 +1,7 @@
 //! In which form schedules and readings are written.
 
-use serde::{Deserialize, Serialize};
-
-/// File formats of a schedule.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
+/// Forms of a table with a header.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ScheduleFormat {
     /// Comma-separated values with a commented header.
     Csv,
@@ -13,20 +10,13 @@ pub enum ScheduleFormat {
 }
 
 impl ScheduleFormat {
-    /// The format a file name asks for: `.csv`, `.jsonl` or `.ndjson`.
-    pub fn of(path: &std::path::Path) -> Option<Self> {
-        match path.extension()?.to_str()?.to_ascii_lowercase().as_str() {
-            "csv" => Some(Self::Csv),
-            "jsonl" | "ndjson" => Some(Self::JsonLines),
-            _ => None,
-        }
-    }
-
-    /// The extension of file names.
-    pub fn extension(self) -> &'static str {
-        match self {
-            Self::Csv => "csv",
-            Self::JsonLines => "jsonl",
+    /// The form of a text: JSON Lines begin with an object.
+    pub fn of_text(text: &str) -> Self {
+        let text = text.strip_prefix('\u{feff}').unwrap_or(text);
+        if text.trim_start().starts_with('{') {
+            Self::JsonLines
+        } else {
+            Self::Csv
         }
     }
 }

@@ -143,6 +143,10 @@ fn lists_name_every_member_of_every_registry() {
             .map(|m| m.name())
             .collect(),
     );
+    add(
+        "formats",
+        gonio::formats::all().iter().map(|f| f.name).collect(),
+    );
     for (family, names) in names {
         let one = bench.good(&["list", family]);
         assert!(all.contains(&one), "{family}");

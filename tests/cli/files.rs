@@ -625,8 +625,15 @@ fn only_files_are_replaced_and_links_are_followed() {
     let commands: [&[&str]; 6] = [
         &["schedule", "c.toml"],
         &["measure", "p.csv", "--config", "c.toml"],
-        &["reconstruct", "r.csv", "--reconstruction", "nearest"],
-        &["tabulate", "c.toml"],
+        &[
+            "reconstruct",
+            "r.csv",
+            "--reconstruction",
+            "nearest",
+            "--format",
+            "merl",
+        ],
+        &["tabulate", "c.toml", "--format", "merl"],
         &["subset", "--parametrization", "hybrid", "--box", "k=0..0.5"],
         &["claims", "--format", "csv"],
     ];

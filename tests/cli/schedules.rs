@@ -137,7 +137,7 @@ fn several_schedules_need_a_choice_or_a_folder() {
     assert!(
         bench
             .refused(&one, 2)
-            .contains("one.txt: the format is not known")
+            .contains("one.txt: no format of schedules is known")
     );
     bench.good(&[&one[..], &["--format", "csv"]].concat());
     assert!(

@@ -6,12 +6,12 @@ mod common;
 
 mod alta;
 mod measurements;
+mod registry;
 mod schedules;
 mod schema;
 
 use gonio::geometry::{DirectionPair, Symmetry};
 use gonio::parametrization::{self, Parametrization, WarpSpec};
-use gonio::registry;
 use gonio::schedule::{self, Itinerary, Schedule, ScheduleFormat, Unreachable, Visit};
 use gonio::schedule::{MAX_AXES, write_schedule};
 use std::collections::BTreeMap;
@@ -23,7 +23,7 @@ const FORMATS: [ScheduleFormat; 2] = [ScheduleFormat::Csv, ScheduleFormat::JsonL
 fn planned(form: &Arc<dyn Parametrization>, kind: &str, budget: usize) -> Schedule {
     let all = schedule::all();
     let entry = all.iter().find(|e| e.kind == kind).unwrap();
-    let set = registry::read_text(entry, "").unwrap();
+    let set = gonio::registry::read_text(entry, "").unwrap();
     set.plan(form, budget, 1).unwrap()
 }
 

@@ -9,7 +9,6 @@ use crate::report::{
     Below, MaterialPictures, Picture, RANKING, REPORT, RESULTS, RunFolder, Table, instruments,
     ranking, ranking_csv, results_csv, schedule_stem, study_html, study_text,
 };
-use crate::schedule::write_schedule;
 use std::cell::RefCell;
 use std::io::Write;
 
@@ -138,12 +137,13 @@ impl Observer<Row> for Asked<'_> {
         let mut folder = self.folder.borrow_mut();
         match event {
             Event::Planned(key, schedule, itinerary) => {
-                let Some((format, name)) = self.plan.output.schedules.0.zip(self.schedule(key))
-                else {
+                let format = self.plan.output.schedules.0;
+                let write = format.and_then(|f| f.write_schedule);
+                let Some((write, name)) = write.zip(self.schedule(key)) else {
                     return Ok(());
                 };
                 folder.write_below(Below::Schedules, &name, |out| {
-                    write_schedule(schedule, *itinerary, format, out)
+                    write(schedule, *itinerary, out)
                 })
             }
             Event::Reconstructed(job, truth, copy) if self.plan.output.slices => {

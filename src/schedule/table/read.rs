@@ -4,6 +4,7 @@
 //! mark, CRLF, blank lines, spaces, quotes, semicolons or tabs between cells, and with semicolons a
 //! comma in place of the decimal point are all taken as they are.
 
+use super::super::format::ScheduleFormat;
 use super::{FileError, RowHash, WORDS};
 use crate::error::excerpt;
 use serde::de::{Deserialize, DeserializeOwned, Deserializer, MapAccess, Visitor};
@@ -54,11 +55,10 @@ impl Table {
         allowed: impl Fn(&Table) -> Result<Vec<String>, FileError>,
     ) -> Result<Self, FileError> {
         let mut table = Self::named(name);
-        let text = text.strip_prefix('\u{feff}').unwrap_or(text);
-        if text.trim_start().starts_with('{') {
-            table.read_json(text, allowed)?;
-        } else {
-            table.read_csv(text, allowed)?;
+        let content = text.strip_prefix('\u{feff}').unwrap_or(text);
+        match ScheduleFormat::of_text(text) {
+            ScheduleFormat::JsonLines => table.read_json(content, allowed)?,
+            ScheduleFormat::Csv => table.read_csv(content, allowed)?,
         }
         table.keeps_promises(hash_key)?;
         Ok(table)

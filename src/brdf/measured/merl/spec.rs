@@ -50,6 +50,15 @@ fn yes() -> bool {
 }
 
 impl MerlSpec {
+    /// A file with every other key at its default.
+    pub fn of(path: PathBuf) -> Self {
+        Self {
+            path,
+            interpolation: Interpolation::default(),
+            bilateral: yes(),
+        }
+    }
+
     fn data_error(&self, e: MerlError) -> BuildError {
         BuildError::Data {
             path: self.path.clone(),

@@ -35,6 +35,12 @@ fn one() -> f64 {
 }
 
 impl UtiaSpec {
+    /// A file with every other key at its default.
+    pub fn of(path: PathBuf) -> Self {
+        let scale = one();
+        Self { path, scale }
+    }
+
     fn data_error(&self, e: UtiaError) -> BuildError {
         BuildError::Data {
             path: self.path.clone(),

@@ -1,0 +1,24 @@
+//! Text of the ALTA library.
+
+use super::{Format, Readings};
+use crate::measurement::alta::{is_alta, read};
+
+/// Readings in the coordinates that `#PARAM_IN` names.
+pub const FORMAT: Format = Format {
+    name: "alta",
+    extensions: &["alta"],
+    summary: "text of the ALTA library, known by its line #DIM",
+    recognises: Some(is_alta),
+    read_readings: Some(|text, name, assume| {
+        let file = read(text, name, assume)?;
+        let note = format!(
+            "ALTA {}: {} rows below the horizon, {} rows averaged with earlier ones",
+            file.input, file.below_horizon, file.repeated
+        );
+        Ok(Readings {
+            measurement: file.measurement,
+            notes: vec![note],
+        })
+    }),
+    ..Format::NONE
+};

@@ -1,0 +1,133 @@
+//! Which format a file has.
+
+use super::{Format, all};
+use crate::error::excerpt;
+use std::fs;
+use std::io;
+use std::path::{Path, PathBuf};
+
+/// What a file is wanted for: the words for it, and the function of a format that does it.
+pub struct Use<T> {
+    /// Plural, e.g. `schedules`.
+    pub what: &'static str,
+    /// `None` if a format does not do it.
+    pub of: fn(&Format) -> Option<T>,
+}
+
+/// Why a file has no format for what it is wanted for.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum FormatError {
+    /// No extension says which.
+    #[error("no format of {what} is known by this name; allowed: {allowed}, or --format")]
+    Name {
+        /// What the file is wanted for.
+        what: &'static str,
+        /// Extensions that say so.
+        allowed: String,
+    },
+    /// `--format` names one that does not do this.
+    #[error("{found:?} is no format of {what}; allowed: {allowed}")]
+    Unknown {
+        /// What the file is wanted for.
+        what: &'static str,
+        /// The name that was given, or its start.
+        found: String,
+        /// Names of formats.
+        allowed: String,
+    },
+}
+
+impl<T> Use<T> {
+    /// The formats that do this.
+    pub fn formats(&self) -> impl Iterator<Item = Format> {
+        let of = self.of;
+        all().into_iter().filter(move |f| of(f).is_some())
+    }
+
+    /// Their extensions, each after `prefix`, joined by commas.
+    pub fn extensions(&self, prefix: &str) -> String {
+        let all = self.formats().flat_map(|f| f.extensions);
+        let all: Vec<_> = all.map(|e| format!("{prefix}{e}")).collect();
+        all.join(", ")
+    }
+
+    /// The format of this name.
+    ///
+    /// # Errors
+    /// [`FormatError::Unknown`].
+    pub fn named(&self, name: &str) -> Result<Format, FormatError> {
+        let found = self.formats().find(|f| f.name == name);
+        found.ok_or_else(|| FormatError::Unknown {
+            what: self.what,
+            found: excerpt(name).into_owned(),
+            allowed: self.names(),
+        })
+    }
+
+    /// The function of a format that was chosen, else of that which the extension of `path` says.
+    ///
+    /// # Errors
+    /// [`FormatError`].
+    pub fn choose(&self, chosen: Option<Format>, path: &Path) -> Result<T, FormatError> {
+        if let Some(format) = chosen {
+            return self.function(&format);
+        }
+        let said = of_name(path).and_then(|f| (self.of)(&f));
+        said.ok_or_else(|| FormatError::Name {
+            what: self.what,
+            allowed: self.extensions("."),
+        })
+    }
+
+    /// The function of a format.
+    ///
+    /// # Errors
+    /// [`FormatError::Unknown`] if it does not do this.
+    pub fn function(&self, format: &Format) -> Result<T, FormatError> {
+        (self.of)(format).ok_or_else(|| FormatError::Unknown {
+            what: self.what,
+            found: format.name.into(),
+            allowed: self.names(),
+        })
+    }
+
+    fn names(&self) -> String {
+        let names: Vec<_> = self.formats().map(|f| f.name).collect();
+        names.join(", ")
+    }
+}
+
+/// The format that the extension of a file says, in capitals or not.
+pub fn of_name(path: &Path) -> Option<Format> {
+    let extension = path.extension()?.to_str()?.to_ascii_lowercase();
+    let mut all = all().into_iter();
+    all.find(|f| f.extensions.contains(&extension.as_str()))
+}
+
+/// The format of a text.
+pub fn of_text(text: &str) -> Option<Format> {
+    let mut all = all().into_iter();
+    all.rfind(|f| f.recognises.is_some_and(|is| is(text)))
+}
+
+/// The files of a format directly in a folder, sorted by name.
+///
+/// Names that start with a dot are left out: they are other programs' side files (`._gold.binary`
+/// on a disk that has seen a Mac), not tables.
+///
+/// # Errors
+/// Whatever the file system reports.
+pub fn files_in(dir: &Path, format: &Format) -> io::Result<Vec<PathBuf>> {
+    let mut files = Vec::new();
+    for entry in fs::read_dir(dir)? {
+        let path = entry?.path();
+        let name = path.file_name().map(|name| name.as_encoded_bytes());
+        let hidden = name.is_some_and(|name| name.starts_with(b"."));
+        if !hidden && of_name(&path) == Some(*format) && path.is_file() {
+            files.push(path);
+        }
+    }
+    files.sort();
+    Ok(files)
+}

@@ -1,0 +1,215 @@
+//! Every file format of tables, schedules, readings and environment maps: one list, [`all`].
+//!
+//! The commands find a format by its name (`--format`) or by the extension of a file, and text that
+//! is read by its first lines; help texts, `gonio list formats` and the page
+//! [`docs::formats`](crate::docs::formats) walk the same list. A new format is one file here and one
+//! line in [`all`]. A table that a config is to name has its own kind of material in
+//! [`brdf::all`](crate::brdf::all) too, and a panorama is decoded by [`MapSpec`](crate::lighting::MapSpec).
+
+mod alta;
+mod choice;
+mod merl;
+mod panorama;
+mod sheet;
+mod utia;
+
+pub use choice::{FormatError, Use, files_in, of_name, of_text};
+pub use merl::FORMAT as MERL;
+pub use sheet::CSV;
+
+use crate::brdf::{Brdf, BrdfSpec};
+use crate::lighting::LightingSpec;
+use crate::measurement::{About, Measurement};
+use crate::schedule::{Assume, FileError, Itinerary, Schedule, ScheduleFile, Sequence};
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+
+/// The material that a table is.
+pub type ReadTable = fn(PathBuf) -> Box<dyn BrdfSpec>;
+
+/// Tabulates a BRDF into a file, which is there as a whole or not at all.
+pub type WriteTable = fn(&dyn Brdf, &Path) -> Result<(), TableError>;
+
+/// Text, its name in messages, and what is taken for granted.
+pub type ReadSchedule = fn(&str, &str, &Assume) -> Result<ScheduleFile, FileError>;
+
+/// Poses as they were generated, or the visits of an itinerary in the order of time.
+pub type WriteSchedule = fn(&Schedule, Option<&Itinerary>, &mut dyn Write) -> io::Result<()>;
+
+/// Text, its name in messages, and what is taken for granted.
+pub type ReadReadings = fn(&str, &str, &Assume) -> Result<Readings, FileError>;
+
+/// Readings, where they come from, and the order of the rows.
+pub type WriteReadings = fn(&Measurement, &About, Sequence<'_>, &mut dyn Write) -> io::Result<()>;
+
+/// The light that a panorama is.
+pub type ReadEnvironment = fn(PathBuf) -> Box<dyn LightingSpec>;
+
+/// Formats that tables are read from.
+pub const READ_TABLE: Use<ReadTable> = Use {
+    what: "tables",
+    of: |f| f.read_table,
+};
+
+/// Formats that tables are written in.
+pub const WRITE_TABLE: Use<WriteTable> = Use {
+    what: "tables",
+    of: |f| f.write_table,
+};
+
+/// Formats that schedules are read from.
+pub const READ_SCHEDULE: Use<ReadSchedule> = Use {
+    what: "schedules",
+    of: |f| f.read_schedule,
+};
+
+/// Formats that schedules are written in.
+pub const WRITE_SCHEDULE: Use<WriteSchedule> = Use {
+    what: "schedules",
+    of: |f| f.write_schedule,
+};
+
+/// Formats that readings are read from.
+pub const READ_READINGS: Use<ReadReadings> = Use {
+    what: "readings",
+    of: |f| f.read_readings,
+};
+
+/// Formats that readings are written in.
+pub const WRITE_READINGS: Use<WriteReadings> = Use {
+    what: "readings",
+    of: |f| f.write_readings,
+};
+
+/// Formats that environment maps are read from.
+pub const READ_ENVIRONMENT: Use<ReadEnvironment> = Use {
+    what: "environment maps",
+    of: |f| f.read_environment,
+};
+
+/// One file format; a use without a function is one that it has not.
+#[derive(Clone, Copy)]
+pub struct Format {
+    /// What `--format` and configs call it, kebab-case.
+    pub name: &'static str,
+    /// Extensions of file names in lower case; files that are written get the first one.
+    pub extensions: &'static [&'static str],
+    /// One line for `gonio list` and the docs.
+    pub summary: &'static str,
+    /// Whether a text is of this format. Text has names of every sort, or comes through a pipe; a
+    /// format without this is told by its extension alone.
+    pub recognises: Option<fn(&str) -> bool>,
+    /// Reads the table of a BRDF.
+    pub read_table: Option<ReadTable>,
+    /// Writes the table of a BRDF.
+    pub write_table: Option<WriteTable>,
+    /// Reads a schedule.
+    pub read_schedule: Option<ReadSchedule>,
+    /// Writes a schedule.
+    pub write_schedule: Option<WriteSchedule>,
+    /// Reads readings.
+    pub read_readings: Option<ReadReadings>,
+    /// Writes readings.
+    pub write_readings: Option<WriteReadings>,
+    /// Reads an environment map.
+    pub read_environment: Option<ReadEnvironment>,
+}
+
+impl Format {
+    /// A format without any use.
+    const NONE: Self = Self {
+        name: "",
+        extensions: &[],
+        summary: "",
+        recognises: None,
+        read_table: None,
+        write_table: None,
+        read_schedule: None,
+        write_schedule: None,
+        read_readings: None,
+        write_readings: None,
+        read_environment: None,
+    };
+
+    /// The extension of files that are written.
+    pub fn extension(&self) -> &'static str {
+        self.extensions.first().copied().unwrap_or(self.name)
+    }
+
+    /// What it holds, and whether that is read and written: a phrase each.
+    pub fn holds(&self) -> Vec<String> {
+        let uses = [
+            (
+                "table of a BRDF",
+                self.read_table.is_some(),
+                self.write_table.is_some(),
+            ),
+            (
+                "schedule",
+                self.read_schedule.is_some(),
+                self.write_schedule.is_some(),
+            ),
+            (
+                "readings",
+                self.read_readings.is_some(),
+                self.write_readings.is_some(),
+            ),
+            ("environment map", self.read_environment.is_some(), false),
+        ];
+        let phrase = |(what, read, written)| match (read, written) {
+            (true, true) => Some(format!("{what} (read, written)")),
+            (true, false) => Some(format!("{what} (read)")),
+            (false, true) => Some(format!("{what} (written)")),
+            (false, false) => None,
+        };
+        uses.into_iter().filter_map(phrase).collect()
+    }
+}
+
+impl PartialEq for Format {
+    fn eq(&self, other: &Self) -> bool {
+        self.name == other.name
+    }
+}
+
+impl Eq for Format {}
+
+impl std::fmt::Debug for Format {
+    fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
+        f.write_str(self.name)
+    }
+}
+
+/// Readings of a file.
+pub struct Readings {
+    /// What was measured.
+    pub measurement: Measurement,
+    /// What was peculiar about the file, a sentence each.
+    pub notes: Vec<String>,
+}
+
+/// Why a table was not written.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum TableError {
+    /// The system refused.
+    #[error("cannot write this file: {0}")]
+    Io(io::Error),
+    /// The format has no room for this BRDF.
+    #[error(transparent)]
+    Unsuited(Box<dyn std::error::Error + Send + Sync>),
+}
+
+/// Every file format. Of those that recognise a text the last one reads it: CSV, which takes any
+/// text, comes before the others.
+pub fn all() -> Vec<Format> {
+    vec![
+        sheet::CSV,
+        sheet::JSON_LINES,
+        alta::FORMAT,
+        merl::FORMAT,
+        utia::FORMAT,
+        panorama::EXR,
+        panorama::HDR,
+    ]
+}

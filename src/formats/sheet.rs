@@ -1,0 +1,54 @@
+//! Rows with named columns, one a pose: CSV and JSON Lines.
+
+use super::{Format, Readings};
+use crate::measurement::{read_measurement, write_measurement};
+use crate::schedule::{Assume, FileError, ScheduleFormat, read_schedule, write_schedule};
+
+/// Comma-separated values.
+pub const CSV: Format = Format {
+    name: "csv",
+    extensions: &["csv"],
+    summary: "comma-separated values with a commented header",
+    recognises: Some(|_| true),
+    read_schedule: Some(read_schedule),
+    write_schedule: Some(|schedule, itinerary, out| {
+        write_schedule(schedule, itinerary, ScheduleFormat::Csv, out)
+    }),
+    read_readings: Some(read),
+    write_readings: Some(|measurement, about, sequence, out| {
+        write_measurement(measurement, about, sequence, ScheduleFormat::Csv, out)
+    }),
+    ..Format::NONE
+};
+
+/// One JSON object a line.
+pub const JSON_LINES: Format = Format {
+    name: "json-lines",
+    extensions: &["jsonl", "ndjson"],
+    summary: "one JSON object a line, the first one the header",
+    recognises: Some(|text| ScheduleFormat::of_text(text) == ScheduleFormat::JsonLines),
+    read_schedule: Some(read_schedule),
+    write_schedule: Some(|schedule, itinerary, out| {
+        write_schedule(schedule, itinerary, ScheduleFormat::JsonLines, out)
+    }),
+    read_readings: Some(read),
+    write_readings: Some(|measurement, about, sequence, out| {
+        write_measurement(measurement, about, sequence, ScheduleFormat::JsonLines, out)
+    }),
+    ..Format::NONE
+};
+
+fn read(text: &str, name: &str, assume: &Assume) -> Result<Readings, FileError> {
+    let file = read_measurement(text, name, assume)?;
+    let (measurement, merged) = file.measurement.merged();
+    let mut notes = Vec::new();
+    if file.replaced > 0 {
+        notes.push(format!("{} rows replaced by later attempts", file.replaced));
+    }
+    if merged > 0 {
+        notes.push(format!(
+            "{merged} poses are others under these symmetries: averaged"
+        ));
+    }
+    Ok(Readings { measurement, notes })
+}

@@ -1,0 +1,19 @@
+//! Tables of the UTIA database.
+
+use super::{Format, TableError};
+use crate::brdf::measured::utia::{UtiaError, UtiaSpec, write_utia_file};
+
+/// Anisotropic tables over the angles of light and sensor.
+pub const FORMAT: Format = Format {
+    name: "utia",
+    extensions: &["bin"],
+    summary: "anisotropic, over elevations to 75° and azimuths",
+    read_table: Some(|path| Box::new(UtiaSpec::of(path))),
+    write_table: Some(|brdf, path| {
+        write_utia_file(brdf, path).map_err(|e| match e {
+            UtiaError::Io(e) => TableError::Io(e),
+            e => TableError::Unsuited(e.into()),
+        })
+    }),
+    ..Format::NONE
+};

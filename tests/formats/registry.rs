@@ -1,0 +1,159 @@
+//! The list of formats: names and extensions say one thing each, and what it promises is there.
+
+use super::{ScheduleFormat, planned, text};
+use gonio::brdf::{self, Channels};
+use gonio::formats::{
+    self, FormatError, MERL, READ_READINGS, READ_SCHEDULE, READ_TABLE, WRITE_READINGS,
+    WRITE_SCHEDULE, WRITE_TABLE,
+};
+use gonio::geometry::Symmetry;
+use gonio::instrument::{Ideal, Instrument};
+use gonio::measurement::About;
+use gonio::schedule::{Assume, Sequence};
+use gonio::{parametrization, registry};
+use std::collections::BTreeSet;
+use std::path::Path;
+use std::sync::Arc;
+
+#[test]
+fn names_and_extensions_tell_formats_apart() {
+    let (mut names, mut extensions) = (BTreeSet::new(), BTreeSet::new());
+    for format in formats::all() {
+        assert!(names.insert(format.name), "{format:?} twice");
+        assert!(!format.holds().is_empty(), "{format:?} holds nothing");
+        assert!(!format.extensions.is_empty());
+        for extension in format.extensions {
+            assert!(extensions.insert(*extension), "{extension} twice");
+            for name in [extension.to_string(), extension.to_uppercase()] {
+                let path = format!("some.where/file.{name}");
+                assert_eq!(formats::of_name(Path::new(&path)), Some(format));
+            }
+        }
+    }
+    for name in ["poses.json", "csv", "a.binary.part", ""] {
+        assert_eq!(formats::of_name(Path::new(name)), None);
+    }
+}
+
+#[test]
+fn the_page_has_every_format() {
+    let page = include_str!("../../src/docs/formats.md");
+    let rows = formats::all().into_iter().map(|format| {
+        let extensions: Vec<_> = format.extensions.iter().map(|e| format!(".{e}")).collect();
+        format!(
+            "| `{}` | {} | {} | {} |\n",
+            format.name,
+            extensions.join(", "),
+            format.holds().join(", "),
+            format.summary
+        )
+    });
+    let table = "|---|---|---|---|\n".to_owned() + &rows.collect::<String>() + "\n";
+    assert!(page.contains(&table), "the page should have\n{table}");
+}
+
+#[test]
+fn what_is_not_known_is_refused_with_what_is_allowed() {
+    let refused = |path: &str| WRITE_SCHEDULE.choose(None, Path::new(path)).unwrap_err();
+    for path in ["a.txt", "a.bin", "a"] {
+        let error = refused(path);
+        assert!(matches!(error, FormatError::Name { .. }));
+        for format in WRITE_SCHEDULE.formats() {
+            assert!(error.to_string().contains(format.extension()), "{error}");
+        }
+    }
+    // A name that was chosen goes before the extension.
+    let csv = WRITE_SCHEDULE.named("csv").unwrap();
+    assert!(WRITE_SCHEDULE.choose(Some(csv), Path::new("a.txt")).is_ok());
+    let error = WRITE_SCHEDULE.named("merl").unwrap_err();
+    assert!(error.to_string().contains("csv, json-lines"), "{error}");
+    assert_eq!(WRITE_SCHEDULE.function(&MERL).unwrap_err(), error);
+}
+
+#[test]
+fn every_text_is_recognised_and_read_by_what_wrote_it() {
+    let form = parametrization::find("hybrid")
+        .unwrap()
+        .form(Symmetry::FULL);
+    let schedule = Arc::new(planned(&form, "grid", 40));
+    let lambert = brdf::all().swap_remove(0);
+    let truth = registry::read_text(&lambert, "albedo = 0.5").unwrap();
+    let truth = truth.build(Channels::Luminance).unwrap();
+    let measurement = Ideal.measure(&*truth, &schedule);
+    for format in WRITE_SCHEDULE.formats() {
+        let mut bytes = Vec::new();
+        WRITE_SCHEDULE.function(&format).unwrap()(&schedule, None, &mut bytes).unwrap();
+        let written = String::from_utf8(bytes).unwrap();
+        assert_eq!(formats::of_text(&written), Some(format));
+        let read = READ_SCHEDULE.function(&format).unwrap();
+        let file = read(&written, "a", &Assume::default()).unwrap();
+        // The poses of a lattice are laid out again, to the bit.
+        assert_eq!(file.schedule.poses, schedule.poses);
+    }
+    for format in WRITE_READINGS.formats() {
+        let mut bytes = Vec::new();
+        let write = WRITE_READINGS.function(&format).unwrap();
+        write(
+            &measurement,
+            &About::default(),
+            Sequence::Generated,
+            &mut bytes,
+        )
+        .unwrap();
+        let written = String::from_utf8(bytes).unwrap();
+        assert_eq!(formats::of_text(&written), Some(format));
+        let read = READ_READINGS.function(&format).unwrap();
+        let readings = read(&written, "a", &Assume::default()).unwrap();
+        assert_eq!(readings.measurement.values, measurement.values);
+        assert!(readings.notes.is_empty());
+    }
+    let alta = "#DIM 2 1\n#PARAM_IN RUSIN_TH_TD\n#PARAM_OUT INV_STERADIAN\n0.1 0.2 0.3\n";
+    assert_eq!(formats::of_text(alta).unwrap().name, "alta");
+    // Spaces and a byte-order mark are no obstacle.
+    let json = format!(
+        "\u{feff} \n{}",
+        text(&schedule, None, ScheduleFormat::JsonLines)
+    );
+    assert_eq!(formats::of_text(&json).unwrap().name, "json-lines");
+}
+
+#[test]
+fn every_table_is_read_by_what_wrote_it() {
+    let dir = tempfile::tempdir().unwrap();
+    let lambert = brdf::all().swap_remove(0);
+    let truth = registry::read_text(&lambert, "albedo = 0.5").unwrap();
+    let truth = truth.build(Channels::Luminance).unwrap();
+    for format in WRITE_TABLE.formats() {
+        let path = dir.path().join(format!("a.{}", format.extension()));
+        WRITE_TABLE.choose(None, &path).unwrap()(&*truth, &path).unwrap();
+        let spec = READ_TABLE.function(&format).unwrap()(path.clone());
+        spec.check().unwrap();
+        let again = brdf::read(toml::de::DeTable::parse(&spec.resolved().to_string()).unwrap());
+        assert_eq!(again.unwrap().resolved(), spec.resolved());
+        let table = spec.build(Channels::Luminance).unwrap();
+        let pair = gonio::geometry::DirectionPair::from_spherical(0.4, 0.1, 0.9, 2.0);
+        let [a, b] = [&truth, &table].map(|brdf| brdf.luminance(&pair).unwrap());
+        assert!((a - b).abs() < 1e-14, "{format:?}: {a} {b}");
+    }
+}
+
+#[test]
+fn only_tables_are_listed_and_in_order() {
+    let dir = tempfile::tempdir().unwrap();
+    assert!(formats::files_in(&dir.path().join("nowhere"), &MERL).is_err());
+    assert!(formats::files_in(dir.path(), &MERL).unwrap().is_empty());
+    for name in [
+        "b.binary",
+        "a.binary",
+        "._a.binary",
+        "c.binary.part",
+        "d",
+        "e.bin",
+    ] {
+        std::fs::write(dir.path().join(name), "").unwrap();
+    }
+    std::fs::create_dir(dir.path().join("e.binary")).unwrap();
+    let files = formats::files_in(dir.path(), &MERL).unwrap();
+    let names: Vec<_> = files.iter().map(|p| p.file_name().unwrap()).collect();
+    assert_eq!(names, ["a.binary", "b.binary"]);
+}
