@@ -2,7 +2,7 @@
 //!
 //! f_r = rho/π for every pair above the horizon, `rho` the albedo in [0, 1].
 
-use super::{Brdf, BrdfSpec, BuildError, Channels, Presence, SampleBrdf, Spectrum};
+use super::{Brdf, BrdfSpec, BuildError, Channels, Presence, SampleBrdf, Spectrum, Tables};
 use crate::geometry::{Direction, DirectionPair, Symmetry};
 use crate::registry::{self, Entry};
 use crate::sampling;
@@ -55,6 +55,10 @@ impl BrdfSpec for LambertSpec {
     fn build(&self, channels: Channels) -> Result<Box<dyn Brdf>, BuildError> {
         self.check()?;
         Ok(Box::new(Lambert::new(self.albedo, channels)))
+    }
+
+    fn tables(&self) -> Tables {
+        Tables::NONE
     }
 }
 

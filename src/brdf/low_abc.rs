@@ -22,7 +22,7 @@
 
 use super::half_vector::unit_half;
 use super::microfacet::fresnel;
-use super::{Brdf, BrdfSpec, BuildError, Channels, Favours, Presence, Spectrum};
+use super::{Brdf, BrdfSpec, BuildError, Channels, Favours, Presence, Spectrum, Tables};
 use crate::error::in_closed;
 use crate::geometry::{DirectionPair, Symmetry};
 use crate::numeric::DENOMINATOR_FLOOR;
@@ -150,6 +150,10 @@ impl BrdfSpec for LowAbcSpec {
             &self.parameters,
             channels,
         )))
+    }
+
+    fn tables(&self) -> Tables {
+        Tables::NONE
     }
 }
 

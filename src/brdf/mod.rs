@@ -180,15 +180,25 @@ pub trait BrdfSpec: std::fmt::Debug + Send + Sync {
     /// Builds the BRDF for a scene in `channels`.
     fn build(&self, channels: Channels) -> Result<Box<dyn Brdf>, BuildError>;
 
-    /// Files this material reads, for the hashes in the manifest.
-    fn inputs(&self) -> Vec<PathBuf> {
-        Vec::new()
-    }
+    /// The files this material reads and the tables it holds; [`Tables::NONE`] for a formula.
+    fn tables(&self) -> Tables;
+}
 
-    /// Bytes of the tables it holds once it is built; next to nothing for a formula.
-    fn table_bytes(&self, _channels: Channels) -> usize {
-        0
-    }
+/// What a material reads, and what it holds once it is built.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Tables {
+    /// Files, for the hashes in the manifest.
+    pub files: Vec<PathBuf>,
+    /// Bytes of its tables, for each channel.
+    pub channel_bytes: usize,
+}
+
+impl Tables {
+    /// Those of a formula.
+    pub const NONE: Self = Self {
+        files: Vec::new(),
+        channel_bytes: 0,
+    };
 }
 
 /// Why a material could not be built.

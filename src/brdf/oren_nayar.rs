@@ -16,7 +16,7 @@
 //! supremum rho (A + B/2) exceeds 1 for white facets with σ below 18.7° (by 1.5 % at most, at
 //! σ = 11.4°), so energy conservation is declared from that number.
 
-use super::{Brdf, BrdfSpec, BuildError, Channels, Presence, SampleBrdf, Spectrum};
+use super::{Brdf, BrdfSpec, BuildError, Channels, Presence, SampleBrdf, Spectrum, Tables};
 use crate::error::in_closed;
 use crate::geometry::{Direction, DirectionPair, Symmetry};
 use crate::numeric::DENOMINATOR_FLOOR;
@@ -77,6 +77,10 @@ impl BrdfSpec for OrenNayarSpec {
         self.check()?;
         let sigma = self.sigma_deg.to_radians();
         Ok(Box::new(OrenNayar::new(self.albedo, sigma, channels)))
+    }
+
+    fn tables(&self) -> Tables {
+        Tables::NONE
     }
 }
 

@@ -13,7 +13,9 @@
 //! rho_d + rho_s, and energy is conserved exactly when that is at most 1 in every channel.
 
 use super::half_vector::{Mixture, unit_half};
-use super::{Brdf, BrdfSpec, BuildError, Channels, Favours, Presence, SampleBrdf, Spectrum};
+use super::{
+    Brdf, BrdfSpec, BuildError, Channels, Favours, Presence, SampleBrdf, Spectrum, Tables,
+};
 use crate::error::in_closed;
 use crate::geometry::{Direction, DirectionPair, Symmetry};
 use crate::registry::{self, Entry};
@@ -86,6 +88,10 @@ impl BrdfSpec for PhongSpec {
             self.exponent,
             channels,
         )))
+    }
+
+    fn tables(&self) -> Tables {
+        Tables::NONE
     }
 }
 

@@ -9,13 +9,12 @@
 //! f's own reciprocity, which is the same only if a half turn of the sample changes nothing:
 //! reciprocity stays if f is isotropic, or bilateral about both tangent axes.
 
-use super::{Brdf, BrdfSpec, BuildError, Channels, Presence, SampleBrdf};
+use super::{Brdf, BrdfSpec, BuildError, Channels, Presence, SampleBrdf, Tables};
 use crate::geometry::{Direction, DirectionPair, Symmetry};
 use crate::registry::{self, Entry, ReadError, Table};
 use glam::DVec3;
 use serde::Deserialize;
 use serde::de::IgnoredAny;
-use std::path::PathBuf;
 
 const KIND: &str = "retro-reflective";
 
@@ -87,8 +86,8 @@ impl BrdfSpec for RetroReflectiveSpec {
         Ok(Box::new(RetroReflective::new(of)))
     }
 
-    fn inputs(&self) -> Vec<PathBuf> {
-        self.of.inputs()
+    fn tables(&self) -> Tables {
+        self.of.tables()
     }
 }
 

@@ -13,7 +13,9 @@
 //! vanish V diverges (the floor on the denominator holds it).
 
 use super::half_vector::unit_half;
-use super::{Brdf, BrdfSpec, BuildError, Channels, Favours, Presence, SampleBrdf, Spectrum};
+use super::{
+    Brdf, BrdfSpec, BuildError, Channels, Favours, Presence, SampleBrdf, Spectrum, Tables,
+};
 use crate::error::in_closed;
 use crate::geometry::{Direction, DirectionPair, Symmetry};
 use crate::numeric::DENOMINATOR_FLOOR;
@@ -74,6 +76,10 @@ impl BrdfSpec for SheenSpec {
     fn build(&self, channels: Channels) -> Result<Box<dyn Brdf>, BuildError> {
         self.check()?;
         Ok(Box::new(Sheen::new(self.rho, self.alpha, channels)))
+    }
+
+    fn tables(&self) -> Tables {
+        Tables::NONE
     }
 }
 

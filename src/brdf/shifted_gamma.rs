@@ -17,7 +17,7 @@
 //! parameters are grey, D, F and G are computed once.
 
 use super::half_vector::unit_half;
-use super::{Brdf, BrdfSpec, BuildError, Channels, Favours, Presence, Spectrum};
+use super::{Brdf, BrdfSpec, BuildError, Channels, Favours, Presence, Spectrum, Tables};
 use crate::geometry::{DirectionPair, Symmetry};
 use crate::numeric::{DENOMINATOR_FLOOR, luminance};
 use crate::registry::{self, Entry};
@@ -120,6 +120,10 @@ impl BrdfSpec for ShiftedGammaSpec {
     fn build(&self, channels: Channels) -> Result<Box<dyn Brdf>, BuildError> {
         self.check()?;
         Ok(Box::new(ShiftedGamma::new(self, channels)))
+    }
+
+    fn tables(&self) -> Tables {
+        Tables::NONE
     }
 }
 

@@ -5,13 +5,12 @@
 //! Where one component has no data the sum has none. It has the symmetries all its components have,
 //! and conserves energy if they do and the weights sum to at most 1 (to rounding).
 
-use super::{Brdf, BrdfSpec, BuildError, Channels, Favours, Presence, SampleBrdf};
+use super::{Brdf, BrdfSpec, BuildError, Channels, Favours, Presence, SampleBrdf, Tables};
 use crate::error::{ParameterError, in_closed};
 use crate::geometry::{Direction, DirectionPair, Symmetry};
 use crate::registry::{self, Entry, ReadError, Table};
 use serde::Deserialize;
 use serde::de::IgnoredAny;
-use std::path::PathBuf;
 
 const KIND: &str = "sum";
 
@@ -149,14 +148,14 @@ impl BrdfSpec for SumSpec {
         Ok(Box::new(Sum::new(components, channels)))
     }
 
-    fn inputs(&self) -> Vec<PathBuf> {
-        let components = self.component.iter();
-        components.flat_map(|c| c.brdf.inputs()).collect()
-    }
-
-    fn table_bytes(&self, channels: Channels) -> usize {
-        let components = self.component.iter();
-        components.map(|c| c.brdf.table_bytes(channels)).sum()
+    fn tables(&self) -> Tables {
+        let mut all = Tables::NONE;
+        for c in &self.component {
+            let tables = c.brdf.tables();
+            all.files.extend(tables.files);
+            all.channel_bytes += tables.channel_bytes;
+        }
+        all
     }
 }
 

@@ -13,7 +13,7 @@
 //! **Errata** of the paper: one transcription prints S = 1 − |h|, which is F; and G as printed equals 1
 //! on the horizon, not 0: the isoline meant is (ω_i·n)(ω_o·n) = 0.
 
-use super::{Brdf, BrdfSpec, BuildError, Channels, Favours, Presence};
+use super::{Brdf, BrdfSpec, BuildError, Channels, Favours, Presence, Tables};
 use crate::geometry::{DirectionPair, Symmetry};
 use crate::registry::{self, Entry, ReadError, Table};
 use serde::{Deserialize, Serialize};
@@ -98,6 +98,10 @@ impl BrdfSpec for TestFunctionSpec {
             channels,
             function: *self,
         }))
+    }
+
+    fn tables(&self) -> Tables {
+        Tables::NONE
     }
 }
 

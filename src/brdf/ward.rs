@@ -14,6 +14,7 @@
 use super::half_vector::{Mixture, from_scaled_slope, scaled_slope2, unit_half};
 use super::{
     Brdf, BrdfSpec, BuildError, Channels, Favours, Presence, Roughness, SampleBrdf, Spectrum,
+    Tables,
 };
 use crate::geometry::{Direction, DirectionPair, Symmetry};
 use crate::numeric::DENOMINATOR_FLOOR;
@@ -81,6 +82,10 @@ impl BrdfSpec for WardSpec {
         Ok(Box::new(Ward::new(
             self.rho_d, self.rho_s, self.alpha, channels,
         )))
+    }
+
+    fn tables(&self) -> Tables {
+        Tables::NONE
     }
 }
 

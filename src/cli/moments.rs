@@ -136,7 +136,7 @@ fn diagram(dir: &Path, material: &str) -> PathBuf {
 /// Why a material could not be built: as its keys have been checked, most likely a file of it.
 fn unusable(plan: &MomentsPlan, failure: &Failure, source: &Source) -> Error {
     let material = plan.materials.iter().find(|m| m.name == failure.job);
-    let files = material.map(|m| m.spec.inputs()).unwrap_or_default();
+    let files = material.map(|m| m.spec.tables().files).unwrap_or_default();
     for file in files {
         if let Some(why) = failure
             .reason

@@ -34,7 +34,7 @@ pub(super) struct Identity {
 impl Identity {
     /// Reads the files of a material.
     pub fn of(material: &Material) -> Result<Self, Unreadable> {
-        let inputs = hash(&material.spec.inputs())?;
+        let inputs = hash(&material.spec.tables().files)?;
         let mut resolved = material.spec.resolved();
         forget_paths(&mut resolved);
         let mut part = Part::new();

@@ -197,7 +197,7 @@ impl<'a> Runner<'a> {
         let values = readings.max().unwrap_or(0) + pairs;
         let mut bytes = 0;
         let fits = |m: &&Material| {
-            bytes += m.spec.table_bytes(plan.channels) + values;
+            bytes += m.spec.tables().channel_bytes * plan.channels.count() + values;
             bytes <= self.extent.memory
         };
         let rest = plan.materials[first..].iter();

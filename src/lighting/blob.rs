@@ -8,6 +8,7 @@ use crate::error::{in_closed, in_left_open};
 use crate::geometry::{Direction, angle_between};
 use crate::registry::{self, Entry};
 use serde::{Deserialize, Serialize};
+use std::path::PathBuf;
 
 const KIND: &str = "blob";
 
@@ -73,6 +74,10 @@ impl LightingSpec for BlobSpec {
             peak: self.peak.rgb(),
             background: self.background.rgb(),
         }))
+    }
+
+    fn inputs(&self) -> Vec<PathBuf> {
+        Vec::new()
     }
 }
 

@@ -6,6 +6,7 @@ use crate::error::{ParameterError, in_left_open};
 use crate::geometry::Direction;
 use crate::registry::{self, Entry};
 use serde::{Deserialize, Serialize};
+use std::path::PathBuf;
 
 const KIND: &str = "checker";
 
@@ -67,6 +68,10 @@ impl LightingSpec for CheckerSpec {
             bright: self.bright.rgb(),
             dark: self.dark.rgb(),
         }))
+    }
+
+    fn inputs(&self) -> Vec<PathBuf> {
+        Vec::new()
     }
 }
 

@@ -5,6 +5,7 @@ use crate::brdf::{BuildError, Spectrum};
 use crate::geometry::Direction;
 use crate::registry::{self, Entry};
 use serde::{Deserialize, Serialize};
+use std::path::PathBuf;
 
 const KIND: &str = "constant";
 
@@ -48,6 +49,10 @@ impl LightingSpec for ConstantSpec {
     fn build(&self) -> Result<Box<dyn Lighting>, BuildError> {
         self.check()?;
         Ok(Box::new(Constant(self.radiance.rgb())))
+    }
+
+    fn inputs(&self) -> Vec<PathBuf> {
+        Vec::new()
     }
 }
 

@@ -39,9 +39,7 @@ pub trait LightingSpec: std::fmt::Debug + Send + Sync {
     fn check(&self) -> Result<(), BuildError>;
 
     /// Files this lighting reads, for the hashes in the manifest.
-    fn inputs(&self) -> Vec<PathBuf> {
-        Vec::new()
-    }
+    fn inputs(&self) -> Vec<PathBuf>;
 
     /// The lighting.
     ///

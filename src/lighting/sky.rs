@@ -10,6 +10,7 @@ use crate::error::{in_closed, in_left_open};
 use crate::geometry::{Direction, angle_between};
 use crate::registry::{self, Entry};
 use serde::{Deserialize, Serialize};
+use std::path::PathBuf;
 
 const KIND: &str = "sky";
 
@@ -95,6 +96,10 @@ impl LightingSpec for SkySpec {
             radius: 0.5 * self.sun_diameter_deg.to_radians(),
             edge: self.sun_edge_deg.to_radians(),
         }))
+    }
+
+    fn inputs(&self) -> Vec<PathBuf> {
+        Vec::new()
     }
 }
 

@@ -224,7 +224,7 @@ fn a_config_names_a_file() {
     let gold = spec(&format!("kind = 'merl'\npath = '{}'", path.display()));
     gold.check().unwrap();
     assert_eq!(gold.label(), "gold");
-    assert_eq!(gold.inputs(), std::slice::from_ref(&path));
+    assert_eq!(gold.tables().files, std::slice::from_ref(&path));
     let resolved = gold.resolved();
     assert_eq!(resolved["interpolation"].as_str(), Some("trilinear"));
     assert_eq!(resolved["bilateral"].as_bool(), Some(true));

@@ -6,12 +6,11 @@
 
 use super::merl::{Interpolation, Merl, MerlError, MerlGrid, write_merl};
 use super::utia::{FILE_LEN, Utia, UtiaError, write_utia};
-use crate::brdf::{self, Brdf, BrdfSpec, BuildError, Channels, Favours};
+use crate::brdf::{self, Brdf, BrdfSpec, BuildError, Channels, Favours, Tables};
 use crate::error::ParameterError;
 use crate::geometry::Symmetry;
 use crate::registry::{self, Entry, ReadError, Table};
 use serde::{Deserialize, Serialize};
-use std::path::PathBuf;
 
 const KIND: &str = "tabulated";
 
@@ -156,17 +155,16 @@ impl BrdfSpec for TabulatedSpec {
         }
     }
 
-    fn inputs(&self) -> Vec<PathBuf> {
-        self.of.inputs()
-    }
-
-    fn table_bytes(&self, channels: Channels) -> usize {
-        let planes = match self.keys.format {
+    fn tables(&self) -> Tables {
+        let bytes = match self.keys.format {
             // The grid is chosen when the material is built: the larger one.
             TableFormat::Merl => MerlGrid::Full.file_len(),
             TableFormat::Utia => FILE_LEN,
         };
-        planes as usize / Channels::Rgb.count() * channels.count()
+        Tables {
+            channel_bytes: bytes as usize / Channels::Rgb.count(),
+            ..self.of.tables()
+        }
     }
 }
 

@@ -25,7 +25,9 @@ pub use fresnel::{Fresnel, FresnelSpec};
 pub use ggx::{ENTRY as GGX, Ggx};
 
 use super::half_vector::{reflect, unit_half};
-use super::{Brdf, BrdfSpec, BuildError, Channels, Favours, Presence, Roughness, SampleBrdf};
+use super::{
+    Brdf, BrdfSpec, BuildError, Channels, Favours, Presence, Roughness, SampleBrdf, Tables,
+};
 use crate::geometry::{Direction, DirectionPair, Symmetry};
 use crate::numeric::DENOMINATOR_FLOOR;
 use crate::registry::{self, ReadError, Table};
@@ -143,6 +145,10 @@ impl<D: Distribution> BrdfSpec for MicrofacetSpec<D> {
             &self.fresnel,
             channels,
         )))
+    }
+
+    fn tables(&self) -> Tables {
+        Tables::NONE
     }
 }
 

@@ -2,7 +2,7 @@
 
 use super::super::label_of;
 use super::{Merl, MerlError, check};
-use crate::brdf::{Brdf, BrdfSpec, BuildError, Channels, Favours};
+use crate::brdf::{Brdf, BrdfSpec, BuildError, Channels, Favours, Tables};
 use crate::geometry::Symmetry;
 use crate::registry::{self, Entry};
 use serde::{Deserialize, Serialize};
@@ -98,13 +98,12 @@ impl BrdfSpec for MerlSpec {
         ))
     }
 
-    fn inputs(&self) -> Vec<PathBuf> {
-        vec![self.path.clone()]
-    }
-
-    fn table_bytes(&self, channels: Channels) -> usize {
+    fn tables(&self) -> Tables {
         // Header and size were checked; without a file there is nothing to hold.
         let bytes = std::fs::metadata(&self.path).map_or(0, |m| m.len());
-        bytes as usize / Channels::Rgb.count() * channels.count()
+        Tables {
+            files: vec![self.path.clone()],
+            channel_bytes: bytes as usize / Channels::Rgb.count(),
+        }
     }
 }

@@ -2,7 +2,7 @@
 
 use super::super::label_of;
 use super::{Utia, UtiaError, check};
-use crate::brdf::{Brdf, BrdfSpec, BuildError, Channels, Favours};
+use crate::brdf::{Brdf, BrdfSpec, BuildError, Channels, Favours, Tables};
 use crate::error::in_left_open;
 use crate::geometry::Symmetry;
 use crate::registry::{self, Entry};
@@ -77,11 +77,10 @@ impl BrdfSpec for UtiaSpec {
         Ok(Box::new(table.map_err(|e| self.data_error(e))?))
     }
 
-    fn inputs(&self) -> Vec<PathBuf> {
-        vec![self.path.clone()]
-    }
-
-    fn table_bytes(&self, channels: Channels) -> usize {
-        super::file::FILE_LEN as usize / Channels::Rgb.count() * channels.count()
+    fn tables(&self) -> Tables {
+        Tables {
+            files: vec![self.path.clone()],
+            channel_bytes: super::FILE_LEN as usize / Channels::Rgb.count(),
+        }
     }
 }
