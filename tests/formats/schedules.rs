@@ -180,6 +180,9 @@ fn tables_from_a_spreadsheet_are_taken_as_they_are() {
         table(" , ", "\n\n", &plain),
         table(";", "\n", &|v| v.to_string().replace('.', ",")),
         table(",", "\n", &|v| format!("\"{v}\"")),
+        table(";", "\r\n", &|v| {
+            format!("\"{}\"", v.to_string().replace('.', ","))
+        }),
         "\u{feff}".to_owned() + &table(",", "\r\n", &plain) + ",,,\r\n",
         "# a note\n".to_owned() + &table(",", "\n", &plain),
     ];
@@ -273,7 +276,7 @@ fn the_reader_may_choose_the_coordinates() {
 #[test]
 fn what_is_no_schedule_is_refused_with_its_line() {
     let head = "theta_i_deg,phi_i_deg,theta_o_deg,phi_o_deg\n";
-    let cases: [(&str, Option<usize>, &str); 24] = [
+    let cases: [(&str, Option<usize>, &str); 27] = [
         ("", None, "names the columns"),
         (head, None, "there is no row"),
         (
@@ -286,6 +289,14 @@ fn what_is_no_schedule_is_refused_with_its_line() {
             Some(1),
             "column \"light\" is not known; allowed: index, theta_i_deg",
         ),
+        // A cell ends with its line, whatever is open.
+        (
+            "H1,2,3,4\n\n1,\"2,3,4\n1,2,3,4\n",
+            Some(4),
+            "a quote is not closed",
+        ),
+        ("H1,2,3,\"4", Some(2), "a quote is not closed"),
+        ("H1,2,3,4\0\n", Some(2), "allowed is a finite number"),
         ("H\n1,2,3\n", Some(3), "3 cells where there are 4 columns"),
         (
             "H\n1,2,3,4,5\n",

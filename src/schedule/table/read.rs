@@ -172,7 +172,8 @@ impl Table {
         text: &str,
         allowed: impl Fn(&Table) -> Result<Vec<String>, FileError>,
     ) -> Result<(), FileError> {
-        let mut separator = None;
+        let name = self.name.clone();
+        let mut cells: Option<Cells> = None;
         for (i, content) in text.lines().enumerate() {
             let line = i + 1;
             let content = content.trim_matches(' ');
@@ -191,38 +192,40 @@ impl Table {
             if content.chars().all(|c| matches!(c, ',' | ';' | '\t' | ' ')) {
                 continue;
             }
-            let Some(separator) = separator else {
-                let found = [';', '\t', ','].into_iter().find(|&s| content.contains(s));
-                let found = found.unwrap_or(',');
-                separator = Some(found);
-                let columns = split(content, found).map_err(|e| self.error(line, e))?;
+            let unclosed = || FileError::at(&name, line, "a quote is not closed");
+            let Some(cells) = &mut cells else {
+                let found = [b';', b'\t', b',']
+                    .into_iter()
+                    .find(|s| content.as_bytes().contains(s));
+                let cells = cells.insert(Cells::new(found.unwrap_or(b',')));
+                let columns = cells.of(content).ok_or_else(unclosed)?;
+                let columns = columns.map(String::from).collect();
                 self.name_columns(columns, line, &allowed)?;
                 continue;
             };
-            let cells = split(content, separator).map_err(|e| self.error(line, e))?;
+            let comma = cells.separator == b';';
+            let cells = cells.of(content).ok_or_else(unclosed)?;
             let (found, expected) = (cells.len(), self.columns.len());
             if found != expected {
                 let message = format!("{found} cells where there are {expected} columns");
                 return Err(self.error(line, message));
             }
             self.lines.push(line);
-            for (d, cell) in cells.into_iter().enumerate() {
-                if self.columns[d] == WORDS {
-                    self.words.push(cell);
-                    self.numbers.push(f64::NAN);
-                    continue;
-                }
-                let value = if cell.is_empty() {
+            for (d, cell) in cells.enumerate() {
+                let value = if self.columns[d] == WORDS {
+                    self.words.push(cell.to_owned());
                     Ok(f64::NAN)
-                } else if separator == ';' && !cell.contains('.') {
+                } else if cell.is_empty() {
+                    Ok(f64::NAN)
+                } else if comma && !cell.contains('.') {
                     self.parse(&cell.replacen(',', ".", 1), d, line)
                 } else {
-                    self.parse(&cell, d, line)
+                    self.parse(cell, d, line)
                 };
                 self.numbers.push(value?);
             }
         }
-        if separator.is_none() {
+        if cells.is_none() {
             let message = "there is no line that names the columns; allowed: CSV, JSON Lines";
             return Err(FileError::whole(&self.name, message));
         }
@@ -388,28 +391,51 @@ impl<'de> Visitor<'de> for Object {
     }
 }
 
-/// The cells of a line, without the spaces around them and without quotes.
-fn split(line: &str, separator: char) -> Result<Vec<String>, &'static str> {
-    let (mut cells, mut cell) = (Vec::new(), String::new());
-    let mut quoted = false;
-    let mut characters = line.chars().peekable();
-    while let Some(c) = characters.next() {
-        if c == '"' && quoted && characters.peek() == Some(&'"') {
-            // Twice inside quotes is one.
-            cell.push('"');
-            characters.next();
-        } else if c == '"' {
-            quoted = !quoted;
-        } else if c == separator && !quoted {
-            cells.push(cell.trim().to_owned());
-            cell.clear();
-        } else {
-            cell.push(c);
+/// The cells of one line after the other. No cell goes on after the end of its line, so that a
+/// quote that is not closed is found where it is.
+struct Cells {
+    separator: u8,
+    reader: csv_core::Reader,
+    bytes: Vec<u8>,
+    ends: Vec<usize>,
+}
+
+impl Cells {
+    fn new(separator: u8) -> Self {
+        let mut builder = csv_core::ReaderBuilder::new();
+        builder.delimiter(separator);
+        builder.terminator(csv_core::Terminator::Any(b'\n'));
+        Self {
+            separator,
+            reader: builder.build(),
+            bytes: Vec::new(),
+            ends: Vec::new(),
         }
     }
-    if quoted {
-        return Err("a quote is not closed");
+
+    /// The cells of a line, without the spaces around them and without quotes; `None` if a quote is
+    /// not closed, after which there is no next line.
+    fn of(&mut self, line: &str) -> Option<impl ExactSizeIterator<Item = &str>> {
+        // Room for every cell and for one more, without which the parser would stop to ask.
+        let separators = line.bytes().filter(|b| *b == self.separator).count();
+        self.bytes.resize(line.len() + 1, 0);
+        self.ends.resize(separators + 2, 0);
+        let line = line.as_bytes();
+        let (_, _, written, ended) = self
+            .reader
+            .read_record(line, &mut self.bytes, &mut self.ends);
+        let (result, _, _, last) =
+            self.reader
+                .read_record(b"\n", &mut self.bytes[written..], &mut self.ends[ended..]);
+        if !matches!(result, csv_core::ReadRecordResult::Record) {
+            return None;
+        }
+        let mut start = 0;
+        let (bytes, ends) = (&self.bytes, &self.ends[..ended + last]);
+        Some(ends.iter().map(move |&end| {
+            let cell = &bytes[std::mem::replace(&mut start, end)..end];
+            // Text that was cut at ASCII characters is text.
+            std::str::from_utf8(cell).unwrap_or_default().trim()
+        }))
     }
-    cells.push(cell.trim().to_owned());
-    Ok(cells)
 }
