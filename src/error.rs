@@ -69,6 +69,9 @@ pub fn in_closed(key: &str, value: f64, lo: f64, hi: f64) -> Result<f64, Paramet
     }
 }
 
+/// The error behind an error.
+pub type Cause = Box<dyn std::error::Error + Send + Sync>;
+
 /// Everything that can go wrong, by who must act.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
@@ -96,6 +99,9 @@ pub enum Error {
         path: PathBuf,
         /// One sentence.
         message: String,
+        /// Why, if the sentence does not say it.
+        #[source]
+        source: Option<Cause>,
     },
     /// Who chose the instrument: it cannot measure what is asked.
     #[error("{place}: {message}")]
@@ -177,6 +183,7 @@ impl Error {
         Error::Data {
             path: path.into(),
             message: message.to_string(),
+            source: None,
         }
     }
 

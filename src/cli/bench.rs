@@ -161,10 +161,7 @@ impl BenchMoments {
             let text = "of = { kind = \"ggx\", alpha = 0.1 }";
             return Ok(("table-ggx-0.1".into(), build("tabulated", text)?));
         };
-        let table = Merl::load(path, Channels::Luminance).map_err(|e| Error::Data {
-            path: path.clone(),
-            message: e.to_string(),
-        })?;
+        let table = Merl::load(path, Channels::Luminance).map_err(|e| Error::data(path, e))?;
         let name = path.file_stem().unwrap_or("table".as_ref());
         Ok((name.to_string_lossy().into_owned(), Box::new(table)))
     }

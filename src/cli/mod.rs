@@ -201,7 +201,7 @@ fn choose_material<'a>(
 /// The BRDF of a material.
 fn build(material: &Material, channels: Channels) -> Result<Box<dyn Brdf>, Error> {
     material.spec.build(channels).map_err(|e| match e {
-        BuildError::Data { path, message } => Error::Data { path, message },
+        BuildError::Data { path, message } => Error::data(path, message),
         e => Error::config(format!("--material {}", material.name), e),
     })
 }

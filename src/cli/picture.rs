@@ -292,7 +292,7 @@ impl Scene {
             }
         };
         spec.build().map_err(|e| match e {
-            BuildError::Data { path, message } => Error::Data { path, message },
+            BuildError::Data { path, message } => Error::data(path, message),
             e => Error::config("--lighting", e),
         })
     }

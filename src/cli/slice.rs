@@ -84,7 +84,7 @@ impl Slice {
             .spec
             .build(self.channel.needs())
             .map_err(|e| match e {
-                BuildError::Data { path, message } => Error::Data { path, message },
+                BuildError::Data { path, message } => Error::data(path, message),
                 e => Error::config(material.name.as_str(), e),
             })?;
         let slices = views.iter().map(|view| {

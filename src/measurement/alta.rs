@@ -205,7 +205,9 @@ pub fn read(text: &str, name: &str, assume: &Assume) -> Result<AltaFile, FileErr
         pairs.push(DirectionPair::new(light, view));
         let add = |to: &mut Vec<f64>, value: f64| {
             let reading = without_cosine(value, cos);
-            to.push(reading.map_err(|message| FileError::at(name, i + 1, message))?);
+            let refused =
+                |e| FileError::at(name, i + 1, format!("{value:e} is no reading")).because(e);
+            to.push(reading.map_err(refused)?);
             Ok(())
         };
         let interval = &cells[dimension + n..];

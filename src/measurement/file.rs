@@ -178,8 +178,27 @@ fn words(measurement: &Measurement, pose: usize) -> String {
     words.join(";")
 }
 
+/// What is wrong with a cell of `flags`.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum FlagsError {
+    /// A word that is none of them.
+    #[error(
+        "{word:?} is no flag; allowed are {}, {NO_DATA}, {OCCLUDED}, {NOT_VISITED}, {UNREACHABLE} with one of {}",
+        Flags::ALL.map(|(_, name)| name).join(", "),
+        Unreachable::NAMES.join(", ")
+    )]
+    Unknown {
+        /// The word, or its start.
+        word: String,
+    },
+    /// Two reasons.
+    #[error("allowed is one reason for no reading")]
+    Reasons,
+}
+
 /// Why there is no reading, and the flags.
-fn parse_words(words: &str) -> Result<(Option<Outcome>, Flags), String> {
+fn parse_words(words: &str) -> Result<(Option<Outcome>, Flags), FlagsError> {
     let (mut outcome, mut flags) = (None, Flags::NONE);
     for word in words.split(';').map(str::trim).filter(|w| !w.is_empty()) {
         if let Some((flag, _)) = Flags::ALL.iter().find(|(_, name)| *name == word) {
@@ -195,20 +214,12 @@ fn parse_words(words: &str) -> Result<(Option<Outcome>, Flags), String> {
             (NOT_VISITED, _) => Outcome::NotVisited,
             (_, Some(reason)) => Outcome::Unreachable(reason),
             (_, None) => {
-                let names = Flags::ALL.map(|(_, name)| name).join(", ");
-                let reasons = Unreachable::NAMES.join(", ");
-                let word = excerpt(word);
-                return Err(format!(
-                    "flags = {word:?}: allowed are {names}, {NO_DATA}, {OCCLUDED}, {NOT_VISITED}, \
-                     {UNREACHABLE} with one of {reasons}"
-                ));
+                let word = excerpt(word).into_owned();
+                return Err(FlagsError::Unknown { word });
             }
         };
         if outcome.replace(found).is_some() {
-            let words = excerpt(words);
-            return Err(format!(
-                "flags = {words:?}: allowed is one reason for no reading"
-            ));
+            return Err(FlagsError::Reasons);
         }
     }
     Ok((outcome, flags))
@@ -255,8 +266,10 @@ pub fn read_measurement(
     let mut flagged = false;
     for (&row, &pose) in kept.iter().zip(&order) {
         let pose = pose as usize;
-        let (reason, flags) =
-            parse_words(table.words(row)).map_err(|message| table.row_error(row, message))?;
+        let (reason, flags) = parse_words(table.words(row)).map_err(|e| {
+            let message = format!("flags = {:?} cannot be read", excerpt(table.words(row)));
+            table.row_error(row, message).because(e)
+        })?;
         let cos = rows.pairs[row].omega_i.cos_theta();
         let at = pose * n..(pose + 1) * n;
         let read = columns.read(&table, row, cos, &mut measurement.values[at.clone()])?;
@@ -382,8 +395,10 @@ impl ValueColumns {
         value: f64,
         cos: f64,
     ) -> Result<f64, FileError> {
-        without_cosine(value, if self.with_cosine { cos } else { 1.0 })
-            .map_err(|e| table.row_error(row, format!("{} = {e}", table.columns[column])))
+        without_cosine(value, if self.with_cosine { cos } else { 1.0 }).map_err(|e| {
+            let message = format!("{} = {value:e} is no reading", table.columns[column]);
+            table.row_error(row, message).because(e)
+        })
     }
 
     /// Reads the values of a row; false if there are none.

@@ -5,7 +5,7 @@ mod file;
 mod merge;
 mod record;
 
-pub use file::{About, MeasurementFile, read_measurement, write_measurement};
+pub use file::{About, FlagsError, MeasurementFile, read_measurement, write_measurement};
 pub use record::{MeasurementRow, measurement_schema};
 
 use crate::brdf::Channels;
@@ -13,18 +13,30 @@ use crate::numeric::LARGEST_READING;
 use crate::schedule::{Schedule, Unreachable};
 use std::sync::Arc;
 
+/// Why a number of a file is no reading.
+#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum ReadingError {
+    /// Nobody would square it.
+    #[error(
+        "without the cosine it is {reading:e} 1/sr; allowed is a reading of at most {LARGEST_READING:e} 1/sr"
+    )]
+    TooLarge {
+        /// Without the cosine, sr⁻¹.
+        reading: f64,
+    },
+}
+
 /// A value or uncertainty of a file without the cosine that it holds (1: none), sr⁻¹.
 ///
 /// # Errors
-/// The value and what is allowed, if the reading is larger than [`LARGEST_READING`].
-fn without_cosine(value: f64, cos: f64) -> Result<f64, String> {
+/// If the reading is larger than [`LARGEST_READING`].
+fn without_cosine(value: f64, cos: f64) -> Result<f64, ReadingError> {
     let reading = value / cos;
     if reading.abs() <= LARGEST_READING {
         return Ok(reading);
     }
-    Err(format!(
-        "{value:e}: allowed is a reading of at most {LARGEST_READING:e} 1/sr without the cosine"
-    ))
+    Err(ReadingError::TooLarge { reading })
 }
 
 /// What became of one pose.

@@ -11,7 +11,7 @@ mod write;
 pub(crate) use read::Table;
 pub(crate) use write::{Cell, Sheet};
 
-use crate::error::Error;
+use crate::error::{Cause, Error};
 
 /// Columns that hold whole numbers.
 pub(crate) const WHOLE: [&str; 3] = ["index", "block", "attempt"];
@@ -20,7 +20,7 @@ pub(crate) const WHOLE: [&str; 3] = ["index", "block", "attempt"];
 pub(crate) const WORDS: &str = "flags";
 
 /// What is wrong with a file, and where.
-#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[derive(Debug, thiserror::Error)]
 #[error("{}: {message}", self.place())]
 pub struct FileError {
     /// The file, as the reader was told.
@@ -29,6 +29,9 @@ pub struct FileError {
     pub line: Option<usize>,
     /// One sentence.
     pub message: String,
+    /// Why, if the sentence does not say it.
+    #[source]
+    pub source: Option<Cause>,
 }
 
 impl FileError {
@@ -38,6 +41,7 @@ impl FileError {
             name: name.into(),
             line: Some(line),
             message: message.into(),
+            source: None,
         }
     }
 
@@ -47,7 +51,14 @@ impl FileError {
             name: name.into(),
             line: None,
             message: message.into(),
+            source: None,
         }
+    }
+
+    /// The same with the error behind it.
+    pub(crate) fn because(mut self, cause: impl std::error::Error + Send + Sync + 'static) -> Self {
+        self.source = Some(Box::new(cause));
+        self
     }
 
     /// `file:line`, or the file.
@@ -61,7 +72,11 @@ impl FileError {
 
 impl From<FileError> for Error {
     fn from(e: FileError) -> Self {
-        Error::data(e.place(), e.message)
+        Error::Data {
+            path: e.place().into(),
+            message: e.message,
+            source: e.source,
+        }
     }
 }
 

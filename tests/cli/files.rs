@@ -351,6 +351,54 @@ fn bad_input_is_refused_with_its_line() {
         let sentence = reconstruct(more, code);
         assert!(sentence.contains(part), "{sentence}");
     }
+    // What is behind an error is told after it, a line each.
+    let angles = "theta_i_deg,phi_i_deg,theta_o_deg,phi_o_deg";
+    let odd = format!("{angles},value,flags\n1,2,3,4,5,dirty\n");
+    fs::write(bench.path("odd.csv"), odd).unwrap();
+    let output = bench.gonio(&["reconstruct", "odd.csv"]);
+    let told = String::from_utf8(output.stderr).unwrap();
+    let lines: Vec<_> = told.lines().collect();
+    assert_eq!((output.status.code(), lines.len()), (Some(3), 2), "{told}");
+    assert!(lines[0].contains("odd.csv:2: flags = \"dirty\" cannot be read"));
+    assert!(lines[1].starts_with("  because: \"dirty\" is no flag; allowed are saturated"));
+
+    // A table is no text, whatever it is wanted for; what is written has a format.
+    fs::write(bench.path("t.binary"), "").unwrap();
+    for (args, code, part) in [
+        (
+            &["reconstruct", "t.binary"][..],
+            3,
+            "allowed: csv, json-lines, alta",
+        ),
+        (
+            &["measure", "t.binary", "--config", "c.toml", "-o", "x.csv"],
+            3,
+            "allowed: csv, json-lines",
+        ),
+        (
+            &["reconstruct", "r.csv", "-o", "x.bsdf"],
+            2,
+            "allowed: .binary, .bin, or --format",
+        ),
+        (
+            &["tabulate", "c.toml", "-o", "x.bsdf"],
+            2,
+            "allowed: .binary, .bin, or --format",
+        ),
+    ] {
+        let sentence = bench.refused(args, code);
+        assert!(sentence.contains(part), "{sentence}");
+    }
+    bench.good(&[
+        "reconstruct",
+        "r.csv",
+        "--reconstruction",
+        "nearest",
+        "-o",
+        "x.BIN",
+    ]);
+    assert_eq!(fs::metadata(bench.path("x.BIN")).unwrap().len(), 1_990_656);
+
     let cut = bench.read("r.csv");
     fs::write(bench.path("r.csv"), &cut[..cut.len() - 4]).unwrap();
     let sentence = bench.refused(&["reconstruct", "r.csv"], 3);

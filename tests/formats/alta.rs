@@ -243,8 +243,9 @@ fn a_reading_beyond_all_bounds_is_refused_with_its_line() {
                 Err(e) => {
                     assert!(!good, "{e}");
                     assert_eq!(e.line, Some(8), "{e}");
-                    let start = format!("{value:e}: allowed is");
+                    let start = format!("{value:e} is no reading");
                     assert!(e.message.starts_with(&start), "{e}");
+                    assert!(super::chain(&e).contains("because: without the cosine"));
                 }
             }
         }

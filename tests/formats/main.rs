@@ -17,6 +17,12 @@ use gonio::schedule::{MAX_AXES, write_schedule};
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
+/// An error and those behind it.
+fn chain(e: &dyn std::error::Error) -> String {
+    let causes = std::iter::successors(e.source(), |e| e.source());
+    causes.fold(e.to_string(), |text, e| format!("{text}; because: {e}"))
+}
+
 const FORMATS: [ScheduleFormat; 2] = [ScheduleFormat::Csv, ScheduleFormat::JsonLines];
 
 /// A schedule of one kind.

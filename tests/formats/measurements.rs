@@ -1,6 +1,6 @@
 //! Measurements.
 
-use super::{FORMATS, backwards, cuts, planned, schedules};
+use super::{FORMATS, backwards, chain, cuts, planned, schedules};
 use gonio::brdf::Channels;
 use gonio::geometry::Symmetry;
 use gonio::measurement::{About, Details, Flags, Measurement, MeasurementFile, Outcome};
@@ -248,8 +248,9 @@ fn a_reading_beyond_all_bounds_is_refused_with_its_line() {
                     assert!(!good, "{e}");
                     assert_eq!(e.line, Some(line), "{e}");
                     let number: f64 = value.parse().unwrap();
-                    let start = format!("{column} = {number:e}: allowed is");
+                    let start = format!("{column} = {number:e} is no reading");
                     assert!(e.message.starts_with(&start), "{e}");
+                    assert!(chain(&e).contains("because: without the cosine"), "{e}");
                 }
             }
         }
@@ -333,7 +334,7 @@ fn what_is_no_measurement_is_refused_with_its_line() {
             ",value,flags",
             "1,2,3,4,5,dirty",
             2,
-            "flags = \"dirty\": allowed are saturated",
+            "\"dirty\" is no flag; allowed are saturated",
         ),
         (",value,flags", "1,2,3,4,5,no-data", 2, "says there is none"),
         (",value,flags", "1,2,3,4,,no-data;occluded", 2, "one reason"),
@@ -375,6 +376,9 @@ fn what_is_no_measurement_is_refused_with_its_line() {
             .err()
             .unwrap();
         assert_eq!(e.line, Some(line), "{text}: {e}");
-        assert!(e.message.contains(part), "{text}: {e}");
+        assert!(chain(&e).contains(part), "{text}: {e}");
+        // Nothing of it is lost on the way to the terminal.
+        let told = chain(&e);
+        assert_eq!(chain(&gonio::Error::from(e)), told);
     }
 }

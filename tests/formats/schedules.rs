@@ -376,8 +376,9 @@ fn what_is_no_schedule_is_refused_with_its_line() {
         assert!(e.message.contains(part), "{text}: {e}");
         let place = line.map_or("f.csv: ".into(), |l| format!("f.csv:{l}: "));
         assert!(e.to_string().starts_with(&place), "{e}");
-        let error = gonio::Error::from(e.clone());
-        assert_eq!((error.exit_code(), error.to_string()), (3, e.to_string()));
+        let told = e.to_string();
+        let error = gonio::Error::from(e);
+        assert_eq!((error.exit_code(), error.to_string()), (3, told));
     }
 }
 

@@ -217,7 +217,7 @@ mod spheres {
             if self.light.is_none() {
                 let built = self.plan.lighting.build();
                 self.light = Some(built.map_err(|e| match e {
-                    BuildError::Data { path, message } => Error::Data { path, message },
+                    BuildError::Data { path, message } => Error::data(path, message),
                     e => Error::config("lighting", e),
                 })?);
             }
