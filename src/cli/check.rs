@@ -9,6 +9,7 @@ use crate::experiment::relations::RelationsPlan;
 use crate::experiment::{Material, Plan, Router, ScheduleKey, Source};
 use crate::geometry::{DirectionPair, Symmetry};
 use crate::instrument::{self, InstrumentSpec, Machine, Tag, footprint};
+use crate::report::Columns;
 use crate::sampling::{Random, cosine_hemisphere};
 use crate::schedule::Unreachable;
 use clap::Args;
@@ -153,34 +154,30 @@ fn described(spec: &InstrumentSpec, seed: u64) -> Result<String, Error> {
     let machine = Machine::new(spec).map_err(|e| Error::Internal(e.to_string()))?;
     let class = machine.class();
     let mut out = format!(
-        "{}: {}\nclass: {}, {}\n\naxes\n  {:<16}  {:<16}  {:>16}  {:>6}  {:>6}  {:>10}  {:>13}  {:>6}\n",
+        "{}: {}\nclass: {}, {}\n\naxes\n",
         spec.name,
         spec.about,
         class.name(),
         class.summary(),
-        "name",
-        "on",
-        "range °",
-        "°/s",
-        "°/s²",
-        "resolution",
-        "repeatability",
-        "bias",
     );
+    let mut axes =
+        Columns::new("  name\ton\t>range °\t>°/s\t>°/s²\t>resolution\t>repeatability\t>bias\t");
     for axis in &spec.axis {
-        let range = format!("{} to {}", axis.min_deg, axis.max_deg);
-        out += &format!(
-            "  {:<16}  {:<16}  {range:>16}  {:>6}  {:>6}  {:>10}  {:>13}  {:>6}{}\n",
+        axes.row(&format!(
+            "  {}\t{}\t{} to {}\t{}\t{}\t{}\t{}\t{}\t{}",
             axis.name,
             axis.parent,
+            axis.min_deg,
+            axis.max_deg,
             axis.speed_deg_per_s,
             axis.acceleration_deg_per_s2,
             axis.resolution_deg,
             axis.repeatability_deg,
             axis.bias_deg,
-            if axis.wraps { "  wraps" } else { "" },
-        );
+            if axis.wraps { "wraps" } else { "" },
+        ));
     }
+    out += &axes.to_string();
     let detector = &spec.detector;
     out += &format!(
         "\n{}\n{}\nexposures: {} from {} s to {} s, {} bits\n",
@@ -282,12 +279,11 @@ fn relations(plan: &RelationsPlan) -> Result<(), Error> {
 }
 
 fn materials(materials: &[Material], missing: &[String]) -> String {
-    let mut out = format!("materials: {}\n", materials.len());
-    let names = materials.iter().map(|m| m.name.chars().count());
-    let width = names.max().unwrap_or(0);
+    let mut columns = Columns::new(&format!("materials: {}", materials.len()));
     for m in materials {
-        out += &format!("  {:<width$}  {}\n", m.name, words(m.symmetry));
+        columns.row(&format!("  {}\t{}", m.name, words(m.symmetry)));
     }
+    let mut out = columns.to_string();
     if !missing.is_empty() {
         out += &format!("not in materials_dir: {}\n", missing.join(", "));
     }

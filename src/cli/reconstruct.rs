@@ -14,6 +14,7 @@ use crate::measurement::{Flags, Measurement, Outcome};
 use crate::metrics::{self, Measure, MetricsSpec};
 use crate::parametrization;
 use crate::reconstruct;
+use crate::report::Columns;
 use crate::schedule::Pose;
 use crate::schedule::{Assume, Unreachable};
 use clap::Args;
@@ -278,9 +279,8 @@ fn material_of(measurement: &Measurement) -> String {
 
 /// The errors against a truth, both measures.
 fn compare(brdf: &dyn Brdf, truth: &Truth) -> Result<(), Error> {
-    let mut text = format!(
-        "{:<8} {:>11} {:>12} {:>11} {:>11} {:>13} {:>12}\n",
-        "measure", "nrmse", "log_relative", "log1p", "cbrt", "mean_relative", "max_relative"
+    let mut text = Columns::new(
+        "measure\t>nrmse\t>log_relative\t>log1p\t>cbrt\t>mean_relative\t>max_relative",
     );
     for measure in Measure::ALL {
         let pairs = metrics::test_pairs(measure, &truth.metrics)
@@ -288,18 +288,18 @@ fn compare(brdf: &dyn Brdf, truth: &Truth) -> Result<(), Error> {
         let values = [&*truth.brdf, brdf].map(|brdf| metrics::evaluate(brdf, &pairs));
         let errors = metrics::compare(&pairs, &values[0], &values[1]);
         let number = |v: Option<f64>| v.map_or("undefined".into(), |v| format!("{v:.4e}"));
-        text += &format!(
-            "{:<8} {:>11} {:>12} {:>11} {:>11} {:>13} {:>12}\n",
-            measure.name(),
-            number(errors.nrmse),
-            number(errors.log_relative),
-            number(errors.log1p),
-            number(errors.cbrt),
-            number(errors.mean_relative),
-            number(errors.max_relative),
-        );
+        let values = [
+            errors.nrmse,
+            errors.log_relative,
+            errors.log1p,
+            errors.cbrt,
+            errors.mean_relative,
+            errors.max_relative,
+        ];
+        let name = measure.name();
+        text.row(&format!("{name}\t{}", values.map(number).join("\t")));
     }
-    print(&text)
+    print(&text.to_string())
 }
 
 fn picture(brdf: &dyn Brdf, path: &Path) -> Result<(), Error> {

@@ -7,6 +7,7 @@ use crate::brdf::{Brdf, Channels};
 use crate::error::Error;
 use crate::experiment::Material;
 use crate::geometry::Symmetry;
+use crate::report::Columns;
 use clap::Args;
 
 #[derive(Debug, Args)]
@@ -75,9 +76,8 @@ impl SymmetryArgs {
             ),
             None => "  alignment: no lobe about the mirror direction\n".into(),
         };
-        text += &format!(
-            "  {:<11} {:<8} {:>9} {:>9} {:>9} {:>9} {:>9}  holds\n",
-            "symmetry", "declared", "relative", "pairwise", "max log", "compared", "missing"
+        let mut columns = Columns::new(
+            "  symmetry\tdeclared\t>relative\t>pairwise\t>max log\t>compared\t>missing\tholds",
         );
         for law in laws {
             let Deviation {
@@ -88,18 +88,18 @@ impl SymmetryArgs {
                 missing,
                 one_sided,
             } = law.found;
-            text += &format!(
-                "  {:<11} {:<8} {:>9} {:>9} {:>9} {:>9} {:>9}  {}\n",
+            columns.row(&format!(
+                "  {}\t{}\t{}\t{}\t{}\t{compared}\t{}\t{}",
                 law.name,
                 yes(law.declared),
                 short(relative),
                 short(pairwise),
                 short(max_log),
-                compared,
                 missing + one_sided,
                 yes(law.found.holds(self.tolerance))
-            );
+            ));
         }
+        text += &columns.to_string();
         let [isotropic, reciprocal, bilateral] =
             laws.each_ref().map(|l| l.found.holds(self.tolerance));
         let holding = Symmetry {

@@ -3,6 +3,7 @@
 
 mod acquisition;
 mod analysis;
+mod columns;
 mod moments;
 #[cfg(feature = "pictures")]
 pub mod pictures;
@@ -15,6 +16,7 @@ pub use analysis::{
     ReductionRow, SharesRow, StretchRow, claims_csv, claims_json, claims_table, reduction_table,
     rows_csv, rows_json, shares_table, stretch_table,
 };
+pub use columns::Columns;
 pub use moments::{
     correlations_csv, fits_csv, profiles_csv, profiles_json, relations_csv, relations_head,
     relations_lines, relations_summary, study_table, summary_json,

@@ -3,6 +3,7 @@
 use crate::experiment::{
     Choice, Duel, Duels, Explained, Factor, Findings, Metric, OWN, Ranking, Scope,
 };
+use crate::report::Columns;
 use crate::report::acquisition::table::error;
 use crate::statistics::{Paired, Verdict};
 use std::fmt::Write as _;
@@ -62,13 +63,11 @@ pub fn study_text(findings: &Findings) -> String {
     out
 }
 
-fn title(out: &mut String, text: &str, width: usize, allowances: &[String]) {
-    let _ = write!(out, "\n{text:<width$}");
-    for allowance in allowances {
-        let _ = write!(out, " {:>9} ", allowance.trim_end_matches(" poses"));
-    }
-    out.truncate(out.trim_end().len());
-    out.push('\n');
+/// A column for each allowance, after one of names.
+fn columns(title: &str, allowances: &[String]) -> Columns {
+    let headings = allowances.iter().map(|a| a.trim_end_matches(" poses"));
+    let headings: String = headings.map(|a| format!("\t>{a} ")).collect();
+    Columns::new(&format!("{title}{headings}"))
 }
 
 fn best_of_each(findings: &Findings, ranking: &Ranking, out: &mut String) {
@@ -81,27 +80,25 @@ fn best_of_each(findings: &Findings, ranking: &Ranking, out: &mut String) {
     }
     let scope = &ranking.scope;
     let text = format!("{}, {}", scope.metric.name(), scope.measure);
-    let width = names.iter().map(|n| n.chars().count() + 2).max();
-    let width = width.unwrap_or(0).max(text.len());
-    title(out, &text, width, &findings.allowances);
+    let mut columns = columns(&text, &findings.allowances);
     let cell = |name: &str, a: usize| {
         let mine = ranking.lines.iter().filter(|l| sampling(&l.choice) == name);
         let cells = mine.filter_map(|l| l.cells[a].filter(|c| c.place.is_some()));
         cells.min_by(|x, y| x.mean.total_cmp(&y.mean))
     };
     for name in &names {
-        let _ = write!(out, "{:<width$}", format!("  {name}"));
+        let mut row = format!("  {name}");
         for a in 0..findings.allowances.len() {
             let best = cell(name, a);
             let mark = match best {
                 Some(cell) if cell.place == Some(1) => '*',
                 _ => ' ',
             };
-            let _ = write!(out, " {:>9}{mark}", error(best.map(|c| c.mean)));
+            row += &format!("\t{}{mark}", error(best.map(|c| c.mean)));
         }
-        out.truncate(out.trim_end().len());
-        out.push('\n');
+        columns.row(&row);
     }
+    let _ = write!(out, "\n{columns}");
     let left_out = match scope.left_out.join(", ") {
         names if names.is_empty() => names,
         names => format!(" (left out: {names})"),
@@ -193,28 +190,26 @@ fn against_reference(findings: &Findings, duels: &Duels, best: &Choice, out: &mu
             named.push((name, row.cells));
         }
     }
-    let Some(width) = named.iter().map(|n| n.0.chars().count()).max() else {
+    if named.is_empty() {
         return;
-    };
+    }
     let text = format!(
         "error / that of {reference}, {}, {}",
         method(best, findings),
         scope.measure
     );
-    let width = width.max(text.chars().count());
-    title(out, &text, width, &findings.allowances);
-    for (name, cells) in named {
-        let _ = write!(out, "{name:<width$}");
+    let mut columns = columns(&text, &findings.allowances);
+    for (mut row, cells) in named {
         for cell in cells {
             let (ratio, mark) = match cell {
                 Some(cell) => (format!("{:.3}", cell.ratio), mark(cell.verdict())),
                 None => ("-".into(), ' '),
             };
-            let _ = write!(out, " {ratio:>9}{mark}");
+            row += &format!("\t{ratio}{mark}");
         }
-        out.truncate(out.trim_end().len());
-        out.push('\n');
+        columns.row(&row);
     }
+    let _ = write!(out, "\n{columns}");
     let _ = writeln!(
         out,
         "+ better, - worse, = no difference within the band, ? undecided (95 % interval and \

@@ -3,6 +3,7 @@
 
 use super::table::error;
 use crate::experiment::{OWN, Row};
+use crate::report::Columns;
 use crate::schedule::Unreachable;
 use crate::statistics::geometric_mean;
 
@@ -110,8 +111,6 @@ impl Levels {
     /// What every instrument cannot take, why, and what that costs: a line per choice.
     fn reach(&self, label: &str, here: &[&Row], measure: &str) -> String {
         let mut out = String::new();
-        let width = self.choices.iter().map(|c| self.name(c).chars().count());
-        let width = width.max().unwrap_or(0);
         for instrument in &self.instruments {
             let mine: Vec<&Row> = here
                 .iter()
@@ -126,34 +125,30 @@ impl Levels {
                 out += &format!("\n{instrument} reaches every pose of {label}\n");
                 continue;
             }
-            out += &format!(
-                "\nout of reach of {instrument} at {label}, and the share of nrmse, {measure}, that it makes\n{:w$}  {:>7}",
-                "",
-                "all",
-                w = width + 2
-            );
-            for reason in &reasons {
-                out += &format!("  {reason}");
-            }
-            out += "  of nrmse\n";
+            let headings: String = reasons.iter().map(|r| format!("\t>{r}")).collect();
+            let mut columns = Columns::new(&format!("\t>all{headings}\t>of nrmse"));
             for choice in &self.choices {
                 let rows = || mine.iter().filter(|r| Choice::of(r) == *choice);
                 let poses: usize = rows().map(|r| r.poses).sum();
                 let share = |n: usize| percent((poses > 0).then(|| n as f64 / poses as f64));
                 let lost = |reason: &str| rows().map(|r| lost_to(r, reason)).sum::<usize>();
                 let all = Unreachable::NAMES.into_iter().map(lost).sum();
-                out += &format!("  {:<width$}  {:>7}", self.name(choice), share(all));
-                for reason in &reasons {
-                    out += &format!("  {:>w$}", share(lost(reason)), w = reason.len());
-                }
+                let each: String = reasons
+                    .iter()
+                    .map(|reason| format!("\t{}", share(lost(reason))))
+                    .collect();
                 // Shares, as errors of unlike materials cannot be averaged.
                 let cost = |r: &&&Row| Some(r.value("hole_nrmse")? / r.value("nrmse")?);
                 let costs: Vec<f64> = rows().filter_map(|r| cost(&r)).collect();
                 // `+ 0.0` after rounding: no −0 %.
                 let cost =
                     arithmetic_mean(&costs).map(|c| format!("{}%", (100.0 * c).round() + 0.0));
-                out += &format!("  {:>8}\n", cost.unwrap_or("-".into()));
+                let (name, cost) = (self.name(choice), cost.unwrap_or("-".into()));
+                columns.row(&format!("  {name}\t{}{each}\t{cost}", share(all)));
             }
+            out += &format!(
+                "\nout of reach of {instrument} at {label}, and the share of nrmse, {measure}, that it makes\n{columns}"
+            );
         }
         out
     }
@@ -167,20 +162,8 @@ impl Levels {
         show: impl Fn(Option<f64>) -> String,
         best: bool,
     ) -> String {
-        let names: Vec<String> = self.choices.iter().map(|c| self.name(c)).collect();
-        let longest = names.iter().map(|n| n.chars().count()).max().unwrap_or(0);
-        let width = longest + 2;
-        let columns: Vec<usize> = self
-            .instruments
-            .iter()
-            .map(|i| i.chars().count().max(9))
-            .collect();
-        let mut out = format!("\n{title}\n{:width$}", "");
-        for (instrument, w) in self.instruments.iter().zip(&columns) {
-            out += &format!(" {instrument:>w$} ");
-        }
-        out.truncate(out.trim_end().len());
-        out += "\n";
+        let headings = self.instruments.iter().map(|i| format!("\t>{i} "));
+        let mut columns = Columns::new(&headings.collect::<String>());
         let cells: Vec<Vec<Option<f64>>> = self
             .choices
             .iter()
@@ -193,21 +176,20 @@ impl Levels {
                 self.instruments.iter().map(cell).collect()
             })
             .collect();
-        for (name, line) in names.iter().zip(&cells) {
-            let mut text = format!("  {name:<w$}", w = longest);
-            for (i, (cell, w)) in line.iter().zip(&columns).enumerate() {
+        for (choice, line) in self.choices.iter().zip(&cells) {
+            let mut text = format!("  {}", self.name(choice));
+            for (i, cell) in line.iter().enumerate() {
                 let least = cells.iter().filter_map(|l| l[i]).reduce(f64::min);
                 let mark = if best && cell.is_some() && *cell == least {
                     '*'
                 } else {
                     ' '
                 };
-                text += &format!(" {:>w$}{mark}", show(*cell));
+                text += &format!("\t{}{mark}", show(*cell));
             }
-            out += text.trim_end();
-            out += "\n";
+            columns.row(&text);
         }
-        out
+        format!("\n{title}\n{columns}")
     }
 
     /// What tells a choice from the others.

@@ -2,6 +2,7 @@
 
 use super::table::error;
 use crate::experiment::{Choice, OWN, Row};
+use crate::report::Columns;
 use crate::statistics::{EXACT, geometric_mean};
 
 /// The geometric mean of `nrmse` over materials and seeds, by measure and budget; the best of each
@@ -44,16 +45,9 @@ pub fn ranking(rows: &[&Row]) -> String {
         }
         parts.join(" ")
     };
-    let width = choices.iter().map(|c| name(c).chars().count()).max();
-    let width = width.unwrap_or(0);
     for measure in measures {
-        let title = format!("ranking, {measure}");
-        out += &format!("\n{title:<w$}", w = width + 2);
-        for budget in &budgets {
-            out += &format!(" {budget:>9} ");
-        }
-        out.truncate(out.trim_end().len());
-        out += "\n";
+        let headings: String = budgets.iter().map(|b| format!("\t>{b} ")).collect();
+        let mut columns = Columns::new(&format!("ranking, {measure}{headings}"));
         let cells: Vec<Vec<Cell>> = choices
             .iter()
             .map(|c| {
@@ -66,7 +60,7 @@ pub fn ranking(rows: &[&Row]) -> String {
             })
             .collect();
         for (c, line) in choices.iter().zip(&cells) {
-            out += &format!("  {:<width$}", name(c));
+            let mut row = format!("  {}", name(c));
             for (column, cell) in line.iter().enumerate() {
                 let all = || cells.iter().map(|line| &line[column]);
                 let rows = all().map(|c| c.rows).max().unwrap_or(0);
@@ -75,11 +69,11 @@ pub fn ranking(rows: &[&Row]) -> String {
                 let best = whole && cell.mean.is_some() && cell.mean == least.reduce(f64::min);
                 let text = error(cell.mean);
                 let text = if whole { text } else { format!("({text})") };
-                out += &format!(" {text:>9}{}", if best { '*' } else { ' ' });
+                row += &format!("\t{text}{}", if best { '*' } else { ' ' });
             }
-            out.truncate(out.trim_end().len());
-            out += "\n";
+            columns.row(&row);
         }
+        out += &format!("\n{columns}");
     }
     let count = materials.len();
     let s = if count == 1 { "" } else { "s" };

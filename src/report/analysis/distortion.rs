@@ -3,6 +3,7 @@
 use crate::analysis::{Anisotropy, Averaging, Distortion, Scale, Shares, Weight, gradient_shares};
 use crate::metrics::Errors;
 use crate::parametrization::Axis;
+use crate::report::Columns;
 use serde::Serialize;
 use std::io::{self, Write};
 
@@ -192,12 +193,9 @@ pub fn rows_json<T: Serialize>(rows: &[T], out: &mut impl Write) -> io::Result<(
     out.write_all(if rows.is_empty() { b"[]\n" } else { b"\n]\n" })
 }
 
-/// "98.7", percent in 6 characters.
+/// "98.7", in percent.
 fn percent(share: Option<f64>) -> String {
-    match share {
-        Some(s) => format!("{:>6.1}", 100.0 * s),
-        None => format!("{:>6}", "–"),
-    }
+    share.map_or("–".into(), |s| format!("{:.1}", 100.0 * s))
 }
 
 /// Shares in percent: a block a material and parametrization, a line a slice.
@@ -220,35 +218,34 @@ pub fn shares_table(rows: &[SharesRow]) -> String {
             "{}, {}: percent of the variance of {what}, nodes weighed by {}\n",
             first.material, first.parametrization, first.weight
         );
-        out += &format!(
-            "{:>10} {a:>8} {b:>8} {:>8} {:>8}   gradient along {a:>8} {b:>8} {:>8}   {:>9}\n",
-            "azimuth", "sum", "both", "azimuth", "deviation"
-        );
+        let mut columns = Columns::new(&format!(
+            ">azimuth\t>{a}\t>{b}\t>sum\t>both\t>gradient along {a}\t>{b}\t>azimuth\t>deviation"
+        ));
         for row in block {
             let azimuth = row.phi_deg.map_or("all".into(), |p| format!("{p:.0}°"));
-            out += &format!(
-                "{azimuth:>10}   {}   {}   {}   {}                    {}   {}   {}      {}\n",
-                percent(row.first),
-                percent(row.second),
-                percent(row.sum),
-                percent(row.both),
-                percent(row.gradient_first),
-                percent(row.gradient_second),
-                percent(row.gradient_phi),
-                percent(row.deviation)
-            );
+            let shares = [
+                row.first,
+                row.second,
+                row.sum,
+                row.both,
+                row.gradient_first,
+                row.gradient_second,
+                row.gradient_phi,
+                row.deviation,
+            ];
+            columns.row(&format!("{azimuth}\t{}", shares.map(percent).join("\t")));
         }
-        out += "\n";
+        out += &format!("{columns}\n");
     }
     out
 }
 
-/// "0.0123", or "1.2e-5" if it is small, in 9 characters.
+/// "0.0123", or "1.2e-5" if it is small.
 fn error(value: Option<f64>) -> String {
     match value {
-        Some(v) if v == 0.0 || v >= 1e-4 => format!("{v:>9.4}"),
-        Some(v) => format!("{v:>9.1e}"),
-        None => format!("{:>9}", "–"),
+        Some(v) if v == 0.0 || v >= 1e-4 => format!("{v:.4}"),
+        Some(v) => format!("{v:.1e}"),
+        None => "–".into(),
     }
 }
 
@@ -259,41 +256,40 @@ pub fn reduction_table(rows: &[ReductionRow]) -> String {
         let Some(first) = block.first() else {
             continue;
         };
-        out += &format!("{}: averaged over the azimuth\n", first.material);
         out += &format!(
-            "{:>28} {:>19}   {:>19}\n{:>38} {:>9} {:>12} {:>9}\n",
-            "", "errors", "from half-difference", "nrmse", "log", "nrmse", "log"
+            "{}: averaged over the azimuth; errors, and errors from half-difference\n",
+            first.material
         );
+        let mut columns = Columns::new("\t\t>nrmse\t>log\t>nrmse\t>log");
         for row in block {
-            out += &format!(
-                "  {:16} {:12} {} {}    {} {}\n",
-                row.parametrization,
-                row.averaging,
-                error(row.nrmse),
-                error(row.log_relative),
-                error(row.nrmse_from_half_difference),
-                error(row.log_relative_from_half_difference)
-            );
+            let errors = [
+                row.nrmse,
+                row.log_relative,
+                row.nrmse_from_half_difference,
+                row.log_relative_from_half_difference,
+            ];
+            let (name, averaging) = (row.parametrization, row.averaging);
+            columns.row(&format!(
+                "  {name}\t{averaging}\t{}",
+                errors.map(error).join("\t")
+            ));
         }
-        out += "\n";
+        out += &format!("{columns}\n");
     }
     out
 }
 
 /// How parametrizations stretch steps, a line each.
 pub fn stretch_table(rows: &[StretchRow]) -> String {
-    let mut out = String::from(
-        "Longest over shortest way of a step, axes of length 1, over cosine-distributed pairs\n\n",
-    );
-    out += &format!(
-        "{:18} {:>8} {:>8}   {}\n",
-        "", "median", "95 %", "product of singular values against the Jacobian (median)"
-    );
+    let mut columns =
+        Columns::new("\t>median\t>95 %\tproduct of singular values against the Jacobian (median)");
     for row in rows {
-        out += &format!(
-            "{:18} {:>8.2} {:>8.2}   {:.1e}\n",
+        columns.row(&format!(
+            "{}\t{:.2}\t{:.2}\t{:.1e}",
             row.parametrization, row.condition_median, row.condition_p95, row.jacobian_error_median
-        );
+        ));
     }
-    out
+    format!(
+        "Longest over shortest way of a step, axes of length 1, over cosine-distributed pairs\n\n{columns}"
+    )
 }
