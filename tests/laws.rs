@@ -65,8 +65,8 @@ fn extremes() -> Vec<Box<dyn BrdfSpec>> {
 fn for_each(specs: Vec<Box<dyn BrdfSpec>>, mut check: impl FnMut(&str, &dyn Brdf)) {
     for spec in specs {
         for channels in BOTH {
-            let brdf = spec.build(channels).unwrap();
-            assert_eq!(brdf.channels(), channels);
+            let brdf = spec.build(channels.clone()).unwrap();
+            assert_eq!(*brdf.channels(), channels);
             check(&format!("{} {channels:?}", spec.label()), &*brdf);
         }
     }
@@ -120,7 +120,7 @@ fn energy_is_conserved_where_declared() {
     for_each(specs(), |name, brdf| {
         let views = laws::standard_views(brdf.symmetry().isotropic);
         let found = laws::max_albedo(brdf, &views).unwrap();
-        let albedo = found.albedo;
+        let albedo = &found.albedo;
         println!(
             "{name}: {:.6} ± {:.0e} at {:.0}°{}",
             albedo.max(),
@@ -352,7 +352,7 @@ fn numbers_that_are_none_are_refused_by_name() {
             spoil(&spec.resolved().into(), bad, "", &mut |table, key| {
                 let text = toml::to_string(&table).unwrap();
                 let spec = read(&text);
-                let error = spec.check().unwrap_err();
+                let error = spec.check(&Channels::Luminance).unwrap_err();
                 let BuildError::Parameter(p) = &error else {
                     panic!("{text}: {error}");
                 };
@@ -413,7 +413,7 @@ fn parameters_outside_their_range_are_refused_by_name() {
             "fresnel.ior = 0.9: allowed is a number in [1, 1000]",
         ),
     ] {
-        let error = read(text).check().unwrap_err();
+        let error = read(text).check(&Channels::Luminance).unwrap_err();
         assert_eq!(error.to_string(), message);
     }
 }
@@ -434,8 +434,8 @@ enum Fault {
 }
 
 impl Brdf for Fault {
-    fn channels(&self) -> Channels {
-        Channels::Luminance
+    fn channels(&self) -> &Channels {
+        &Channels::Luminance
     }
     fn symmetry(&self) -> Symmetry {
         Symmetry::FULL

@@ -599,8 +599,8 @@ fn a_retro_reflector_has_its_peak_at_the_light() {
 struct Declares(Symmetry);
 
 impl Brdf for Declares {
-    fn channels(&self) -> Channels {
-        Channels::Luminance
+    fn channels(&self) -> &Channels {
+        &Channels::Luminance
     }
     fn symmetry(&self) -> Symmetry {
         self.0
@@ -618,8 +618,8 @@ impl Brdf for Declares {
 struct Half;
 
 impl Brdf for Half {
-    fn channels(&self) -> Channels {
-        Channels::Luminance
+    fn channels(&self) -> &Channels {
+        &Channels::Luminance
     }
     fn symmetry(&self) -> Symmetry {
         Symmetry::NONE

@@ -149,7 +149,10 @@ fn a_written_table_holds_the_truth_at_its_nodes() {
     );
     let spec = brdf::read(DeTable::parse(&text).unwrap()).unwrap();
     assert_eq!(spec.favours().name(), "spherical table");
-    assert_eq!(spec.symmetry().unwrap(), Symmetry::ORTHOTROPIC);
+    assert_eq!(
+        spec.symmetry(&Channels::Rgb).unwrap(),
+        Symmetry::ORTHOTROPIC
+    );
     let memory = spec.build(Channels::Rgb).unwrap();
     assert_eq!(memory.symmetry(), Symmetry::ORTHOTROPIC);
     for pair in brdf::laws::pairs(500, 3) {
@@ -166,7 +169,7 @@ fn unusable_files_are_refused_by_name() {
         brdf::read(DeTable::parse(&text).unwrap()).unwrap()
     };
     let refused = |part: &str| {
-        let sentence = spec("").check().unwrap_err().to_string();
+        let sentence = spec("").check(&Channels::Rgb).unwrap_err().to_string();
         assert!(sentence.starts_with(path.to_str().unwrap()), "{sentence}");
         assert!(sentence.contains(part), "{sentence}");
         assert!(spec("").build(Channels::Luminance).is_err());
@@ -177,13 +180,16 @@ fn unusable_files_are_refused_by_name() {
     fs::write(&path, vec![0; FILE_LEN as usize + 8]).unwrap();
     refused("expected 1990656");
     fs::write(&path, bytes(|_, _| f64::INFINITY)).unwrap();
-    spec("").check().unwrap();
+    spec("").check(&Channels::Rgb).unwrap();
     let sentence = spec("").build(Channels::Rgb).err().unwrap().to_string();
     assert!(sentence.contains("no data"), "{sentence}");
     fs::write(&path, bytes(|_, _| 1.0)).unwrap();
     assert_eq!(spec("").label(), "cloth");
     assert_eq!(spec("").favours().name(), "spherical table");
-    let sentence = spec("scale = 0.0").check().unwrap_err().to_string();
+    let sentence = spec("scale = 0.0")
+        .check(&Channels::Rgb)
+        .unwrap_err()
+        .to_string();
     assert!(sentence.contains("scale = 0"), "{sentence}");
     let brdf = spec("scale = 0.5").build(Channels::Luminance).unwrap();
     let got = brdf.luminance(&pair([10.0, 0.0, 10.0, 0.0])).unwrap();

@@ -198,8 +198,8 @@ mod tests {
     struct Lobe<F>(F);
 
     impl<F: Fn(f64, f64) -> f64 + Send + Sync> Brdf for Lobe<F> {
-        fn channels(&self) -> Channels {
-            Channels::Luminance
+        fn channels(&self) -> &Channels {
+            &Channels::Luminance
         }
         fn symmetry(&self) -> Symmetry {
             Symmetry::FULL

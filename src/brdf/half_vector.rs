@@ -3,7 +3,7 @@
 
 use super::Spectrum;
 use crate::geometry::{Direction, DirectionPair};
-use crate::numeric::{DENOMINATOR_FLOOR, luminance};
+use crate::numeric::DENOMINATOR_FLOOR;
 use crate::sampling;
 use glam::DVec3;
 
@@ -68,8 +68,8 @@ pub(super) struct Mixture {
 
 impl Mixture {
     /// From the two reflectances; all diffuse if both are black.
-    pub(super) fn new(rho_d: Spectrum, rho_s: Spectrum) -> Self {
-        let [d, s] = [rho_d, rho_s].map(|rho| luminance(rho.rgb()));
+    pub(super) fn new(rho_d: &Spectrum, rho_s: &Spectrum) -> Self {
+        let [d, s] = [rho_d, rho_s].map(Spectrum::luminance);
         let diffuse = if d + s > 0.0 { d / (d + s) } else { 1.0 };
         Self { diffuse }
     }

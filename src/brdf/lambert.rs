@@ -2,6 +2,7 @@
 //!
 //! f_r = rho/π for every pair above the horizon, `rho` the albedo in [0, 1].
 
+use super::spectrum::scaled;
 use super::{Brdf, BrdfSpec, BuildError, Channels, Presence, SampleBrdf, Spectrum, Tables};
 use crate::geometry::{Direction, DirectionPair, Symmetry};
 use crate::registry::{self, Entry};
@@ -44,8 +45,8 @@ impl BrdfSpec for LambertSpec {
         KIND.into()
     }
 
-    fn check(&self) -> Result<(), BuildError> {
-        Ok(self.albedo.check("albedo", 0.0, 1.0)?)
+    fn check(&self, channels: &Channels) -> Result<(), BuildError> {
+        Ok(self.albedo.check("albedo", 0.0, 1.0, channels)?)
     }
 
     fn is_constant(&self) -> bool {
@@ -53,8 +54,8 @@ impl BrdfSpec for LambertSpec {
     }
 
     fn build(&self, channels: Channels) -> Result<Box<dyn Brdf>, BuildError> {
-        self.check()?;
-        Ok(Box::new(Lambert::new(self.albedo, channels)))
+        self.check(&channels)?;
+        Ok(Box::new(Lambert::new(self.albedo.clone(), channels)))
     }
 
     fn tables(&self) -> Tables {
@@ -66,22 +67,23 @@ impl BrdfSpec for LambertSpec {
 #[derive(Clone, Debug)]
 pub struct Lambert {
     channels: Channels,
-    value: [f64; 3],
+    /// rho/π, one a channel.
+    value: Vec<f64>,
 }
 
 impl Lambert {
     /// A diffuse reflector of the given albedo.
     pub fn new(albedo: Spectrum, channels: Channels) -> Self {
         Self {
+            value: scaled(&albedo, &channels, FRAC_1_PI),
             channels,
-            value: albedo.linear(channels).map(|a| a * FRAC_1_PI),
         }
     }
 }
 
 impl Brdf for Lambert {
-    fn channels(&self) -> Channels {
-        self.channels
+    fn channels(&self) -> &Channels {
+        &self.channels
     }
 
     fn symmetry(&self) -> Symmetry {
@@ -95,7 +97,7 @@ impl Brdf for Lambert {
     #[inline]
     fn eval(&self, pair: &DirectionPair, out: &mut [f64]) -> Presence {
         let on = f64::from(u8::from(pair.is_above_horizon()));
-        for (out, value) in out.iter_mut().zip(self.value) {
+        for (out, value) in out.iter_mut().zip(&self.value) {
             *out = on * value;
         }
         Presence::Present

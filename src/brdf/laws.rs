@@ -19,7 +19,7 @@ mod lobe;
 pub use albedo::{DirectionalAlbedo, MaxAlbedo, directional_albedo, max_albedo, standard_views};
 pub use chi_squared::{ChiSquared, chi_squared};
 
-use super::{Brdf, Presence};
+use super::{Brdf, ChannelValues, Presence};
 use crate::geometry::{Direction, DirectionPair};
 use crate::sampling::{Random, cosine_hemisphere, ggx_half_vector};
 use glam::{DMat3, DVec3};
@@ -138,11 +138,10 @@ pub fn edge_pairs() -> Vec<DirectionPair> {
 /// Whether values are finite and not negative, and 0 where a direction is not above the horizon.
 pub fn positivity(brdf: &dyn Brdf, pairs: &[DirectionPair]) -> Positivity {
     let mut found = Positivity::default();
-    let mut values = [0.0; 3];
-    let values = &mut values[..brdf.channels().count()];
+    let mut values = vec![0.0; brdf.channels().count()];
     for pair in pairs {
         found.evaluated += 1;
-        if brdf.eval(pair, values) == Presence::Missing {
+        if brdf.eval(pair, &mut values) == Presence::Missing {
             found.missing += 1;
             continue;
         }
@@ -200,11 +199,11 @@ fn mapped(pair: &DirectionPair, map: impl Fn(DVec3) -> DVec3) -> DirectionPair {
 impl Deviation {
     fn compare(&mut self, brdf: &dyn Brdf, a: &DirectionPair, b: &DirectionPair) {
         let n = brdf.channels().count();
-        let (mut x, mut y) = ([0.0; 3], [0.0; 3]);
-        match (brdf.eval(a, &mut x[..n]), brdf.eval(b, &mut y[..n])) {
+        let [mut x, mut y] = [(); 2].map(|()| ChannelValues::from_elem(0.0, n));
+        match (brdf.eval(a, &mut x), brdf.eval(b, &mut y)) {
             (Presence::Present, Presence::Present) => {
                 self.compared += 1;
-                for (x, y) in x.into_iter().zip(y).take(n) {
+                for (x, y) in x.into_iter().zip(y) {
                     let size = x.abs().max(y.abs());
                     // A NaN is a deviation too; `>` alone would let it pass.
                     let d = if x == y { 0.0 } else { (x - y).abs() / size };

@@ -22,6 +22,7 @@
 
 use super::half_vector::unit_half;
 use super::microfacet::fresnel;
+use super::spectrum::scaled;
 use super::{Brdf, BrdfSpec, BuildError, Channels, Favours, Presence, Spectrum, Tables};
 use crate::error::in_closed;
 use crate::geometry::{DirectionPair, Symmetry};
@@ -125,11 +126,11 @@ impl BrdfSpec for LowAbcSpec {
         format!("{}-{b}-{c}", self.kind())
     }
 
-    fn check(&self) -> Result<(), BuildError> {
+    fn check(&self, channels: &Channels) -> Result<(), BuildError> {
         let p = &self.parameters;
-        p.k_d.check("k_d", 0.0, 1.0)?;
+        p.k_d.check("k_d", 0.0, 1.0, channels)?;
         // Published fits reach a = 6e3 and b = 8e6; the limits only keep products finite.
-        p.a.check("a", 0.0, 1e12)?;
+        p.a.check("a", 0.0, 1e12, channels)?;
         in_closed("b", p.b, 0.0, 1e12)?;
         in_closed("c", p.c, 0.0, 100.0)?;
         in_closed("ior", p.ior, 1.0, 1e3)?;
@@ -144,7 +145,7 @@ impl BrdfSpec for LowAbcSpec {
     }
 
     fn build(&self, channels: Channels) -> Result<Box<dyn Brdf>, BuildError> {
-        self.check()?;
+        self.check(&channels)?;
         Ok(Box::new(LowAbc::new(
             self.surface,
             &self.parameters,
@@ -163,9 +164,9 @@ pub struct LowAbc {
     channels: Channels,
     surface: Surface,
     /// k_d/π.
-    diffuse: [f64; 3],
+    diffuse: Vec<f64>,
     /// A/π with facets, A without.
-    peak: [f64; 3],
+    peak: Vec<f64>,
     b: f64,
     c: f64,
     /// ior² − 1.
@@ -180,10 +181,10 @@ impl LowAbc {
             Surface::Smooth => 1.0,
         };
         Self {
-            channels,
             surface,
-            diffuse: p.k_d.linear(channels).map(|k| k * FRAC_1_PI),
-            peak: p.a.linear(channels).map(|a| a * scale),
+            diffuse: scaled(&p.k_d, &channels, FRAC_1_PI),
+            peak: scaled(&p.a, &channels, scale),
+            channels,
             b: p.b,
             c: p.c,
             excess: fresnel::excess(p.ior),
@@ -198,8 +199,8 @@ impl LowAbc {
 }
 
 impl Brdf for LowAbc {
-    fn channels(&self) -> Channels {
-        self.channels
+    fn channels(&self) -> &Channels {
+        &self.channels
     }
 
     fn symmetry(&self) -> Symmetry {
@@ -228,7 +229,7 @@ impl Brdf for LowAbc {
             Surface::Smooth => self.fall_off(sin2 * cos_d * cos_d),
         };
         let lobe = shape * fresnel::dielectric(self.excess, cos_d);
-        for ((out, diffuse), peak) in out.iter_mut().zip(self.diffuse).zip(self.peak) {
+        for ((out, diffuse), peak) in out.iter_mut().zip(&self.diffuse).zip(&self.peak) {
             *out = diffuse + peak * lobe;
         }
         Presence::Present

@@ -2,6 +2,7 @@
 //!
 //! Values are f_r in sr⁻¹ **without** the cosine.
 
+mod channels;
 mod favours;
 mod half_vector;
 mod lambert;
@@ -20,6 +21,7 @@ mod sum;
 mod test_functions;
 mod ward;
 
+pub use channels::{Channels, Wavelengths, mean_over};
 pub use favours::Favours;
 pub use lambert::{Lambert, LambertSpec};
 pub use low_abc::{LowAbc, LowAbcParameters, LowAbcSpec, Surface};
@@ -29,48 +31,20 @@ pub use retro_reflective::{RetroReflective, RetroReflectiveSpec};
 pub use roughness::Roughness;
 pub use sheen::{Sheen, SheenSpec};
 pub use shifted_gamma::{ShiftedGamma, ShiftedGammaSpec};
-pub use spectrum::Spectrum;
+pub use spectrum::{SampledSpectrum, Spectrum};
 pub use sum::{ComponentSpec, Sum, SumSpec};
 pub use test_functions::{TestFunction, TestFunctionSpec};
 pub use ward::{Ward, WardSpec};
 
 use crate::error::ParameterError;
 use crate::geometry::{DirectionPair, Symmetry};
-use crate::numeric;
 use crate::registry::{self, Entry, Joined, ReadError, Table, Taken};
-use serde::{Deserialize, Serialize};
+use smallvec::SmallVec;
+
 use std::path::PathBuf;
 
-/// What a scene asks a BRDF to return; fixed when the BRDF is built, so that a scene in
-/// luminance does one channel of work and a table in luminance holds one plane.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Channels {
-    /// One value: Rec. 709 luminance.
-    Luminance,
-    /// Three values: linear R, G, B.
-    Rgb,
-}
-
-impl Channels {
-    /// Number of values per evaluation, 1 or 3.
-    #[inline]
-    pub fn count(self) -> usize {
-        match self {
-            Channels::Luminance => 1,
-            Channels::Rgb => 3,
-        }
-    }
-
-    /// Luminance of one evaluation of this kind.
-    #[inline]
-    pub fn luminance(self, values: &[f64]) -> f64 {
-        match self {
-            Channels::Luminance => values[0],
-            Channels::Rgb => numeric::luminance([values[0], values[1], values[2]]),
-        }
-    }
-}
+/// One number a channel; luminance and R, G, B need no memory of their own.
+pub type ChannelValues = SmallVec<[f64; 3]>;
 
 /// Whether a BRDF has a value for a pair.
 ///
@@ -91,7 +65,7 @@ pub enum Presence {
 /// (z ≤ 0), finite and ≥ 0 above it, or [`Presence::Missing`].
 pub trait Brdf: Send + Sync {
     /// What each evaluation returns.
-    fn channels(&self) -> Channels;
+    fn channels(&self) -> &Channels;
 
     /// The symmetries this BRDF has by construction.
     fn symmetry(&self) -> Symmetry;
@@ -115,9 +89,9 @@ pub trait Brdf: Send + Sync {
 
     /// Luminance of one pair, `None` where there is no data. For single look-ups; batches are faster.
     fn luminance(&self, pair: &DirectionPair) -> Option<f64> {
-        let mut out = [0.0; 3];
         let channels = self.channels();
-        match self.eval(pair, &mut out[..channels.count()]) {
+        let mut out = ChannelValues::from_elem(0.0, channels.count());
+        match self.eval(pair, &mut out) {
             Presence::Present => Some(channels.luminance(&out)),
             Presence::Missing => None,
         }
@@ -153,16 +127,17 @@ pub trait BrdfSpec: std::fmt::Debug + Send + Sync {
     /// A short name that tells this material from others of its kind, e.g. `ggx-0.3`.
     fn label(&self) -> String;
 
-    /// Checks every parameter, and the header and size of every file, without loading tables.
-    fn check(&self) -> Result<(), BuildError>;
+    /// Checks every parameter, that a scene in `channels` can make use of it, and the header and size
+    /// of every file, without loading tables.
+    fn check(&self, channels: &Channels) -> Result<(), BuildError>;
 
     /// The symmetries the BRDF will declare. Schedules are planned before tables are loaded, so a
     /// kind that is slow to build answers this without building.
     ///
     /// # Errors
     /// As [`build`](Self::build).
-    fn symmetry(&self) -> Result<Symmetry, BuildError> {
-        Ok(self.build(Channels::Luminance)?.symmetry())
+    fn symmetry(&self, channels: &Channels) -> Result<Symmetry, BuildError> {
+        Ok(self.build(channels.clone())?.symmetry())
     }
 
     /// The coordinates this truth favours by its formula, or by how it was tabulated; known without

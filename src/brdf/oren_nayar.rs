@@ -16,6 +16,7 @@
 //! supremum rho (A + B/2) exceeds 1 for white facets with σ below 18.7° (by 1.5 % at most, at
 //! σ = 11.4°), so energy conservation is declared from that number.
 
+use super::spectrum::{planes, scaled};
 use super::{Brdf, BrdfSpec, BuildError, Channels, Presence, SampleBrdf, Spectrum, Tables};
 use crate::error::in_closed;
 use crate::geometry::{Direction, DirectionPair, Symmetry};
@@ -67,16 +68,20 @@ impl BrdfSpec for OrenNayarSpec {
         format!("{KIND}-{}", self.sigma_deg)
     }
 
-    fn check(&self) -> Result<(), BuildError> {
-        self.albedo.check("albedo", 0.0, 1.0)?;
+    fn check(&self, channels: &Channels) -> Result<(), BuildError> {
+        self.albedo.check("albedo", 0.0, 1.0, channels)?;
         in_closed("sigma_deg", self.sigma_deg, 0.0, 90.0)?;
         Ok(())
     }
 
     fn build(&self, channels: Channels) -> Result<Box<dyn Brdf>, BuildError> {
-        self.check()?;
+        self.check(&channels)?;
         let sigma = self.sigma_deg.to_radians();
-        Ok(Box::new(OrenNayar::new(self.albedo, sigma, channels)))
+        Ok(Box::new(OrenNayar::new(
+            self.albedo.clone(),
+            sigma,
+            channels,
+        )))
     }
 
     fn tables(&self) -> Tables {
@@ -89,7 +94,7 @@ impl BrdfSpec for OrenNayarSpec {
 pub struct OrenNayar {
     channels: Channels,
     /// rho/π.
-    value: [f64; 3],
+    value: Vec<f64>,
     a: f64,
     b: f64,
     conserves_energy: bool,
@@ -101,20 +106,20 @@ impl OrenNayar {
         let s2 = sigma * sigma;
         let a = 1.0 - 0.5 * s2 / (s2 + 0.33);
         let b = 0.45 * s2 / (s2 + 0.09);
-        let supremum = albedo.rgb().map(|rho| rho * (a + 0.5 * b));
+        let conserves_energy = planes([&albedo], &channels).all(|[rho]| rho * (a + 0.5 * b) <= 1.0);
         Self {
+            value: scaled(&albedo, &channels, FRAC_1_PI),
             channels,
-            value: albedo.linear(channels).map(|a| a * FRAC_1_PI),
             a,
             b,
-            conserves_energy: supremum.iter().all(|&albedo| albedo <= 1.0),
+            conserves_energy,
         }
     }
 }
 
 impl Brdf for OrenNayar {
-    fn channels(&self) -> Channels {
-        self.channels
+    fn channels(&self) -> &Channels {
+        &self.channels
     }
 
     fn symmetry(&self) -> Symmetry {
@@ -134,7 +139,7 @@ impl Brdf for OrenNayar {
         } else {
             0.0
         };
-        for (out, value) in out.iter_mut().zip(self.value) {
+        for (out, value) in out.iter_mut().zip(&self.value) {
             *out = value * shape;
         }
         Presence::Present

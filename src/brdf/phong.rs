@@ -13,6 +13,7 @@
 //! rho_d + rho_s, and energy is conserved exactly when that is at most 1 in every channel.
 
 use super::half_vector::{Mixture, unit_half};
+use super::spectrum::{planes, scaled};
 use super::{
     Brdf, BrdfSpec, BuildError, Channels, Favours, Presence, SampleBrdf, Spectrum, Tables,
 };
@@ -68,9 +69,9 @@ impl BrdfSpec for PhongSpec {
         format!("{KIND}-{}", self.exponent)
     }
 
-    fn check(&self) -> Result<(), BuildError> {
-        self.rho_d.check("rho_d", 0.0, 1.0)?;
-        self.rho_s.check("rho_s", 0.0, 1.0)?;
+    fn check(&self, channels: &Channels) -> Result<(), BuildError> {
+        self.rho_d.check("rho_d", 0.0, 1.0, channels)?;
+        self.rho_s.check("rho_s", 0.0, 1.0, channels)?;
         // The unit half vector is good to 1e-16: at n = 10⁶ the power still has 10 digits.
         in_closed("exponent", self.exponent, 0.0, 1e6)?;
         Ok(())
@@ -81,10 +82,10 @@ impl BrdfSpec for PhongSpec {
     }
 
     fn build(&self, channels: Channels) -> Result<Box<dyn Brdf>, BuildError> {
-        self.check()?;
+        self.check(&channels)?;
         Ok(Box::new(Phong::new(
-            self.rho_d,
-            self.rho_s,
+            self.rho_d.clone(),
+            self.rho_s.clone(),
             self.exponent,
             channels,
         )))
@@ -100,9 +101,9 @@ impl BrdfSpec for PhongSpec {
 pub struct Phong {
     channels: Channels,
     /// rho_d/π.
-    diffuse: [f64; 3],
+    diffuse: Vec<f64>,
     /// rho_s C(n).
-    lobe: [f64; 3],
+    lobe: Vec<f64>,
     exponent: f64,
     mixture: Mixture,
     conserves_energy: bool,
@@ -113,21 +114,21 @@ impl Phong {
     pub fn new(rho_d: Spectrum, rho_s: Spectrum, exponent: f64, channels: Channels) -> Self {
         let n = exponent;
         let c = (n + 2.0) * (n + 4.0) / (8.0 * PI * ((-0.5 * n).exp2() + n));
-        let sums = [0, 1, 2].map(|k| rho_d.rgb()[k] + rho_s.rgb()[k]);
+        let conserves_energy = planes([&rho_d, &rho_s], &channels).all(|[d, s]| d + s <= 1.0);
         Self {
-            channels,
-            diffuse: rho_d.linear(channels).map(|rho| rho * FRAC_1_PI),
-            lobe: rho_s.linear(channels).map(|rho| rho * c),
+            diffuse: scaled(&rho_d, &channels, FRAC_1_PI),
+            lobe: scaled(&rho_s, &channels, c),
             exponent,
-            mixture: Mixture::new(rho_d, rho_s),
-            conserves_energy: sums.iter().all(|&sum| sum <= 1.0),
+            mixture: Mixture::new(&rho_d, &rho_s),
+            conserves_energy,
+            channels,
         }
     }
 }
 
 impl Brdf for Phong {
-    fn channels(&self) -> Channels {
-        self.channels
+    fn channels(&self) -> &Channels {
+        &self.channels
     }
 
     fn symmetry(&self) -> Symmetry {
@@ -146,7 +147,7 @@ impl Brdf for Phong {
         }
         let (h, _) = unit_half(pair);
         let power = h.z.min(1.0).powf(self.exponent);
-        for ((out, diffuse), lobe) in out.iter_mut().zip(self.diffuse).zip(self.lobe) {
+        for ((out, diffuse), lobe) in out.iter_mut().zip(&self.diffuse).zip(&self.lobe) {
             *out = diffuse + lobe * power;
         }
         Presence::Present

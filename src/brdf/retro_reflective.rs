@@ -69,12 +69,12 @@ impl BrdfSpec for RetroReflectiveSpec {
         format!("{KIND}-{}", self.of.label())
     }
 
-    fn check(&self) -> Result<(), BuildError> {
-        self.of.check().map_err(inside)
+    fn check(&self, channels: &Channels) -> Result<(), BuildError> {
+        self.of.check(channels).map_err(inside)
     }
 
-    fn symmetry(&self) -> Result<Symmetry, BuildError> {
-        Ok(symmetry(self.of.symmetry().map_err(inside)?))
+    fn symmetry(&self, channels: &Channels) -> Result<Symmetry, BuildError> {
+        Ok(symmetry(self.of.symmetry(channels).map_err(inside)?))
     }
 
     fn is_constant(&self) -> bool {
@@ -134,7 +134,7 @@ fn turned_pair(pair: &DirectionPair) -> DirectionPair {
 }
 
 impl Brdf for RetroReflective {
-    fn channels(&self) -> Channels {
+    fn channels(&self) -> &Channels {
         self.of.channels()
     }
 

@@ -13,6 +13,7 @@
 //! vanish V diverges (the floor on the denominator holds it).
 
 use super::half_vector::unit_half;
+use super::spectrum::scaled;
 use super::{
     Brdf, BrdfSpec, BuildError, Channels, Favours, Presence, SampleBrdf, Spectrum, Tables,
 };
@@ -62,8 +63,8 @@ impl BrdfSpec for SheenSpec {
         format!("{KIND}-{}", self.alpha)
     }
 
-    fn check(&self) -> Result<(), BuildError> {
-        self.rho.check("rho", 0.0, 1.0)?;
+    fn check(&self, channels: &Channels) -> Result<(), BuildError> {
+        self.rho.check("rho", 0.0, 1.0, channels)?;
         in_closed("alpha", self.alpha, 1e-3, 1.0)?;
         Ok(())
     }
@@ -74,8 +75,8 @@ impl BrdfSpec for SheenSpec {
     }
 
     fn build(&self, channels: Channels) -> Result<Box<dyn Brdf>, BuildError> {
-        self.check()?;
-        Ok(Box::new(Sheen::new(self.rho, self.alpha, channels)))
+        self.check(&channels)?;
+        Ok(Box::new(Sheen::new(self.rho.clone(), self.alpha, channels)))
     }
 
     fn tables(&self) -> Tables {
@@ -88,7 +89,7 @@ impl BrdfSpec for SheenSpec {
 pub struct Sheen {
     channels: Channels,
     /// rho (2 + n)/(8π).
-    scale: [f64; 3],
+    scale: Vec<f64>,
     /// n/2: the power of sin²θ_h.
     half_exponent: f64,
 }
@@ -99,16 +100,16 @@ impl Sheen {
         let n = 1.0 / alpha;
         let scale = (2.0 + n) / (8.0 * PI);
         Self {
+            scale: scaled(&rho, &channels, scale),
             channels,
-            scale: rho.linear(channels).map(|rho| rho * scale),
             half_exponent: 0.5 * n,
         }
     }
 }
 
 impl Brdf for Sheen {
-    fn channels(&self) -> Channels {
-        self.channels
+    fn channels(&self) -> &Channels {
+        &self.channels
     }
 
     fn symmetry(&self) -> Symmetry {
@@ -130,7 +131,7 @@ impl Brdf for Sheen {
         } else {
             0.0
         };
-        for (out, scale) in out.iter_mut().zip(self.scale) {
+        for (out, scale) in out.iter_mut().zip(&self.scale) {
             *out = scale * shape;
         }
         Presence::Present

@@ -17,9 +17,10 @@
 //! parameters are grey, D, F and G are computed once.
 
 use super::half_vector::unit_half;
+use super::spectrum::{planes, spread};
 use super::{Brdf, BrdfSpec, BuildError, Channels, Favours, Presence, Spectrum, Tables};
 use crate::geometry::{DirectionPair, Symmetry};
-use crate::numeric::{DENOMINATOR_FLOOR, luminance};
+use crate::numeric::DENOMINATOR_FLOOR;
 use crate::registry::{self, Entry};
 use serde::{Deserialize, Serialize};
 use std::f64::consts::FRAC_1_PI;
@@ -98,18 +99,18 @@ impl BrdfSpec for ShiftedGammaSpec {
 
     /// The limits are about a hundred times what the published fits reach (c: what they reach);
     /// they keep every product finite.
-    fn check(&self) -> Result<(), BuildError> {
-        self.rho_d.check("rho_d", 0.0, 1.0)?;
-        self.rho_s.check("rho_s", 0.0, 1e3)?;
-        self.alpha.check("alpha", 1e-7, 1e2)?;
-        self.p.check("p", 0.0, 10.0)?;
-        self.f0.check("f0", -1e3, 1e3)?;
-        self.f1.check("f1", -1e3, 1e3)?;
-        self.kap.check("kap", 0.0, 1e7)?;
-        self.lambda.check("lambda", 0.0, 1e9)?;
-        self.c.check("c", 0.0, 1e38)?;
-        self.k.check("k", 0.0, 1e5)?;
-        self.theta0_rad.check("theta0_rad", -10.0, 10.0)?;
+    fn check(&self, channels: &Channels) -> Result<(), BuildError> {
+        self.rho_d.check("rho_d", 0.0, 1.0, channels)?;
+        self.rho_s.check("rho_s", 0.0, 1e3, channels)?;
+        self.alpha.check("alpha", 1e-7, 1e2, channels)?;
+        self.p.check("p", 0.0, 10.0, channels)?;
+        self.f0.check("f0", -1e3, 1e3, channels)?;
+        self.f1.check("f1", -1e3, 1e3, channels)?;
+        self.kap.check("kap", 0.0, 1e7, channels)?;
+        self.lambda.check("lambda", 0.0, 1e9, channels)?;
+        self.c.check("c", 0.0, 1e38, channels)?;
+        self.k.check("k", 0.0, 1e5, channels)?;
+        self.theta0_rad.check("theta0_rad", -10.0, 10.0, channels)?;
         Ok(())
     }
 
@@ -118,7 +119,7 @@ impl BrdfSpec for ShiftedGammaSpec {
     }
 
     fn build(&self, channels: Channels) -> Result<Box<dyn Brdf>, BuildError> {
-        self.check()?;
+        self.check(&channels)?;
         Ok(Box::new(ShiftedGamma::new(self, channels)))
     }
 
@@ -132,13 +133,11 @@ impl BrdfSpec for ShiftedGammaSpec {
 pub struct ShiftedGamma {
     channels: Channels,
     /// rho_d/π.
-    diffuse: [f64; 3],
-    /// rho_s/π².
-    lobe: [f64; 3],
-    shape: [Shape; 3],
-    /// How many of `diffuse` and `lobe` differ, and how many of `shape`: 1 or 3.
-    distinct: usize,
-    distinct_shapes: usize,
+    diffuse: Vec<f64>,
+    /// rho_s/π², as many as `diffuse`: 1 if all parameters are grey, else one a colour or wavelength.
+    lobe: Vec<f64>,
+    /// As many, or 1 if they are the same.
+    shape: Vec<Shape>,
 }
 
 /// The parameters of one channel in which f_r is not linear.
@@ -195,45 +194,47 @@ impl ShiftedGamma {
     /// From a checked spec.
     pub fn new(spec: &ShiftedGammaSpec, channels: Channels) -> Self {
         let shapes = [
-            spec.alpha,
-            spec.p,
-            spec.f0,
-            spec.f1,
-            spec.kap,
-            spec.lambda,
-            spec.c,
-            spec.k,
-            spec.theta0_rad,
+            &spec.alpha,
+            &spec.p,
+            &spec.f0,
+            &spec.f1,
+            &spec.kap,
+            &spec.lambda,
+            &spec.c,
+            &spec.k,
+            &spec.theta0_rad,
         ];
-        let widest = |s: &[Spectrum]| s.iter().map(|s| s.distinct()).max().unwrap_or(1);
-        let distinct_shapes = widest(&shapes);
+        let shape: Vec<Shape> = planes(shapes, &channels)
+            .map(|[alpha, p, f0, f1, kap, lambda, c, k, theta0]| Shape {
+                alpha,
+                p,
+                f0,
+                f1,
+                kap,
+                lambda,
+                c,
+                k,
+                theta0,
+            })
+            .collect();
+        let albedos = [&spec.rho_d, &spec.rho_s];
+        let count = shape.len().max(planes(albedos, &channels).len());
+        let each = |s: &Spectrum, factor: f64| {
+            let rho = (0..count).map(|i| s.plane(i, &channels));
+            rho.map(|rho| rho * factor).collect()
+        };
         Self {
+            diffuse: each(&spec.rho_d, FRAC_1_PI),
+            lobe: each(&spec.rho_s, FRAC_1_PI * FRAC_1_PI),
+            shape,
             channels,
-            diffuse: spec.rho_d.rgb().map(|rho| rho * FRAC_1_PI),
-            lobe: spec.rho_s.rgb().map(|rho| rho * FRAC_1_PI * FRAC_1_PI),
-            shape: [0, 1, 2].map(|i| {
-                let [alpha, p, f0, f1, kap, lambda, c, k, theta0] = shapes.map(|s| s.rgb()[i]);
-                Shape {
-                    alpha,
-                    p,
-                    f0,
-                    f1,
-                    kap,
-                    lambda,
-                    c,
-                    k,
-                    theta0,
-                }
-            }),
-            distinct: distinct_shapes.max(widest(&[spec.rho_d, spec.rho_s])),
-            distinct_shapes,
         }
     }
 }
 
 impl Brdf for ShiftedGamma {
-    fn channels(&self) -> Channels {
-        self.channels
+    fn channels(&self) -> &Channels {
+        &self.channels
     }
 
     fn symmetry(&self) -> Symmetry {
@@ -261,21 +262,13 @@ impl Brdf for ShiftedGamma {
         };
         let cosines = pair.omega_i.cos_theta() * pair.omega_o.cos_theta();
         let scale = 1.0 / cosines.max(DENOMINATOR_FLOOR);
-        let mut rgb = [0.0; 3];
         let mut shape = 0.0;
-        for (c, value) in rgb.iter_mut().enumerate().take(self.distinct) {
-            if c < self.distinct_shapes {
-                shape = self.shape[c].value(&angles) * scale;
+        spread(self.diffuse.len(), out, |c| {
+            if let Some(of_channel) = self.shape.get(c) {
+                shape = of_channel.value(&angles) * scale;
             }
-            *value = (self.diffuse[c] + self.lobe[c] * shape).max(0.0);
-        }
-        if self.distinct == 1 {
-            out.fill(rgb[0]);
-        } else if out.len() == 1 {
-            out[0] = luminance(rgb);
-        } else {
-            out.copy_from_slice(&rgb);
-        }
+            (self.diffuse[c] + self.lobe[c] * shape).max(0.0)
+        });
         Presence::Present
     }
 }

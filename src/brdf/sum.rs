@@ -5,7 +5,9 @@
 //! Where one component has no data the sum has none. It has the symmetries all its components have,
 //! and conserves energy if they do and the weights sum to at most 1 (to rounding).
 
-use super::{Brdf, BrdfSpec, BuildError, Channels, Favours, Presence, SampleBrdf, Tables};
+use super::{
+    Brdf, BrdfSpec, BuildError, ChannelValues, Channels, Favours, Presence, SampleBrdf, Tables,
+};
 use crate::error::{ParameterError, in_closed};
 use crate::geometry::{Direction, DirectionPair, Symmetry};
 use crate::registry::{self, Entry, ReadError, Table};
@@ -108,13 +110,13 @@ impl BrdfSpec for SumSpec {
         format!("{KIND}-{}", terms.join("-"))
     }
 
-    fn check(&self) -> Result<(), BuildError> {
+    fn check(&self, channels: &Channels) -> Result<(), BuildError> {
         if self.component.is_empty() {
             return Err(ParameterError::new("component", "[]", "at least one component").into());
         }
         for (j, c) in self.component.iter().enumerate() {
             in_closed(&format!("component[{j}].weight"), c.weight, 0.0, 1e6)?;
-            c.brdf.check().map_err(|e| inside(j, e))?;
+            c.brdf.check(channels).map_err(|e| inside(j, e))?;
         }
         Ok(())
     }
@@ -139,10 +141,10 @@ impl BrdfSpec for SumSpec {
     }
 
     fn build(&self, channels: Channels) -> Result<Box<dyn Brdf>, BuildError> {
-        self.check()?;
+        self.check(&channels)?;
         let mut components = Vec::with_capacity(self.component.len());
         for (j, c) in self.component.iter().enumerate() {
-            let brdf = c.brdf.build(channels).map_err(|e| inside(j, e))?;
+            let brdf = c.brdf.build(channels.clone()).map_err(|e| inside(j, e))?;
             components.push((c.weight, brdf));
         }
         Ok(Box::new(Sum::new(components, channels)))
@@ -180,7 +182,7 @@ pub struct Sum {
 impl Sum {
     /// The sum of weight × BRDF; every BRDF must have been built for `channels`.
     pub fn new(components: Vec<(f64, Box<dyn Brdf>)>, channels: Channels) -> Self {
-        debug_assert!(components.iter().all(|(_, f)| f.channels() == channels));
+        debug_assert!(components.iter().all(|(_, f)| *f.channels() == channels));
         Self {
             channels,
             total_weight: components.iter().map(|(w, _)| w).sum(),
@@ -190,8 +192,8 @@ impl Sum {
 }
 
 impl Brdf for Sum {
-    fn channels(&self) -> Channels {
-        self.channels
+    fn channels(&self) -> &Channels {
+        &self.channels
     }
 
     fn symmetry(&self) -> Symmetry {
@@ -208,10 +210,9 @@ impl Brdf for Sum {
 
     fn eval(&self, pair: &DirectionPair, out: &mut [f64]) -> Presence {
         out.fill(0.0);
-        let mut values = [0.0; 3];
-        let values = &mut values[..out.len()];
+        let mut values = ChannelValues::from_elem(0.0, out.len());
         for (weight, brdf) in &self.components {
-            if brdf.eval(pair, values) == Presence::Missing {
+            if brdf.eval(pair, &mut values) == Presence::Missing {
                 out.fill(0.0);
                 return Presence::Missing;
             }

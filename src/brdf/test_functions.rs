@@ -82,7 +82,7 @@ impl BrdfSpec for TestFunctionSpec {
         self.kind().into()
     }
 
-    fn check(&self) -> Result<(), BuildError> {
+    fn check(&self, _channels: &Channels) -> Result<(), BuildError> {
         Ok(())
     }
 
@@ -113,8 +113,8 @@ pub struct TestFunction {
 }
 
 impl Brdf for TestFunction {
-    fn channels(&self) -> Channels {
-        self.channels
+    fn channels(&self) -> &Channels {
+        &self.channels
     }
 
     fn symmetry(&self) -> Symmetry {

@@ -12,6 +12,7 @@
 //! degree above the horizon, without bound. So energy conservation is not declared.
 
 use super::half_vector::{Mixture, from_scaled_slope, scaled_slope2, unit_half};
+use super::spectrum::scaled;
 use super::{
     Brdf, BrdfSpec, BuildError, Channels, Favours, Presence, Roughness, SampleBrdf, Spectrum,
     Tables,
@@ -66,9 +67,9 @@ impl BrdfSpec for WardSpec {
         format!("{KIND}-{}", self.alpha)
     }
 
-    fn check(&self) -> Result<(), BuildError> {
-        self.rho_d.check("rho_d", 0.0, 1.0)?;
-        self.rho_s.check("rho_s", 0.0, 1.0)?;
+    fn check(&self, channels: &Channels) -> Result<(), BuildError> {
+        self.rho_d.check("rho_d", 0.0, 1.0, channels)?;
+        self.rho_s.check("rho_s", 0.0, 1.0, channels)?;
         self.alpha.check("alpha")?;
         Ok(())
     }
@@ -78,9 +79,12 @@ impl BrdfSpec for WardSpec {
     }
 
     fn build(&self, channels: Channels) -> Result<Box<dyn Brdf>, BuildError> {
-        self.check()?;
+        self.check(&channels)?;
         Ok(Box::new(Ward::new(
-            self.rho_d, self.rho_s, self.alpha, channels,
+            self.rho_d.clone(),
+            self.rho_s.clone(),
+            self.alpha,
+            channels,
         )))
     }
 
@@ -97,9 +101,9 @@ pub struct Ward {
     alpha: [f64; 2],
     inverse_alpha: [f64; 2],
     /// rho_d/π.
-    diffuse: [f64; 3],
+    diffuse: Vec<f64>,
     /// rho_s/(4π alpha_x alpha_y).
-    lobe: [f64; 3],
+    lobe: Vec<f64>,
     mixture: Mixture,
 }
 
@@ -109,20 +113,20 @@ impl Ward {
         let [ax, ay] = alpha.xy();
         let scale = 1.0 / (4.0 * PI * ax * ay);
         Self {
-            channels,
             isotropic: alpha.is_isotropic(),
             alpha: [ax, ay],
             inverse_alpha: [1.0 / ax, 1.0 / ay],
-            diffuse: rho_d.linear(channels).map(|rho| rho * FRAC_1_PI),
-            lobe: rho_s.linear(channels).map(|rho| rho * scale),
-            mixture: Mixture::new(rho_d, rho_s),
+            diffuse: scaled(&rho_d, &channels, FRAC_1_PI),
+            lobe: scaled(&rho_s, &channels, scale),
+            mixture: Mixture::new(&rho_d, &rho_s),
+            channels,
         }
     }
 }
 
 impl Brdf for Ward {
-    fn channels(&self) -> Channels {
-        self.channels
+    fn channels(&self) -> &Channels {
+        &self.channels
     }
 
     fn symmetry(&self) -> Symmetry {
@@ -146,7 +150,7 @@ impl Brdf for Ward {
         // The root of each cosine: their product underflows when both graze.
         let root = pair.omega_i.cos_theta().sqrt() * pair.omega_o.cos_theta().sqrt();
         let gaussian = (-scaled_slope2(h, self.inverse_alpha)).exp() / root.max(DENOMINATOR_FLOOR);
-        for ((out, diffuse), lobe) in out.iter_mut().zip(self.diffuse).zip(self.lobe) {
+        for ((out, diffuse), lobe) in out.iter_mut().zip(&self.diffuse).zip(&self.lobe) {
             *out = diffuse + lobe * gaussian;
         }
         Presence::Present

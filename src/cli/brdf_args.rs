@@ -99,7 +99,7 @@ impl BrdfArgs {
         Ok(source)
     }
 
-    /// The materials, each with its BRDF in luminance: `visit` is called for one after the other.
+    /// The materials, each with its BRDF in luminance, or in the wavelengths of its scene: `visit` is called for one after the other.
     /// One that cannot be built is told on stderr, and left out if there are others.
     ///
     /// # Errors
@@ -109,10 +109,11 @@ impl BrdfArgs {
         results: &Path,
         mut visit: impl FnMut(&Material, &dyn Brdf) -> Result<(), Error>,
     ) -> Result<(), Error> {
-        let materials = self.plan(&self.source()?)?.materials;
+        let plan = self.plan(&self.source()?)?;
+        let (channels, materials) = (plan.seen_in(Channels::Luminance), plan.materials);
         let mut failed = 0;
         for material in &materials {
-            match super::build(material, Channels::Luminance) {
+            match super::build(material, channels.clone()) {
                 Ok(brdf) => visit(material, &*brdf)?,
                 Err(e) if materials.len() == 1 => return Err(e),
                 Err(e) => {

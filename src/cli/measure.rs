@@ -90,7 +90,7 @@ impl Measure {
                 words(material.symmetry),
             ));
         }
-        let brdf = build(material, plan.channels)?;
+        let brdf = build(material, plan.channels.clone())?;
         let instrument = self.instrument(&plan)?;
         // A plan has one seed or more.
         let seed = self.seed.unwrap_or(plan.seeds[0]);

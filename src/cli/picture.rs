@@ -206,12 +206,15 @@ impl Functions {
     }
 }
 
-/// The material, in colour.
+/// The material, in colour, or by wavelength, which is drawn in grey.
 fn material(args: &BrdfArgs) -> Result<(String, Box<dyn Brdf>), Error> {
     let source = args.source()?;
     let plan = args.plan(&source)?;
     let material = choose_material(&plan.materials, None)?;
-    Ok((material.name.clone(), build(material, Channels::Rgb)?))
+    Ok((
+        material.name.clone(),
+        build(material, plan.seen_in(Channels::Rgb))?,
+    ))
 }
 
 #[derive(Debug, Args)]

@@ -208,7 +208,7 @@ impl Reconstruct {
             (plan.materials, MetricsSpec::default())
         };
         let material = choose_material(&materials, self.material.as_deref())?;
-        let brdf = build(material, measurement.channels)?;
+        let brdf = build(material, measurement.channels.clone())?;
         Ok(Some(Truth { brdf, metrics }))
     }
 }

@@ -126,7 +126,7 @@ impl Subset {
         let brdf = BrdfArgs::new(target.clone(), self.set.clone(), None);
         let plan = brdf.plan(&brdf.source()?)?;
         let material = choose_material(&plan.materials, None)?;
-        let built = build(material, Channels::Luminance)?;
+        let built = build(material, plan.seen_in(Channels::Luminance))?;
         Ok(Some((material.name.clone(), material.symmetry, built)))
     }
 }

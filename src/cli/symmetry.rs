@@ -36,7 +36,7 @@ impl SymmetryArgs {
         let pairs = analysis::symmetry_pairs();
         let mut violations = Vec::new();
         for (i, material) in plan.materials.iter().enumerate() {
-            let brdf = build(material, Channels::Luminance)?;
+            let brdf = build(material, plan.seen_in(Channels::Luminance))?;
             let laws = laws(material.symmetry, &analysis::deviations(&*brdf, &pairs));
             let gap = if i > 0 { "\n" } else { "" };
             let text = self.sheet(material, &*brdf, &laws);

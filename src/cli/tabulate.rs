@@ -36,7 +36,7 @@ impl Tabulate {
         let plan = super::plan(&source)?;
         let material = choose_material(&plan.materials, self.material.as_deref())?;
         refuse_existing(&self.output, self.force)?;
-        let brdf = build(material, plan.channels)?;
+        let brdf = build(material, plan.channels.clone())?;
         let name = || format!("--material {}", material.name);
         write(table, &*brdf, &self.output, name)
     }

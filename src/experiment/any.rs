@@ -45,6 +45,7 @@ impl AnyPlan {
                 analysis: AnalysisSpec::default(),
                 lighting: Box::new(SkySpec::default()),
                 resolved: plan.resolved,
+                wavelengths: plan.channels.wavelengths().cloned(),
             },
         }
     }

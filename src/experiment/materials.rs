@@ -5,7 +5,7 @@ use super::choices::Material;
 use super::keypath::KeyPath;
 use super::source::Source;
 use super::tables::{Named, insert_list, named, section, with_name};
-use crate::brdf::{self, BrdfSpec, BuildError};
+use crate::brdf::{self, BrdfSpec, BuildError, Channels};
 use crate::error::Error;
 use crate::formats::{self, MERL};
 use crate::geometry::Symmetry;
@@ -85,10 +85,11 @@ pub(super) struct Origins<'a, 's> {
 }
 
 /// Checks and names every material; those written out come first. Also returns the names of
-/// `only` that the folder does not have.
+/// `only` that the folder does not have. What a scene in `channels` cannot make use of is refused.
 pub(super) fn gather(
     source: &Source,
     origins: Origins<'_, '_>,
+    channels: &Channels,
 ) -> Result<(Vec<Material>, Vec<String>), Error> {
     let Origins {
         tables,
@@ -104,7 +105,8 @@ pub(super) fn gather(
         let spec = table.named.choice;
         let name = table.named.name.unwrap_or_else(|| spec.label());
         names.take(source, &path, &name)?;
-        materials.push(checked(source, &path, name, spec, table.symmetry)?);
+        let material = checked(source, &path, name, spec, table.symmetry, channels)?;
+        materials.push(material);
     }
     let path = KeyPath::of("merl");
     match (dir, merl) {
@@ -119,7 +121,8 @@ pub(super) fn gather(
                 found += 1;
                 names.take(source, &KeyPath::of("materials_dir"), &name)?;
                 let symmetry = SymmetryTable::default();
-                materials.push(checked(source, &path, name, spec, symmetry)?);
+                let material = checked(source, &path, name, spec, symmetry, channels)?;
+                materials.push(material);
             }
             if found == 0 {
                 let message = format!(
@@ -203,8 +206,9 @@ fn checked(
     name: String,
     spec: Box<dyn BrdfSpec>,
     symmetry: SymmetryTable,
+    channels: &Channels,
 ) -> Result<Material, Error> {
-    let declared = spec.check().and_then(|()| spec.symmetry());
+    let declared = spec.check(channels).and_then(|()| spec.symmetry(channels));
     let declared = declared.map_err(|e| build_error(source, path, e))?;
     let symmetry = symmetry.over(declared);
     Ok(Material {

@@ -126,7 +126,7 @@ impl Plan {
             only: scalars.only.as_deref(),
             merl,
         };
-        let (materials, missing) = materials::gather(source, origins)?;
+        let (materials, missing) = materials::gather(source, origins, &scalars.channels)?;
         let instruments = instruments::gather(source, instruments, &materials)?;
         let sample_sets = name_all(source, "sample_set", sample_sets, |s| s.label())?;
         let reconstructions = name_all(source, "reconstruction", reconstructions, |r| r.label())?;

@@ -306,7 +306,7 @@ impl<'a> Runner<'a> {
         }
         self.teller
             .doing(&format_args!("loading {}", material.name))?;
-        let (channels, jobs) = (self.plan.channels, self.jobs_of(position));
+        let (channels, jobs) = (self.plan.channels.clone(), self.jobs_of(position));
         let Some(brdf) = self.teller.built(material, identity, channels, jobs)? else {
             return Ok(());
         };

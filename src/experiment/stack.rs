@@ -44,7 +44,7 @@ impl Stack {
         })?;
         Ok(Self {
             interpolant,
-            channels: first.channels,
+            channels: first.channels.clone(),
         })
     }
 

@@ -73,7 +73,7 @@ impl Instrument for Ideal {
             .collect();
         Measurement {
             schedule: Arc::clone(schedule),
-            channels,
+            channels: channels.clone(),
             values,
             outcomes,
             details: None,
@@ -106,7 +106,7 @@ mod tests {
             for entry in brdf::all() {
                 for text in entry.examples {
                     let spec = registry::read_text(&entry, text).unwrap();
-                    let brdf = spec.build(channels).unwrap();
+                    let brdf = spec.build(channels.clone()).unwrap();
                     let measurement = Ideal.measure(&*brdf, &poses);
                     for (i, pose) in poses.poses.iter().enumerate() {
                         let mut direct = [0.0; 3];
@@ -129,8 +129,8 @@ mod tests {
         /// Half a hemisphere without data.
         struct Holed;
         impl Brdf for Holed {
-            fn channels(&self) -> Channels {
-                Channels::Luminance
+            fn channels(&self) -> &Channels {
+                &Channels::Luminance
             }
             fn symmetry(&self) -> Symmetry {
                 Symmetry::FULL

@@ -28,10 +28,10 @@ mod lobe;
 
 pub use footprint::{Filling, Footprint, collected, footprint};
 
-use crate::brdf::Brdf;
+use crate::brdf::{Brdf, ChannelValues};
 use crate::geometry::DirectionPair;
-use batch::Sums;
 pub use batch::Workspace;
+use batch::{Sums, View};
 use disk::{Disk, PRODUCTS, Rules};
 use lens::Lens;
 use lobe::{Peak, PeakKind};
@@ -72,12 +72,12 @@ impl Default for Tolerance {
 const ROUNDING: f64 = 1e-13;
 
 /// One average over both apertures.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Average {
-    /// f_r of every channel, sr⁻¹; those the BRDF lacks are 0.
-    pub value: [f64; 3],
-    /// Bound of the error of the quadrature, sr⁻¹.
-    pub error: [f64; 3],
+    /// f_r of every channel, sr⁻¹.
+    pub value: ChannelValues,
+    /// Bound of the error of the quadrature of every channel, sr⁻¹.
+    pub error: ChannelValues,
     /// Part of an aperture is below the horizon.
     pub clipped: bool,
     /// Values of the BRDF it cost.
@@ -119,21 +119,24 @@ impl Optics {
         let clipped = cut[0] || cut[1];
         if self.source == 0.0 && self.detector == 0.0 {
             return work.single(brdf, pair).map(|value| Average {
+                error: ChannelValues::from_elem(0.0, value.len()),
                 value,
-                error: [0.0; 3],
                 clipped,
                 evaluations: 1,
             });
         }
         let best = self.best(brdf, pair, clipped, work);
         let evaluations = work.evaluations() - start;
-        if best.sums.weight() <= 0.0 {
+        if best.sums.view().weight() <= 0.0 {
             // Also where the material has values but every node fell between them.
             return None;
         }
-        let value = best.sums.ratio();
-        // Rounding of the sums, and of directions against what they differ by.
-        let error = std::array::from_fn(|c| best.error[c].max(ROUNDING * value[c].abs()));
+        let value = best.sums.view().ratios();
+        let mut error = best.error;
+        for (error, value) in error.iter_mut().zip(&value) {
+            // Rounding of the sums, and of directions against what they differ by.
+            *error = error.max(ROUNDING * value.abs());
+        }
         Some(Average {
             value,
             error,
@@ -175,14 +178,14 @@ impl Optics {
             .filter_map(|kind| Peak::find(self, brdf, pair, kind, work))
             .min_by(|a, b| a.width.total_cmp(&b.width));
         let narrow = peak.filter(|peak| peak.width < NARROW * (self.source + self.detector));
-        let mut best: Option<Estimate> = None;
+        let mut steps = Vec::new();
         if narrow.is_none() {
             let least_gain = LEAST_GAIN[usize::from(peak.is_some())];
             let (third, sparse) = self.rules.sparse(brdf, &disks, work);
             if sparse.good(&self.tolerance) && !work.missing() {
                 return sparse;
             }
-            let mut steps = vec![third, sparse];
+            steps.extend([third, sparse]);
             // The last order costs more than a few cells.
             for order in 0..PRODUCTS.len() - 1 {
                 let sums = self.rules.product(brdf, &disks, order, work);
@@ -190,9 +193,9 @@ impl Optics {
                 if step.good(&self.tolerance) {
                     return step;
                 }
+                let hopeless = order > 0 && step.hopeless(&self.tolerance, steps.last());
                 steps.push(step);
-                best = Some(step);
-                if order > 0 && step.hopeless(&self.tolerance, &steps) {
+                if hopeless {
                     break;
                 }
             }
@@ -205,7 +208,7 @@ impl Optics {
             None => (Peak::unseen(self, pair), budget / 4),
         };
         let lobe = lobe::integrate(self, brdf, pair, &peak, budget, work);
-        match best {
+        match steps.pop() {
             Some(best) if !lobe.better_than(&best) => best,
             _ => lobe,
         }
@@ -228,11 +231,11 @@ impl Optics {
         loop {
             let sums = self.rules.product(brdf, disks, order, work);
             let step = Estimate::after(sums, &steps, 1.0);
-            steps.push(step);
             order += 1;
             if order == PRODUCTS.len() || (order > 1 && step.good(&self.tolerance)) {
                 return step;
             }
+            steps.push(step);
         }
     }
 }
@@ -244,10 +247,10 @@ const LEAST_GAIN: [f64; 2] = [0.25, 0.5];
 const NARROW: f64 = 0.5;
 
 /// A ratio of sums, and how far off it may be.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub(super) struct Estimate {
     sums: Sums,
-    error: [f64; 3],
+    error: ChannelValues,
 }
 
 impl Estimate {
@@ -260,16 +263,16 @@ impl Estimate {
     /// differences fall, which keeps a difference that is small by luck from being believed: of a
     /// smooth function as their squares, and never less than by `least_gain`.
     fn after(sums: Sums, steps: &[Estimate], least_gain: f64) -> Self {
-        let value = sums.ratio();
-        let mut error = [f64::INFINITY; 3];
+        let now = sums.view();
+        let mut error = ChannelValues::from_elem(f64::INFINITY, now.channels());
         if let Some(last) = steps.last() {
-            let difference = |a: [f64; 3], b: [f64; 3], c: usize| (a[c] - b[c]).abs();
-            for c in 0..3 {
-                error[c] = Self::SAFETY * difference(value, last.sums.ratio(), c);
+            let difference = |a: View<'_>, b: View<'_>, c: usize| (a.ratio(c) - b.ratio(c)).abs();
+            for (c, error) in error.iter_mut().enumerate() {
+                *error = Self::SAFETY * difference(now, last.sums.view(), c);
                 if let [.., before, last] = steps {
-                    let slower = difference(last.sums.ratio(), before.sums.ratio(), c);
-                    let relative = slower / value[c].abs().max(f64::MIN_POSITIVE);
-                    error[c] = error[c].max(slower * relative.max(least_gain).min(1.0));
+                    let slower = difference(last.sums.view(), before.sums.view(), c);
+                    let relative = slower / now.ratio(c).abs().max(f64::MIN_POSITIVE);
+                    *error = error.max(slower * relative.max(least_gain).min(1.0));
                 }
             }
         }
@@ -283,17 +286,19 @@ impl Estimate {
 
     /// The largest error over its bound.
     fn excess(&self, tolerance: &Tolerance) -> f64 {
-        let value = self.sums.ratio();
-        let excess =
-            |c: usize| self.error[c] / (tolerance.relative * value[c].abs() + tolerance.absolute);
-        (0..3).map(excess).fold(0.0, f64::max)
+        let value = self.sums.view();
+        let allowed = |c: usize| tolerance.relative * value.ratio(c).abs() + tolerance.absolute;
+        let errors = self.error.iter().enumerate();
+        errors
+            .map(|(c, error)| error / allowed(c))
+            .fold(0.0, f64::max)
     }
 
-    /// The next product would not be good either.
-    fn hopeless(&self, tolerance: &Tolerance, steps: &[Estimate]) -> bool {
+    /// The next product would not be good either, as far as this one and that before tell.
+    fn hopeless(&self, tolerance: &Tolerance, before: Option<&Estimate>) -> bool {
         let excess = self.excess(tolerance);
-        match steps {
-            [.., before, _] if before.error[0].is_finite() => {
+        match before {
+            Some(before) if before.error[0].is_finite() => {
                 let gain = excess / before.excess(tolerance).max(f64::MIN_POSITIVE);
                 excess * gain.min(1.0) > 1.0
             }
@@ -302,7 +307,7 @@ impl Estimate {
     }
 
     fn better_than(&self, other: &Self) -> bool {
-        let largest = |e: &Self| e.error.into_iter().fold(0.0, f64::max);
+        let largest = |e: &Self| e.error.iter().copied().fold(0.0, f64::max);
         largest(self) < largest(other)
     }
 }

@@ -3,7 +3,7 @@
 //! L = background + peak · exp(−γ²/(2 width²)), γ the angle from the light's middle.
 
 use super::{BRIGHTEST, Lighting, LightingSpec};
-use crate::brdf::{BuildError, Spectrum};
+use crate::brdf::{BuildError, Channels, Spectrum};
 use crate::error::{in_closed, in_left_open};
 use crate::geometry::{Direction, angle_between};
 use crate::registry::{self, Entry};
@@ -61,8 +61,10 @@ impl LightingSpec for BlobSpec {
         in_closed("theta_deg", self.theta_deg, 0.0, 180.0)?;
         in_closed("phi_deg", self.phi_deg, -360.0, 360.0)?;
         in_left_open("width_deg", self.width_deg, 0.0, 180.0)?;
-        self.peak.check("peak", 0.0, BRIGHTEST)?;
-        Ok(self.background.check("background", 0.0, BRIGHTEST)?)
+        self.peak.check("peak", 0.0, BRIGHTEST, &Channels::Rgb)?;
+        Ok(self
+            .background
+            .check("background", 0.0, BRIGHTEST, &Channels::Rgb)?)
     }
 
     fn build(&self) -> Result<Box<dyn Lighting>, BuildError> {

@@ -1,7 +1,7 @@
 //! A pattern of bright and dark fields between circles of latitude and meridians.
 
 use super::{BRIGHTEST, Lighting, LightingSpec};
-use crate::brdf::{BuildError, Spectrum};
+use crate::brdf::{BuildError, Channels, Spectrum};
 use crate::error::{ParameterError, in_left_open};
 use crate::geometry::Direction;
 use crate::registry::{self, Entry};
@@ -57,8 +57,9 @@ impl LightingSpec for CheckerSpec {
             let allowed = "180 divided by a whole number";
             return Err(ParameterError::new("step_deg", self.step_deg, allowed).into());
         }
-        self.bright.check("bright", 0.0, BRIGHTEST)?;
-        Ok(self.dark.check("dark", 0.0, BRIGHTEST)?)
+        self.bright
+            .check("bright", 0.0, BRIGHTEST, &Channels::Rgb)?;
+        Ok(self.dark.check("dark", 0.0, BRIGHTEST, &Channels::Rgb)?)
     }
 
     fn build(&self) -> Result<Box<dyn Lighting>, BuildError> {

@@ -1,7 +1,7 @@
 //! The same radiance from everywhere.
 
 use super::{BRIGHTEST, Lighting, LightingSpec};
-use crate::brdf::{BuildError, Spectrum};
+use crate::brdf::{BuildError, Channels, Spectrum};
 use crate::geometry::Direction;
 use crate::registry::{self, Entry};
 use serde::{Deserialize, Serialize};
@@ -43,7 +43,9 @@ impl LightingSpec for ConstantSpec {
     }
 
     fn check(&self) -> Result<(), BuildError> {
-        Ok(self.radiance.check("radiance", 0.0, BRIGHTEST)?)
+        Ok(self
+            .radiance
+            .check("radiance", 0.0, BRIGHTEST, &Channels::Rgb)?)
     }
 
     fn build(&self) -> Result<Box<dyn Lighting>, BuildError> {

@@ -5,7 +5,7 @@
 //! not computed from an atmosphere.
 
 use super::{BRIGHTEST, Lighting, LightingSpec};
-use crate::brdf::{BuildError, Spectrum};
+use crate::brdf::{BuildError, Channels, Spectrum};
 use crate::error::{in_closed, in_left_open};
 use crate::geometry::{Direction, angle_between};
 use crate::registry::{self, Entry};
@@ -70,10 +70,13 @@ impl LightingSpec for SkySpec {
     }
 
     fn check(&self) -> Result<(), BuildError> {
-        self.zenith.check("zenith", 0.0, BRIGHTEST)?;
-        self.horizon.check("horizon", 0.0, BRIGHTEST)?;
-        self.ground.check("ground", 0.0, BRIGHTEST)?;
-        self.sun.check("sun", 0.0, BRIGHTEST)?;
+        self.zenith
+            .check("zenith", 0.0, BRIGHTEST, &Channels::Rgb)?;
+        self.horizon
+            .check("horizon", 0.0, BRIGHTEST, &Channels::Rgb)?;
+        self.ground
+            .check("ground", 0.0, BRIGHTEST, &Channels::Rgb)?;
+        self.sun.check("sun", 0.0, BRIGHTEST, &Channels::Rgb)?;
         in_closed("sun_theta_deg", self.sun_theta_deg, 0.0, 90.0)?;
         in_closed("sun_phi_deg", self.sun_phi_deg, -360.0, 360.0)?;
         let diameter = in_left_open("sun_diameter_deg", self.sun_diameter_deg, 0.0, 180.0)?;

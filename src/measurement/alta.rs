@@ -25,12 +25,14 @@
 //! no bilateral BRDF shows.
 //!
 //! Values are f_r in sr⁻¹ (`INV_STERADIAN`, `RGB_COLOR`), or times cos theta_V
-//! (`INV_STERADIAN_COSINE_FACTOR`, documented as "the cosine factor of the output direction"), one luminance or three colours. `#VS 1` gives the radius of a
+//! (`INV_STERADIAN_COSINE_FACTOR`, documented as "the cosine factor of the output direction"), one luminance or three colours. Where
+//! `#WAVELENGTHS_NM 450 550 650` names as many wavelengths as there are values, which is a comment to
+//! ALTA, they are those. `#VS 1` gives the radius of a
 //! symmetric interval, of the first value or of each: it is taken for a standard uncertainty that
 //! readings share. The two ends that `#VS 2` gives are passed over.
 
 use super::{Details, Flags, Measurement, Outcome, without_cosine};
-use crate::brdf::Channels;
+use crate::brdf::{Channels, Wavelengths};
 use crate::error::excerpt;
 use crate::geometry::{Direction, DirectionPair, Symmetry};
 use crate::numeric::{GRAZING_COS, safe_sqrt};
@@ -78,12 +80,19 @@ const INPUTS: [(&str, usize, bool, Inverse); 11] = [
     }),
 ];
 
-/// What `#PARAM_OUT` may say: name, numbers of values, whether they hold cos theta_V.
+/// What `#PARAM_OUT` may say: name, numbers of values without wavelengths, whether they hold
+/// cos theta_V.
 const OUTPUTS: [(&str, &[usize], bool); 3] = [
     ("INV_STERADIAN", &[1, 3], false),
     ("INV_STERADIAN_COSINE_FACTOR", &[1, 3], true),
-    ("RGB_COLOR", &[3], false),
+    (RGB_COLOR, &[3], false),
 ];
+
+/// What is not known by wavelength.
+const RGB_COLOR: &str = "RGB_COLOR";
+
+/// The line that names wavelengths.
+const WAVELENGTHS: &str = "WAVELENGTHS_NM";
 
 /// A direction from its angles.
 fn unit(theta: f64, phi: f64) -> DVec3 {
@@ -263,6 +272,19 @@ pub fn read(text: &str, name: &str, assume: &Assume) -> Result<AltaFile, FileErr
     })
 }
 
+/// What `#WAVELENGTHS_NM` says.
+fn wavelengths(words: &[&str], name: &str, line: usize) -> Result<Wavelengths, FileError> {
+    let refuse = |message: String| FileError::at(name, line, message);
+    let number = |word: &&str| {
+        word.parse::<f64>().map_err(|_| {
+            let word = excerpt(word);
+            refuse(format!("#{WAVELENGTHS} {word}: allowed are numbers of nm"))
+        })
+    };
+    let nm: Vec<f64> = words.iter().map(number).collect::<Result<_, _>>()?;
+    Wavelengths::new(&nm).map_err(|e| refuse(format!("#{WAVELENGTHS}: {e}")))
+}
+
 impl Header {
     fn read(text: &str, name: &str) -> Result<Self, FileError> {
         let fact = |key: &str| {
@@ -301,14 +323,27 @@ impl Header {
             );
             return Err(FileError::at(name, line, message));
         };
+        let wavelengths = match fact(WAVELENGTHS) {
+            None => None,
+            Some((line, _)) if output.0 == RGB_COLOR => {
+                let message = format!("#{WAVELENGTHS}: not allowed with #PARAM_OUT {RGB_COLOR}");
+                return Err(FileError::at(name, line, message));
+            }
+            Some((line, words)) => Some(wavelengths(&words, name, line)?),
+        };
+        let counts = match &wavelengths {
+            None => output.1.to_vec(),
+            Some(wavelengths) => vec![wavelengths.nm().len()],
+        };
         let (line, words) = needed("DIM")?;
         let numbers: Option<Vec<usize>> = words.iter().map(|w| w.parse().ok()).collect();
         let values = match numbers.as_deref() {
-            Some(&[n, p]) if n == input.1 && output.1.contains(&p) => p,
+            Some(&[n, p]) if n == input.1 && counts.contains(&p) => p,
             _ => {
-                let allowed: Vec<_> = output.1.iter().map(usize::to_string).collect();
+                let allowed: Vec<_> = counts.iter().map(usize::to_string).collect();
                 let message = format!(
-                    "#DIM {}: allowed are {} coordinates of {} and {} values of {}",
+                    "#DIM {}: allowed are {} coordinates of {} and {} values of {}, or others with \
+                     #{WAVELENGTHS}",
                     excerpt(&words.join(" ")),
                     input.1,
                     input.0,
@@ -331,9 +366,10 @@ impl Header {
                 }
             },
         };
-        let channels = match values {
-            1 => Channels::Luminance,
-            _ => Channels::Rgb,
+        let channels = match (wavelengths, values) {
+            (Some(wavelengths), _) => Channels::Wavelengths(wavelengths),
+            (None, 1) => Channels::Luminance,
+            (None, _) => Channels::Rgb,
         };
         Ok(Self {
             input,

@@ -5,6 +5,7 @@
 //! | column | meaning |
 //! |---|---|
 //! | `value`, or `value_r, value_g, value_b` | f_r in sr⁻¹, without the cosine; luminance, or linear R, G, B |
+//! | or `value_450nm, value_550nm, …` | f_r at each wavelength, nm |
 //! | `type_a…`, `type_b…`, `uncertainty…` | standard uncertainties (k = 1), the last of both together |
 //! | `flags` | what is odd about the reading, or why there is none, joined by `;` |
 //! | `attempt` | number of the try, from 1 |
@@ -19,7 +20,7 @@
 //! reason is `no-data`. A later attempt at a pose replaces an earlier one.
 
 use super::{Details, Flags, Measurement, Outcome, without_cosine};
-use crate::brdf::Channels;
+use crate::brdf::{Channels, Wavelengths};
 use crate::error::excerpt;
 use crate::schedule::export::{PoseRows, description};
 use crate::schedule::import::{Rows, known_columns};
@@ -33,13 +34,16 @@ use std::sync::Arc;
 /// The fact that holds the hash of the rows.
 const MEASUREMENT_HASH: &str = "measurement_hash";
 
-/// Families of columns; each is one column, or three with the ends of [`ENDS`].
+/// Families of columns; each is one column, three with the ends of [`ENDS`], or one a wavelength.
 const VALUE: &str = "value";
 const VALUE_COS: &str = "value_cos";
 const TYPE_A: &str = "type_a";
 const TYPE_B: &str = "type_b";
 const UNCERTAINTY: &str = "uncertainty";
 const ATTEMPT: &str = "attempt";
+
+/// Every family.
+const FAMILIES: [&str; 5] = [VALUE, VALUE_COS, TYPE_A, TYPE_B, UNCERTAINTY];
 
 /// Ends of the columns of colours.
 const ENDS: [&str; 3] = ["_r", "_g", "_b"];
@@ -82,11 +86,34 @@ pub struct MeasurementFile {
 }
 
 /// Names of the columns of a family.
-fn columns_of(family: &str, channels: Channels) -> Vec<String> {
+fn columns_of(family: &str, channels: &Channels) -> Vec<String> {
     match channels {
         Channels::Luminance => vec![family.to_owned()],
         Channels::Rgb => ENDS.map(|end| format!("{family}{end}")).to_vec(),
+        Channels::Wavelengths(w) => {
+            let nm = w.nm().iter();
+            nm.map(|nm| format!("{family}_{nm}nm")).collect()
+        }
     }
+}
+
+/// The wavelength (nm) of a column of a family, if it names one.
+fn wavelength_of(column: &str, family: &str) -> Option<f64> {
+    let rest = column.strip_prefix(family)?.strip_prefix('_')?;
+    let number = rest.strip_suffix("nm")?;
+    // Digits alone: no sign, no exponent, no NaN.
+    let plain = number.bytes().all(|b| b.is_ascii_digit() || b == b'.');
+    number.parse().ok().filter(|_| plain)
+}
+
+/// The columns of a family that name a wavelength: nm and place, from short to long.
+fn spectral_columns(table: &Table, family: &str) -> Vec<(f64, usize)> {
+    let columns = table.columns.iter().enumerate();
+    let mut found: Vec<_> = columns
+        .filter_map(|(i, column)| Some((wavelength_of(column, family)?, i)))
+        .collect();
+    found.sort_by(|a, b| a.0.total_cmp(&b.0));
+    found
 }
 
 /// Writes a measurement, every pose of its schedule that `sequence` names.
@@ -100,7 +127,7 @@ pub fn write_measurement(
     format: ScheduleFormat,
     out: &mut dyn Write,
 ) -> io::Result<()> {
-    let channels = measurement.channels;
+    let channels = &measurement.channels;
     let n = channels.count();
     let poses = PoseRows::new(&measurement.schedule, sequence, true);
     let mut columns = poses.columns();
@@ -237,13 +264,18 @@ pub fn read_measurement(
     assume: &Assume,
 ) -> Result<MeasurementFile, FileError> {
     let mut further = vec![WORDS.to_owned(), ATTEMPT.to_owned()];
-    for family in [VALUE, VALUE_COS, TYPE_A, TYPE_B, UNCERTAINTY] {
+    for family in FAMILIES {
         for channels in [Channels::Luminance, Channels::Rgb] {
-            further.extend(columns_of(family, channels));
+            further.extend(columns_of(family, &channels));
         }
     }
-    let further: Vec<&str> = further.iter().map(String::as_str).collect();
     let table = Table::read(text, name, MEASUREMENT_HASH, |table| {
+        let spectral = |column: &&String| {
+            let mut families = FAMILIES.iter();
+            families.any(|family| wavelength_of(column, family).is_some())
+        };
+        let further = further.iter().chain(table.columns.iter().filter(spectral));
+        let further: Vec<&str> = further.map(String::as_str).collect();
         known_columns(table, &assume.axes, &further)
     })?;
     let rows = Rows::read(&table)?;
@@ -252,7 +284,7 @@ pub fn read_measurement(
     let columns = ValueColumns::of(&table)?;
     let (poses, n) = (schedule.poses.len(), columns.channels.count());
     let mut measurement = Measurement {
-        channels: columns.channels,
+        channels: columns.channels.clone(),
         values: vec![0.0; poses * n],
         outcomes: vec![Outcome::NotVisited; poses],
         details: None,
@@ -354,31 +386,48 @@ struct ValueColumns {
 
 impl ValueColumns {
     fn of(table: &Table) -> Result<Self, FileError> {
-        let find = |family: &str, channels: Channels| -> Option<Vec<usize>> {
+        let find = |family: &str, channels: &Channels| -> Option<Vec<usize>> {
+            if let Channels::Wavelengths(w) = channels {
+                let (nm, columns): (Vec<_>, _) =
+                    spectral_columns(table, family).into_iter().unzip();
+                return (nm == w.nm()).then_some(columns);
+            }
             let names = columns_of(family, channels).into_iter();
             names.map(|name| table.column(&name)).collect()
         };
+        let refuse = |message: String| FileError::at(&table.name, table.head, message);
         let mut found = Vec::new();
-        for channels in [Channels::Luminance, Channels::Rgb] {
-            for (family, with_cosine) in [(VALUE, false), (VALUE_COS, true)] {
-                let columns = find(family, channels);
+        for (family, with_cosine) in [(VALUE, false), (VALUE_COS, true)] {
+            let mut kinds = vec![Channels::Luminance, Channels::Rgb];
+            let nm: Vec<f64> = spectral_columns(table, family)
+                .iter()
+                .map(|c| c.0)
+                .collect();
+            if !nm.is_empty() {
+                let wavelengths = Wavelengths::new(&nm);
+                let wavelengths = wavelengths.map_err(|e| refuse(format!("columns of {e}")))?;
+                kinds.push(Channels::Wavelengths(wavelengths));
+            }
+            for channels in kinds {
+                let columns = find(family, &channels);
                 found.extend(columns.map(|values| (channels, values, with_cosine)));
             }
         }
         if found.len() != 1 {
-            let message = "there must be one kind of values (a schedule has none: measure it first); allowed: value, or value_r, value_g and \
-                           value_b (f_r in 1/sr, without the cosine), or the same as value_cos… \
-                           (times cos theta_i)";
-            return Err(FileError::at(&table.name, table.head, message));
+            let message = "there must be one kind of values (a schedule has none: measure it \
+                           first); allowed: value, or value_r, value_g and value_b, or \
+                           value_450nm and so on (f_r in 1/sr, without the cosine), or the same \
+                           as value_cos… (times cos theta_i)";
+            return Err(refuse(message.into()));
         }
         let (channels, values, with_cosine) = found.swap_remove(0);
         Ok(Self {
-            channels,
             values,
             with_cosine,
-            type_a: find(TYPE_A, channels),
-            type_b: find(TYPE_B, channels),
-            both: find(UNCERTAINTY, channels),
+            type_a: find(TYPE_A, &channels),
+            type_b: find(TYPE_B, &channels),
+            both: find(UNCERTAINTY, &channels),
+            channels,
         })
     }
 

@@ -73,7 +73,7 @@ impl Measurement {
         });
         let measurement = Self {
             schedule,
-            channels: self.channels,
+            channels: self.channels.clone(),
             values,
             outcomes,
             details,

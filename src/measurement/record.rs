@@ -3,10 +3,10 @@
 use crate::schedule::ScheduleRow;
 use crate::schedule::record::{line_schema, row_schema};
 use schemars::JsonSchema;
-use serde_json::Value;
+use serde_json::{Value, json};
 
 /// A row of a measurement: that of its schedule, and what was read there. Values are empty where
-/// there is no reading; `flags` says why.
+/// there is no reading; `flags` says why. Values by wavelength have columns such as `value_450nm`.
 #[derive(Clone, Debug, JsonSchema)]
 pub struct MeasurementRow {
     /// The pose.
@@ -63,10 +63,19 @@ pub struct MeasurementRow {
     pub attempt: Option<u32>,
 }
 
+/// Columns of values and uncertainties at a wavelength.
+const VALUES_NM: &str = r"^value_[0-9]+(\.[0-9]+)?nm$";
+const UNCERTAINTIES_NM: &str = r"^(type_a|type_b|uncertainty)_[0-9]+(\.[0-9]+)?nm$";
+
 /// The JSON Schema of one line of a measurement in JSON Lines: a row, or the header in front.
 pub fn measurement_schema() -> Value {
-    line_schema(
-        "A line of a gonio measurement",
-        row_schema::<MeasurementRow>(),
-    )
+    let mut row = row_schema::<MeasurementRow>();
+    let patterns = row.get_mut("patternProperties");
+    if let Some(patterns) = patterns.and_then(Value::as_object_mut) {
+        let number = json!({ "type": ["number", "null"] });
+        patterns.insert(VALUES_NM.into(), number);
+        let from_0 = json!({ "type": ["number", "null"], "minimum": 0.0 });
+        patterns.insert(UNCERTAINTIES_NM.into(), from_0);
+    }
+    line_schema("A line of a gonio measurement", row)
 }

@@ -117,8 +117,8 @@ mod tests {
     struct Patchy;
 
     impl Brdf for Patchy {
-        fn channels(&self) -> Channels {
-            Channels::Rgb
+        fn channels(&self) -> &Channels {
+            &Channels::Rgb
         }
         fn symmetry(&self) -> Symmetry {
             Symmetry::NONE

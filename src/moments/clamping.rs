@@ -40,7 +40,7 @@ impl<'a> HorizonCopy<'a> {
 }
 
 impl Brdf for HorizonCopy<'_> {
-    fn channels(&self) -> Channels {
+    fn channels(&self) -> &Channels {
         self.of.channels()
     }
 

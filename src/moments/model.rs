@@ -208,8 +208,8 @@ fn value(shape: &SliceShape, pair: &DirectionPair) -> f64 {
 }
 
 impl Brdf for SliceModel {
-    fn channels(&self) -> Channels {
-        Channels::Luminance
+    fn channels(&self) -> &Channels {
+        &Channels::Luminance
     }
 
     fn symmetry(&self) -> Symmetry {

@@ -11,7 +11,7 @@ use std::f64::consts::FRAC_PI_2;
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Channel {
-    /// Rec. 709 luminance.
+    /// Rec. 709 luminance, or the mean over the wavelengths ([`Channels::luminance`]).
     #[default]
     Luminance,
     /// (R + G + B)/3.
@@ -60,7 +60,7 @@ impl Channel {
 
     /// The number, from the values of one evaluation.
     #[inline]
-    fn of(self, channels: Channels, values: &[f64]) -> f64 {
+    fn of(self, channels: &Channels, values: &[f64]) -> f64 {
         match self {
             Channel::Luminance => channels.luminance(values),
             Channel::Average => (values[0] + values[1] + values[2]) / 3.0,
@@ -99,8 +99,8 @@ impl<'a> Slice<'a> {
     /// # Errors
     /// If the BRDF was not built for the channel, or `theta_o` is not in its range.
     pub fn new(brdf: &'a dyn Brdf, channel: Channel, theta_o: f64) -> Result<Self, ParameterError> {
-        if channel.needs() == Channels::Rgb && brdf.channels() == Channels::Luminance {
-            let allowed = "luminance for a BRDF that was built for luminance";
+        if channel.needs() == Channels::Rgb && *brdf.channels() != Channels::Rgb {
+            let allowed = "luminance for a BRDF that was not built for R, G, B";
             return Err(ParameterError::new("channel", channel.name(), allowed));
         }
         if !(0.0..FRAC_PI_2).contains(&theta_o) {

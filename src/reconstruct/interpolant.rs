@@ -70,8 +70,8 @@ pub(super) struct Interpolated {
 }
 
 impl Brdf for Interpolated {
-    fn channels(&self) -> Channels {
-        self.channels
+    fn channels(&self) -> &Channels {
+        &self.channels
     }
 
     fn symmetry(&self) -> Symmetry {

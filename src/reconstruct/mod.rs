@@ -73,7 +73,7 @@ pub trait Reconstruct: std::fmt::Debug + Send + Sync {
         })?;
         Ok(Box::new(Interpolated {
             interpolant,
-            channels: measurement.channels,
+            channels: measurement.channels.clone(),
             symmetry: measurement.schedule.parametrization.symmetry(),
         }))
     }

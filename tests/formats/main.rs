@@ -10,6 +10,7 @@ mod registry;
 mod schedules;
 mod schema;
 
+use gonio::brdf::{Channels, Wavelengths};
 use gonio::geometry::{DirectionPair, Symmetry};
 use gonio::parametrization::{self, Parametrization, WarpSpec};
 use gonio::schedule::{self, Itinerary, Schedule, ScheduleFormat, Unreachable, Visit};
@@ -24,6 +25,17 @@ fn chain(e: &dyn std::error::Error) -> String {
 }
 
 const FORMATS: [ScheduleFormat; 2] = [ScheduleFormat::Csv, ScheduleFormat::JsonLines];
+
+/// Luminance, colours, one wavelength, and several that no short decimal names.
+fn kinds() -> [Channels; 4] {
+    let spectral = |nm: &[f64]| Channels::Wavelengths(Wavelengths::new(nm).unwrap());
+    [
+        Channels::Luminance,
+        Channels::Rgb,
+        spectral(&[450.0]),
+        spectral(&[380.5, 1550.0 / 3.0, 632.8, 1064.0, 10_600.0]),
+    ]
+}
 
 /// A schedule of one kind.
 fn planned(form: &Arc<dyn Parametrization>, kind: &str, budget: usize) -> Schedule {

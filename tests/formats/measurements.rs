@@ -1,6 +1,6 @@
 //! Measurements.
 
-use super::{FORMATS, backwards, chain, cuts, planned, schedules};
+use super::{FORMATS, backwards, chain, cuts, kinds, planned, schedules};
 use gonio::brdf::Channels;
 use gonio::geometry::Symmetry;
 use gonio::measurement::{About, Details, Flags, Measurement, MeasurementFile, Outcome};
@@ -96,9 +96,10 @@ fn assert_same(a: &Measurement, b: &Measurement) {
 #[test]
 fn a_measurement_comes_back_to_the_bit() {
     for schedule in schedules() {
-        for channels in [Channels::Luminance, Channels::Rgb] {
+        for channels in kinds() {
             for details in [false, true] {
-                let (measurement, itinerary) = measured(schedule.clone(), channels, details);
+                let (measurement, itinerary) =
+                    measured(schedule.clone(), channels.clone(), details);
                 let about = about(&measurement, &itinerary);
                 let backwards: Vec<u32> = (0..schedule.poses.len() as u32).rev().collect();
                 for sequence in [

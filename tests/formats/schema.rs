@@ -1,8 +1,7 @@
 //! Every line that is written is what the JSON Schema says.
 
 use super::measurements::{about, measured, text as measurement_text};
-use super::{backwards, schedules, text};
-use gonio::brdf::Channels;
+use super::{backwards, kinds, schedules, text};
 use gonio::measurement::measurement_schema;
 use gonio::schedule::{ScheduleFormat, Sequence, schedule_schema};
 use serde_json::{Value, json};
@@ -103,9 +102,9 @@ fn every_line_is_valid() {
         check_lines(&of_schedule, &text(&schedule, None, json));
         let itinerary = backwards(&schedule);
         check_lines(&of_schedule, &text(&schedule, Some(&itinerary), json));
-        for channels in [Channels::Luminance, Channels::Rgb] {
+        for channels in kinds() {
             for details in [false, true] {
-                let (m, itinerary) = measured(schedule.clone(), channels, details);
+                let (m, itinerary) = measured(schedule.clone(), channels.clone(), details);
                 let about = about(&m, &itinerary);
                 for sequence in [Sequence::Generated, Sequence::Visits(&itinerary)] {
                     check_lines(

@@ -166,7 +166,7 @@ fn complaint(path: &Path, build: bool) -> String {
     let result = if build {
         spec.build(Channels::Luminance).map(drop)
     } else {
-        spec.check()
+        spec.check(&Channels::Rgb)
     };
     match result {
         Err(BuildError::Data { path: p, message }) => {
@@ -222,7 +222,7 @@ fn a_config_names_a_file() {
     assert_eq!(check(&path).unwrap(), GRID);
 
     let gold = spec(&format!("kind = 'merl'\npath = '{}'", path.display()));
-    gold.check().unwrap();
+    gold.check(&Channels::Rgb).unwrap();
     assert_eq!(gold.label(), "gold");
     assert_eq!(gold.tables().files, std::slice::from_ref(&path));
     let resolved = gold.resolved();
@@ -230,8 +230,8 @@ fn a_config_names_a_file() {
     assert_eq!(resolved["bilateral"].as_bool(), Some(true));
     assert_eq!(spec(&resolved.to_string()).resolved(), resolved);
     for channels in [Channels::Luminance, Channels::Rgb] {
-        let brdf = gold.build(channels).unwrap();
-        assert_eq!(brdf.channels(), channels);
+        let brdf = gold.build(channels.clone()).unwrap();
+        assert_eq!(*brdf.channels(), channels);
         assert_eq!(brdf.symmetry(), gonio::geometry::Symmetry::FULL);
         assert!(!brdf.conserves_energy());
     }

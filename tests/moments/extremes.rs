@@ -16,7 +16,7 @@ use std::f64::consts::{FRAC_PI_2, PI};
 struct Times<'a>(&'a dyn Brdf, f64);
 
 impl Brdf for Times<'_> {
-    fn channels(&self) -> Channels {
+    fn channels(&self) -> &Channels {
         self.0.channels()
     }
     fn symmetry(&self) -> Symmetry {

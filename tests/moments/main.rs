@@ -23,8 +23,8 @@ use gonio::parametrization::view_centered_angles;
 struct Planar<F>(F);
 
 impl<F: Fn([f64; 2]) -> Option<f64> + Send + Sync> Brdf for Planar<F> {
-    fn channels(&self) -> Channels {
-        Channels::Luminance
+    fn channels(&self) -> &Channels {
+        &Channels::Luminance
     }
     fn symmetry(&self) -> Symmetry {
         Symmetry {

@@ -337,8 +337,8 @@ fn channels_are_reconstructed_one_by_one() {
                 method.reconstruct(&m).unwrap()
             };
             let (all, first, second) = (of(&rgb), of(&first), of(&second));
-            assert_eq!(all.channels(), Channels::Rgb);
-            assert_eq!(first.channels(), Channels::Luminance);
+            assert_eq!(*all.channels(), Channels::Rgb);
+            assert_eq!(*first.channels(), Channels::Luminance);
             for i in 0..300 {
                 let pair = random_pair(&random, i);
                 let mut out = [0.0; 3];
@@ -372,6 +372,7 @@ fn batches_and_threads_change_no_bit() {
                     let f = smooth(symmetry, pair);
                     Some([f, f * f, 3.0 - f])
                 };
+                let n = channels.count();
                 let truth = Material {
                     symmetry,
                     channels,
@@ -384,7 +385,6 @@ fn batches_and_threads_change_no_bit() {
                             continue;
                         }
                         let brdf = method.reconstruct(&m).unwrap();
-                        let n = channels.count();
                         let mut batch = vec![f64::NAN; pairs.len() * n];
                         let mut presence = vec![Presence::Missing; pairs.len()];
                         brdf.eval_batch(&pairs, &mut batch, &mut presence);

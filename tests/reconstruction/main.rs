@@ -29,8 +29,8 @@ struct Material<F> {
 }
 
 impl<F: Fn(&DirectionPair) -> Option<[f64; 3]> + Send + Sync> Brdf for Material<F> {
-    fn channels(&self) -> Channels {
-        self.channels
+    fn channels(&self) -> &Channels {
+        &self.channels
     }
     fn symmetry(&self) -> Symmetry {
         self.symmetry

@@ -10,8 +10,8 @@ use std::f64::consts::PI;
 struct Function<F>(F);
 
 impl<F: Fn(&DirectionPair) -> f64 + Send + Sync> Brdf for Function<F> {
-    fn channels(&self) -> Channels {
-        Channels::Luminance
+    fn channels(&self) -> &Channels {
+        &Channels::Luminance
     }
     fn symmetry(&self) -> Symmetry {
         Symmetry::FULL

@@ -8,8 +8,8 @@ use crate::sampling::Sobol;
 struct Made<F>(F);
 
 impl<F: Fn(&DirectionPair) -> Option<f64> + Send + Sync> Brdf for Made<F> {
-    fn channels(&self) -> Channels {
-        Channels::Luminance
+    fn channels(&self) -> &Channels {
+        &Channels::Luminance
     }
     fn symmetry(&self) -> Symmetry {
         Symmetry::FULL

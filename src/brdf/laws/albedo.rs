@@ -10,15 +10,15 @@
 //! many values can promise more.
 
 use super::lobe::Lobe;
-use crate::brdf::{Brdf, Presence};
+use crate::brdf::{Brdf, ChannelValues, Presence};
 use crate::geometry::Direction;
 use crate::sampling::GAUSS_KRONROD;
 
 /// Directional albedo of one view.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub struct DirectionalAlbedo {
-    /// Albedo of each channel; entries beyond the BRDF's channels are 0.
-    pub value: [f64; 3],
+    /// Albedo of each channel.
+    pub value: ChannelValues,
     /// Bound of the error of every channel, from how much rules of lower degree differ. It is large
     /// where the values that one albedo may cost did not suffice.
     pub error: f64,
@@ -29,12 +29,12 @@ pub struct DirectionalAlbedo {
 impl DirectionalAlbedo {
     /// The largest channel.
     pub fn max(&self) -> f64 {
-        self.value.into_iter().fold(0.0, f64::max)
+        self.value.iter().copied().fold(0.0, f64::max)
     }
 }
 
 /// The largest directional albedo over some views.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub struct MaxAlbedo {
     /// The view.
     pub omega_o: Direction,
@@ -78,7 +78,7 @@ pub fn max_albedo(brdf: &dyn Brdf, views: &[Direction]) -> Option<MaxAlbedo> {
 pub fn directional_albedo(brdf: &dyn Brdf, omega_o: Direction) -> DirectionalAlbedo {
     if omega_o.cos_theta() <= 0.0 {
         return DirectionalAlbedo {
-            value: [0.0; 3],
+            value: ChannelValues::from_elem(0.0, brdf.channels().count()),
             error: 0.0,
             missing: 0.0,
         };
@@ -113,8 +113,10 @@ const NODES: usize = GAUSS_KRONROD.len();
 struct Cell {
     /// Ranges of s and φ.
     range: [[f64; 2]; 2],
-    /// Sums over f cos θ_i of the channels, over cos θ_i without data, and over cos θ_i.
-    sums: [f64; 5],
+    /// Sums over f cos θ_i of the channels.
+    sums: ChannelValues,
+    /// Sums over cos θ_i without data, and over cos θ_i.
+    hemisphere: [f64; 2],
     /// Difference of the two rules along s and along φ, the largest of any channel.
     errors: [f64; 2],
 }
@@ -146,13 +148,15 @@ impl Cell {
         nodes.presence.resize(pairs.len(), Presence::Present);
         lobe.brdf
             .eval_batch(&pairs, &mut nodes.values, &mut nodes.presence);
-        let mut sums = [0.0; 5];
-        let mut differences = [[0.0; 3]; 2];
+        let zero = ChannelValues::from_elem(0.0, channels);
+        let mut sums = zero.clone();
+        let mut hemisphere = [0.0; 2];
+        let mut differences = [zero.clone(), zero];
         for (i, weight) in nodes.weights.iter().enumerate() {
             let [[_, k0, g0], [_, k1, g1]] = [GAUSS_KRONROD[i % NODES], GAUSS_KRONROD[i / NODES]];
-            sums[4] += k0 * k1 * weight;
+            hemisphere[1] += k0 * k1 * weight;
             if nodes.presence[i] == Presence::Missing {
-                sums[3] += k0 * k1 * weight;
+                hemisphere[0] += k0 * k1 * weight;
                 continue;
             }
             for c in 0..channels {
@@ -162,10 +166,11 @@ impl Cell {
                 differences[1][c] += k0 * (k1 - g1) * value;
             }
         }
-        let largest = |d: [f64; 3]| d.into_iter().fold(0.0, |e: f64, d| e.max(d.abs()));
+        let largest = |d: ChannelValues| d.into_iter().fold(0.0, |e: f64, d| e.max(d.abs()));
         Self {
             range,
             sums,
+            hemisphere,
             errors: differences.map(largest),
         }
     }
@@ -182,6 +187,7 @@ fn integrate(lobe: &Lobe<'_>) -> DirectionalAlbedo {
         values: Vec::new(),
         presence: Vec::new(),
     };
+    let channels = lobe.brdf.channels().count();
     let mesh = lobe.mesh();
     let narrowest = mesh
         .iter()
@@ -192,15 +198,16 @@ fn integrate(lobe: &Lobe<'_>) -> DirectionalAlbedo {
     let mut cells: Vec<Cell> = mesh.into_iter().map(new).collect();
     let mut evaluations = cells.len() * NODES * NODES;
     loop {
-        let mut sums = [0.0; 5];
+        let mut value = ChannelValues::from_elem(0.0, channels);
+        let [mut missing, mut whole] = [0.0; 2];
         for cell in &cells {
-            for (sum, x) in sums.iter_mut().zip(cell.sums) {
+            for (sum, x) in value.iter_mut().zip(&cell.sums) {
                 *sum += x;
             }
+            missing += cell.hemisphere[0];
+            whole += cell.hemisphere[1];
         }
-        let [r, g, b, missing, whole] = sums;
-        let value = [r, g, b];
-        let largest = value.into_iter().fold(0.0, f64::max);
+        let largest = value.iter().copied().fold(0.0, f64::max);
         let error: f64 = cells.iter().map(Cell::error).sum();
         let done = error <= TOLERANCE * largest || evaluations >= REFINEMENT;
         let worst = cells.iter().map(Cell::error).fold(0.0, f64::max);

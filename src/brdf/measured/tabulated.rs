@@ -6,6 +6,7 @@
 
 use super::merl::{Interpolation, Merl, MerlError, MerlGrid, write_merl};
 use super::utia::{FILE_LEN, Utia, UtiaError, write_utia};
+use super::without_wavelengths;
 use crate::brdf::{self, Brdf, BrdfSpec, BuildError, Channels, Favours, Tables};
 use crate::error::ParameterError;
 use crate::geometry::Symmetry;
@@ -113,19 +114,20 @@ impl BrdfSpec for TabulatedSpec {
         format!("{}-of-{}", self.keys.format.name(), self.of.label())
     }
 
-    fn check(&self) -> Result<(), BuildError> {
-        self.of.check()?;
-        if self.keys.format == TableFormat::Utia || self.symmetry()?.isotropic {
+    fn check(&self, channels: &Channels) -> Result<(), BuildError> {
+        without_wavelengths("format", self.keys.format.name(), channels)?;
+        self.of.check(channels)?;
+        if self.keys.format == TableFormat::Utia || self.symmetry(channels)?.isotropic {
             return Ok(());
         }
         let allowed = format!("another material: {}", MerlError::NotIsotropic);
         Err(ParameterError::new("of", self.of.label(), allowed).into())
     }
 
-    fn symmetry(&self) -> Result<Symmetry, BuildError> {
+    fn symmetry(&self, channels: &Channels) -> Result<Symmetry, BuildError> {
         Ok(match self.keys.format {
-            TableFormat::Merl => self.of.symmetry()?,
-            TableFormat::Utia => kept_by_utia(self.of.symmetry()?),
+            TableFormat::Merl => self.of.symmetry(channels)?,
+            TableFormat::Utia => kept_by_utia(self.of.symmetry(channels)?),
         })
     }
 
@@ -137,7 +139,8 @@ impl BrdfSpec for TabulatedSpec {
     }
 
     fn build(&self, channels: Channels) -> Result<Box<dyn Brdf>, BuildError> {
-        let brdf = self.of.build(channels)?;
+        without_wavelengths("format", self.keys.format.name(), &channels)?;
+        let brdf = self.of.build(channels.clone())?;
         // Memory neither fails nor runs over: what is left is a material that does not fit.
         let refused = |e: &dyn std::fmt::Display| {
             ParameterError::new("of", self.of.label(), format!("another material: {e}"))

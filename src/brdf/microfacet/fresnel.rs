@@ -7,13 +7,15 @@
 //! | `schlick` | f0 + (1 − f0)(1 − c)⁵ (Schlick 1994) | `f0` in [0, 1] |
 //! | `none` | 1 | none |
 //!
-//! Every parameter is grey or R, G, B. F is in [0, 1] and 1 at c = 0 (but for ior = 1, where it is 0).
-//! Grey indices cost one evaluation in either channel mode, Schlick's F is linear in f0 and costs one
-//! in luminance; coloured indices cost three, and luminance is taken of the result.
+//! Every parameter is grey, R, G, B or a sampled spectrum. F is in [0, 1] and 1 at c = 0 (but for
+//! ior = 1, where it is 0). Grey indices cost one evaluation in any channels, Schlick's F is linear in
+//! f0 and costs one in luminance; coloured indices cost three, and luminance is taken of the result;
+//! sampled ones cost one a wavelength.
 
+use crate::brdf::spectrum::{planes, spread};
 use crate::brdf::{Channels, Spectrum};
 use crate::error::ParameterError;
-use crate::numeric::{DENOMINATOR_FLOOR, luminance, safe_sqrt};
+use crate::numeric::{DENOMINATOR_FLOOR, safe_sqrt};
 use crate::registry::{self, Entry, ReadError, Table};
 use serde::{Deserialize, Serialize};
 
@@ -160,14 +162,14 @@ impl FresnelSpec {
     ///
     /// # Errors
     /// The first parameter outside its range.
-    pub fn check(&self) -> Result<(), ParameterError> {
+    pub fn check(&self, channels: &Channels) -> Result<(), ParameterError> {
         match self {
             FresnelSpec::Conductor(s) => {
-                s.eta.check("fresnel.eta", 1e-3, 1e3)?;
-                s.kappa.check("fresnel.kappa", 0.0, 1e3)
+                s.eta.check("fresnel.eta", 1e-3, 1e3, channels)?;
+                s.kappa.check("fresnel.kappa", 0.0, 1e3, channels)
             }
-            FresnelSpec::Dielectric(s) => s.ior.check("fresnel.ior", 1.0, 1e3),
-            FresnelSpec::Schlick(s) => s.f0.check("fresnel.f0", 0.0, 1.0),
+            FresnelSpec::Dielectric(s) => s.ior.check("fresnel.ior", 1.0, 1e3, channels),
+            FresnelSpec::Schlick(s) => s.f0.check("fresnel.f0", 0.0, 1.0, channels),
             FresnelSpec::None => Ok(()),
         }
     }
@@ -175,83 +177,58 @@ impl FresnelSpec {
 
 /// A Fresnel term ready to be evaluated in a scene's channels.
 #[derive(Clone, Debug)]
-pub struct Fresnel {
-    law: Law,
-    /// How many of the law's three entries differ: 1 or 3.
-    distinct: usize,
-}
+pub struct Fresnel(Law);
 
+/// One entry if it is grey, else one a colour or wavelength.
 #[derive(Clone, Debug)]
 enum Law {
     /// (η² − κ², 4η²κ²).
-    Conductor([[f64; 2]; 3]),
+    Conductor(Vec<[f64; 2]>),
     /// ior² − 1.
-    Dielectric([f64; 3]),
-    Schlick([f64; 3]),
+    Dielectric(Vec<f64>),
+    Schlick(Vec<f64>),
     One,
 }
 
 impl Fresnel {
     /// The term of a checked `spec`.
-    pub fn new(spec: &FresnelSpec, channels: Channels) -> Self {
-        match spec {
+    pub fn new(spec: &FresnelSpec, channels: &Channels) -> Self {
+        Self(match spec {
             FresnelSpec::Conductor(s) => {
-                let (eta, kappa) = (s.eta.rgb(), s.kappa.rgb());
-                Self {
-                    law: Law::Conductor([0, 1, 2].map(|c| {
-                        let (e2, k2) = (eta[c] * eta[c], kappa[c] * kappa[c]);
-                        [e2 - k2, 4.0 * e2 * k2]
-                    })),
-                    distinct: s.eta.distinct().max(s.kappa.distinct()),
-                }
+                let squares = planes([&s.eta, &s.kappa], channels)
+                    .map(|both| both.map(|index| index * index));
+                Law::Conductor(squares.map(|[e2, k2]| [e2 - k2, 4.0 * e2 * k2]).collect())
             }
-            FresnelSpec::Dielectric(s) => Self {
-                law: Law::Dielectric(s.ior.rgb().map(excess)),
-                distinct: s.ior.distinct(),
-            },
-            FresnelSpec::Schlick(s) => Self {
-                law: Law::Schlick(s.f0.linear(channels)),
-                distinct: match channels {
-                    Channels::Luminance => 1,
-                    Channels::Rgb => s.f0.distinct(),
-                },
-            },
-            FresnelSpec::None => Self {
-                law: Law::One,
-                distinct: 1,
-            },
-        }
+            FresnelSpec::Dielectric(s) => {
+                let indices = planes([&s.ior], channels);
+                Law::Dielectric(indices.map(|[ior]| excess(ior)).collect())
+            }
+            FresnelSpec::Schlick(s) => Law::Schlick(match s.f0 {
+                Spectrum::Grey(_) => vec![s.f0.linear(channels)[0]],
+                _ => s.f0.linear(channels),
+            }),
+            FresnelSpec::None => Law::One,
+        })
     }
 
     /// Writes `factor · F(cos_d)` for each channel.
     #[inline]
     pub fn scale(&self, cos_d: f64, factor: f64, out: &mut [f64]) {
-        match &self.law {
+        match &self.0 {
             Law::Conductor(indices) => {
-                self.spread(out, |c| factor * conductor(indices[c], cos_d));
+                spread(indices.len(), out, |c| {
+                    factor * conductor(indices[c], cos_d)
+                });
             }
             Law::Dielectric(excess) => {
-                self.spread(out, |c| factor * dielectric(excess[c], cos_d));
+                spread(excess.len(), out, |c| factor * dielectric(excess[c], cos_d));
             }
             Law::Schlick(f0) => {
                 let w = 1.0 - cos_d;
                 let w5 = w * w * w * w * w;
-                self.spread(out, |c| factor * (f0[c] + (1.0 - f0[c]) * w5));
+                spread(f0.len(), out, |c| factor * (f0[c] + (1.0 - f0[c]) * w5));
             }
             Law::One => out.fill(factor),
-        }
-    }
-
-    #[inline]
-    fn spread(&self, out: &mut [f64], value: impl Fn(usize) -> f64) {
-        if self.distinct == 1 {
-            out.fill(value(0));
-        } else if out.len() == 1 {
-            out[0] = luminance([value(0), value(1), value(2)]);
-        } else {
-            for (c, out) in out.iter_mut().enumerate() {
-                *out = value(c);
-            }
         }
     }
 }
@@ -356,7 +333,7 @@ mod tests {
         for entry in all() {
             for example in entry.examples {
                 let spec = registry::read_text(&entry, example).unwrap();
-                spec.check().unwrap();
+                spec.check(&Channels::Luminance).unwrap();
                 let text = toml::to_string(&spec.resolved()).unwrap();
                 let table = toml::de::DeTable::parse(&text).unwrap();
                 assert_eq!(read(table).unwrap(), *spec, "{}", entry.kind);

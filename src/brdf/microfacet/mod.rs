@@ -128,9 +128,9 @@ impl<D: Distribution> BrdfSpec for MicrofacetSpec<D> {
         }
     }
 
-    fn check(&self) -> Result<(), BuildError> {
+    fn check(&self, channels: &Channels) -> Result<(), BuildError> {
         self.alpha.check("alpha")?;
-        self.fresnel.check()?;
+        self.fresnel.check(channels)?;
         Ok(())
     }
 
@@ -139,7 +139,7 @@ impl<D: Distribution> BrdfSpec for MicrofacetSpec<D> {
     }
 
     fn build(&self, channels: Channels) -> Result<Box<dyn Brdf>, BuildError> {
-        self.check()?;
+        self.check(&channels)?;
         Ok(Box::new(Microfacet::<D>::new(
             self.alpha,
             &self.fresnel,
@@ -165,17 +165,17 @@ impl<D: Distribution> Microfacet<D> {
     /// Facets of roughness `alpha` and reflectance `fresnel`.
     pub fn new(alpha: Roughness, fresnel: &FresnelSpec, channels: Channels) -> Self {
         Self {
-            channels,
             isotropic: alpha.is_isotropic(),
             distribution: D::new(alpha),
-            fresnel: Fresnel::new(fresnel, channels),
+            fresnel: Fresnel::new(fresnel, &channels),
+            channels,
         }
     }
 }
 
 impl<D: Distribution> Brdf for Microfacet<D> {
-    fn channels(&self) -> Channels {
-        self.channels
+    fn channels(&self) -> &Channels {
+        &self.channels
     }
 
     fn symmetry(&self) -> Symmetry {

@@ -1,7 +1,7 @@
 //! What a config of this kind means.
 
 use super::spec::MomentsTable;
-use crate::brdf::Channels;
+use crate::brdf::{Channels, Wavelengths};
 use crate::error::{Error, ParameterError};
 use crate::experiment::checks::distinct;
 use crate::experiment::choices::Material;
@@ -149,6 +149,9 @@ pub struct MomentsPlan {
     pub lighting: Box<dyn LightingSpec>,
     /// The config with every default filled in.
     pub resolved: toml::Table,
+    /// The wavelengths its materials are known at, if the config is that of an acquisition by
+    /// wavelength.
+    pub wavelengths: Option<Wavelengths>,
 }
 
 impl MomentsPlan {
@@ -196,7 +199,7 @@ impl MomentsPlan {
             only: scalars.only.as_deref(),
             merl,
         };
-        let (materials, missing) = materials::gather(source, origins)?;
+        let (materials, missing) = materials::gather(source, origins, &moments.spec.needs())?;
         let path = KeyPath::of("lighting");
         lighting
             .check()
@@ -217,12 +220,21 @@ impl MomentsPlan {
             analysis,
             lighting,
             resolved,
+            wavelengths: None,
         })
     }
 
     /// What the materials are built for.
     pub fn channels(&self) -> Channels {
-        self.moments.spec.needs()
+        self.seen_in(self.moments.spec.needs())
+    }
+
+    /// The wavelengths of the scene, if it has any; else `otherwise`.
+    pub fn seen_in(&self, otherwise: Channels) -> Channels {
+        match &self.wavelengths {
+            Some(wavelengths) => Channels::Wavelengths(wavelengths.clone()),
+            None => otherwise,
+        }
     }
 
     /// The groups of materials, in the order of their first member.

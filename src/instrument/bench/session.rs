@@ -19,7 +19,7 @@
 //! read so long that its noise is part of its uncertainty.
 
 use super::{Bench, Errors, NOISE, normal};
-use crate::brdf::{Brdf, Channels};
+use crate::brdf::{Brdf, ChannelValues};
 use crate::geometry::DirectionPair;
 use crate::instrument::Instrument;
 use crate::instrument::optics::{Workspace, collected};
@@ -47,11 +47,11 @@ const SLAB: usize = 16 * TASK;
 const BOUND: f64 = 1.732_050_807_568_877_2;
 
 /// One reading.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Debug)]
 struct Reading {
-    value: [f64; 3],
-    type_a: [f64; 3],
-    type_b: [f64; 3],
+    value: ChannelValues,
+    type_a: ChannelValues,
+    type_b: ChannelValues,
     flags: Flags,
 }
 
@@ -75,10 +75,12 @@ impl<'a> Session<'a> {
     ) -> Option<Reading> {
         let Some(errors) = &self.bench.errors else {
             let average = self.bench.optics.average(brdf, pair, work)?;
+            let mut type_b = average.error;
+            type_b.iter_mut().for_each(|e| *e /= BOUND);
             return Some(Reading {
+                type_a: ChannelValues::from_elem(0.0, type_b.len()),
                 value: average.value,
-                type_a: [0.0; 3],
-                type_b: average.error.map(|e| e / BOUND),
+                type_b,
                 flags: clipped(average.clipped),
             });
         };
@@ -130,16 +132,17 @@ impl Errors {
         let hours = visit.since_calibration_seconds / 3600.0;
         let gain = (1.0 + self.drift * hours) / self.tile;
         let mut reading = Reading {
+            value: ChannelValues::new(),
+            type_a: ChannelValues::new(),
+            type_b: ChannelValues::new(),
             flags: clipped(average.clipped),
-            ..Reading::default()
         };
         // Of sample and tile alike: it decides how many electrons there are, and nothing else.
         let seen = collected(&bench.spec, pair);
         let positioning = self.positioning(bench, brdf, &visit.positions, asked, work);
-        let channels = brdf.channels().count();
         let mut buried = true;
-        for c in 0..channels {
-            let light = average.value[c] * cosine * gain * seen;
+        for (c, mean) in average.value.iter().enumerate() {
+            let light = mean * cosine * gain * seen;
             let signal = self.detector.read(light, noise);
             let value = signal.value / (asked * seen);
             let shared = [
@@ -148,11 +151,12 @@ impl Errors {
                 average.error[c] / BOUND,
             ];
             let square: f64 = shared.iter().map(|u| u * u).sum();
-            reading.value[c] = value;
-            reading.type_a[c] =
+            let scatter =
                 (signal.variance / (asked * asked * seen * seen) + positioning[0][c]).sqrt();
-            reading.type_b[c] = (square + positioning[1][c]).sqrt();
-            buried &= value < 2.0 * reading.type_a[c];
+            reading.value.push(value);
+            reading.type_a.push(scatter);
+            reading.type_b.push((square + positioning[1][c]).sqrt());
+            buried &= value < 2.0 * scatter;
             if signal.saturated {
                 reading.flags = reading.flags.with(Flags::SATURATED);
             }
@@ -171,16 +175,22 @@ impl Errors {
         positions: &Positions,
         asked: f64,
         work: &mut Workspace,
-    ) -> [[f64; 3]; 2] {
-        let mut variances = [[0.0; 3]; 2];
+    ) -> [ChannelValues; 2] {
+        let zero = ChannelValues::from_elem(0.0, brdf.channels().count());
+        let mut variances = [zero.clone(), zero.clone()];
         let mut look = |at: &Positions| {
             let pair = bench.machine.forward(at);
             let cosine = self.rough.cosine(&pair);
             let average = self.rough.average(brdf, &pair, work);
-            average.map(|a| a.value.map(|v| v * cosine / asked))
+            average.map(|a| {
+                let values = a.value.into_iter();
+                values
+                    .map(|v| v * cosine / asked)
+                    .collect::<ChannelValues>()
+            })
         };
         let mut centre = None;
-        let mut shift = [0.0; 3];
+        let mut shift = zero;
         for (i, axis) in bench.machine.axes().iter().enumerate().take(MAX_AXES) {
             let shared = axis.bias * axis.bias + axis.resolution * axis.resolution / 12.0;
             let scatter = axis.repeatability * axis.repeatability;
@@ -198,11 +208,11 @@ impl Errors {
                 centre = look(positions);
             }
             // At the edge of the data there is nothing to differ from.
-            let (Some(above), Some(below), Some(centre)) = (above, below, centre) else {
+            let (Some(above), Some(below), Some(centre)) = (above, below, &centre) else {
                 continue;
             };
             let [of_scatter, of_shared] = [scatter, shared].map(|v| v / (sigma * sigma));
-            for c in 0..3 {
+            for c in 0..centre.len() {
                 // f(q + σz) ≈ f + z slope + z² bend/2 with z normal: the variance is slope² +
                 // bend²/2, and the mean moves by bend/2, by the sum of them for all axes.
                 let slope = 0.5 * (above[c] - below[c]);
@@ -231,7 +241,7 @@ impl Session<'_> {
     ) -> Option<Measurement> {
         let poses = &schedule.poses;
         let random = Random::new(self.seed);
-        let mut report = Report::new(brdf.channels(), poses.len());
+        let mut report = Report::new(brdf.channels().count(), poses.len());
         for slab in self.itinerary.visits.chunks(SLAB) {
             if !go_on() {
                 return None;
@@ -257,7 +267,7 @@ impl Session<'_> {
         let parts = self.bench.parts;
         Some(Measurement {
             schedule: Arc::clone(schedule),
-            channels: brdf.channels(),
+            channels: brdf.channels().clone(),
             values: report.values,
             outcomes: report.outcomes,
             details: (parts.noise || parts.apertures).then_some(report.details),
@@ -281,8 +291,7 @@ struct Report {
 }
 
 impl Report {
-    fn new(channels: Channels, poses: usize) -> Self {
-        let channels = channels.count();
+    fn new(channels: usize, poses: usize) -> Self {
         Self {
             channels,
             values: vec![0.0; poses * channels],
@@ -308,7 +317,7 @@ impl Report {
             (&mut self.details.type_b, &reading.type_b),
         ];
         for (all, one) in pairs {
-            all[of_pose.clone()].copy_from_slice(&one[..self.channels]);
+            all[of_pose.clone()].copy_from_slice(one);
         }
         self.details.flags[pose] = reading.flags;
     }

@@ -1,38 +1,100 @@
 //! Sums over many pairs, evaluated in one call.
 
-use crate::brdf::{Brdf, Presence};
+use crate::brdf::{Brdf, ChannelValues, Presence};
 use crate::geometry::{Direction, DirectionPair};
 use glam::DVec3;
+use smallvec::SmallVec;
 
-/// Σ w f cos θ_i of three channels and Σ w cos θ_i.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(super) struct Sums([f64; 4]);
+/// Σ w f cos θ_i of every channel, then Σ w cos θ_i. Luminance and R, G, B need no memory of their
+/// own.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Sums(SmallVec<[f64; 4]>);
 
 impl Sums {
-    /// Adds `factor` times another.
-    pub(super) fn add(&mut self, factor: f64, other: &Sums) {
-        for (sum, x) in self.0.iter_mut().zip(other.0) {
+    /// Nothing yet.
+    pub(super) fn new(channels: usize) -> Self {
+        Self(SmallVec::from_elem(0.0, channels + 1))
+    }
+
+    /// Adds `factor` times others.
+    #[inline]
+    pub(super) fn add(&mut self, factor: f64, others: View<'_>) {
+        for (sum, x) in self.0.iter_mut().zip(others.0) {
             *sum += factor * x;
         }
     }
 
+    /// The same, to be read.
+    #[inline]
+    pub(super) fn view(&self) -> View<'_> {
+        View(&self.0)
+    }
+
+    /// Back to nothing.
+    pub(super) fn clear(&mut self) {
+        self.0.fill(0.0);
+    }
+}
+
+/// [`Sums`], to be read.
+#[derive(Clone, Copy)]
+pub(super) struct View<'a>(&'a [f64]);
+
+impl View<'_> {
+    /// A copy that lasts.
+    pub(super) fn to_sums(self) -> Sums {
+        Sums(SmallVec::from_slice(self.0))
+    }
+
+    /// Number of channels.
+    pub(super) fn channels(self) -> usize {
+        self.0.len() - 1
+    }
+
     /// Σ w cos θ_i.
-    pub(super) fn weight(&self) -> f64 {
-        self.0[3]
+    #[inline]
+    pub(super) fn weight(self) -> f64 {
+        self.0[self.channels()]
     }
 
-    /// The averages of the channels.
-    pub(super) fn ratio(&self) -> [f64; 3] {
-        let weight = self.0[3];
+    /// The average of a channel, 0 without weight.
+    #[inline]
+    pub(super) fn ratio(self, channel: usize) -> f64 {
+        let weight = self.weight();
         if weight == 0.0 {
-            return [0.0; 3];
+            return 0.0;
         }
-        [0, 1, 2].map(|c| self.0[c] / weight)
+        self.0[channel] / weight
     }
 
-    /// How much an error `self` of both sums changes an average `value` over `weight`.
-    pub(super) fn effect(&self, value: [f64; 3], weight: f64) -> [f64; 3] {
-        [0, 1, 2].map(|c| ((self.0[c] - value[c] * self.0[3]) / weight).abs())
+    /// The averages of all channels.
+    pub(super) fn ratios(self) -> ChannelValues {
+        (0..self.channels()).map(|c| self.ratio(c)).collect()
+    }
+
+    /// How much an error `self` of both sums changes an average `value` of a channel over `weight`.
+    #[inline]
+    pub(super) fn effect(self, channel: usize, value: f64, weight: f64) -> f64 {
+        ((self.0[channel] - value * self.weight()) / weight).abs()
+    }
+}
+
+/// The sums of groups of pairs.
+#[derive(Clone, Copy)]
+pub(super) struct Groups<'a> {
+    sums: &'a [f64],
+    stride: usize,
+}
+
+impl<'a> Groups<'a> {
+    /// Every group, in their order.
+    pub(super) fn iter(self) -> impl Iterator<Item = View<'a>> {
+        self.sums.chunks_exact(self.stride).map(View)
+    }
+
+    /// One group.
+    pub(super) fn group(self, group: usize) -> View<'a> {
+        View(&self.sums[group * self.stride..][..self.stride])
     }
 }
 
@@ -44,7 +106,8 @@ pub struct Workspace {
     groups: Vec<u16>,
     values: Vec<f64>,
     presence: Vec<Presence>,
-    sums: Vec<Sums>,
+    /// Laid out as [`Sums`], group after group.
+    sums: Vec<f64>,
     evaluations: usize,
     missing: bool,
 }
@@ -68,10 +131,14 @@ impl Workspace {
     }
 
     /// The value of one pair.
-    pub(super) fn single(&mut self, brdf: &dyn Brdf, pair: &DirectionPair) -> Option<[f64; 3]> {
-        let mut value = [0.0; 3];
+    pub(super) fn single(
+        &mut self,
+        brdf: &dyn Brdf,
+        pair: &DirectionPair,
+    ) -> Option<ChannelValues> {
+        let mut value = ChannelValues::from_elem(0.0, brdf.channels().count());
         self.evaluations += 1;
-        match brdf.eval(pair, &mut value[..brdf.channels().count()]) {
+        match brdf.eval(pair, &mut value) {
             Presence::Present => Some(value),
             Presence::Missing => None,
         }
@@ -90,7 +157,7 @@ impl Workspace {
     }
 
     /// Evaluates all pairs and gives the sums of every group; no pair is left.
-    pub(super) fn evaluate(&mut self, brdf: &dyn Brdf, groups: usize) -> &[Sums] {
+    pub(super) fn evaluate(&mut self, brdf: &dyn Brdf, groups: usize) -> Groups<'_> {
         let (n, channels) = (self.pairs.len(), brdf.channels().count());
         self.values.clear();
         self.values.resize(n * channels, 0.0);
@@ -98,8 +165,9 @@ impl Workspace {
         self.presence.resize(n, Presence::Present);
         brdf.eval_batch(&self.pairs, &mut self.values, &mut self.presence);
         self.evaluations += n;
+        let stride = channels + 1;
         self.sums.clear();
-        self.sums.resize(groups, Sums::default());
+        self.sums.resize(groups * stride, 0.0);
         let values = self.values.chunks_exact(channels);
         let nodes = self.weights.iter().zip(&self.groups).zip(&self.presence);
         for (values, ((weight, group), presence)) in values.zip(nodes) {
@@ -107,15 +175,18 @@ impl Workspace {
                 self.missing = true;
                 continue;
             }
-            let sums = &mut self.sums[usize::from(*group)];
-            for (sum, value) in sums.0.iter_mut().zip(values) {
+            let sums = &mut self.sums[usize::from(*group) * stride..][..stride];
+            for (sum, value) in sums.iter_mut().zip(values) {
                 *sum += weight * value;
             }
-            sums.0[3] += weight;
+            sums[channels] += weight;
         }
         self.pairs.clear();
         self.weights.clear();
         self.groups.clear();
-        &self.sums
+        Groups {
+            sums: &self.sums,
+            stride,
+        }
     }
 }

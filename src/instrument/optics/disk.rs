@@ -2,7 +2,7 @@
 
 use super::Estimate;
 use super::batch::{Sums, Workspace};
-use crate::brdf::Brdf;
+use crate::brdf::{Brdf, ChannelValues};
 use crate::geometry::Direction;
 use crate::sampling::gauss_legendre;
 use glam::DVec3;
@@ -137,7 +137,7 @@ impl Rules {
                 work.push(*i, *o, wi * wo, 0);
             }
         }
-        work.evaluate(brdf, 1)[0]
+        work.evaluate(brdf, 1).group(0).to_sums()
     }
 
     /// The share of a disk above the horizon, and the mean over the whole disk of the cosine of what
@@ -208,10 +208,11 @@ impl Rules {
                 }
             }
         }
+        let channels = brdf.channels().count();
         let groups = work.evaluate(brdf, 6);
         let sum = |factors: [f64; 6]| {
-            let mut sums = Sums::default();
-            for (factor, group) in factors.into_iter().zip(groups) {
+            let mut sums = Sums::new(channels);
+            for (factor, group) in factors.into_iter().zip(groups.iter()) {
                 sums.add(factor, group);
             }
             sums
@@ -225,22 +226,25 @@ impl Rules {
             ),
             [true, false] => {
                 let third = sum([0.0, 0.0, 0.0, 1.0, 0.0, 0.0]);
-                (third, third, sum([0.25, 1.0, 0.0, 0.0, 0.0, 0.0]))
+                (third.clone(), third, sum([0.25, 1.0, 0.0, 0.0, 0.0, 0.0]))
             }
             [false, _] => {
                 let third = sum([0.0, 0.0, 0.0, 0.0, 1.0, 0.0]);
-                (third, third, sum([0.25, 0.0, 1.0, 0.0, 0.0, 0.0]))
+                (third.clone(), third, sum([0.25, 0.0, 1.0, 0.0, 0.0, 0.0]))
             }
         };
         let exact = |sums| Estimate {
             sums,
-            error: [0.0; 3],
+            error: ChannelValues::from_elem(0.0, channels),
         };
-        let mut estimate = Estimate::after(fifth, &[exact(centre), exact(third)], 0.02);
-        let other = Estimate::after(fifth, &[exact(centre), exact(also_third)], 0.02);
-        for c in 0..3 {
-            estimate.error[c] = estimate.error[c].max(other.error[c]);
+        let mut steps = [exact(centre), exact(also_third)];
+        let other = Estimate::after(fifth.clone(), &steps, 0.02);
+        steps[1] = exact(third);
+        let mut estimate = Estimate::after(fifth, &steps, 0.02);
+        for (error, other) in estimate.error.iter_mut().zip(&other.error) {
+            *error = error.max(*other);
         }
-        (exact(third), estimate)
+        let [_, third] = steps;
+        (third, estimate)
     }
 }

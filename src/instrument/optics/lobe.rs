@@ -14,7 +14,7 @@
 use super::batch::{Sums, Workspace};
 use super::lens::{FINEST, Overlap};
 use super::{Estimate, Optics};
-use crate::brdf::Brdf;
+use crate::brdf::{Brdf, ChannelValues};
 use crate::geometry::{DirectionPair, angle_between};
 use glam::DVec3;
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
@@ -96,13 +96,13 @@ impl Peak {
             }
         }
         let values = work.evaluate(brdf, 1 + 2 * Self::SCALES as usize);
-        let peak = values[0].ratio();
-        let largest = (0..3).max_by(|a, b| peak[*a].total_cmp(&peak[*b]))?;
+        let peak = values.group(0).ratios();
+        let largest = (0..peak.len()).max_by(|a, b| peak[*a].total_cmp(&peak[*b]))?;
         let width = |axis: usize| {
             (0..Self::SCALES)
                 .filter(|k| {
-                    let sums = &values[1 + 2 * *k as usize + axis];
-                    sums.weight() > 0.0 && sums.ratio()[largest] < 0.5 * peak[largest]
+                    let sums = values.group(1 + 2 * *k as usize + axis);
+                    sums.weight() > 0.0 && sums.ratio(largest) < 0.5 * peak[largest]
                 })
                 .map(|k| reach * f64::powi(2.0, -k))
                 .fold(f64::INFINITY, f64::min)
@@ -219,7 +219,7 @@ fn nodes() -> [[f64; 3]; NODES] {
 }
 
 /// A part of the polar plane.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 struct Cell {
     radial: Radial,
     /// Ranges of t and of the azimuth.
@@ -230,12 +230,12 @@ struct Cell {
 }
 
 impl Cell {
-    fn new(radial: Radial, range: [[f64; 2]; 2]) -> Self {
+    fn new(radial: Radial, range: [[f64; 2]; 2], channels: usize) -> Self {
         Self {
             radial,
             range,
-            sums: Sums::default(),
-            differences: [Sums::default(); 2],
+            sums: Sums::new(channels),
+            differences: [Sums::new(channels), Sums::new(channels)],
         }
     }
 
@@ -245,7 +245,7 @@ impl Cell {
         [[lo, middle], [middle, hi]].map(|part| {
             let mut range = self.range;
             range[axis] = part;
-            Cell::new(self.radial, range)
+            Cell::new(self.radial, range, self.sums.view().channels())
         })
     }
 }
@@ -294,8 +294,8 @@ impl Integral<'_> {
             }
         }
         let groups = work.evaluate(self.brdf, NODES * NODES);
-        cell.sums = Sums::default();
-        cell.differences = [Sums::default(); 2];
+        cell.sums.clear();
+        cell.differences.iter_mut().for_each(Sums::clear);
         for (sums, ij) in groups.iter().zip(0..) {
             let ([_, ki, gi], [_, kj, gj]): ([f64; 3], [f64; 3]) =
                 (nodes[ij / NODES], nodes[ij % NODES]);
@@ -341,6 +341,7 @@ impl Integral<'_> {
                 stack.push((radial, ends, [from, from + FRAC_PI_2]));
             }
         }
+        let channels = self.brdf.channels().count();
         let mut cells = Vec::new();
         while let Some((radial, [r0, r1], [p0, p1])) = stack.pop() {
             let aside = if p0 - azimuth < PI {
@@ -368,7 +369,7 @@ impl Integral<'_> {
                 stack.push((radial, [r0, r1], [p0, middle]));
             } else {
                 let t = [radial.inverse(r0), radial.inverse(r1)];
-                cells.push(Cell::new(radial, [t, [p0, p1]]));
+                cells.push(Cell::new(radial, [t, [p0, p1]], channels));
             }
         }
         cells
@@ -392,6 +393,7 @@ pub(super) fn integrate(
         polar: Polar::new(pair, peak.kind),
         overlap: Overlap::default(),
     };
+    let channels = brdf.channels().count();
     let start = work.evaluations();
     let mut cells = integral.mesh(peak.width);
     for cell in &mut cells {
@@ -400,7 +402,7 @@ pub(super) fn integrate(
     // Half of the tolerance for the cells, half for the lenses.
     let tolerance = &optics.tolerance;
     let coarse = loop {
-        let (estimate, errors) = outer(&cells);
+        let (estimate, errors) = outer(&cells, channels);
         // The same cells are evaluated once more with finer lenses, at three times the cost.
         let spent = 4 * (work.evaluations() - start);
         if estimate.excess(tolerance) <= 0.5 || spent > budget {
@@ -430,14 +432,14 @@ pub(super) fn integrate(
             integral.evaluate(cell, level, work);
         }
         let cost = work.evaluations() - before;
-        let (mut estimate, _) = outer(&cells);
-        let (now, then) = (estimate.sums.ratio(), last.sums.ratio());
-        for c in 0..3 {
-            estimate.error[c] += (now[c] - then[c]).abs();
+        let (mut estimate, _) = outer(&cells, channels);
+        let (now, then) = (estimate.sums.view(), last.sums.view());
+        for (c, error) in estimate.error.iter_mut().enumerate() {
+            *error += (now.ratio(c) - then.ratio(c)).abs();
         }
         let spent = work.evaluations() - start;
         last = estimate;
-        if estimate.good(tolerance) || spent + 2 * cost > budget {
+        if last.good(tolerance) || spent + 2 * cost > budget {
             break;
         }
     }
@@ -445,23 +447,24 @@ pub(super) fn integrate(
 }
 
 /// The average over all cells with the error of the cells, and the error of each along either axis.
-fn outer(cells: &[Cell]) -> (Estimate, Vec<[f64; 2]>) {
-    let mut sums = Sums::default();
+fn outer(cells: &[Cell], channels: usize) -> (Estimate, Vec<[f64; 2]>) {
+    let mut sums = Sums::new(channels);
     for cell in cells {
-        sums.add(1.0, &cell.sums);
+        sums.add(1.0, cell.sums.view());
     }
-    let (value, weight) = (sums.ratio(), sums.weight().max(f64::MIN_POSITIVE));
-    let mut error = [0.0; 3];
+    let value = sums.view().ratios();
+    let weight = sums.view().weight().max(f64::MIN_POSITIVE);
+    let mut error = ChannelValues::from_elem(0.0, channels);
     let errors = cells
         .iter()
         .map(|cell| {
-            cell.differences.map(|difference| {
-                let effect = difference.effect(value, weight);
+            cell.differences.each_ref().map(|difference| {
                 let mut largest = 0.0_f64;
-                for c in 0..3 {
-                    error[c] += effect[c];
-                    if value[c] > 0.0 {
-                        largest = largest.max(effect[c] / value[c]);
+                for (c, (error, value)) in error.iter_mut().zip(&value).enumerate() {
+                    let effect = difference.view().effect(c, *value, weight);
+                    *error += effect;
+                    if *value > 0.0 {
+                        largest = largest.max(effect / value);
                     }
                 }
                 largest

@@ -62,8 +62,8 @@ trait Integrand: Send + Sync {
 struct AsBrdf<T>(T);
 
 impl<T: Integrand> Brdf for AsBrdf<T> {
-    fn channels(&self) -> Channels {
-        Channels::Luminance
+    fn channels(&self) -> &Channels {
+        &Channels::Luminance
     }
 
     fn symmetry(&self) -> Symmetry {

@@ -280,8 +280,8 @@ mod tests {
     struct Bounded(f64);
 
     impl Brdf for Bounded {
-        fn channels(&self) -> Channels {
-            Channels::Luminance
+        fn channels(&self) -> &Channels {
+            &Channels::Luminance
         }
         fn symmetry(&self) -> Symmetry {
             Symmetry::FULL

@@ -373,8 +373,8 @@ mod tests {
     struct Half;
 
     impl Brdf for Half {
-        fn channels(&self) -> Channels {
-            Channels::Luminance
+        fn channels(&self) -> &Channels {
+            &Channels::Luminance
         }
         fn symmetry(&self) -> Symmetry {
             Symmetry::NONE

@@ -11,7 +11,7 @@
 //! Points are scrambled Sobol points, scrambled anew for each pixel.
 
 use super::distribution::Distribution;
-use crate::brdf::{Brdf, Presence};
+use crate::brdf::{Brdf, Channels, Presence};
 use crate::geometry::{Direction, DirectionPair};
 use crate::lighting::Lighting;
 use crate::numeric::luminance;
@@ -39,7 +39,7 @@ const EVEN: f64 = 0.1;
 /// Renders a sphere with `samples` points a pixel, rounded up to an even number, at least 2 and
 /// at most 65 536.
 ///
-/// Radiance at the middles of pixels. A BRDF in luminance has that value in R, G and B; pairs
+/// Radiance at the middles of pixels. A BRDF without colours has its luminance in R, G and B; pairs
 /// without data reflect nothing. `resolution` is clamped to [1, 4096]. Any number of threads gives
 /// the same picture. Noise falls like 1/√samples or faster.
 pub fn render_sphere(
@@ -288,22 +288,25 @@ impl<'a, const N: usize> Shader<'a, N> {
         let share = if all > 0.0 { left_out / all } else { 0.0 };
         let mut start = 0;
         let reflected = self.brdfs.map(|brdf| {
-            let channels = brdf.channels().count();
-            let values = &self.values[start..start + channels * n];
-            start += channels * n;
+            let channels = brdf.channels();
+            let end = start + channels.count() * n;
+            let values = &self.values[start..end];
+            start = end;
             self.reflected(values, channels)
         });
         (reflected, share)
     }
 
     /// What a BRDF of these values makes of the light of a pixel.
-    fn reflected(&self, values: &[f64], channels: usize) -> [f64; 3] {
+    fn reflected(&self, values: &[f64], channels: &Channels) -> [f64; 3] {
         let mut sum = [0.0; 3];
-        let found = self.radiance.iter().zip(values.chunks_exact(channels));
+        let values = values.chunks_exact(channels.count());
+        let found = self.radiance.iter().zip(values);
         for ((light, f), known) in found.zip(&self.known) {
             if *known {
+                let f = channels.rgb(f);
                 for channel in 0..3 {
-                    sum[channel] += f[channel % channels] * light[channel];
+                    sum[channel] += f[channel] * light[channel];
                 }
             }
         }
@@ -327,7 +330,7 @@ fn from_world(v: DVec3) -> DVec3 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::brdf::{self, Channels, Lambert, Spectrum};
+    use crate::brdf::{self, Lambert, Spectrum};
     use crate::registry;
     use crate::report::pictures::rings::{light, sphere};
 

@@ -43,11 +43,7 @@ pub fn write_slice(
         ("difference", difference),
     ];
     for (layer, plane) in layers {
-        let names: &[&str] = match channels {
-            Channels::Luminance => &["Y"],
-            Channels::Rgb => &["R", "G", "B"],
-        };
-        for (c, name) in names.iter().enumerate() {
+        for (c, name) in channel_names(channels).iter().enumerate() {
             list.push(channel(
                 layer,
                 name,
@@ -57,6 +53,14 @@ pub fn write_slice(
         list.push(channel(layer, "A", plane.pixels.iter().map(|p| p.alpha)));
     }
     write_channels([RESOLUTION; 2], list, out)
+}
+
+/// What the values of a picture are called in OpenEXR: colours, or luminance alone.
+pub(super) fn channel_names(channels: &Channels) -> &'static [&'static str] {
+    match channels {
+        Channels::Luminance | Channels::Wavelengths(_) => &["Y"],
+        Channels::Rgb => &["R", "G", "B"],
+    }
 }
 
 /// An image of all these channels as OpenEXR.
@@ -107,7 +111,8 @@ impl Plane {
 
     fn of(brdf: &dyn Brdf) -> Self {
         let omega_o = Direction::from_spherical(THETA_O_DEG.to_radians(), 0.0);
-        let n = brdf.channels().count();
+        let channels = brdf.channels();
+        let n = channels.count();
         let mut pixels = vec![Self::EMPTY; RESOLUTION * RESOLUTION];
         let centre = |i: usize| (2.0 * i as f64 + 1.0) / RESOLUTION as f64 - 1.0;
         let rows = pixels.par_chunks_mut(RESOLUTION).enumerate();
@@ -130,7 +135,7 @@ impl Plane {
             let found = columns.iter().zip(&presence).zip(values.chunks_exact(n));
             for ((&column, &presence), values) in found {
                 if presence == Presence::Present {
-                    pixels[column].values[..n].copy_from_slice(values);
+                    pixels[column].values = channels.rgb(values);
                     pixels[column].alpha = 1.0;
                 }
             }
@@ -213,8 +218,8 @@ mod tests {
     struct Probe(fn(&DirectionPair) -> f64);
 
     impl Brdf for Probe {
-        fn channels(&self) -> Channels {
-            Channels::Luminance
+        fn channels(&self) -> &Channels {
+            &Channels::Luminance
         }
         fn symmetry(&self) -> crate::geometry::Symmetry {
             crate::geometry::Symmetry::NONE

@@ -2,12 +2,12 @@
 //! 2015, bottom).
 
 use super::plot::{BELOW, FRAME, LEFT, Plane, Plot, middles, text, text_upwards};
-use crate::brdf::{Brdf, Channels, Presence};
+use crate::brdf::{Brdf, Presence};
 use crate::error::Error;
 use crate::numeric::luminance;
 use crate::parametrization::ParametrizationSpec;
 use crate::registry::Entry;
-use crate::report::pictures::slice::{Channels32, channel, write_channels};
+use crate::report::pictures::slice::{Channels32, channel, channel_names, write_channels};
 use crate::report::pictures::sphere::{encoded, write_rgb};
 use crate::report::svg::canvas::{Align, Canvas, Ink, Lettering, fitted};
 use rayon::prelude::*;
@@ -37,7 +37,7 @@ pub struct BrdfSlices {
     planes: Vec<Plane>,
     phi_deg: Vec<f64>,
     resolution: usize,
-    channels: Channels,
+    channel_names: &'static [&'static str],
     /// An isotropic BRDF is the same whatever the first azimuth.
     isotropic: bool,
     /// Planes of the first parametrization first; row after row from the top.
@@ -66,7 +66,7 @@ impl BrdfSlices {
             planes,
             phi_deg: phi_deg.to_vec(),
             resolution,
-            channels: brdf.channels(),
+            channel_names: channel_names(brdf.channels()),
             isotropic: brdf.symmetry().isotropic,
         }
     }
@@ -178,10 +178,7 @@ impl BrdfSlices {
     /// # Errors
     /// Whatever `out` reports.
     pub fn write_exr(&self, out: &mut (impl Write + Seek)) -> io::Result<()> {
-        let names: &[&str] = match self.channels {
-            Channels::Luminance => &["Y"],
-            Channels::Rgb => &["R", "G", "B"],
-        };
+        let names = self.channel_names;
         let mut list = Channels32::new();
         let planes = self
             .planes
@@ -206,7 +203,8 @@ impl BrdfSlices {
 }
 
 fn look(brdf: &dyn Brdf, plane: &Plane, phi: f64, resolution: usize) -> Vec<Pixel> {
-    let n = brdf.channels().count();
+    let channels = brdf.channels();
+    let n = channels.count();
     let pair = |p| plane.form().inverse(&plane.coords(p, phi));
     let pairs: Vec<_> = middles(resolution).map(pair).collect();
     let inside: Vec<_> = pairs.iter().flatten().copied().collect();
@@ -219,7 +217,7 @@ fn look(brdf: &dyn Brdf, plane: &Plane, phi: f64, resolution: usize) -> Vec<Pixe
             return Pixel::Outside;
         }
         match found.next() {
-            Some((v, Presence::Present)) => Pixel::Value(std::array::from_fn(|c| v[c % n])),
+            Some((v, Presence::Present)) => Pixel::Value(channels.rgb(v)),
             _ => Pixel::Missing,
         }
     };
@@ -353,7 +351,7 @@ fn number(v: f64) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::brdf::{BrdfSpec, TestFunctionSpec};
+    use crate::brdf::{BrdfSpec, Channels, TestFunctionSpec};
     use crate::geometry::{DirectionPair, Symmetry};
     use crate::parametrization;
     use exr::prelude::{ReadChannels, ReadLayers};
@@ -422,8 +420,8 @@ mod tests {
     struct Half;
 
     impl Brdf for Half {
-        fn channels(&self) -> Channels {
-            Channels::Luminance
+        fn channels(&self) -> &Channels {
+            &Channels::Luminance
         }
         fn symmetry(&self) -> Symmetry {
             Symmetry::NONE

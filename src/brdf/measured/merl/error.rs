@@ -44,6 +44,9 @@ pub enum MerlError {
     /// Nothing to look up.
     #[error("every cell is negative, NaN or infinite: the table holds no data")]
     NoData,
+    /// A table has colours only.
+    #[error("a MERL table holds R, G, B and no wavelengths")]
+    Wavelengths,
     /// A table has no room for a sample that turns.
     #[error("this BRDF is not isotropic, and a MERL table has no axis for the sample's rotation")]
     NotIsotropic,

@@ -148,6 +148,7 @@ fn read_planes(
             }
             Planes::Luminance(plane)
         }
+        Channels::Wavelengths(_) => return Err(MerlError::Wavelengths),
     };
     source.end()?;
     Merl::new(grid, planes)

@@ -114,10 +114,10 @@ impl Merl {
 }
 
 impl Brdf for Merl {
-    fn channels(&self) -> Channels {
+    fn channels(&self) -> &Channels {
         match self.planes {
-            Planes::Luminance(_) => Channels::Luminance,
-            Planes::Rgb(_) => Channels::Rgb,
+            Planes::Luminance(_) => &Channels::Luminance,
+            Planes::Rgb(_) => &Channels::Rgb,
         }
     }
 

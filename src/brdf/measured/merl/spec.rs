@@ -1,6 +1,6 @@
 //! A MERL file as a config names it.
 
-use super::super::label_of;
+use super::super::{label_of, without_wavelengths};
 use super::{Merl, MerlError, check};
 use crate::brdf::{Brdf, BrdfSpec, BuildError, Channels, Favours, Tables};
 use crate::geometry::Symmetry;
@@ -76,11 +76,12 @@ impl BrdfSpec for MerlSpec {
         label_of(&self.path, KIND)
     }
 
-    fn check(&self) -> Result<(), BuildError> {
+    fn check(&self, channels: &Channels) -> Result<(), BuildError> {
+        without_wavelengths("path", self.path.display(), channels)?;
         check(&self.path).map(drop).map_err(|e| self.data_error(e))
     }
 
-    fn symmetry(&self) -> Result<Symmetry, BuildError> {
+    fn symmetry(&self, _channels: &Channels) -> Result<Symmetry, BuildError> {
         let grid = check(&self.path).map_err(|e| self.data_error(e))?;
         Ok(grid.symmetry(self.bilateral))
     }
@@ -90,6 +91,7 @@ impl BrdfSpec for MerlSpec {
     }
 
     fn build(&self, channels: Channels) -> Result<Box<dyn Brdf>, BuildError> {
+        without_wavelengths("path", self.path.display(), &channels)?;
         let table = Merl::load(&self.path, channels).map_err(|e| self.data_error(e))?;
         Ok(Box::new(
             table

@@ -21,8 +21,11 @@ impl MerlGrid {
     /// The smallest layout that can hold this BRDF without loss of symmetry.
     ///
     /// # Errors
-    /// [`MerlError::NotIsotropic`].
+    /// [`MerlError::NotIsotropic`] and [`MerlError::Wavelengths`].
     pub fn holding(brdf: &dyn Brdf) -> Result<Self, MerlError> {
+        if brdf.channels().wavelengths().is_some() {
+            return Err(MerlError::Wavelengths);
+        }
         let symmetry = brdf.symmetry();
         match (symmetry.isotropic, symmetry.reciprocal) {
             (true, true) => Ok(MerlGrid::Reciprocal),
@@ -36,8 +39,8 @@ impl MerlGrid {
 /// do not depend on their number.
 ///
 /// # Errors
-/// [`MerlError::NotIsotropic`] or [`MerlError::NotReciprocal`] if `grid` cannot hold the BRDF, and
-/// any error of `out`.
+/// [`MerlError::NotIsotropic`], [`MerlError::NotReciprocal`] or [`MerlError::Wavelengths`] if `grid`
+/// cannot hold the BRDF, and any error of `out`.
 ///
 /// ```
 /// use gonio::brdf::measured::merl::{Merl, MerlGrid, write_merl};

@@ -46,6 +46,9 @@ pub enum UtiaError {
         /// Bytes found.
         found: u64,
     },
+    /// A table has colours only.
+    #[error("a UTIA table holds R, G, B and no wavelengths")]
+    Wavelengths,
     /// A stream goes on after the table.
     #[error("found more data after the {FILE_LEN} bytes of a UTIA table")]
     TooLong,
@@ -118,6 +121,7 @@ impl Utia {
                 }
                 Planes::Luminance(sum)
             }
+            Channels::Wavelengths(_) => return Err(UtiaError::Wavelengths),
         };
         if input.read(&mut [0])? > 0 {
             return Err(UtiaError::TooLong);
@@ -152,7 +156,7 @@ fn held(stored: f64, scale: f64) -> f64 {
 /// written as a grey one. Runs on rayon's threads; the bytes do not depend on their number.
 ///
 /// # Errors
-/// Any error of `out`.
+/// [`UtiaError::Wavelengths`] of a BRDF by wavelength, and any error of `out`.
 ///
 /// ```
 /// use gonio::brdf::measured::utia::{FILE_LEN, Utia, write_utia};
@@ -169,7 +173,11 @@ fn held(stored: f64, scale: f64) -> f64 {
 /// # Ok::<(), gonio::brdf::measured::utia::UtiaError>(())
 /// ```
 pub fn write_utia(brdf: &dyn Brdf, out: &mut impl Write) -> Result<(), UtiaError> {
-    Ok(write_planes(&tabulate(brdf), brdf.channels().count(), out)?)
+    Ok(write_planes(
+        &tabulate(brdf)?,
+        brdf.channels().count(),
+        out,
+    )?)
 }
 
 /// Writes a file that appears whole or not at all.
@@ -177,14 +185,17 @@ pub fn write_utia(brdf: &dyn Brdf, out: &mut impl Write) -> Result<(), UtiaError
 /// # Errors
 /// As [`write_utia`].
 pub fn write_utia_file(brdf: &dyn Brdf, path: &Path) -> Result<(), UtiaError> {
-    let values = tabulate(brdf);
+    let values = tabulate(brdf)?;
     Ok(files::write_atomically(path, |out| {
         write_planes(&values, brdf.channels().count(), out)
     })?)
 }
 
 /// Values of all nodes, channels together; NaN where there is no data.
-fn tabulate(brdf: &dyn Brdf) -> Vec<f64> {
+fn tabulate(brdf: &dyn Brdf) -> Result<Vec<f64>, UtiaError> {
+    if brdf.channels().wavelengths().is_some() {
+        return Err(UtiaError::Wavelengths);
+    }
     let n = brdf.channels().count();
     let mut values = vec![f64::NAN; n * NODES];
     values
@@ -201,7 +212,7 @@ fn tabulate(brdf: &dyn Brdf) -> Vec<f64> {
                 }
             }
         });
-    values
+    Ok(values)
 }
 
 /// The file of `n` interleaved channels, 1 or 3.

@@ -152,10 +152,10 @@ fn each<const N: usize>(
 }
 
 impl Brdf for Utia {
-    fn channels(&self) -> Channels {
+    fn channels(&self) -> &Channels {
         match self.planes {
-            Planes::Luminance(_) => Channels::Luminance,
-            Planes::Rgb(_) => Channels::Rgb,
+            Planes::Luminance(_) => &Channels::Luminance,
+            Planes::Rgb(_) => &Channels::Rgb,
         }
     }
 

@@ -1,6 +1,6 @@
 //! A UTIA file as a config names it.
 
-use super::super::label_of;
+use super::super::{label_of, without_wavelengths};
 use super::{Utia, UtiaError, check};
 use crate::brdf::{Brdf, BrdfSpec, BuildError, Channels, Favours, Tables};
 use crate::error::in_left_open;
@@ -58,12 +58,13 @@ impl BrdfSpec for UtiaSpec {
         label_of(&self.path, KIND)
     }
 
-    fn check(&self) -> Result<(), BuildError> {
+    fn check(&self, channels: &Channels) -> Result<(), BuildError> {
+        without_wavelengths("path", self.path.display(), channels)?;
         in_left_open("scale", self.scale, 0.0, 1e6)?;
         check(&self.path).map_err(|e| self.data_error(e))
     }
 
-    fn symmetry(&self) -> Result<Symmetry, BuildError> {
+    fn symmetry(&self, _channels: &Channels) -> Result<Symmetry, BuildError> {
         Ok(Symmetry::NONE)
     }
 
@@ -72,7 +73,7 @@ impl BrdfSpec for UtiaSpec {
     }
 
     fn build(&self, channels: Channels) -> Result<Box<dyn Brdf>, BuildError> {
-        self.check()?;
+        self.check(&channels)?;
         let table = Utia::load(&self.path, self.scale, channels);
         Ok(Box::new(table.map_err(|e| self.data_error(e))?))
     }

@@ -1,0 +1,275 @@
+//! What an evaluation returns: luminance, R, G, B, or one value a wavelength.
+
+use crate::error::ParameterError;
+use crate::numeric;
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
+use std::fmt;
+use std::hash::{Hash, Hasher};
+use std::sync::Arc;
+
+/// What a scene asks a BRDF to return; fixed when the BRDF is built, so that a scene in
+/// luminance does one channel of work and a table in luminance holds one plane.
+///
+/// A config writes `"luminance"`, `"rgb"`, `{ wavelengths_nm = [450, 550, 650] }` or
+/// `{ wavelengths_nm = { from = 400, to = 700, step = 10 } }`.
+#[derive(Clone, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Channels {
+    /// One value: Rec. 709 luminance.
+    Luminance,
+    /// Three values: linear R, G, B.
+    Rgb,
+    /// One value a wavelength.
+    #[serde(rename = "wavelengths_nm")]
+    Wavelengths(Wavelengths),
+}
+
+impl Channels {
+    /// Number of values per evaluation: 1, 3, or the number of wavelengths.
+    #[inline]
+    pub fn count(&self) -> usize {
+        match self {
+            Channels::Luminance => 1,
+            Channels::Rgb => 3,
+            Channels::Wavelengths(w) => w.nm().len(),
+        }
+    }
+
+    /// Luminance of one evaluation of this kind. Of a spectrum it is [`mean_over`] the wavelengths:
+    /// what a sensor of flat response between the first and the last sees. It is defined in the
+    /// ultraviolet and infrared too, where the eye's response is 0.
+    #[inline]
+    pub fn luminance(&self, values: &[f64]) -> f64 {
+        match self {
+            Channels::Luminance => values[0],
+            Channels::Rgb => numeric::luminance([values[0], values[1], values[2]]),
+            Channels::Wavelengths(w) => mean_over(w.nm(), values),
+        }
+    }
+
+    /// R, G, B of one evaluation, for pictures: grey if it is not in colour.
+    #[inline]
+    pub fn rgb(&self, values: &[f64]) -> [f64; 3] {
+        match self {
+            Channels::Luminance | Channels::Wavelengths(_) => [self.luminance(values); 3],
+            Channels::Rgb => [values[0], values[1], values[2]],
+        }
+    }
+
+    /// The wavelengths (nm), if there is one value for each.
+    pub fn wavelengths(&self) -> Option<&Wavelengths> {
+        match self {
+            Channels::Wavelengths(w) => Some(w),
+            Channels::Luminance | Channels::Rgb => None,
+        }
+    }
+}
+
+/// Mean over wavelength of values at ascending `nm`, by the trapezoid rule (Abramowitz and Stegun
+/// 1964, 25.4.1) over `nm`'s range; the value itself if there is one.
+pub fn mean_over(nm: &[f64], values: &[f64]) -> f64 {
+    if let [value] = values {
+        return *value;
+    }
+    let areas = nm.windows(2).zip(values.windows(2));
+    let area: f64 = areas
+        .map(|(nm, v)| 0.5 * (nm[1] - nm[0]) * (v[0] + v[1]))
+        .sum();
+    area / (nm[nm.len() - 1] - nm[0])
+}
+
+/// Wavelengths in nm, ascending: 1 to [`MAX`](Self::MAX) of them, each once. Cheap to clone.
+#[derive(Clone, PartialEq)]
+pub struct Wavelengths(Arc<[f64]>);
+
+impl Wavelengths {
+    /// The most there may be.
+    pub const MAX: usize = 512;
+
+    /// Shortest and longest, nm: from the vacuum ultraviolet to the thermal infrared.
+    pub const RANGE_NM: [f64; 2] = [100.0, 20_000.0];
+
+    /// From ascending numbers of nm.
+    ///
+    /// # Errors
+    /// Too few or too many, one outside [`RANGE_NM`](Self::RANGE_NM), or one that is not longer
+    /// than the one before; the key is `wavelengths_nm`.
+    ///
+    /// ```
+    /// use gonio::brdf::{Channels, Wavelengths};
+    /// let channels = Channels::Wavelengths(Wavelengths::new(&[450.0, 550.0, 650.0])?);
+    /// assert_eq!(channels.count(), 3);
+    /// assert_eq!(channels.luminance(&[0.1, 0.3, 0.5]), 0.3);
+    /// assert!(Wavelengths::new(&[650.0, 450.0]).is_err());
+    /// # Ok::<(), gonio::error::ParameterError>(())
+    /// ```
+    pub fn new(nm: &[f64]) -> Result<Self, ParameterError> {
+        if !(1..=Self::MAX).contains(&nm.len()) {
+            return Err(refused(
+                format!("{} values", nm.len()),
+                format!("1 to {} of them", Self::MAX),
+            ));
+        }
+        ascending(KEY, nm)?;
+        Ok(Self(nm.into()))
+    }
+
+    /// The numbers, nm.
+    #[inline]
+    pub fn nm(&self) -> &[f64] {
+        &self.0
+    }
+
+    /// From `from` to `to` in equal steps; `to` is one of them.
+    fn stepped(Steps { from, to, step }: Steps) -> Result<Self, ParameterError> {
+        let count = ((to - from) / step).round();
+        if !(0.0..Self::MAX as f64).contains(&count)
+            || (from + count * step - to).abs() > 1e-9 * to.abs()
+        {
+            let found = format!("{{ from = {from}, to = {to}, step = {step} }}");
+            let allowed = format!(
+                "a number of whole steps above 0 from the first to the last, at most {} wavelengths",
+                Self::MAX
+            );
+            return Err(refused(found, allowed));
+        }
+        let nm: Vec<f64> = (0..=count as usize)
+            .map(|i| from + i as f64 * step)
+            .collect();
+        Self::new(&nm)
+    }
+}
+
+const KEY: &str = "wavelengths_nm";
+
+fn refused(value: String, allowed: String) -> ParameterError {
+    ParameterError::new(KEY, value, allowed)
+}
+
+/// Checks that wavelengths (nm) ascend within the range that is allowed.
+pub(super) fn ascending(key: &str, nm: &[f64]) -> Result<(), ParameterError> {
+    let [lo, hi] = Wavelengths::RANGE_NM;
+    let mut last = f64::NEG_INFINITY;
+    for &nm in nm {
+        if !(lo..=hi).contains(&nm) || nm <= last {
+            let allowed = format!("numbers of nm in [{lo}, {hi}], each above the one before");
+            return Err(ParameterError::new(key, nm, allowed));
+        }
+        last = nm;
+    }
+    Ok(())
+}
+
+/// Finite numbers, never NaN.
+impl Eq for Wavelengths {}
+
+impl Hash for Wavelengths {
+    fn hash<H: Hasher>(&self, state: &mut H) {
+        self.0.iter().for_each(|nm| nm.to_bits().hash(state));
+    }
+}
+
+impl fmt::Debug for Wavelengths {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        self.0.fmt(f)
+    }
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Steps {
+    from: f64,
+    to: f64,
+    step: f64,
+}
+
+impl Serialize for Wavelengths {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        self.nm().serialize(serializer)
+    }
+}
+
+impl<'de> Deserialize<'de> for Wavelengths {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        #[derive(Deserialize)]
+        #[serde(
+            untagged,
+            expecting = "expected numbers of nm, or { from, to, step } in nm"
+        )]
+        enum Written {
+            List(Vec<f64>),
+            Steps(Steps),
+        }
+        let read = match Written::deserialize(deserializer)? {
+            Written::List(nm) => Wavelengths::new(&nm),
+            Written::Steps(steps) => Wavelengths::stepped(steps),
+        };
+        read.map_err(serde::de::Error::custom)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn read(text: &str) -> Result<Channels, String> {
+        #[derive(Deserialize)]
+        struct Config {
+            channels: Channels,
+        }
+        toml::from_str::<Config>(&format!("channels = {text}"))
+            .map(|config| config.channels)
+            .map_err(|e| e.to_string())
+    }
+
+    #[test]
+    fn a_config_writes_a_list_or_steps() {
+        assert_eq!(read("\"luminance\""), Ok(Channels::Luminance));
+        assert_eq!(read("\"rgb\""), Ok(Channels::Rgb));
+        let list = read("{ wavelengths_nm = [400, 410.5, 420] }").unwrap();
+        let nm = list.wavelengths().unwrap().nm();
+        assert_eq!(nm, [400.0, 410.5, 420.0]);
+        let steps = read("{ wavelengths_nm = { from = 400, to = 700, step = 10 } }").unwrap();
+        let nm = steps.wavelengths().unwrap().nm();
+        assert_eq!((nm.len(), nm[0], nm[30]), (31, 400.0, 700.0));
+        // What is written is what was read.
+        for channels in [list, steps, Channels::Rgb] {
+            let text = serde_json::to_string(&channels).unwrap();
+            assert_eq!(serde_json::from_str::<Channels>(&text).unwrap(), channels);
+        }
+    }
+
+    #[test]
+    fn what_makes_no_sense_is_refused() {
+        let many: Vec<_> = (0..513).map(|i| (400 + i).to_string()).collect();
+        for (text, why) in [
+            ("[]".to_owned(), "0 values"),
+            (format!("[{}]", many.join(", ")), "513 values"),
+            ("[500, 400]".into(), "400"),
+            ("[500, 500]".into(), "500"),
+            ("[99]".into(), "99"),
+            ("[20001]".into(), "20001"),
+            ("[nan]".into(), "NaN"),
+            ("{ from = 400, to = 700, step = 7 }".into(), "whole steps"),
+            ("{ from = 400, to = 700, step = 0 }".into(), "whole steps"),
+            ("{ from = 400, to = 700, step = 0.1 }".into(), "whole steps"),
+            ("{ from = 700, to = 400, step = 10 }".into(), "whole steps"),
+            ("\"400\"".into(), "numbers of nm"),
+        ] {
+            let message = read(&format!("{{ wavelengths_nm = {text} }}")).unwrap_err();
+            assert!(message.contains(why), "{text}: {message}");
+        }
+        assert!(read("\"blue\"").unwrap_err().contains("wavelengths_nm"));
+    }
+
+    #[test]
+    fn the_mean_is_exact_for_straight_lines() {
+        let channels = Channels::Wavelengths(Wavelengths::new(&[400.0, 420.0, 700.0]).unwrap());
+        // 2 nm − 300 between 400 and 700 nm: in the middle, 800.
+        let values = [500.0, 540.0, 1100.0];
+        assert!((channels.luminance(&values) - 800.0).abs() < 1e-12);
+        assert_eq!(channels.rgb(&values), [channels.luminance(&values); 3]);
+        let one = Channels::Wavelengths(Wavelengths::new(&[550.0]).unwrap());
+        assert_eq!(one.luminance(&[0.7]), 0.7);
+    }
+}
