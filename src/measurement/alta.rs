@@ -342,13 +342,16 @@ impl Header {
             _ => {
                 let allowed: Vec<_> = counts.iter().map(usize::to_string).collect();
                 let message = format!(
-                    "#DIM {}: allowed are {} coordinates of {} and {} values of {}, or others with \
-                     #{WAVELENGTHS}",
+                    "#DIM {}: allowed are {} coordinates of {} and {} values of {}{}",
                     excerpt(&words.join(" ")),
                     input.1,
                     input.0,
                     allowed.join(" or "),
-                    output.0
+                    output.0,
+                    match &wavelengths {
+                        None if output.0 != RGB_COLOR => ", or one for each of #WAVELENGTHS_NM",
+                        _ => "",
+                    }
                 );
                 return Err(FileError::at(name, line, message));
             }

@@ -63,19 +63,21 @@ pub struct MeasurementRow {
     pub attempt: Option<u32>,
 }
 
-/// Columns of values and uncertainties at a wavelength.
-const VALUES_NM: &str = r"^value_[0-9]+(\.[0-9]+)?nm$";
-const UNCERTAINTIES_NM: &str = r"^(type_a|type_b|uncertainty)_[0-9]+(\.[0-9]+)?nm$";
-
 /// The JSON Schema of one line of a measurement in JSON Lines: a row, or the header in front.
 pub fn measurement_schema() -> Value {
     let mut row = row_schema::<MeasurementRow>();
     let patterns = row.get_mut("patternProperties");
     if let Some(patterns) = patterns.and_then(Value::as_object_mut) {
-        let number = json!({ "type": ["number", "null"] });
-        patterns.insert(VALUES_NM.into(), number);
-        let from_0 = json!({ "type": ["number", "null"], "minimum": 0.0 });
-        patterns.insert(UNCERTAINTIES_NM.into(), from_0);
+        let value = json!({ "type": ["number", "null"] });
+        let uncertainty = json!({ "type": ["number", "null"], "minimum": 0.0 });
+        for (family, cell) in [
+            ("value", &value),
+            ("type_a", &uncertainty),
+            ("type_b", &uncertainty),
+            ("uncertainty", &uncertainty),
+        ] {
+            patterns.insert(format!("^{family}_[0-9.]+nm$"), cell.clone());
+        }
     }
     line_schema("A line of a gonio measurement", row)
 }

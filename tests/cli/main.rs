@@ -15,6 +15,7 @@ mod resuming;
 mod runs;
 mod schedules;
 mod slice;
+mod spectral;
 mod study;
 mod symmetry;
 

@@ -171,6 +171,71 @@ fn values_lose_their_cosine_and_keep_their_colours() {
 }
 
 #[test]
+fn values_by_wavelength_need_their_wavelengths() {
+    let nm = [400.0, 532.5, 700.0, 1064.0];
+    let line = "#WAVELENGTHS_NM 400 532.5 700 1064\n";
+    let pairs = pairs();
+    let rows = |p: usize, more: &[f64]| -> Vec<Vec<f64>> {
+        let values = [0.1, 0.2, 0.3, 0.4];
+        let row = |pair| {
+            [
+                of_pair("CARTESIAN", pair).0,
+                values[..p].to_vec(),
+                more.to_vec(),
+            ]
+        };
+        pairs.iter().map(|pair| row(pair).concat()).collect()
+    };
+    for (more, radii) in [(line.to_owned(), false), (format!("{line}#VS 1\n"), true)] {
+        let radius: &[f64] = if radii { &[0.01] } else { &[] };
+        let back = good(&file(
+            "CARTESIAN",
+            "INV_STERADIAN",
+            4,
+            &rows(4, radius),
+            &more,
+        ));
+        let back = back.measurement;
+        let Channels::Wavelengths(found) = &back.channels else {
+            panic!("{:?}", back.channels);
+        };
+        assert_eq!(found.nm(), nm);
+        assert_eq!(back.value(1), Some(&[0.1, 0.2, 0.3, 0.4][..]));
+        assert_eq!(back.details.is_some(), radii);
+    }
+    // As many as there are colours are wavelengths still.
+    let three = "#WAVELENGTHS_NM 400 500 600\n";
+    let back = good(&file("CARTESIAN", "INV_STERADIAN", 3, &rows(3, &[]), three));
+    assert!(back.measurement.channels.wavelengths().is_some());
+    for (output, p, more, why) in [
+        ("INV_STERADIAN", 4, "", "or one for each of #WAVELENGTHS_NM"),
+        ("INV_STERADIAN", 3, line, "4 values of INV_STERADIAN"),
+        (
+            "RGB_COLOR",
+            3,
+            three,
+            "not allowed with #PARAM_OUT RGB_COLOR",
+        ),
+        (
+            "INV_STERADIAN",
+            3,
+            "#WAVELENGTHS_NM 500 400 600\n",
+            "each above the one before",
+        ),
+        (
+            "INV_STERADIAN",
+            3,
+            "#WAVELENGTHS_NM blue 500 600\n",
+            "blue: allowed are numbers of nm",
+        ),
+    ] {
+        let text = file("CARTESIAN", output, p, &rows(p, &[]), more);
+        let error = read(&text, "a.txt", &Assume::default()).err().unwrap();
+        assert!(error.to_string().contains(why), "{error}");
+    }
+}
+
+#[test]
 fn a_radius_is_an_uncertainty_and_two_ends_are_none() {
     let row = [0.1, 0.2, 0.3, 0.4, 5.0];
     let one = [row.to_vec(), vec![0.25]].concat();

@@ -73,9 +73,18 @@ fn valid(schema: &Value, value: &Value) -> Result<(), String> {
             .into_iter()
             .flatten()
         {
-            // The only pattern is an ending.
+            // The only patterns are an ending, and a decimal between a start and an ending.
             let ending = pattern.strip_suffix('$').unwrap();
-            if name.ends_with(ending) {
+            let fits = match ending.split_once("[0-9.]+") {
+                None => name.ends_with(ending),
+                Some((start, ending)) => {
+                    let start = start.strip_prefix('^').unwrap();
+                    let rest = name.strip_prefix(start);
+                    let number = rest.and_then(|rest| rest.strip_suffix(ending));
+                    number.is_some_and(|n| !n.is_empty() && n.parse::<f64>().is_ok())
+                }
+            };
+            if fits {
                 valid(rule, cell)?;
                 known = true;
             }

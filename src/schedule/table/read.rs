@@ -151,19 +151,20 @@ impl Table {
         line: usize,
         allowed: impl Fn(&Table) -> Result<Vec<String>, FileError>,
     ) -> Result<(), FileError> {
+        // What is allowed may depend on what there is.
+        (self.columns, self.head) = (columns, line);
         let known = allowed(self)?;
-        for (i, column) in columns.iter().enumerate() {
+        for (i, column) in self.columns.iter().enumerate() {
             if !known.contains(column) {
                 let (column, known) = (excerpt(column), known.join(", "));
                 let message = format!("column {column:?} is not known; allowed: {known}");
                 return Err(self.error(line, message));
             }
-            if columns[..i].contains(column) {
+            if self.columns[..i].contains(column) {
                 let column = excerpt(column);
                 return Err(self.error(line, format!("column {column:?} is there twice")));
             }
         }
-        (self.columns, self.head) = (columns, line);
         Ok(())
     }
 
