@@ -56,7 +56,8 @@
 //! ```
 //!
 //! Configs name members of a registry; a program adds its own by [`brdf::join`],
-//! [`schedule::join`], [`reconstruct::join`] (with an example) and [`lighting::join`].
+//! [`parametrization::join`], [`schedule::join`], [`reconstruct::join`] (with an example) and
+//! [`lighting::join`].
 //!
 //! # Glossary
 //!

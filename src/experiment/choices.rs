@@ -96,7 +96,7 @@ pub struct Method {
     /// The coordinates it works in: [`OWN`], or e.g. `hybrid+h_bar:square-root`.
     pub coordinates: String,
     /// The method.
-    pub method: Box<dyn Reconstruct>,
+    pub method: Arc<dyn Reconstruct>,
     /// The largest budget it is used at.
     pub up_to: Option<usize>,
     /// The one sample set it is used on, by position.

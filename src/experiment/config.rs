@@ -19,10 +19,10 @@ use crate::brdf::Channels;
 use crate::error::{Error, ParameterError, in_closed};
 use crate::formats::{Format, WRITE_SCHEDULE};
 use crate::metrics::{Measure, MetricsSpec};
-use crate::parametrization::{self, ParametrizationSpec};
-use crate::reconstruct::{self, Coordinates, Reconstruct};
+use crate::parametrization::{self, Form, HalfDifference, ParametrizationSpec, Warps};
+use crate::reconstruct::{self, Coordinates, Multilinear, Reconstruct};
 use crate::registry::{self, ReadError, Table};
-use crate::schedule::{self, SampleSet};
+use crate::schedule::{self, Grid, SampleSet};
 use serde::de::{self, Visitor};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use std::fmt;
@@ -267,15 +267,19 @@ impl<'s> Config<'s> {
             materials: materials.unwrap_or_default(),
             parametrizations: match parametrizations {
                 Some(list) => list,
-                None => vec![default_choice("half-difference", parametrization::read)?.choice],
+                None => vec![Box::new(ParametrizationSpec::new::<Form<HalfDifference>>(
+                    Warps::new(),
+                ))],
             },
             sample_sets: match sample_sets {
                 Some(list) => list,
-                None => vec![default_choice("grid", schedule::read)?],
+                None => vec![Named::from(Box::new(Grid::default()) as Box<dyn SampleSet>)],
             },
             reconstructions: match reconstructions {
                 Some(list) => list,
-                None => vec![default_choice("multilinear", reconstruct::read)?],
+                None => vec![Named::from(
+                    Box::new(Multilinear::default()) as Box<dyn Reconstruct>
+                )],
             },
             instruments: instruments.unwrap_or_default(),
             metrics: metrics
@@ -344,14 +348,4 @@ fn take_reach(config: &mut Table<'_>) -> Result<Vec<Reach>, ReadError> {
         all.push(registry::parse(toml::Spanned::new(span, own))?);
     }
     Ok(all)
-}
-
-/// The member of a family that a config gets if it names none.
-fn default_choice<T: ?Sized>(
-    kind: &str,
-    read: fn(Table<'_>) -> Result<Box<T>, ReadError>,
-) -> Result<Named<T>, ReadError> {
-    let text = format!("kind = \"{kind}\"");
-    let choice = read(toml::de::DeTable::parse(&text)?)?;
-    Ok(Named { name: None, choice })
 }

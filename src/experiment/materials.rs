@@ -25,6 +25,15 @@ pub struct MaterialTable {
     pub symmetry: SymmetryTable,
 }
 
+impl From<Box<dyn BrdfSpec>> for MaterialTable {
+    fn from(spec: Box<dyn BrdfSpec>) -> Self {
+        Self {
+            named: Named::from(spec),
+            symmetry: SymmetryTable::default(),
+        }
+    }
+}
+
 /// Symmetries that a config overrides, one by one.
 #[derive(Clone, Copy, Debug, Default, Deserialize)]
 #[serde(deny_unknown_fields, default)]

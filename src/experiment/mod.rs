@@ -24,6 +24,30 @@
 //! assert!(keep.0[0].value("nrmse").unwrap() < 1e-12);
 //! # Ok::<(), gonio::Error>(())
 //! ```
+//!
+//! A plan of values instead of a text starts from the defaults:
+//!
+//! ```
+//! use gonio::brdf::microfacet::{FresnelSpec, Ggx, MicrofacetSpec};
+//! use gonio::brdf::{BrdfSpec, Roughness};
+//! use gonio::experiment::{Config, MaterialTable, Named, Plan, Source};
+//! use gonio::parametrization::{Form, Hybrid, ParametrizationSpec, Warps};
+//! use gonio::reconstruct::{Cubic, Reconstruct};
+//!
+//! let source = Source::new("my program", "");
+//! let mut config = Config::read(&source)?;
+//! let ggx = MicrofacetSpec::<Ggx>::new(Roughness::Isotropic(0.3), FresnelSpec::default());
+//! let ggx: Box<dyn BrdfSpec> = Box::new(ggx);
+//! config.materials = vec![MaterialTable::from(ggx)];
+//! let hybrid = ParametrizationSpec::new::<Form<Hybrid>>(Warps::new());
+//! config.parametrizations = vec![Box::new(hybrid)];
+//! let cubic: Box<dyn Reconstruct> = Box::new(Cubic::default());
+//! config.reconstructions = vec![Named::from(cubic)];
+//! config.scalars.budgets = vec![100, 400];
+//! let plan = Plan::new(config)?;
+//! assert_eq!(plan.jobs(), 2);
+//! # Ok::<(), gonio::Error>(())
+//! ```
 
 mod any;
 mod checks;

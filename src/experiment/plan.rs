@@ -25,8 +25,7 @@ use crate::parametrization::ParametrizationSpec;
 use crate::reconstruct::{self, Reconstruct};
 use std::collections::HashSet;
 use std::fmt::Display;
-use toml::Value;
-use toml::de::DeTable;
+use std::sync::Arc;
 
 /// Configurations of the smallest schedule that is tried out; every larger budget works if this
 /// one does.
@@ -177,7 +176,8 @@ impl Plan {
         });
         for (i, (name, method)) in reconstructions.into_iter().enumerate() {
             let reach = reach.get(i).cloned().unwrap_or_default();
-            let methods = plan.methods(source, i, &name, &*method, &reach, &coordinates)?;
+            let methods =
+                plan.methods(source, i, &name, &Arc::from(method), &reach, &coordinates)?;
             plan.methods.extend(methods);
         }
         plan.check_use(source)?;
@@ -299,7 +299,7 @@ impl Plan {
         source: &Source,
         i: usize,
         name: &str,
-        method: &dyn Reconstruct,
+        method: &Arc<dyn Reconstruct>,
         reach: &Reach,
         coordinates: &[reconstruct::Coordinates],
     ) -> Result<Vec<Method>, Error> {
@@ -308,32 +308,31 @@ impl Plan {
             .check()
             .map_err(|e| source.error_at(&below(&path, &e.key), e))?;
         let on = self.on(source, &path, reach)?;
-        let table = method.resolved();
-        let labelled = |coordinates: String, table: &toml::Table| {
-            Ok(Method {
-                name: name.to_owned(),
-                coordinates,
-                method: read_again(table)?,
-                up_to: reach.up_to.map(|n| n.unsigned_abs() as usize),
-                on,
-            })
+        let labelled = |coordinates: String, method: Arc<dyn Reconstruct>| Method {
+            name: name.to_owned(),
+            coordinates,
+            method,
+            up_to: reach.up_to.map(|n| n.unsigned_abs() as usize),
+            on,
         };
-        match table.get("coordinates").cloned() {
-            Some(own) => {
-                let own: reconstruct::Coordinates = own.try_into().map_err(internal)?;
-                Ok(vec![labelled(own.label(), &table)?])
-            }
+        match method.coordinates() {
+            Some(own) => Ok(vec![labelled(own.label(), Arc::clone(method))]),
             None if method.needs_grid() || coordinates.is_empty() => {
-                Ok(vec![labelled(OWN.into(), &table)?])
+                Ok(vec![labelled(OWN.into(), Arc::clone(method))])
             }
             None => {
                 let each = coordinates.iter().map(|c| {
-                    let mut table = table.clone();
-                    if c.kind != OWN {
-                        let value = Value::try_from(c).map_err(internal)?;
-                        table.insert("coordinates".into(), value);
+                    if c.kind == OWN {
+                        return Ok(labelled(c.label(), Arc::clone(method)));
                     }
-                    labelled(c.label(), &table)
+                    let method = method.within(c).ok_or_else(|| {
+                        let message = format!(
+                            "{path} \"{name}\" has no choice of coordinates; allowed: own, not {}",
+                            c.label()
+                        );
+                        source.error_at(&path, message)
+                    })?;
+                    Ok(labelled(c.label(), method))
                 });
                 each.collect()
             }
@@ -409,13 +408,6 @@ impl Plan {
         };
         self.report.check(source, &levels)
     }
-}
-
-/// A method from its resolved table.
-fn read_again(table: &toml::Table) -> Result<Box<dyn Reconstruct>, Error> {
-    let text = toml::to_string(table).map_err(internal)?;
-    let table = DeTable::parse(&text).map_err(internal)?;
-    reconstruct::read(table).map_err(internal)
 }
 
 fn internal(e: impl Display) -> Error {

@@ -14,6 +14,12 @@ pub struct Named<T: ?Sized> {
     pub choice: Box<T>,
 }
 
+impl<T: ?Sized> From<Box<T>> for Named<T> {
+    fn from(choice: Box<T>) -> Self {
+        Self { name: None, choice }
+    }
+}
+
 /// Refuses a config with a key of the top level that is not in `keys`.
 pub(super) fn refuse_unknown(table: &Table<'_>, keys: &[&str]) -> Result<(), ReadError> {
     for key in table.get_ref().keys() {

@@ -34,7 +34,7 @@ pub use warp::{Warp, WarpSpec, warps};
 pub use warped::Warped;
 
 use crate::geometry::{DirectionPair, Symmetry};
-use crate::registry::{self, Entry, ReadError, Table};
+use crate::registry::{self, Entry, Joined, ReadError, Table, Taken};
 
 /// Coordinates of a pair: the first `axes().len()` entries count, the rest are 0.
 pub type Coords = [f64; 4];
@@ -246,8 +246,9 @@ pub enum WarpProblem {
     },
 }
 
-/// Every parametrization a config can name.
-pub fn all() -> Vec<Entry<ParametrizationSpec>> {
+static JOINED: Joined<ParametrizationSpec> = Joined::new();
+
+fn built_in() -> Vec<Entry<ParametrizationSpec>> {
     vec![
         spherical::ENTRY,
         half_difference::ENTRY,
@@ -255,6 +256,19 @@ pub fn all() -> Vec<Entry<ParametrizationSpec>> {
         hybrid::ENTRY,
         stark::ENTRY,
     ]
+}
+
+/// Every parametrization a config can name.
+pub fn all() -> Vec<Entry<ParametrizationSpec>> {
+    JOINED.after(built_in())
+}
+
+/// Adds a parametrization of a program's own to [`all`]; [`entry`] makes one of its type.
+///
+/// # Errors
+/// If one of that kind is there.
+pub fn join(entry: Entry<ParametrizationSpec>) -> Result<(), Taken> {
+    JOINED.add(built_in(), entry)
 }
 
 /// Finds a member of [`all`] by name.

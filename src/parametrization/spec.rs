@@ -45,7 +45,15 @@ struct Keys {
 }
 
 impl ParametrizationSpec {
-    fn new<P: ParametrizationKind>(warps: Warps) -> Self {
+    /// The parametrization of a type, with warps by axis symbol.
+    ///
+    /// ```
+    /// use gonio::geometry::Symmetry;
+    /// use gonio::parametrization::{Form, Hybrid, ParametrizationSpec, Warps};
+    /// let hybrid = ParametrizationSpec::new::<Form<Hybrid>>(Warps::new());
+    /// assert_eq!(hybrid.form(Symmetry::FULL).unwrap().axes()[0].symbol, "h_bar");
+    /// ```
+    pub fn new<P: ParametrizationKind>(warps: Warps) -> Self {
         Self {
             kind: P::KIND,
             warps,

@@ -11,6 +11,7 @@ use crate::error::{ParameterError, in_left_open};
 use crate::registry::{self, Entry};
 use serde::{Deserialize, Serialize};
 use std::num::NonZeroUsize;
+use std::sync::Arc;
 
 const KIND: &str = "inverse-distance";
 
@@ -58,7 +59,7 @@ impl Default for InverseDistance {
 }
 
 impl InverseDistance {
-    fn coordinates(&self) -> ReconstructionCoordinates<'_> {
+    fn search(&self) -> ReconstructionCoordinates<'_> {
         ReconstructionCoordinates {
             coordinates: self.coordinates.as_ref(),
             stretch: self.stretch,
@@ -70,7 +71,7 @@ impl InverseDistance {
         r: &Readings<'_>,
     ) -> Result<Box<dyn Interpolant>, ReconstructError> {
         let transform = self.values.with(self.epsilon);
-        let cloud = Cloud::<K>::new(KIND, r, &self.coordinates(), transform, 1)?;
+        let cloud = Cloud::<K>::new(KIND, r, &self.search(), transform, 1)?;
         let rule = Shepard {
             neighbours: check_neighbours(self.neighbours, 1)?,
             power: self.power,
@@ -92,11 +93,22 @@ impl Reconstruct for InverseDistance {
         false
     }
 
+    fn coordinates(&self) -> Option<&Coordinates> {
+        self.coordinates.as_ref()
+    }
+
+    fn within(&self, coordinates: &Coordinates) -> Option<Arc<dyn Reconstruct>> {
+        Some(Arc::new(Self {
+            coordinates: Some(coordinates.clone()),
+            ..self.clone()
+        }))
+    }
+
     fn check(&self) -> Result<(), ParameterError> {
         self.values.check(self.epsilon)?;
         check_neighbours(self.neighbours, 1)?;
         in_left_open("power", self.power, 0.0, 100.0)?;
-        self.coordinates().check()
+        self.search().check()
     }
 
     fn interpolate(&self, r: &Readings<'_>) -> Result<Box<dyn Interpolant>, ReconstructError> {

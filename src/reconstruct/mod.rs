@@ -30,6 +30,7 @@ use crate::error::ParameterError;
 use crate::measurement::Measurement;
 use crate::registry::{self, Entry, Joined, ReadError, Table, Taken};
 use std::num::NonZeroUsize;
+use std::sync::Arc;
 
 /// Turns a measurement into a BRDF. A config names one by `kind`.
 pub trait Reconstruct: std::fmt::Debug + Send + Sync {
@@ -41,6 +42,16 @@ pub trait Reconstruct: std::fmt::Debug + Send + Sync {
 
     /// True if this needs readings on a grid.
     fn needs_grid(&self) -> bool;
+
+    /// The coordinates it interpolates in; `None`: those of the schedule.
+    fn coordinates(&self) -> Option<&Coordinates> {
+        None
+    }
+
+    /// The same method in other coordinates; `None` if it has no choice of them.
+    fn within(&self, _coordinates: &Coordinates) -> Option<Arc<dyn Reconstruct>> {
+        None
+    }
 
     /// Checks every parameter that can be checked without readings.
     ///

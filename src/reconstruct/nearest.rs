@@ -9,6 +9,7 @@ use super::{Interpolant, Readings, Reconstruct, ReconstructError, STRETCH};
 use crate::error::ParameterError;
 use crate::registry::{self, Entry};
 use serde::{Deserialize, Serialize};
+use std::sync::Arc;
 
 const KIND: &str = "nearest";
 
@@ -41,7 +42,7 @@ impl Default for NearestReading {
 }
 
 impl NearestReading {
-    fn coordinates(&self) -> ReconstructionCoordinates<'_> {
+    fn search(&self) -> ReconstructionCoordinates<'_> {
         ReconstructionCoordinates {
             coordinates: self.coordinates.as_ref(),
             stretch: self.stretch,
@@ -66,7 +67,7 @@ impl NearestReading {
         r: &Readings<'_>,
     ) -> Result<Box<dyn Interpolant>, ReconstructError> {
         let transform = Transform::Linear;
-        let cloud = Cloud::<K>::new(KIND, r, &self.coordinates(), transform, 1)?;
+        let cloud = Cloud::<K>::new(KIND, r, &self.search(), transform, 1)?;
         Ok(Box::new(ScatteredInterpolant::new(First, cloud, transform)))
     }
 }
@@ -84,8 +85,19 @@ impl Reconstruct for NearestReading {
         false
     }
 
+    fn coordinates(&self) -> Option<&Coordinates> {
+        self.coordinates.as_ref()
+    }
+
+    fn within(&self, coordinates: &Coordinates) -> Option<Arc<dyn Reconstruct>> {
+        Some(Arc::new(Self {
+            coordinates: Some(coordinates.clone()),
+            ..self.clone()
+        }))
+    }
+
     fn check(&self) -> Result<(), ParameterError> {
-        self.coordinates().check()
+        self.search().check()
     }
 
     fn interpolate(&self, r: &Readings<'_>) -> Result<Box<dyn Interpolant>, ReconstructError> {

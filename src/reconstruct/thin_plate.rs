@@ -29,6 +29,7 @@ use crate::registry::{self, Entry};
 use nalgebra::{Cholesky, DMatrix, DVector};
 use serde::{Deserialize, Serialize};
 use std::num::NonZeroUsize;
+use std::sync::Arc;
 
 const KIND: &str = "thin-plate";
 
@@ -73,7 +74,7 @@ impl Default for ThinPlate {
 const FEWEST: usize = 6;
 
 impl ThinPlate {
-    fn coordinates(&self) -> ReconstructionCoordinates<'_> {
+    fn search(&self) -> ReconstructionCoordinates<'_> {
         ReconstructionCoordinates {
             coordinates: self.coordinates.as_ref(),
             stretch: self.stretch,
@@ -85,7 +86,7 @@ impl ThinPlate {
         r: &Readings<'_>,
     ) -> Result<Box<dyn Interpolant>, ReconstructError> {
         let transform = self.values.with(self.epsilon);
-        let cloud = Cloud::<K>::new(KIND, r, &self.coordinates(), transform, FEWEST)?;
+        let cloud = Cloud::<K>::new(KIND, r, &self.search(), transform, FEWEST)?;
         let rule = Local {
             neighbours: check_neighbours(self.neighbours, FEWEST)?,
         };
@@ -106,10 +107,21 @@ impl Reconstruct for ThinPlate {
         false
     }
 
+    fn coordinates(&self) -> Option<&Coordinates> {
+        self.coordinates.as_ref()
+    }
+
+    fn within(&self, coordinates: &Coordinates) -> Option<Arc<dyn Reconstruct>> {
+        Some(Arc::new(Self {
+            coordinates: Some(coordinates.clone()),
+            ..self.clone()
+        }))
+    }
+
     fn check(&self) -> Result<(), ParameterError> {
         self.values.check(self.epsilon)?;
         check_neighbours(self.neighbours, FEWEST)?;
-        self.coordinates().check()
+        self.search().check()
     }
 
     fn interpolate(&self, r: &Readings<'_>) -> Result<Box<dyn Interpolant>, ReconstructError> {
