@@ -26,11 +26,11 @@ pub use form::Form;
 pub use half_difference::HalfDifference;
 pub use hybrid::Hybrid;
 pub use orthographic::Orthographic;
-pub use spec::{ParametrizationKind, ParametrizationSpec, Warps, entry};
+pub use spec::{ParametrizationKind, ParametrizationSpec, entry};
 pub use spherical::Spherical;
 pub use stark::Stark;
 pub use view_centered::{VIEW_CENTERED_AREA, view_centered, view_centered_angles};
-pub use warp::{Warp, WarpSpec, warps};
+pub use warp::{Warp, WarpSpec, Warps, warps};
 pub use warped::Warped;
 
 use crate::geometry::{DirectionPair, Symmetry};

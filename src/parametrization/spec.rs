@@ -1,15 +1,11 @@
 //! A parametrization as configs name it: its kind, and warps of its axes.
 
-use super::{Axis, Parametrization, WarpError, WarpSpec, Warped};
+use super::{Axis, Parametrization, WarpError, Warped, Warps};
 use crate::geometry::Symmetry;
 use crate::registry::{self, Entry};
 use serde::{Deserialize, Serialize};
-use std::collections::BTreeMap;
 use std::fmt;
 use std::sync::Arc;
-
-/// Warps by axis symbol.
-pub type Warps = BTreeMap<String, WarpSpec>;
 
 /// A parametrization that has a form for BRDFs of any symmetry.
 pub trait ParametrizationKind: Parametrization + Sized + 'static {
@@ -40,7 +36,7 @@ impl fmt::Debug for ParametrizationSpec {
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Keys {
-    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    #[serde(default, skip_serializing_if = "Warps::is_empty")]
     warp: Warps,
 }
 

@@ -5,8 +5,12 @@ use crate::error::{ParameterError, in_closed};
 use crate::registry::{self, Entry, ReadError, Table};
 use serde::de::{self, MapAccess, Visitor};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
+use std::collections::BTreeMap;
 use std::f64::consts::FRAC_PI_2;
 use std::fmt;
+
+/// Warps by axis symbol.
+pub type Warps = BTreeMap<String, WarpSpec>;
 
 /// A warp as a config names it: `"square-root"`, or a table where it has keys.
 #[derive(Clone, Copy, Debug, PartialEq)]
