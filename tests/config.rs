@@ -209,6 +209,41 @@ fn a_mistake_in_the_file_is_reported_with_its_line() {
             "c.toml:19: parametrization[0].warp.h_bar = \"sqrt\"; allowed: square-root, merl, arcsine",
         ),
         (
+            "\"square-root\"",
+            "{ kind = \"power\", exponent = 1.5 }",
+            "c.toml:19: parametrization[0].warp.h_bar: exponent = 1.5: allowed is a number in [0.1, 1]",
+        ),
+        (
+            "\"square-root\"",
+            "{ kind = \"power\", exponnent = 0.5 }",
+            "c.toml:19: parametrization[0].warp.h_bar: unknown key `exponnent`, expected `exponent`",
+        ),
+        (
+            "\"square-root\"",
+            "\"power\"",
+            "c.toml:19: parametrization[0].warp.h_bar lacks the key exponent",
+        ),
+        (
+            "\"square-root\"",
+            "{ kind = \"cube\" }",
+            "c.toml:19: parametrization[0].warp.h_bar: kind = \"cube\" is not a warp; allowed: square-root, merl, arcsine, power",
+        ),
+        (
+            "\"grid\"",
+            "\"grid\"\nratio = \"tuned\"",
+            "c.toml:23: sample_set[0].ratio = \"tuned\" lacks what it is tuned on; allowed: with [tuning]",
+        ),
+        (
+            "\"grid\"",
+            "\"grid\"\nratio = \"best\"",
+            "c.toml:23: sample_set[0].ratio is string \"best\"; allowed: a list of numbers, or \"tuned\"",
+        ),
+        (
+            "[metrics]",
+            "[tuning]\nmaterials = [{ kind = \"lambert\" }]\n[metrics]",
+            "c.toml:27: tuning is never used; allowed: with a [[sample_set]] of ratio = \"tuned\"",
+        ),
+        (
             "\"grid\"",
             "\"sobol\"",
             "c.toml:24: reconstruction[0] \"cubic\" is never used; allowed: an up_to that a budget stays within, and a grid",
@@ -278,6 +313,25 @@ fn a_mistake_in_the_file_is_reported_with_its_line() {
         assert_eq!(code, 2, "{message}");
         assert!(!message.contains('\n'), "{message}");
     }
+}
+
+#[test]
+fn warps_with_keys_are_named_by_them() {
+    let text = GOOD.replacen(
+        "\"square-root\"",
+        "{ kind = \"power\", exponent = 0.3 }, k = { kind = \"arcsine\" }",
+        1,
+    );
+    let plan = plan(&text, &[]).unwrap();
+    assert_eq!(plan.parametrizations[0].warp, "h_bar:power-0.3;k:arcsine");
+    let resolved = plan.resolved.to_string();
+    assert!(resolved.contains("k = \"arcsine\""), "{resolved}");
+    let again = self::plan(&resolved, &[]).unwrap();
+    assert_eq!(again.resolved, plan.resolved);
+    assert_eq!(
+        again.parametrizations[0].warp,
+        plan.parametrizations[0].warp
+    );
 }
 
 #[test]

@@ -212,6 +212,7 @@ impl Run {
         let outcome = Outcome {
             rows,
             failures: summary.failures.clone(),
+            tuned: summary.tuned.clone(),
             seconds: serde_json::to_value(summary.seconds).unwrap_or_default(),
             interrupted: summary.interrupted,
             shard: self.shard.map(|s| s.to_string()),

@@ -1,5 +1,6 @@
 //! What a plan chooses among, each with its name in results.
 
+use super::tuning::Tuning;
 use crate::brdf::{BrdfSpec, Favours};
 use crate::geometry::Symmetry;
 use crate::parametrization::{Parametrization, ParametrizationSpec, WarpError};
@@ -86,6 +87,8 @@ pub struct PlannedSet {
     pub name: String,
     /// The set.
     pub set: Box<dyn SampleSet>,
+    /// What its ratio is tuned on, if it is.
+    pub tuning: Option<Arc<Tuning>>,
 }
 
 /// A reconstruction in one kind of coordinates.

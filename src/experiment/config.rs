@@ -15,6 +15,7 @@ use super::pictures::PictureSpec;
 use super::question::ReportSpec;
 use super::source::Source;
 use super::tables::{Named, named, refuse_unknown, take_list};
+use super::training::TuningTable;
 use crate::brdf::Channels;
 use crate::error::{Error, ParameterError, in_closed};
 use crate::formats::{Format, WRITE_SCHEDULE};
@@ -30,7 +31,7 @@ use std::path::PathBuf;
 use toml::de::{DeTable, DeValue};
 
 /// The keys of a config's top level.
-const KEYS: [&str; 24] = [
+const KEYS: [&str; 25] = [
     "question",
     "experiment",
     "channels",
@@ -50,6 +51,7 @@ const KEYS: [&str; 24] = [
     "coordinates",
     "instrument",
     "metrics",
+    "tuning",
     "moments",
     "band",
     "report",
@@ -82,6 +84,8 @@ pub struct Config<'s> {
     pub instruments: Vec<InstrumentTable>,
     /// How reconstructions are compared with the truth.
     pub metrics: MetricsSpec,
+    /// What the ratios of grids are tuned on.
+    pub tuning: Option<TuningTable>,
     /// How their moments are, if `quantities` asks for it.
     pub moments: Option<MomentsTable>,
     /// The largest ratio of errors that counts as no difference.
@@ -245,6 +249,7 @@ impl<'s> Config<'s> {
         let instruments = take_list(&mut table, "instrument", instruments::table)?;
         let merl = registry::take_table(&mut table, "merl")?;
         let metrics = registry::take_table(&mut table, "metrics")?;
+        let tuning = TuningTable::take(&mut table)?;
         let moments = MomentsTable::take(&mut table)?;
         let output = registry::take_table(&mut table, "output")?;
         let has = |key: &str| table.get_ref().contains_key(key);
@@ -286,6 +291,7 @@ impl<'s> Config<'s> {
                 .map(registry::parse)
                 .transpose()?
                 .unwrap_or_default(),
+            tuning,
             moments,
             output: output.map(registry::parse).transpose()?.unwrap_or_default(),
         })

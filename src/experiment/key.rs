@@ -2,6 +2,7 @@
 
 use super::choices::Material;
 use super::tables::section;
+use crate::brdf::BrdfSpec;
 use crate::error::Error;
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
@@ -35,11 +36,9 @@ impl Identity {
     /// Reads the files of a material.
     pub fn of(material: &Material) -> Result<Self, Unreadable> {
         let inputs = hash(&material.spec.tables().files)?;
-        let mut resolved = material.spec.resolved();
-        forget_paths(&mut resolved);
         let mut part = Part::new();
         part.feed(&material.name);
-        part.feed(&resolved.to_string());
+        part.feed(&pathless(&*material.spec).to_string());
         part.feed(&section(&material.symmetry).to_string());
         for input in &inputs {
             part.feed(&input.blake3);
@@ -75,6 +74,27 @@ pub fn material_key(material: &Material) -> Result<RowKey, Error> {
     let identity = Identity::of(material);
     let identity = identity.map_err(|e| Error::data(&material.name, e))?;
     Ok(identity.key)
+}
+
+/// The hash of what a model is, whatever it is called and however it is read: the bytes of its
+/// files, or its keys if it has none.
+pub(super) fn content(spec: &dyn BrdfSpec) -> Result<RowKey, Unreadable> {
+    let inputs = hash(&spec.tables().files)?;
+    let mut part = Part::new();
+    if inputs.is_empty() {
+        part.feed(&pathless(spec).to_string());
+    }
+    for input in inputs {
+        part.feed(&input.blake3);
+    }
+    Ok(short(&part.finish()))
+}
+
+/// The keys of a model without the places of its files.
+pub(super) fn pathless(spec: &dyn BrdfSpec) -> toml::Table {
+    let mut resolved = spec.resolved();
+    forget_paths(&mut resolved);
+    resolved
 }
 
 /// A file that could not be read to be hashed.

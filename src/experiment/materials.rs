@@ -209,7 +209,7 @@ fn files(
     Ok(specs)
 }
 
-fn checked(
+pub(super) fn checked(
     source: &Source,
     path: &KeyPath,
     name: String,

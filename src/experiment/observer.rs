@@ -3,6 +3,7 @@
 use super::choices::{Allowance, Coordinates, Material, Method, PlannedSet};
 use super::instruments::PlannedInstrument;
 use super::key::{Identity, Input, RowKey};
+use super::tuning::Tuned;
 use crate::brdf::{Brdf, Channels};
 use crate::error::Error;
 use crate::geometry::Symmetry;
@@ -116,6 +117,8 @@ pub struct Summary {
     pub inputs: Vec<Input>,
     /// What each material is, as a hash; `None` of one that cannot be read.
     pub materials: Vec<Option<RowKey>>,
+    /// Ratios of grids that were tuned.
+    pub tuned: Vec<Tuned>,
     /// Wall times.
     pub seconds: Seconds,
     /// True if the observer asked to stop before the end.

@@ -15,6 +15,8 @@ use super::pictures::PictureSpec;
 use super::question::{Factor, ReportSpec};
 use super::resolved::{Parts, Resolver};
 use super::source::Source;
+use super::training::TuningTable;
+use super::tuning::Tuning;
 use super::unit::Unit;
 use super::validate::{Numbers, check_metrics, check_output, check_quantities};
 use crate::brdf::Channels;
@@ -109,6 +111,7 @@ impl Plan {
             coordinates,
             instruments,
             metrics,
+            tuning,
             moments,
             band,
             report,
@@ -129,6 +132,10 @@ impl Plan {
         let instruments = instruments::gather(source, instruments, &materials)?;
         let sample_sets = name_all(source, "sample_set", sample_sets, |s| s.label())?;
         let reconstructions = name_all(source, "reconstruction", reconstructions, |r| r.label())?;
+        let reconstructions: Vec<(String, Arc<dyn Reconstruct>)> = reconstructions
+            .into_iter()
+            .map(|(name, method)| (name, Arc::from(method)))
+            .collect();
         let mut plan = Self {
             kind: scalars.experiment,
             question: scalars.question,
@@ -146,7 +153,11 @@ impl Plan {
             parametrizations: Vec::new(),
             sample_sets: sample_sets
                 .into_iter()
-                .map(|(name, set)| PlannedSet { name, set })
+                .map(|(name, set)| PlannedSet {
+                    name,
+                    set,
+                    tuning: None,
+                })
                 .collect(),
             methods: Vec::new(),
             instruments,
@@ -158,6 +169,8 @@ impl Plan {
         };
         plan.parametrizations = plan.coordinates(source, parametrizations)?;
         plan.check_sample_sets(source)?;
+        let first = reconstructions.first().map(|(_, method)| method);
+        let tuning = plan.tune(source, tuning, first)?;
         plan.check_coordinates(source, &coordinates)?;
         plan.resolved = resolver.finish(&Parts {
             materials: &plan.materials,
@@ -168,16 +181,16 @@ impl Plan {
             coordinates: &coordinates,
             instruments: &plan.instruments,
             metrics: &plan.metrics,
+            tuning: tuning.as_deref(),
             moments: plan.moments.as_ref(),
             band,
             report: &plan.report,
             pictures: &plan.pictures,
             output,
         });
-        for (i, (name, method)) in reconstructions.into_iter().enumerate() {
+        for (i, (name, method)) in reconstructions.iter().enumerate() {
             let reach = reach.get(i).cloned().unwrap_or_default();
-            let methods =
-                plan.methods(source, i, &name, &Arc::from(method), &reach, &coordinates)?;
+            let methods = plan.methods(source, i, name, method, &reach, &coordinates)?;
             plan.methods.extend(methods);
         }
         plan.check_use(source)?;
@@ -265,14 +278,66 @@ impl Plan {
                         let with = format!(" in {} coordinates", coordinates.label());
                         source.error_at(&below(&path, &e.key), format!("{e}{with}"))
                     })?;
-                    planned
-                        .set
+                    let own: Vec<f64> = form.axes().iter().map(|a| a.density).collect();
+                    let untuned = planned.set.tuned(&own);
+                    untuned
+                        .as_ref()
+                        .unwrap_or(&planned.set)
                         .plan(&form, probe, self.seeds[0])
                         .map_err(|e| source.error_at(&KeyPath::of("budgets").index(smallest), e))?;
                 }
             }
         }
         Ok(())
+    }
+
+    /// Gives every set whose ratio is to be tuned what it is tuned on, with the first
+    /// reconstruction.
+    fn tune(
+        &mut self,
+        source: &Source,
+        table: Option<TuningTable>,
+        method: Option<&Arc<dyn Reconstruct>>,
+    ) -> Result<Option<Arc<Tuning>>, Error> {
+        let wanted = |s: &PlannedSet| s.set.tuned(&[]).is_some();
+        let first = self.sample_sets.iter().position(wanted);
+        let refuse =
+            |path: KeyPath, problem: &str| Err(source.error_at(&path, format!("{path} {problem}")));
+        let (set, table, method) = match (first, table, method) {
+            (Some(set), Some(table), Some(method)) => (set, table, method),
+            (Some(set), ..) => {
+                let path = KeyPath::of("sample_set").index(set).key("ratio");
+                return refuse(
+                    path,
+                    "= \"tuned\" lacks what it is tuned on; allowed: with [tuning] and its materials",
+                );
+            }
+            (None, Some(_), _) => {
+                let path = KeyPath::of("tuning");
+                return refuse(
+                    path,
+                    "is never used; allowed: with a [[sample_set]] of ratio = \"tuned\"",
+                );
+            }
+            (None, None, _) => return Ok(None),
+        };
+        for (key, used) in [
+            ("readings", !self.readings.is_empty()),
+            ("minutes", !self.minutes.is_empty()),
+        ] {
+            if used {
+                let set = KeyPath::of("sample_set").index(set);
+                let problem = format!("do not go with the tuned ratio of {set}; allowed: budgets");
+                return refuse(KeyPath::of(key), &problem);
+            }
+        }
+        let method = Arc::clone(method);
+        let tuning = table.plan(source, &self.materials, &self.metrics, method)?;
+        let tuning = Arc::new(tuning);
+        for set in self.sample_sets.iter_mut().filter(|s| wanted(s)) {
+            set.tuning = Some(Arc::clone(&tuning));
+        }
+        Ok(Some(tuning))
     }
 
     fn check_coordinates(

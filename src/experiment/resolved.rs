@@ -9,8 +9,10 @@ use super::moments::MomentsTable;
 use super::pictures::PictureSpec;
 use super::question::ReportSpec;
 use super::tables::{insert_list, section, with_name};
+use super::tuning::Tuning;
 use crate::metrics::MetricsSpec;
 use crate::reconstruct::{Coordinates, Reconstruct};
+use std::sync::Arc;
 use toml::Table;
 
 /// Tables that were put together, to be written out again; the rest are scalars.
@@ -18,11 +20,12 @@ pub(super) struct Parts<'p> {
     pub materials: &'p [Material],
     pub parametrizations: &'p [SampledIn],
     pub sample_sets: &'p [PlannedSet],
-    pub reconstructions: &'p [(String, Box<dyn Reconstruct>)],
+    pub reconstructions: &'p [(String, Arc<dyn Reconstruct>)],
     pub reach: &'p [Reach],
     pub coordinates: &'p [Coordinates],
     pub instruments: &'p [PlannedInstrument],
     pub metrics: &'p MetricsSpec,
+    pub tuning: Option<&'p Tuning>,
     pub moments: Option<&'p MomentsTable>,
     pub band: f64,
     pub report: &'p ReportSpec,
@@ -71,6 +74,9 @@ impl Resolver {
         let instruments = parts.instruments.iter().map(PlannedInstrument::resolved);
         insert_list(&mut table, "instrument", instruments);
         table.insert("metrics".into(), section(parts.metrics).into());
+        if let Some(tuning) = parts.tuning {
+            table.insert("tuning".into(), tuning.resolved.clone().into());
+        }
         if let Some(moments) = parts.moments {
             table.insert("moments".into(), moments.resolved().into());
         }

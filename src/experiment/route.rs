@@ -6,6 +6,7 @@ mod search;
 use super::choices::Allowance;
 use super::instruments::PlannedInstrument;
 use super::observer::{ScheduleKey, Stop, timed};
+use super::tuning::{Untuned, Wanted};
 use crate::brdf::Brdf;
 use crate::error::Error;
 use crate::geometry::Symmetry;
@@ -234,7 +235,7 @@ impl Router {
                 Err(reason) => return Ok(Err(reason)),
             },
         };
-        let (schedule, mut seconds) = match self.schedule(key, budget, again)? {
+        let (schedule, mut seconds) = match self.schedule(key, budget, again, cancelled)? {
             Ok(planned) => planned,
             Err(reason) => return Ok(Err(reason)),
         };
@@ -284,7 +285,7 @@ impl Router {
             if cancelled() {
                 return Err(Stop::Cancelled);
             }
-            let schedule = match self.schedule(key, budget, false)? {
+            let schedule = match self.schedule(key, budget, false, cancelled)? {
                 Ok((schedule, _)) => schedule,
                 // A schedule that is too small to be made takes no time; a larger one will.
                 Err(reason) => {
@@ -317,8 +318,9 @@ impl Router {
         key: &ScheduleKey<'_>,
         budget: usize,
         again: bool,
-    ) -> Result<Result<(Arc<Schedule>, f64), NoRoute>, Error> {
-        let set = &key.sample_set.set;
+        cancelled: &dyn Fn() -> bool,
+    ) -> Result<Result<(Arc<Schedule>, f64), NoRoute>, Stop> {
+        let mut set = &key.sample_set.set;
         let seed = set.is_random().then_some(key.seed);
         let asked = (SetKey::of(key), budget, seed);
         if let Some(known) = self.schedules.get(&asked, again) {
@@ -326,6 +328,28 @@ impl Router {
         }
         let form = key.coordinates.form(key.symmetry);
         let form = form.map_err(|e| Error::Internal(format!("a warp that was checked: {e}")))?;
+        let tuned_set;
+        if let Some(tuning) = &key.sample_set.tuning {
+            let grid = Wanted {
+                parametrization: key.coordinates.name().into(),
+                warp: key.coordinates.warp.clone(),
+                sample_set: key.sample_set.name.clone(),
+                symmetry: key.symmetry,
+                budget,
+            };
+            let (found, seconds) = timed(|| tuning.find(grid, &**set, &form, cancelled));
+            self.seconds += seconds;
+            let tuned = match found {
+                Ok(tuned) => tuned,
+                Err(Untuned::Plan(e)) => return Ok(Err(e.into())),
+                Err(Untuned::Cancelled) => return Err(Stop::Cancelled),
+                Err(Untuned::Error(e)) => return Err(e.into()),
+            };
+            if let Some(with_ratio) = set.tuned(&tuned.ratio) {
+                tuned_set = with_ratio;
+                set = &tuned_set;
+            }
+        }
         let (planned, seconds) = timed(|| set.plan(&form, budget, key.seed));
         self.seconds += seconds;
         Ok(planned.map_err(NoRoute::from).map(|schedule| {

@@ -70,6 +70,8 @@ impl Experiment for Plan {
         let mut runner = Runner::new(self, extent, known, observer)?;
         let result = runner.tiles();
         runner.teller.summary.seconds.plan = runner.router.seconds();
+        let mut tunings = self.sample_sets.iter().filter_map(|s| s.tuning.as_ref());
+        runner.teller.summary.tuned = tunings.next().map_or(Vec::new(), |t| t.found());
         runner.teller.ended(result)
     }
 }

@@ -125,6 +125,9 @@ impl Plan {
         let set = &self.sample_sets[unit.sample_set];
         part.feed(&set.name);
         part.feed(&set.set.resolved().to_string());
+        if let Some(tuning) = &set.tuning {
+            part.feed(&tuning.key);
+        }
         let instrument = unit.instrument.map(|i| self.instruments[i].resolved());
         part.feed(&instrument.unwrap_or_default().to_string());
         // A preset is named in a config; what it is belongs to the key all the same.

@@ -13,9 +13,55 @@ use crate::parametrization::{Axis, AxisKind, Coords, Parametrization};
 use crate::registry::{self, Entry};
 use crate::sampling::Random;
 use rustc_hash::FxHashMap;
-use serde::{Deserialize, Serialize};
+use serde::de::value::SeqAccessDeserializer;
+use serde::de::{self, SeqAccess, Visitor};
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use std::f64::consts::PI;
+use std::fmt;
 use std::sync::Arc;
+
+/// How many nodes the axes of a grid have relative to each other.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Ratio {
+    /// Numbers, one per axis.
+    Numbers(Vec<f64>),
+    /// `"tuned"`: what errs least on materials that are not tested; an experiment finds it.
+    Tuned,
+}
+
+impl Serialize for Ratio {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        match self {
+            Ratio::Numbers(numbers) => numbers.serialize(serializer),
+            Ratio::Tuned => serializer.serialize_str(TUNED),
+        }
+    }
+}
+
+impl<'de> Deserialize<'de> for Ratio {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct V;
+        impl<'de> Visitor<'de> for V {
+            type Value = Ratio;
+            fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
+                f.write_str("a list of numbers, or \"tuned\"")
+            }
+            fn visit_str<E: de::Error>(self, word: &str) -> Result<Ratio, E> {
+                if word == TUNED {
+                    Ok(Ratio::Tuned)
+                } else {
+                    Err(E::invalid_value(de::Unexpected::Str(word), &self))
+                }
+            }
+            fn visit_seq<A: SeqAccess<'de>>(self, list: A) -> Result<Ratio, A::Error> {
+                Deserialize::deserialize(SeqAccessDeserializer::new(list)).map(Ratio::Numbers)
+            }
+        }
+        deserializer.deserialize_any(V)
+    }
+}
+
+const TUNED: &str = "tuned";
 
 /// Regular grid: the largest in its ratio with at most the budgeted number of configurations.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
@@ -24,7 +70,7 @@ pub struct Grid {
     /// Relative numbers of nodes per axis; by default those of the
     /// parametrization (4:4:1, spherical 1:1:2).
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub ratio: Option<Vec<f64>>,
+    pub ratio: Option<Ratio>,
     /// Node positions per axis; by default `start` on an axis that is warped towards the peak at
     /// its start, else `cell`.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -37,13 +83,21 @@ impl Grid {
     /// The registry entry.
     pub(super) const ENTRY: Entry<dyn SampleSet> = Entry {
         kind: Self::KIND,
-        summary: "regular grid, cell- or node-centred per axis",
+        summary: "regular grid, cell- or node-centred per axis; ratio = \"tuned\" with [tuning]",
         examples: &[
             "",
             "ratio = [4, 4, 1]\ncentring = [\"start\", \"cell\", \"cell\"]",
         ],
         read: |table| Ok(Box::new(registry::parse::<Self>(table)?)),
     };
+
+    /// The ratio, if it is numbers.
+    fn numbers(&self) -> Option<&[f64]> {
+        match &self.ratio {
+            Some(Ratio::Numbers(numbers)) => Some(numbers),
+            _ => None,
+        }
+    }
 
     /// The lattice axes of a shape.
     fn axes(&self, axes: &[Axis], shape: &[usize]) -> Vec<LatticeAxis> {
@@ -97,8 +151,17 @@ impl SampleSet for Grid {
         false
     }
 
+    fn tuned(&self, ratio: &[f64]) -> Option<Box<dyn SampleSet>> {
+        let ratio = Some(Ratio::Numbers(ratio.to_vec()));
+        let tuned = || Self {
+            ratio,
+            ..self.clone()
+        };
+        (self.ratio == Some(Ratio::Tuned)).then(|| Box::new(tuned()) as _)
+    }
+
     fn check(&self, axes: &[Axis]) -> Result<(), ParameterError> {
-        check_ratio(self.ratio.as_deref(), axes)?;
+        check_ratio(self.numbers(), axes)?;
         let Some(list) = &self.centring else {
             return Ok(());
         };
@@ -129,9 +192,13 @@ impl SampleSet for Grid {
         _seed: u64,
     ) -> Result<Schedule, PlanError> {
         self.check(parametrization.axes())?;
+        if self.ratio == Some(Ratio::Tuned) {
+            let allowed = "numbers, or an experiment with [tuning], which finds them";
+            return Err(ParameterError::new("ratio", format!("{TUNED:?}"), allowed).into());
+        }
         largest(
             parametrization,
-            self.ratio.as_deref(),
+            self.numbers(),
             budget,
             Self::KIND,
             |shape| self.lay_out(parametrization, shape, budget),

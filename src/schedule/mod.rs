@@ -13,7 +13,7 @@ pub(crate) mod table;
 
 pub use export::{Sequence, schedule_hash, write_schedule};
 pub use format::ScheduleFormat;
-pub use grid::{Grid, Stratified};
+pub use grid::{Grid, Ratio, Stratified};
 pub use import::{Assume, ScheduleFile, read_schedule};
 pub use itinerary::{Itinerary, MAX_AXES, Positions, Unreachable, Visit};
 pub use lattice::{Centring, Lattice, LatticeAxis, for_each_node};

@@ -27,6 +27,11 @@ pub trait SampleSet: std::fmt::Debug + Send + Sync {
         true
     }
 
+    /// The set with this ratio of its axes; `None` unless its ratio is to be tuned.
+    fn tuned(&self, _ratio: &[f64]) -> Option<Box<dyn SampleSet>> {
+        None
+    }
+
     /// Checks the keys against the axes of a parametrization.
     ///
     /// # Errors

@@ -8,7 +8,7 @@ use gonio::geometry::{DirectionPair, Symmetry};
 use gonio::measurement::Measurement;
 use gonio::parametrization::{Layout, Parametrization};
 use gonio::sampling::Random;
-use gonio::schedule::{Centring, Grid, SampleSet, SobolSet};
+use gonio::schedule::{Centring, Grid, Ratio, SampleSet, SobolSet};
 use nalgebra::{DMatrix, DVector};
 use std::f64::consts::PI;
 
@@ -168,7 +168,7 @@ fn neighbours_in_a_line_or_a_plane_are_enough() {
         ([4.0, 4.0, 1.0], 4000),
     ] {
         let grid = Grid {
-            ratio: Some(ratio.to_vec()),
+            ratio: Some(Ratio::Numbers(ratio.to_vec())),
             centring: Some(vec![Centring::Cell; 3]),
         };
         let m = measure(&truth, &form, &grid, budget);

@@ -9,7 +9,7 @@ use gonio::geometry::{DirectionPair, Symmetry};
 use gonio::measurement::Measurement;
 use gonio::parametrization::{Coords, Layout};
 use gonio::sampling::Random;
-use gonio::schedule::{Centring, Grid, SampleSet, SobolSet};
+use gonio::schedule::{Centring, Grid, Ratio, SampleSet, SobolSet};
 use std::sync::Arc;
 
 const ISOTROPIC: Symmetry = Symmetry {
@@ -129,7 +129,7 @@ fn function_of_coordinates(
     let form = form("spherical", symmetry);
     let truth = material(symmetry, |pair| f(&form.forward(pair)));
     let grid = Grid {
-        ratio: Some(ratio.to_vec()),
+        ratio: Some(Ratio::Numbers(ratio.to_vec())),
         centring: Some(vec![Centring::Cell; ratio.len()]),
     };
     measure(&truth, &form, &grid, budget)

@@ -7,7 +7,7 @@ use gonio::brdf::Channels;
 use gonio::geometry::{Direction, DirectionPair, Symmetry};
 use gonio::parametrization::{AxisKind, Parametrization};
 use gonio::sampling::Random;
-use gonio::schedule::{Centring, Grid, SobolSet};
+use gonio::schedule::{Centring, Grid, Ratio, SobolSet};
 
 /// The pair turned about the normal, with light and sensor exchanged, and mirrored.
 pub fn moved(pair: &DirectionPair, turn: f64) -> [DirectionPair; 3] {
@@ -247,7 +247,7 @@ fn a_grid_with_its_own_ratio_and_centring_folds_onto_itself() {
     for ratio in [[1.0, 1.0, 2.0], [2.0, 1.0, 2.0], [1.0, 3.0, 2.0]] {
         for centring in [Centring::Cell, Centring::Node] {
             let grid = Grid {
-                ratio: Some(ratio.to_vec()),
+                ratio: Some(Ratio::Numbers(ratio.to_vec())),
                 centring: Some(vec![Centring::Cell, Centring::Cell, centring]),
             };
             let measurement = measure(&truth, &form, &grid, 2000);

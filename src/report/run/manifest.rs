@@ -1,6 +1,6 @@
 //! `manifest.json`: what made the results beside it, so that they can be made again.
 
-use crate::experiment::{Failure, Input, Source};
+use crate::experiment::{Failure, Input, Source, Tuned};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::fs;
@@ -42,6 +42,8 @@ pub struct Outcome {
     pub rows: usize,
     /// What could not be done.
     pub failures: Vec<Failure>,
+    /// Ratios of grids that were tuned.
+    pub tuned: Vec<Tuned>,
     /// Seconds by stage.
     pub seconds: serde_json::Value,
     /// True if it was stopped before its end.
@@ -106,6 +108,9 @@ pub struct Manifest {
     /// The part of the work, `i/n`; `null`: all of it.
     shard: Option<String>,
     failures: Vec<Failure>,
+    /// Ratios of grids that this run tuned, with their errors on the training materials.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    tuned: Vec<Tuned>,
     /// Seconds per stage, over the whole run.
     seconds: serde_json::Value,
     started_unix_seconds: u64,
@@ -151,6 +156,7 @@ impl Manifest {
             rows: outcome.rows,
             shard: outcome.shard,
             failures: outcome.failures,
+            tuned: outcome.tuned,
             seconds: outcome.seconds,
             started_unix_seconds: unix(started),
             ended_unix_seconds: unix(SystemTime::now()),

@@ -1,0 +1,148 @@
+//! `[tuning]`: the materials that ratios of grids are tuned on, none of which is tested.
+
+use super::choices::Material;
+use super::key::{self, Part, RowKey};
+use super::keypath::KeyPath;
+use super::materials::{MaterialTable, checked, material};
+use super::source::Source;
+use super::tables::{section, take_list, with_name};
+use super::tuning::{Memory, Training, Tuning, has};
+use crate::brdf::Channels;
+use crate::error::Error;
+use crate::metrics::{self, Measure, MetricsSpec};
+use crate::reconstruct::Reconstruct;
+use crate::registry::{self, ReadError, Table};
+use serde::{Deserialize, Serialize};
+use std::sync::Arc;
+
+/// The keys of `[tuning]` that are no materials.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct TuningKeys {
+    /// Distribution of the pairs at which reconstructions are compared with the truth.
+    pub measure: Measure,
+    /// Number of these pairs.
+    pub pairs: usize,
+}
+
+impl Default for TuningKeys {
+    fn default() -> Self {
+        Self {
+            measure: Measure::Lobe,
+            pairs: 4000,
+        }
+    }
+}
+
+/// `[tuning]` of a config.
+#[derive(Debug)]
+pub struct TuningTable {
+    keys: TuningKeys,
+    materials: Vec<MaterialTable>,
+}
+
+impl TuningTable {
+    /// Takes `tuning` out of a config.
+    pub(super) fn take(config: &mut Table<'_>) -> Result<Option<Self>, ReadError> {
+        let Some(mut table) = registry::take_table(config, "tuning")? else {
+            return Ok(None);
+        };
+        let materials = take_list(&mut table, "materials", material)?;
+        Ok(Some(Self {
+            keys: registry::parse(table)?,
+            materials: materials.unwrap_or_default(),
+        }))
+    }
+
+    /// Checks the training materials against the tested ones, and hashes what they are.
+    ///
+    /// # Errors
+    /// [`Error::Config`] for none, one that is tested too, or a tested symmetry that none has.
+    pub(super) fn plan(
+        self,
+        source: &Source,
+        tested: &[Material],
+        metrics: &MetricsSpec,
+        method: Arc<dyn Reconstruct>,
+    ) -> Result<Tuning, Error> {
+        let Self { keys, materials } = self;
+        let base = KeyPath::of("tuning");
+        let metrics = MetricsSpec {
+            pairs: keys.pairs,
+            ..metrics.clone()
+        };
+        let pairs = metrics::test_pairs(keys.measure, &metrics)
+            .map_err(|e| source.error_at(&base.key("pairs"), format!("tuning.{e}")))?;
+        let mut part = Part::new();
+        for text in [
+            section(&keys).to_string(),
+            section(&metrics).to_string(),
+            method.resolved().to_string(),
+        ] {
+            part.feed(&text);
+        }
+        let contents = tested
+            .iter()
+            .map(content_of)
+            .collect::<Result<Vec<_>, _>>()?;
+        let mut training = Vec::new();
+        let mut written = Vec::new();
+        for (i, table) in materials.into_iter().enumerate() {
+            let path = base.key("materials").index(i);
+            let spec = table.named.choice;
+            let name = table.named.name.unwrap_or_else(|| spec.label());
+            let material = checked(
+                source,
+                &path,
+                name,
+                spec,
+                table.symmetry,
+                &Channels::Luminance,
+            )?;
+            let content = content_of(&material)?;
+            if let Some(place) = contents.iter().position(|c| *c == content) {
+                let message = format!(
+                    "{path} = {:?} is the tested material {:?}; allowed: materials that are not \
+                     tested",
+                    material.name, tested[place].name
+                );
+                return Err(source.error_at(&path, message));
+            }
+            part.feed(&key::pathless(&*material.spec).to_string());
+            part.feed(&content);
+            part.feed(&section(&material.symmetry).to_string());
+            let mut keys = with_name(material.spec.resolved(), &material.name);
+            keys.insert("symmetry".into(), section(&material.symmetry).into());
+            written.push(toml::Value::Table(keys));
+            training.push(Training {
+                name: material.name,
+                spec: material.spec,
+                symmetry: material.symmetry,
+            });
+        }
+        for material in tested {
+            if !training.iter().any(|t| has(t.symmetry, material.symmetry)) {
+                let path = base.key("materials");
+                let message = format!(
+                    "{path} has none with the symmetries of {:?}; allowed: at least one",
+                    material.name
+                );
+                return Err(source.error_at(&path, message));
+            }
+        }
+        let mut resolved = section(&keys);
+        resolved.insert("materials".into(), written.into());
+        Ok(Tuning {
+            resolved,
+            materials: training,
+            method,
+            pairs,
+            key: part.finish().to_hex().to_string(),
+            memory: Memory::default(),
+        })
+    }
+}
+
+fn content_of(material: &Material) -> Result<RowKey, Error> {
+    key::content(&*material.spec).map_err(|e| Error::data(&material.name, e))
+}

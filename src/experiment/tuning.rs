@@ -1,0 +1,263 @@
+//! Ratios of grids that are tuned: on materials that are not tested, once for each schedule that
+//! asks for it.
+//!
+//! The number of nodes along an axis for one along the last is found by coordinate descent: each
+//! is multiplied and divided by a step, and what errs less is kept; the step starts at 2 and
+//! becomes its root where nothing errs less, down to the fourth root of 2. What is
+//! minimised is the geometric mean of nrmse over the training materials.
+
+use crate::brdf::{Brdf, BrdfSpec, Channels};
+use crate::error::{Error, ParameterError};
+use crate::geometry::{DirectionPair, Symmetry};
+use crate::instrument::{Ideal, Instrument};
+use crate::metrics::{self, Values};
+use crate::parametrization::Parametrization;
+use crate::reconstruct::Reconstruct;
+use crate::schedule::{PlanError, SampleSet};
+use serde::Serialize;
+use std::collections::HashMap;
+use std::sync::{Arc, Mutex, OnceLock, PoisonError};
+
+/// Grids that one tuning measures at most.
+const MOST: usize = 60;
+
+/// The smallest step of a ratio.
+const FINEST: f64 = 1.18;
+
+/// True if a material of symmetry `own` may be measured by a schedule that folds `folded`.
+pub(super) fn has(own: Symmetry, folded: Symmetry) -> bool {
+    (own.isotropic || !folded.isotropic)
+        && (own.reciprocal || !folded.reciprocal)
+        && (own.bilateral || !folded.bilateral)
+}
+
+/// A training material and its values at the pairs.
+struct Truth {
+    symmetry: Symmetry,
+    brdf: Box<dyn Brdf>,
+    values: Values,
+}
+
+/// A training material.
+pub(super) struct Training {
+    /// Its name, for messages.
+    pub name: String,
+    /// How to build it.
+    pub spec: Box<dyn BrdfSpec>,
+    /// The symmetries it has.
+    pub symmetry: Symmetry,
+}
+
+/// What ratios are tuned on, and those found so far.
+pub struct Tuning {
+    /// The hash of what determines a ratio: materials, pairs and reconstruction.
+    pub(super) key: String,
+    /// `[tuning]` with every default.
+    pub(super) resolved: toml::Table,
+    pub(super) materials: Vec<Training>,
+    pub(super) method: Arc<dyn Reconstruct>,
+    pub(super) pairs: Vec<DirectionPair>,
+    pub(super) memory: Memory,
+}
+
+/// What a tuning made so far.
+#[derive(Default)]
+pub(super) struct Memory {
+    truths: OnceLock<Vec<Truth>>,
+    /// Whoever asks again, in whatever run or picture, finds them here.
+    found: Mutex<Vec<Tuned>>,
+}
+
+/// A grid whose ratio is asked for.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Wanted {
+    /// The parametrization.
+    pub parametrization: String,
+    /// Its warps, or `none`.
+    pub warp: String,
+    /// Name of the sample set.
+    pub sample_set: String,
+    /// The symmetries that fold the grid.
+    pub symmetry: Symmetry,
+    /// Configurations it may have.
+    pub budget: usize,
+}
+
+/// Why no ratio was found.
+pub(super) enum Untuned {
+    /// There is no such grid.
+    Plan(PlanError),
+    /// The run shall stop.
+    Cancelled,
+    /// A training material cannot be built.
+    Error(Error),
+}
+
+impl std::fmt::Debug for Tuning {
+    fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
+        write!(f, "tuning {}", self.key)
+    }
+}
+
+/// A ratio that was found.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Tuned {
+    /// The grid.
+    #[serde(flatten)]
+    pub grid: Wanted,
+    /// Relative numbers of nodes per axis.
+    pub ratio: Vec<f64>,
+    /// Numbers of nodes per axis.
+    pub shape: Vec<usize>,
+    /// Geometric mean of nrmse over the training materials.
+    pub nrmse: f64,
+    /// The same of the parametrization's own ratio.
+    pub nrmse_untuned: f64,
+    /// Grids that were measured.
+    pub tried: usize,
+}
+
+impl Tuning {
+    fn truths(&self) -> Result<&[Truth], Untuned> {
+        if let Some(truths) = self.memory.truths.get() {
+            return Ok(truths);
+        }
+        let mut truths = Vec::new();
+        for material in &self.materials {
+            let brdf = material.spec.build(Channels::Luminance);
+            let brdf = brdf.map_err(|e| Untuned::Error(Error::data(&material.name, e)))?;
+            truths.push(Truth {
+                symmetry: material.symmetry,
+                values: metrics::evaluate(&*brdf, &self.pairs),
+                brdf,
+            });
+        }
+        Ok(self.memory.truths.get_or_init(|| truths))
+    }
+
+    /// The ratios so far, in the order they were found.
+    pub fn found(&self) -> Vec<Tuned> {
+        let found = self.memory.found.lock();
+        found.unwrap_or_else(PoisonError::into_inner).clone()
+    }
+
+    /// The ratio of a grid, sought if it is not known; `set` is to be tuned.
+    pub(super) fn find(
+        &self,
+        grid: Wanted,
+        set: &dyn SampleSet,
+        form: &Arc<dyn Parametrization>,
+        cancelled: &dyn Fn() -> bool,
+    ) -> Result<Tuned, Untuned> {
+        if let Some(known) = self.found().into_iter().find(|t| t.grid == grid) {
+            return Ok(known);
+        }
+        let tuned = self.seek(grid, set, form, cancelled)?;
+        let found = self.memory.found.lock();
+        let mut found = found.unwrap_or_else(PoisonError::into_inner);
+        found.push(tuned.clone());
+        Ok(tuned)
+    }
+
+    fn seek(
+        &self,
+        grid: Wanted,
+        set: &dyn SampleSet,
+        form: &Arc<dyn Parametrization>,
+        cancelled: &dyn Fn() -> bool,
+    ) -> Result<Tuned, Untuned> {
+        let truths = self.truths()?;
+        let mut search = Search {
+            tuning: self,
+            truths: truths
+                .iter()
+                .filter(|t| has(t.symmetry, grid.symmetry))
+                .collect(),
+            set,
+            form,
+            budget: grid.budget,
+            known: HashMap::new(),
+            cancelled,
+        };
+        let mut ratio: Vec<f64> = form.axes().iter().map(|a| a.density).collect();
+        let (mut shape, mut least) = search.error(&ratio)?;
+        let untuned = least;
+        let mut step: f64 = 2.0;
+        while step > FINEST && search.known.len() < MOST {
+            let mut better = false;
+            for d in 0..ratio.len() - 1 {
+                for factor in [step, 1.0 / step] {
+                    let mut other = ratio.clone();
+                    other[d] *= factor;
+                    match search.error(&other) {
+                        Ok((its, error)) if error < least => {
+                            (ratio, shape, least, better) = (other, its, error, true);
+                        }
+                        // Out of the range of ratios, or too few poses: no candidate.
+                        Ok(_) | Err(Untuned::Plan(_)) => {}
+                        Err(e) => return Err(e),
+                    }
+                }
+            }
+            if !better {
+                step = step.sqrt();
+            }
+        }
+        Ok(Tuned {
+            grid,
+            ratio,
+            shape,
+            nrmse: least,
+            nrmse_untuned: untuned,
+            tried: search.known.len(),
+        })
+    }
+}
+
+/// One tuning under way.
+struct Search<'a> {
+    tuning: &'a Tuning,
+    truths: Vec<&'a Truth>,
+    set: &'a dyn SampleSet,
+    form: &'a Arc<dyn Parametrization>,
+    budget: usize,
+    /// By shape: many ratios are one.
+    known: HashMap<Vec<usize>, f64>,
+    cancelled: &'a dyn Fn() -> bool,
+}
+
+impl Search<'_> {
+    /// The shape that a ratio gives, and the error on the training materials.
+    fn error(&mut self, ratio: &[f64]) -> Result<(Vec<usize>, f64), Untuned> {
+        let tuned = self.set.tuned(ratio);
+        let set = tuned.as_deref().unwrap_or(self.set);
+        // Grids do not depend on the seed.
+        let schedule = set.plan(self.form, self.budget, 0).map_err(Untuned::Plan)?;
+        let schedule = Arc::new(schedule);
+        let axes = schedule.lattice.iter().flat_map(|lattice| &lattice.axes);
+        let shape: Vec<usize> = axes.map(|axis| axis.n).collect();
+        if let Some(&error) = self.known.get(&shape) {
+            return Ok((shape, error));
+        }
+        let mut logs = 0.0;
+        for truth in &self.truths {
+            if (self.cancelled)() {
+                return Err(Untuned::Cancelled);
+            }
+            let measurement = Ideal.measure(&*truth.brdf, &schedule);
+            let made = match self.tuning.method.reconstruct(&measurement) {
+                Ok(made) => metrics::evaluate(&*made, &self.tuning.pairs),
+                Err(e) => {
+                    let e = ParameterError::new("ratio", format!("{ratio:?}"), e.to_string());
+                    return Err(Untuned::Plan(e.into()));
+                }
+            };
+            let errors = metrics::compare(&self.tuning.pairs, &truth.values, &made);
+            // A black truth, or one that any grid meets, has no say.
+            logs += errors.nrmse.map_or(0.0, |e| e.max(f64::EPSILON).ln());
+        }
+        let error = (logs / self.truths.len() as f64).exp();
+        self.known.insert(shape.clone(), error);
+        Ok((shape, error))
+    }
+}
