@@ -51,7 +51,7 @@ impl Material {
 /// A parametrization with its warps.
 pub struct Coordinates {
     /// How to build it.
-    pub spec: Box<ParametrizationSpec>,
+    pub spec: ParametrizationSpec,
     /// The warps as results name them, `none` if there are none.
     pub warp: String,
 }

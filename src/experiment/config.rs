@@ -71,7 +71,7 @@ pub struct Config<'s> {
     /// The materials that are written out.
     pub materials: Vec<MaterialTable>,
     /// The parametrizations.
-    pub parametrizations: Vec<Box<ParametrizationSpec>>,
+    pub parametrizations: Vec<ParametrizationSpec>,
     /// The sample sets.
     pub sample_sets: Vec<Named<dyn SampleSet>>,
     /// The reconstructions.
@@ -241,7 +241,9 @@ impl<'s> Config<'s> {
         let pictures = PictureSpec::take(&mut table, kind.draws())?;
         let reach = take_reach(&mut table)?;
         let materials = take_list(&mut table, "material", material)?;
-        let parametrizations = take_list(&mut table, "parametrization", parametrization::read)?;
+        let parametrizations = take_list(&mut table, "parametrization", |t| {
+            parametrization::read(t).map(|spec| *spec)
+        })?;
         let sample_sets = take_list(&mut table, "sample_set", |t| named(t, schedule::read))?;
         let reconstructions = take_list(&mut table, "reconstruction", |t| {
             named(t, reconstruct::read)
@@ -272,9 +274,9 @@ impl<'s> Config<'s> {
             materials: materials.unwrap_or_default(),
             parametrizations: match parametrizations {
                 Some(list) => list,
-                None => vec![Box::new(ParametrizationSpec::new::<Form<HalfDifference>>(
+                None => vec![ParametrizationSpec::new::<Form<HalfDifference>>(
                     Warps::new(),
-                ))],
+                )],
             },
             sample_sets: match sample_sets {
                 Some(list) => list,

@@ -40,7 +40,7 @@
 //! let ggx: Box<dyn BrdfSpec> = Box::new(ggx);
 //! config.materials = vec![MaterialTable::from(ggx)];
 //! let hybrid = ParametrizationSpec::new::<Form<Hybrid>>(Warps::new());
-//! config.parametrizations = vec![Box::new(hybrid)];
+//! config.parametrizations = vec![hybrid];
 //! let cubic: Box<dyn Reconstruct> = Box::new(Cubic::default());
 //! config.reconstructions = vec![Named::from(cubic)];
 //! config.scalars.budgets = vec![100, 400];

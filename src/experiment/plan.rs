@@ -229,7 +229,7 @@ impl Plan {
     fn coordinates(
         &self,
         source: &Source,
-        specs: Vec<Box<ParametrizationSpec>>,
+        specs: Vec<ParametrizationSpec>,
     ) -> Result<Vec<Coordinates>, Error> {
         refuse_empty(source, "parametrization", &specs)?;
         let mut list: Vec<Coordinates> = Vec::new();

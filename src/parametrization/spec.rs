@@ -16,6 +16,9 @@ pub trait ParametrizationKind: Parametrization + Sized + 'static {
     fn of(symmetry: Symmetry) -> Self;
 }
 
+/// Makes the form for some symmetries with warps.
+type Build = fn(Symmetry, &Warps) -> Result<Arc<dyn Parametrization>, WarpError>;
+
 /// A parametrization and its warps; the symmetries of a material make a form of it.
 #[derive(Clone)]
 pub struct ParametrizationSpec {
@@ -23,7 +26,7 @@ pub struct ParametrizationSpec {
     pub kind: &'static str,
     /// The warps.
     pub warps: Warps,
-    build: fn(Symmetry, &Warps) -> Result<Arc<dyn Parametrization>, WarpError>,
+    build: Build,
 }
 
 impl fmt::Debug for ParametrizationSpec {
