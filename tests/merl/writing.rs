@@ -260,6 +260,16 @@ fn a_config_tabulates_another_material() {
     let spec = registry::read_text(&entry, text).unwrap();
     assert_eq!(spec.label(), "merl-of-lambert");
     assert!(spec.tables().files.is_empty());
+    // What holds the material holds its table.
+    let of = "{ kind = 'tabulated', of = { kind = 'lambert' } }";
+    for holder in [
+        format!("kind = 'retro-reflective'\nof = {of}"),
+        format!("kind = 'sum'\ncomponent = [{{ weight = 0.5, brdf = {of} }}]"),
+    ] {
+        let holder = brdf::read(toml::de::DeTable::parse(&holder).unwrap()).unwrap();
+        assert_eq!(holder.tables(), spec.tables());
+        assert!(holder.tables().channel_bytes >= 8 * MerlGrid::Reciprocal.cells());
+    }
     spec.check(&Channels::Rgb).unwrap();
     let resolved = spec.resolved();
     let text = resolved.to_string();
