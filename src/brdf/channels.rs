@@ -35,9 +35,10 @@ impl Channels {
         }
     }
 
-    /// Luminance of one evaluation of this kind. Of a spectrum it is [`mean_over`] the wavelengths:
-    /// what a sensor of flat response between the first and the last sees. It is defined in the
-    /// ultraviolet and infrared too, where the eye's response is 0.
+    /// Luminance of one evaluation of this kind, sr⁻¹. Of a spectrum it is the mean over wavelength
+    /// by the trapezoid rule (Abramowitz and Stegun 1964, 25.4.1): what a sensor of flat response
+    /// from the first wavelength to the last sees. It is defined in the ultraviolet and infrared
+    /// too, where the eye's response is 0.
     #[inline]
     pub fn luminance(&self, values: &[f64]) -> f64 {
         match self {
@@ -65,9 +66,9 @@ impl Channels {
     }
 }
 
-/// Mean over wavelength of values at ascending `nm`, by the trapezoid rule (Abramowitz and Stegun
-/// 1964, 25.4.1) over `nm`'s range; the value itself if there is one.
-pub fn mean_over(nm: &[f64], values: &[f64]) -> f64 {
+/// Mean over wavelength of values at ascending `nm`, by the trapezoid rule; the value itself if there
+/// is one.
+pub(super) fn mean_over(nm: &[f64], values: &[f64]) -> f64 {
     if let [value] = values {
         return *value;
     }

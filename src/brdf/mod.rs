@@ -21,7 +21,7 @@ mod sum;
 mod test_functions;
 mod ward;
 
-pub use channels::{Channels, Wavelengths, mean_over};
+pub use channels::{Channels, Wavelengths};
 pub use favours::Favours;
 pub use lambert::{Lambert, LambertSpec};
 pub use low_abc::{LowAbc, LowAbcParameters, LowAbcSpec, Surface};

@@ -109,10 +109,10 @@ impl Spectrum {
     /// How many different values there are to work out where a BRDF is not linear in this
     /// parameter: 1 if grey, 3 (in luminance too) if in colour, else one a wavelength.
     pub fn distinct(&self, channels: &Channels) -> usize {
-        match self {
-            Spectrum::Grey(_) => 1,
-            Spectrum::Rgb(_) => 3,
-            Spectrum::Sampled(_) => channels.count(),
+        match (self, channels) {
+            (Spectrum::Rgb(_), Channels::Luminance | Channels::Rgb) => 3,
+            (Spectrum::Sampled(_), Channels::Wavelengths(w)) => w.nm().len(),
+            (Spectrum::Grey(_) | Spectrum::Rgb(_) | Spectrum::Sampled(_), _) => 1,
         }
     }
 

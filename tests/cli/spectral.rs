@@ -56,7 +56,7 @@ fn readings_by_wavelength_go_through_files() {
     for (file, header) in [
         (
             "r.csv",
-            "# channels: {\"wavelengths_nm\":[450.0,550.5,1064.0]}",
+            "# channels = {\"wavelengths_nm\":[450.0,550.5,1064.0]}",
         ),
         (
             "r.jsonl",
