@@ -19,6 +19,12 @@ impl Sums {
     /// Adds `factor` times others.
     #[inline]
     pub(super) fn add(&mut self, factor: f64, others: View<'_>) {
+        // Luminance, of which there is most, without a loop.
+        if let ([value, weight], [x, w]) = (&mut self.0[..], others.0) {
+            *value += factor * x;
+            *weight += factor * w;
+            return;
+        }
         for (sum, x) in self.0.iter_mut().zip(others.0) {
             *sum += factor * x;
         }
@@ -168,6 +174,24 @@ impl Workspace {
         let stride = channels + 1;
         self.sums.clear();
         self.sums.resize(groups * stride, 0.0);
+        match channels {
+            // A constant makes loops over channels disappear.
+            1 => self.sum(1),
+            n => self.sum(n),
+        }
+        self.pairs.clear();
+        self.weights.clear();
+        self.groups.clear();
+        Groups {
+            sums: &self.sums,
+            stride,
+        }
+    }
+
+    /// Adds what was evaluated to the sums of its groups.
+    #[inline(always)]
+    fn sum(&mut self, channels: usize) {
+        let stride = channels + 1;
         let values = self.values.chunks_exact(channels);
         let nodes = self.weights.iter().zip(&self.groups).zip(&self.presence);
         for (values, ((weight, group), presence)) in values.zip(nodes) {
@@ -180,13 +204,6 @@ impl Workspace {
                 *sum += weight * value;
             }
             sums[channels] += weight;
-        }
-        self.pairs.clear();
-        self.weights.clear();
-        self.groups.clear();
-        Groups {
-            sums: &self.sums,
-            stride,
         }
     }
 }
