@@ -82,14 +82,14 @@ impl Slice {
         }
         let brdf = material
             .spec
-            .build(self.channel.needs())
+            .build(plan.seen_in(self.channel.needs()))
             .map_err(|e| match e {
                 BuildError::Data { path, message } => Error::data(path, message),
                 e => Error::config(material.name.as_str(), e),
             })?;
         let slices = views.iter().map(|view| {
             BrdfSlice::new(&*brdf, self.channel, view.to_radians())
-                .map_err(|e| Error::config("--view-deg", e))
+                .map_err(|e| Error::config("--channel", e))
         });
         let slices: Vec<_> = slices.collect::<Result<_, _>>()?;
         let resolution = usize::from(self.resolution);
