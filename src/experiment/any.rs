@@ -22,7 +22,7 @@ impl AnyPlan {
     /// Reads a config and puts it together.
     ///
     /// # Errors
-    /// Those of its kind.
+    /// As [`Plan::read`], [`MomentsPlan::read`] and [`RelationsPlan::read`].
     pub fn read(source: &Source) -> Result<Self, Error> {
         Ok(match Kind::of(source)? {
             Kind::Acquisition | Kind::Study => Self::Acquisition(Box::new(Plan::read(source)?)),

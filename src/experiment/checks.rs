@@ -1,4 +1,4 @@
-//! Checks of lists and names: empty ones, and what is there twice.
+//! Checks of lists and names in a config: refuses empty lists and duplicates.
 
 use super::keypath::KeyPath;
 use super::source::Source;
@@ -63,12 +63,12 @@ pub(super) fn name_all<T: ?Sized>(
 /// name apart need some.
 const LONGEST_NAME: usize = 200;
 
-/// Names that are taken.
+/// Names already used in a plan.
 #[derive(Default)]
 pub(super) struct Names(HashSet<String>);
 
 impl Names {
-    /// Takes a name for the table at `path`.
+    /// Takes the name of the table at `path`; refuses one already taken.
     pub(super) fn take(
         &mut self,
         source: &Source,

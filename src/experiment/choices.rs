@@ -1,4 +1,4 @@
-//! What a plan chooses among, each with its name in results.
+//! The choices of a plan: materials, coordinates, sample sets, reconstructions, each with a name.
 
 use super::tuning::Tuning;
 use crate::brdf::{BrdfSpec, Favours};
@@ -9,13 +9,13 @@ use crate::schedule::SampleSet;
 use std::fmt;
 use std::sync::Arc;
 
-/// The largest budget: a gigabyte of poses. More is a misprint.
+/// The largest budget, distinct configurations: a gigabyte of poses. More is a misprint.
 pub const MAX_BUDGET: usize = 10_000_000;
 
-/// What rows call the instrument without flaws.
+/// Name of the instrument without flaws in the column `instrument`.
 pub const IDEAL: &str = "ideal";
 
-/// What rows call the coordinates of the schedule, where a reconstruction works in them.
+/// Value of the column `coordinates` where a reconstruction works in those of its schedule.
 pub const OWN: &str = "own";
 
 /// A material to be measured.
@@ -23,9 +23,9 @@ pub const OWN: &str = "own";
 pub struct Material {
     /// Its name in results, unique in its plan.
     pub name: String,
-    /// How to build it.
+    /// Specification it is built from.
     pub spec: Box<dyn BrdfSpec>,
-    /// The symmetries its schedules fold.
+    /// Symmetries that its schedules use to fold the coordinates.
     pub symmetry: Symmetry,
 }
 
@@ -37,7 +37,7 @@ impl Material {
         kind.unwrap_or_default().to_owned()
     }
 
-    /// What rows call its truth: what it favours. In 4-D there are too few to tell them apart.
+    /// Truth class of its rows: the coordinates it favours. In 4-D there are too few to tell apart.
     pub fn truth(&self) -> &'static str {
         let favours = self.spec.favours();
         if self.symmetry.isotropic || favours == Favours::SphericalTable {
@@ -117,19 +117,19 @@ impl Method {
     }
 }
 
-/// How large a schedule may be.
+/// The size limit of a schedule.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Allowance {
-    /// So many distinct configurations, reachable or not.
+    /// Largest number of distinct configurations, reachable or not.
     Poses(usize),
-    /// As many configurations as have at most so many that its instrument can take.
+    /// Largest number of poses its instrument can take; the budget is found.
     Readings(usize),
-    /// As many configurations as its instrument visits in this time.
+    /// Longest time on its instrument, minutes; the budget is found.
     Minutes(f64),
 }
 
 impl Allowance {
-    /// The number of poses or readings, where it is one.
+    /// The number of poses or readings; `None` for minutes.
     pub fn count(self) -> Option<usize> {
         match self {
             Allowance::Poses(n) | Allowance::Readings(n) => Some(n),
@@ -148,7 +148,7 @@ impl fmt::Display for Allowance {
     }
 }
 
-/// Sampling and reconstruction: a line of the cross table but for material, measure and seed.
+/// A sampling and a reconstruction: a row's identity without material, allowance, measure and seed.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct Choice {
     /// Parametrization the schedule is uniform in.
@@ -165,12 +165,12 @@ pub struct Choice {
     pub coordinates: String,
 }
 
-/// What a row is of, but for its material.
+/// Identity of a row without its material.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub struct Label {
     /// Sampling and reconstruction.
     pub choice: Choice,
-    /// What the schedule was allowed.
+    /// The allowance, as rows name it.
     pub allowed: String,
     /// Seed.
     pub seed: u64,

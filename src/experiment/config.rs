@@ -1,4 +1,4 @@
-//! What a config says: every key with its value, read but not yet put together.
+//! The keys of a config with their values, read but not yet checked against each other.
 //!
 //! Each table of a config is a plain struct that refuses unknown keys; each choice (material,
 //! sample set, reconstruction) is read by its own registry. Whether the values fit each other is
@@ -76,13 +76,13 @@ pub struct Config<'s> {
     pub sample_sets: Vec<Named<dyn SampleSet>>,
     /// The reconstructions.
     pub reconstructions: Vec<Named<dyn Reconstruct>>,
-    /// Where each of them is used.
+    /// Budget limit and sample set of each reconstruction, in the order of `reconstructions`.
     pub reach: Vec<Reach>,
-    /// What scattered readings are interpolated in; empty: the coordinates of their schedule only.
+    /// Coordinates that scattered readings are interpolated in; empty: those of their schedule.
     pub coordinates: Vec<Coordinates>,
     /// The instruments; none: the ideal one.
     pub instruments: Vec<InstrumentTable>,
-    /// How reconstructions are compared with the truth.
+    /// Number, range and seed of the test pairs.
     pub metrics: MetricsSpec,
     /// What the ratios of grids are tuned on.
     pub tuning: Option<TuningTable>,
@@ -90,15 +90,15 @@ pub struct Config<'s> {
     pub moments: Option<MomentsTable>,
     /// The largest ratio of errors that counts as no difference.
     pub band: f64,
-    /// What the report is about.
+    /// Factor, reference and challenger of the report.
     pub report: ReportSpec,
-    /// What of each material is drawn.
+    /// Pictures that are drawn of each material.
     pub pictures: PictureSpec,
-    /// What is written beside the results.
+    /// Files that are written beside the results.
     pub output: Output,
 }
 
-/// The keys of a `[[reconstruction]]` that say where it is used.
+/// The keys of a `[[reconstruction]]` that limit where it is used.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Reach {
@@ -114,12 +114,12 @@ pub struct Reach {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Scalars {
-    /// What the experiment asks; for people.
+    /// The question the experiment asks; for people.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub question: Option<String>,
-    /// Which kind of experiment this is.
+    /// Kind of the experiment.
     pub experiment: Kind,
-    /// What is measured.
+    /// Channels that are measured.
     pub channels: Channels,
     /// Seeds of the sample sets; each makes a run of its own.
     pub seeds: Vec<i64>,
@@ -128,12 +128,12 @@ pub struct Scalars {
     /// Numbers of poses of a schedule that an instrument can take; its budget is found.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub readings: Vec<i64>,
-    /// Times a schedule may take on an instrument; its budget is found.
+    /// Times a schedule may take on an instrument, minutes; its budget is found.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub minutes: Vec<f64>,
     /// Distributions of the test pairs.
     pub measures: Vec<Measure>,
-    /// What is compared beside the values; what its kind compares if not written.
+    /// Quantities that are compared beside the values; the defaults of its kind if not written.
     pub quantities: Option<Vec<QuantityGroup>>,
     /// A folder whose `*.binary` files are all materials.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -171,7 +171,7 @@ pub struct Output {
     pub slices: bool,
 }
 
-/// Whether schedules are written: `false` or the name of a format.
+/// Format of the schedules that are written: `false` (none) or the name of a format.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Schedules(pub Option<Format>);
 

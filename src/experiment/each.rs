@@ -9,10 +9,10 @@ use crate::error::Error;
 
 /// An experiment whose records are of one material each, and need no other.
 pub(super) trait PerMaterial: Experiment {
-    /// What the records of a material have in common, made once.
+    /// Data that all records of one material share, made once per material.
     type Shared;
 
-    /// What materials are built for.
+    /// Channels that materials are built for.
     fn channels(&self) -> Channels;
 
     /// Files beside those of the materials.
@@ -20,7 +20,7 @@ pub(super) trait PerMaterial: Experiment {
         Vec::new()
     }
 
-    /// What the records of a material have in common, or why there is none.
+    /// Makes the data that all records of a material share, or says why it cannot.
     fn shared(
         &self,
         brdf: &dyn Brdf,
@@ -36,7 +36,7 @@ pub(super) trait PerMaterial: Experiment {
     ) -> Result<Result<Self::Record, BuildError>, Stop>;
 }
 
-/// What a record is made from.
+/// Inputs of one record.
 pub(super) struct Of<'a, S> {
     pub material: &'a Material,
     pub material_key: &'a str,

@@ -1,5 +1,5 @@
-//! What rows say: rankings, duels between parametrizations, orders of convergence,
-//! and which factor explains how much.
+//! Findings from rows: rankings, duels between levels of a factor, orders of convergence,
+//! and the share of the variance that each factor explains.
 //!
 //! Everything is paired over materials. Errors of several seeds are averaged first (geometrically):
 //! seeds are no materials.
@@ -23,14 +23,14 @@ use rayon::iter::{IntoParallelIterator, ParallelIterator};
 /// Seed of the bootstrap: the same rows give the same intervals.
 const SEED: u64 = 1;
 
-/// Which rows a finding is about.
+/// The rows a finding is about.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Scope {
-    /// The error.
+    /// Error metric.
     pub metric: Metric,
     /// Distribution of the test pairs.
     pub measure: String,
-    /// The truths; `None`: all of them.
+    /// Truth class of the materials; `None`: all of them.
     pub truth: Option<String>,
     /// Materials that are compared.
     pub materials: usize,
@@ -44,7 +44,7 @@ pub struct Scope {
 pub struct Line {
     /// The choice.
     pub choice: Choice,
-    /// One an allowance.
+    /// One cell per allowance; `None` where no material has an error.
     pub cells: Vec<Option<Cell>>,
     /// Slope of ln error on ln readings, over materials.
     pub order: Option<PooledOrder>,
@@ -55,10 +55,10 @@ pub struct Line {
 pub struct Cell {
     /// Geometric mean of the error over materials.
     pub mean: f64,
-    /// Against the best choice of this allowance, p adjusted for their number; `None` of the best,
-    /// and where materials are missing.
+    /// Comparison with the best choice of this allowance, p adjusted for the number of comparisons;
+    /// `None` for the best itself, and where materials are missing.
     pub against_best: Option<Paired>,
-    /// Place among the choices that have all materials, from 1.
+    /// Rank among the choices that have errors of all materials, from 1; `None` for the others.
     pub place: Option<usize>,
     /// Geometric mean of the readings.
     pub readings: f64,
@@ -71,74 +71,75 @@ pub struct Cell {
 /// Every choice, in the order of the rows.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Ranking {
-    /// What it is of.
+    /// The rows it is about.
     pub scope: Scope,
-    /// In the order of the plan.
+    /// One line per choice, in the order of the plan.
     pub lines: Vec<Line>,
 }
 
 /// One level of a factor against another, all else equal.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Duel {
-    /// The first.
+    /// The first level's choice.
     pub a: Choice,
-    /// The second.
+    /// The second level's choice.
     pub b: Choice,
-    /// One an allowance; ratios below 1: the first is better. p is adjusted over the allowances.
+    /// One comparison per allowance; ratios below 1: the first is better. p is adjusted over the
+    /// allowances.
     pub cells: Vec<Option<Paired>>,
 }
 
 /// All duels of a scope.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Duels {
-    /// What they are of.
+    /// The rows they are about.
     pub scope: Scope,
-    /// In the order of the plan.
+    /// Pairs of choices, in the order of the plan.
     pub duels: Vec<Duel>,
 }
 
-/// Which factor explains how much of the variance of ln error.
+/// The share of the variance of ln error that each factor explains.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Explained {
-    /// What it is of.
+    /// The rows it is about.
     pub scope: Scope,
     /// True of reconstructions in chosen coordinates, false of those in the schedule's own.
     pub scattered: bool,
     /// Names of the factors.
     pub factors: Vec<&'static str>,
-    /// Their shares.
+    /// Shares of the variance, 0 to 1.
     pub shares: Shares,
 }
 
-/// Everything rows say.
+/// All findings from a set of rows.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Findings {
     /// The column whose levels the duels compare.
     pub factor: Factor,
     /// The level that others are compared with.
     pub reference: Option<String>,
-    /// The level that was asked about.
+    /// The level that the verdict is about.
     pub challenger: Option<String>,
     /// The allowances, in the order of the plan.
     pub allowances: Vec<String>,
-    /// The truths, each once.
+    /// Truth classes, each once.
     pub truths: Vec<String>,
-    /// One a metric, measure and truth.
+    /// One ranking per metric, measure and truth class (and one over all of them).
     pub rankings: Vec<Ranking>,
-    /// One a metric, measure and truth.
+    /// One set of duels per metric, measure and truth class (and one over all of them).
     pub duels: Vec<Duels>,
-    /// One a metric and measure, and one more where there are scattered reconstructions.
+    /// One per metric and measure, and one more where there are scattered reconstructions.
     pub explained: Vec<Explained>,
 }
 
 impl Findings {
-    /// What rows say, with differences of less than `band` (a ratio above 1) counting as none;
-    /// parametrizations are compared with the first.
+    /// Findings that count ratios of errors below `band` (above 1) as no difference and compare
+    /// parametrizations with the first.
     pub fn new(rows: &[&Row], band: f64) -> Self {
         Self::asked(rows, band, &ReportSpec::default())
     }
 
-    /// What rows say to a question.
+    /// Findings on the factor, reference and challenger of `spec`.
     pub fn asked(rows: &[&Row], band: f64, spec: &ReportSpec) -> Self {
         let index = Index::new(rows);
         let first = index.choices.list.first();
@@ -251,7 +252,7 @@ impl<'i, 'a> Table<'i, 'a> {
         errors.filter(|e| !e.is_empty())
     }
 
-    /// A mean over the materials that have it.
+    /// Geometric mean of a number of the rows over the materials that have it.
     fn over(
         &self,
         choice: usize,
@@ -307,7 +308,7 @@ impl<'i, 'a> Table<'i, 'a> {
         pooled_order(&slopes, self.bootstrap)
     }
 
-    /// Places at an allowance, and every choice against the best.
+    /// Sets the places at an allowance, and compares every choice with the best.
     fn place(&self, lines: &mut [Line], a: usize, band: f64) {
         let whole: Vec<Option<Vec<f64>>> = (0..lines.len()).map(|c| self.whole(c, a)).collect();
         let mut order: Vec<usize> = (0..lines.len()).filter(|&c| whole[c].is_some()).collect();
@@ -337,7 +338,7 @@ impl<'i, 'a> Table<'i, 'a> {
         Paired::new(&pairs, band, self.bootstrap)
     }
 
-    /// Every two choices that differ in the factor only, the earlier one second.
+    /// All pairs of choices that differ in the factor only; `b` is the earlier one.
     fn duels(&self, factor: Factor, band: f64) -> Vec<Duel> {
         let choices = &self.index.choices.list;
         let mut duels = Vec::new();
@@ -410,7 +411,7 @@ impl<'i, 'a> Table<'i, 'a> {
     }
 }
 
-/// Comparisons that are read together, where there are any.
+/// Comparisons with p-values adjusted for their number; `None` stays `None`.
 fn adjusted(list: &[Option<Paired>]) -> Vec<Option<Paired>> {
     let there: Vec<Paired> = list.iter().copied().flatten().collect();
     let mut adjusted = Paired::adjusted(&there).into_iter();

@@ -1,5 +1,5 @@
-//! `[[instrument]]`: which machines measure, with which of their flaws, and in which order they
-//! visit the poses.
+//! `[[instrument]]`: the machines that measure, the flaws that are simulated, and the order in
+//! which they visit the poses.
 
 use super::checks::Names;
 use super::choices::IDEAL;
@@ -22,7 +22,7 @@ pub struct InstrumentTable {
     use_of: Use,
 }
 
-/// Where the specification of an instrument is.
+/// Source of an instrument's specification.
 #[derive(Clone, Debug)]
 enum From {
     /// `preset`, see `gonio list instruments`.
@@ -33,19 +33,19 @@ enum From {
     Spec(Box<InstrumentSpec>),
 }
 
-/// How an instrument is used.
+/// Order of an instrument's visits and the flaws that are simulated.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Use {
-    /// In which order it visits the poses.
+    /// Rule that orders its visits to the poses.
     pub order: Order,
-    /// Whether it has limits; without them every pose is reachable.
+    /// True if it has limits; without them every pose is reachable.
     pub limits: bool,
-    /// Whether its apertures are finite; without them every reading is one evaluation.
+    /// True if its apertures are finite; without them every reading is one evaluation.
     pub apertures: bool,
-    /// Whether positions, light, sensor and calibration are noisy.
+    /// True if positions, light, sensor and calibration are noisy.
     pub noise: bool,
-    /// Whether the error of unreachable poses is found, by measuring without limits too.
+    /// True if the error of unreachable poses is found, by measuring without limits too.
     pub holes: bool,
     /// Seed of what all its readings share (offsets of axes, the tile, drift); the seed of the
     /// row if left out.
@@ -128,11 +128,11 @@ pub(super) fn table(mut table: Table<'_>) -> Result<InstrumentTable, ReadError> 
 pub struct PlannedInstrument {
     /// Its name in results, unique in its plan.
     pub name: String,
-    /// What its file says.
+    /// Its specification: every key with its value.
     pub spec: InstrumentSpec,
-    /// How it is used.
+    /// Order of its visits and the flaws that are simulated.
     pub use_of: Use,
-    /// The name of its preset, if it is one.
+    /// Name of its preset, if it is one.
     preset: Option<String>,
 }
 
@@ -190,7 +190,7 @@ impl PlannedInstrument {
     /// The machine that measures the rows of a seed.
     ///
     /// # Errors
-    /// Those of the specification; none for a plan's instruments, which were tried.
+    /// As [`Bench::new`]; none for a plan's instruments, which were tried.
     pub fn bench(&self, parts: Parts, seed: u64) -> Result<Bench, ParameterError> {
         Bench::new(&self.spec, parts, self.realisation(seed))
     }

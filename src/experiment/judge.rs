@@ -16,40 +16,40 @@ use crate::moments::{MomentErrors, Profile};
 use crate::reconstruct::ReconstructError;
 use rayon::prelude::*;
 
-/// What reconstructions are compared with.
+/// A material with the values that its reconstructions are compared with.
 pub(super) struct Truth {
     pub brdf: Box<dyn Brdf>,
     pub alignment: Option<f64>,
-    /// One a measure.
+    /// Values at the test pairs, sr⁻¹, without the cosine: one list per measure.
     values: Vec<Values>,
-    /// If albedos are asked for.
+    /// Values at the pairs of the albedo probe, sr⁻¹, if albedos are compared.
     albedo: Option<Values>,
-    /// If moments are asked for.
+    /// Moment profile, if moments are compared.
     profile: Option<Profile>,
 }
 
-/// What is known of the reconstructions of a group by one method.
+/// Errors of one method's reconstructions of a group of materials.
 pub(super) struct Compared {
-    /// One list a measure, of one a material.
+    /// Errors, `[measure][material]`.
     pub errors: Vec<Vec<Errors>>,
-    /// The same without limits, where that is known.
+    /// Errors of reconstructions from readings without limits, `[measure][material]`, where known.
     whole: Vec<Vec<Option<Errors>>>,
-    /// One a material.
+    /// Error of the directional albedo, one per material.
     albedo: Vec<Option<f64>>,
-    /// One a material, with the number of slices that are unresolved.
+    /// Errors of the moments and number of unresolved slices, one per material.
     moments: Vec<Option<(MomentErrors, usize)>>,
     pub reconstruct_seconds: f64,
-    /// One a measure.
+    /// Wall time of evaluation and comparison, s, one per measure.
     pub evaluate_seconds: Vec<f64>,
     pub moment_seconds: Option<f64>,
 }
 
-/// What reconstructions are judged by.
+/// The test pairs and probes that reconstructions are compared at.
 pub(super) struct Judge<'a> {
     plan: &'a Plan,
-    /// One list a measure.
+    /// Test pairs, one list per measure.
     pairs: Vec<Vec<DirectionPair>>,
-    /// If albedos are asked for.
+    /// Albedo probe, if albedos are compared.
     probe: Option<AlbedoProbe>,
 }
 
@@ -65,13 +65,13 @@ impl<'a> Judge<'a> {
         })
     }
 
-    /// Pairs at which every material and reconstruction is evaluated.
+    /// Number of pairs at which every material and reconstruction is evaluated.
     pub fn pairs(&self) -> usize {
         let probe = self.probe.as_ref().map_or(0, |p| p.pairs().len());
         probe + self.pairs.iter().map(Vec::len).sum::<usize>()
     }
 
-    /// What reconstructions of a material are compared with.
+    /// Evaluates a material at the test pairs and probes.
     pub fn truth(
         &self,
         brdf: Box<dyn Brdf>,
@@ -195,7 +195,7 @@ impl<'a> Judge<'a> {
         }))
     }
 
-    /// The moments of a BRDF, if they are asked for.
+    /// The moment profile of a BRDF; `None` if moments are not compared.
     fn profile(&self, brdf: &dyn Brdf) -> Result<Option<Profile>, ParameterError> {
         let Some(table) = &self.plan.moments else {
             return Ok(None);
@@ -208,9 +208,9 @@ impl<'a> Judge<'a> {
 
 /// Reconstructions of a group.
 enum Copies {
-    /// Of all its materials at once.
+    /// Reconstructions of all its materials at once.
     Stack(Stack),
-    /// Of its only material.
+    /// Reconstruction of its only material.
     One(Box<dyn Brdf>),
 }
 

@@ -1,4 +1,4 @@
-//! What determines a record, as a hash: the same for the same question, whoever asks it.
+//! Keys of records: a hash of everything that determines one, equal for equal questions.
 
 use super::choices::Material;
 use super::tables::section;
@@ -124,7 +124,7 @@ pub(super) fn hash(paths: &[PathBuf]) -> Result<Vec<Input>, Unreadable> {
     paths.iter().map(with_path).collect()
 }
 
-/// Where a file is does not matter, what is in it does: also in a material that is part of another.
+/// Removes paths of files: keys depend on their bytes. Also in the parts of a compound material.
 pub(super) fn forget_paths(table: &mut toml::Table) {
     table.remove("path");
     for (_, value) in table.iter_mut() {
@@ -155,7 +155,7 @@ fn short(hash: &blake3::Hash) -> String {
     hash.to_hex()[..16].to_owned()
 }
 
-/// What determines a record but for its material.
+/// Hasher of everything that determines a record but its material.
 pub(super) struct Part(blake3::Hasher);
 
 impl Part {
@@ -165,13 +165,13 @@ impl Part {
         part
     }
 
-    /// Texts one after the other, so that no two lists of texts are fed alike.
+    /// Feeds a text with its length before it, so that no two lists of texts hash alike.
     pub fn feed(&mut self, text: &str) {
         self.0.update(&(text.len() as u64).to_le_bytes());
         self.0.update(text.as_bytes());
     }
 
-    /// The same with one text more.
+    /// The hash with one text more.
     pub fn with(&self, text: &str) -> blake3::Hash {
         let mut other = Self(self.0.clone());
         other.feed(text);
@@ -191,14 +191,14 @@ pub(super) fn of_part(material: &str, part: &blake3::Hash) -> RowKey {
     short(&hasher.finalize())
 }
 
-/// A record that a plan asks for, of a material whatever is in its files.
+/// A record that a plan asks for; its key needs the bytes of its material's files.
 #[derive(Clone, Debug)]
 pub struct Expected {
     /// Position of its material in the plan.
     pub material: usize,
-    /// What it is of, but for the material: [`Record::label`](super::Record::label).
+    /// Its identity without the material: [`Record::label`](super::Record::label).
     pub label: String,
-    /// What makes it, but for the material: records of one job are made together.
+    /// Name of the job that makes it, without the material; records of one job are made together.
     pub job: String,
     /// The hash of everything but the material.
     pub part: blake3::Hash,

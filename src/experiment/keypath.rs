@@ -12,7 +12,7 @@ pub enum Step {
     Index(usize),
 }
 
-/// Where something stands in a config; shown as `material[2].alpha`.
+/// Path of a value in a config; shown as `material[2].alpha`.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct KeyPath(pub(super) Vec<Step>);
 

@@ -1,4 +1,4 @@
-//! What kind of experiment a config describes.
+//! The kinds of experiments that a config can describe.
 
 use super::keypath::KeyPath;
 use super::source::Source;
@@ -16,7 +16,7 @@ pub enum Kind {
     Moments,
     /// Moments of reflected radiance, rendered and predicted; [`relations`](super::relations).
     Relations,
-    /// The same with other defaults: what a large cross table wants, for its report.
+    /// An acquisition with the defaults of a large cross table and its report.
     Study,
 }
 
@@ -39,7 +39,7 @@ impl Kind {
         }
     }
 
-    /// One line for `gonio list`.
+    /// One-line description for `gonio list`.
     pub fn summary(self) -> &'static str {
         match self {
             Kind::Acquisition => "measure at sample sets, reconstruct, compare (the default)",
@@ -83,7 +83,7 @@ impl Kind {
         self == Kind::Study
     }
 
-    /// What is compared beside values unless the config says.
+    /// Quantities compared beside the values if the config does not name them.
     pub(super) fn quantities(self) -> &'static [QuantityGroup] {
         match self {
             Kind::Acquisition => &[QuantityGroup::Albedo],
@@ -103,7 +103,7 @@ impl Kind {
         Err(self.refusal(found, source))
     }
 
-    /// What is said of a config of kind `found` where this kind is needed.
+    /// The error for a config of kind `found` where this kind is needed.
     pub(super) fn refusal(self, found: Kind, source: &Source) -> Error {
         let message = format!(
             "experiment = {:?}: allowed here is {:?}",
@@ -114,7 +114,7 @@ impl Kind {
     }
 }
 
-/// What a run compares beside the values of truth and reconstruction.
+/// Quantities that a run compares beside the values of truth and reconstruction.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum QuantityGroup {

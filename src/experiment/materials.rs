@@ -21,7 +21,7 @@ use toml::de::{DeTable, DeValue};
 pub struct MaterialTable {
     /// Its name and model.
     pub named: Named<dyn BrdfSpec>,
-    /// What schedules assume of it instead of what its BRDF declares.
+    /// Symmetries that schedules assume instead of those its BRDF declares.
     pub symmetry: SymmetryTable,
 }
 
@@ -81,15 +81,15 @@ pub(super) fn insert_materials(table: &mut toml::Table, materials: &[Material], 
     insert_list(table, "material", tables);
 }
 
-/// Where the materials of a config come from.
+/// Sources of the materials of a config.
 pub(super) struct Origins<'a, 's> {
-    /// Those written out.
+    /// The materials that are written out.
     pub(super) tables: Vec<MaterialTable>,
     /// The folder of MERL files.
     pub(super) dir: Option<&'a Path>,
-    /// The names of those that are meant; all of them if `None`.
+    /// Names of the files that are used; `None`: all of them.
     pub(super) only: Option<&'a [String]>,
-    /// The keys they get.
+    /// Keys that every file of the folder gets.
     pub(super) merl: Option<Table<'s>>,
 }
 

@@ -1,4 +1,4 @@
-//! The observer of a run, and what it is told.
+//! The observer of a run, and the events it is told.
 
 use super::choices::{Allowance, Coordinates, Material, Method, PlannedSet};
 use super::instruments::PlannedInstrument;
@@ -32,7 +32,7 @@ pub struct ScheduleKey<'a> {
     pub symmetry: Symmetry,
     /// The sample set.
     pub sample_set: &'a PlannedSet,
-    /// Most poses, readings or minutes.
+    /// Size limit: poses, readings or minutes.
     pub allowance: Allowance,
     /// The instrument that measures; `None`: the ideal one.
     pub instrument: Option<&'a PlannedInstrument>,
@@ -76,9 +76,9 @@ impl fmt::Display for Job<'_> {
 /// A job, or all jobs of a schedule or material, that could not be done.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Failure {
-    /// What was to be done.
+    /// Name of the job.
     pub job: String,
-    /// Why it could not.
+    /// Reason for the failure.
     pub reason: String,
     /// Number of reconstructions lost.
     pub jobs: usize,
@@ -87,7 +87,7 @@ pub struct Failure {
 /// Wall times of a run, s.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct Seconds {
-    /// Building materials, hashing their files.
+    /// Building materials and hashing their files.
     pub load: f64,
     /// Evaluating materials at the test pairs.
     pub truth: f64,
@@ -111,11 +111,11 @@ pub struct Summary {
     /// Keys of all records of the plan, or of its shard, in the order of results; those of materials
     /// that cannot be read are left out.
     pub keys: Vec<RowKey>,
-    /// What could not be done.
+    /// Jobs that could not be done.
     pub failures: Vec<Failure>,
     /// The files of the materials.
     pub inputs: Vec<Input>,
-    /// What each material is, as a hash; `None` of one that cannot be read.
+    /// Hash of each material's keys and files; `None` of one that cannot be read.
     pub materials: Vec<Option<RowKey>>,
     /// Ratios of grids that were tuned.
     pub tuned: Vec<Tuned>,
@@ -125,9 +125,9 @@ pub struct Summary {
     pub interrupted: bool,
 }
 
-/// What happens during a run; `R` is its record.
+/// An event of a run; `R` is its record.
 pub enum Event<'a, R> {
-    /// What is done now, for people.
+    /// A step begins; the text is for people.
     Doing(&'a dyn fmt::Display),
     /// A material was built; the key is the hash of what it is.
     Loaded(&'a Material, &'a str, &'a dyn Brdf),
@@ -138,16 +138,16 @@ pub enum Event<'a, R> {
     Reconstructed(&'a Job<'a>, &'a dyn Brdf, &'a dyn Brdf),
     /// Records were made.
     Made(&'a [R]),
-    /// All there is of one schedule or material, made now or known from before, in the order of
+    /// All records of one schedule or material, made now or known from before, in the order of
     /// results.
     Complete(&'a [&'a R]),
-    /// Something could not be done; the run goes on.
+    /// A job failed; the run goes on.
     Failed(&'a Failure),
-    /// So much of the [work](Observer::begins) is over: done, failed or known.
+    /// This much of the [work](Observer::begins) is over: done, failed or known.
     Advanced(f64),
 }
 
-/// Something beside the records, which an observer may want though the records are known.
+/// A by-product of a run that an observer may want even if all its records are known.
 pub enum Wish<'a> {
     /// A material, by position and key.
     Material(usize, &'a Material, &'a str),
@@ -157,29 +157,29 @@ pub enum Wish<'a> {
     Reconstruction(&'a Job<'a>),
 }
 
-/// Is told what happens during a run, and may stop it.
+/// Listens to the events of a run, and may stop it.
 pub trait Observer<R> {
     /// True if the run shall stop; asked before every step, and several times during long ones.
     fn cancelled(&self) -> bool {
         false
     }
 
-    /// How much work there is, in the unit of [`Event::Advanced`].
+    /// Total work, in the unit of [`Event::Advanced`]; told once, at the beginning.
     fn begins(&mut self, _work: f64) {}
 
-    /// True if something shall be made and told though all its records are known.
+    /// True if this by-product shall be made and told even if all its records are known.
     fn wants(&self, _wish: &Wish<'_>) -> bool {
         false
     }
 
-    /// Something happened.
+    /// Receives an event.
     ///
     /// # Errors
-    /// End the run.
+    /// Any error ends the run.
     fn tell(&mut self, event: &Event<'_, R>) -> Result<(), Error>;
 }
 
-/// Why a run ends early.
+/// Reason why a run ends early.
 pub(super) enum Stop {
     Cancelled,
     Error(Error),
@@ -191,7 +191,7 @@ impl From<Error> for Stop {
     }
 }
 
-/// An observer with the summary of what it was told.
+/// An observer, and the summary of the events it was told.
 pub(super) struct Teller<'o, R> {
     pub observer: &'o mut dyn Observer<R>,
     pub summary: Summary,
@@ -205,13 +205,13 @@ impl<'o, R> Teller<'o, R> {
         }
     }
 
-    /// Announces a step, or stops before it.
+    /// Tells a step that begins; an error if the observer wants to stop.
     pub fn doing(&mut self, what: &dyn fmt::Display) -> Result<(), Stop> {
         self.go_on()?;
         Ok(self.observer.tell(&Event::Doing(what))?)
     }
 
-    /// Stops if the observer wants it.
+    /// Returns an error if the observer wants to stop.
     pub fn go_on(&self) -> Result<(), Stop> {
         if self.observer.cancelled() {
             return Err(Stop::Cancelled);
@@ -247,7 +247,7 @@ impl<'o, R> Teller<'o, R> {
         Ok(())
     }
 
-    /// What was made; `None`, and the failure of so many jobs told, if it was not.
+    /// The value of a result; for an error, tells a failure of so many jobs and returns `None`.
     pub fn or_failed<T, E: fmt::Display>(
         &mut self,
         job: &str,
@@ -303,7 +303,7 @@ impl<'o, R> Teller<'o, R> {
         Ok(self.observer.tell(&Event::Advanced(work))?)
     }
 
-    /// What became of the run.
+    /// The summary of a run that ended, or the error that ended it.
     pub fn ended(mut self, result: Result<(), Stop>) -> Result<Summary, Error> {
         match result {
             Ok(()) => {}
@@ -314,7 +314,7 @@ impl<'o, R> Teller<'o, R> {
     }
 }
 
-/// The result of some work, and the seconds it took.
+/// The result of some work and its wall time, s.
 pub(super) fn timed<T>(work: impl FnOnce() -> T) -> (T, f64) {
     let start = Instant::now();
     let result = work();

@@ -1,4 +1,4 @@
-//! `[pictures]`: what of each material is drawn for the report.
+//! `[pictures]`: the pictures that are drawn of each material for the report.
 
 use super::choices::MAX_BUDGET;
 use super::keypath::KeyPath;
@@ -10,22 +10,22 @@ use crate::lighting::{self, LightingSpec, SkySpec};
 use crate::registry::{self, ReadError, Table};
 use serde::{Deserialize, Serialize};
 
-/// `[pictures]`: what of each material is drawn.
+/// `[pictures]`: pictures that are drawn of each material.
 #[derive(Debug)]
 pub struct PictureSpec {
-    /// Whether anything is.
+    /// True if pictures are drawn.
     pub draw: bool,
     /// Width and height of a sphere, pixels.
     pub resolution: usize,
-    /// Samples a pixel.
+    /// Samples per pixel.
     pub samples: usize,
-    /// The light they are in.
+    /// Lighting of the spheres.
     pub lighting: Box<dyn LightingSpec>,
-    /// Budget of the reconstructions that are drawn.
+    /// Budget of the reconstructions that are drawn, distinct configurations.
     pub budget: usize,
 }
 
-/// The keys of it that are plain values.
+/// The keys of `[pictures]` that are plain values.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 struct PictureScalars {
@@ -47,7 +47,7 @@ impl Default for PictureScalars {
 }
 
 impl PictureSpec {
-    /// Takes the table out of a config's; `draw` is what it says if it does not say.
+    /// Takes the table out of a config's; `draw` is the default of its key `draw`.
     pub(super) fn take(config: &mut Table<'_>, draw: bool) -> Result<Self, ReadError> {
         let table = registry::take_table(config, "pictures")?;
         let (scalars, lighting) = match table {

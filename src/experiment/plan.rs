@@ -1,4 +1,4 @@
-//! What a config means: its choices put together, checked against each other and named.
+//! The plan of an acquisition: the choices of a config put together, checked and named.
 //!
 //! Everything that can be refused without measuring is refused here, so that a mistake costs a
 //! second and not an hour. No table is loaded; headers and lengths of files are read.
@@ -35,11 +35,11 @@ const PROBE_BUDGET: usize = 64;
 
 /// An experiment that can be run.
 pub struct Plan {
-    /// Which defaults its config has, and what it prints.
+    /// Kind of the experiment: its defaults and the tables it prints.
     pub kind: Kind,
-    /// What it asks.
+    /// The question it asks.
     pub question: Option<String>,
-    /// What is measured.
+    /// Channels that are measured.
     pub channels: Channels,
     /// Seeds of the sample sets.
     pub seeds: Vec<u64>,
@@ -47,15 +47,15 @@ pub struct Plan {
     pub budgets: Vec<usize>,
     /// Numbers of poses of a schedule that its instrument can take.
     pub readings: Vec<usize>,
-    /// Times a schedule may take on an instrument.
+    /// Times a schedule may take on an instrument, minutes.
     pub minutes: Vec<f64>,
     /// Distributions of the test pairs.
     pub measures: Vec<Measure>,
-    /// Which test pairs.
+    /// Number, range and seed of the test pairs.
     pub metrics: MetricsSpec,
-    /// Whether directional albedos are compared.
+    /// True if directional albedos are compared.
     pub albedo: bool,
-    /// How moments are compared, if they are.
+    /// Moments that are compared, and their estimator; `None` if they are not compared.
     pub moments: Option<MomentsTable>,
     /// The materials.
     pub materials: Vec<Material>,
@@ -65,17 +65,17 @@ pub struct Plan {
     pub parametrizations: Vec<Coordinates>,
     /// The sample sets.
     pub sample_sets: Vec<PlannedSet>,
-    /// The reconstructions, each in every kind of its coordinates.
+    /// The reconstructions, each in each of its coordinates.
     pub methods: Vec<Method>,
     /// The instruments; none: the ideal one.
     pub instruments: Vec<PlannedInstrument>,
     /// The largest ratio of errors that counts as no difference.
     pub band: f64,
-    /// What the report is about.
+    /// Factor, reference and challenger of the report.
     pub report: ReportSpec,
-    /// What of each material is drawn.
+    /// Pictures that are drawn of each material.
     pub pictures: PictureSpec,
-    /// What is written beside the results.
+    /// Files that are written beside the results.
     pub output: Output,
     /// The config with every default filled in; reading it gives this plan again.
     pub resolved: toml::Table,
@@ -213,7 +213,7 @@ impl Plan {
         all.filter(|&s| seen.insert(s)).collect()
     }
 
-    /// Budgets, then readings, then times.
+    /// All allowances: budgets, then readings, then times.
     pub fn allowances(&self) -> Vec<Allowance> {
         let budgets = self.budgets.iter().copied().map(Allowance::Poses);
         let readings = self.readings.iter().copied().map(Allowance::Readings);
@@ -264,7 +264,8 @@ impl Plan {
         Ok(list)
     }
 
-    /// Keys against the axes of every parametrization, and the smallest budget against both.
+    /// Checks the keys of sample sets against the axes of every parametrization, and the smallest
+    /// budget against both.
     fn check_sample_sets(&self, source: &Source) -> Result<(), Error> {
         let budgets = self.budgets.iter().copied().enumerate();
         let (smallest, budget) = budgets.min_by_key(|b| b.1).unwrap_or((0, PROBE_BUDGET));
@@ -358,7 +359,7 @@ impl Plan {
         Ok(())
     }
 
-    /// One reconstruction in each of its coordinates.
+    /// Methods of one reconstruction, one for each of its coordinates.
     fn methods(
         &self,
         source: &Source,
@@ -404,7 +405,7 @@ impl Plan {
         }
     }
 
-    /// The sample set that `on` names.
+    /// Position of the sample set that `on` names.
     fn on(&self, source: &Source, path: &KeyPath, reach: &Reach) -> Result<Option<usize>, Error> {
         let Some(name) = &reach.on else {
             return Ok(None);
@@ -423,7 +424,7 @@ impl Plan {
         Ok(found)
     }
 
-    /// Every reconstruction must have a schedule, and every schedule a reconstruction.
+    /// Checks that every reconstruction has a schedule, and every schedule a reconstruction.
     fn check_use(&self, source: &Source) -> Result<(), Error> {
         let units = self.units();
         let mut names: Vec<&str> = Vec::new();
@@ -460,7 +461,7 @@ impl Plan {
 }
 
 impl Plan {
-    /// The names that a report's keys may have are those of the plan.
+    /// Checks that the names in `[report]` are names of the plan.
     fn check_report(&self, source: &Source) -> Result<(), Error> {
         let factor = self.report.factor;
         let levels: Vec<&str> = match factor {

@@ -1,4 +1,4 @@
-//! `[report]`: what the findings of an acquisition are about.
+//! `[report]`: the choice that the findings of an acquisition compare.
 
 use super::checks::below;
 use super::choices::Choice;
@@ -7,7 +7,7 @@ use super::source::Source;
 use crate::error::{Error, ParameterError};
 use serde::{Deserialize, Serialize};
 
-/// A column that tells choices apart, and may be what a report compares.
+/// A column of a choice whose levels a report can compare.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Factor {
@@ -16,11 +16,11 @@ pub enum Factor {
     Parametrization,
     /// The warps of the coordinates that are sampled.
     Warp,
-    /// How points are spread.
+    /// Sample set.
     SampleSet,
-    /// Who measures.
+    /// Instrument.
     Instrument,
-    /// How readings are interpolated.
+    /// Reconstruction.
     Reconstruction,
     /// The coordinates that scattered readings are interpolated in.
     Coordinates,
@@ -37,7 +37,7 @@ impl Factor {
         Factor::Coordinates,
     ];
 
-    /// Its column.
+    /// Name of its column.
     pub fn name(self) -> &'static str {
         match self {
             Factor::Parametrization => "parametrization",
@@ -49,7 +49,7 @@ impl Factor {
         }
     }
 
-    /// Its level in a choice.
+    /// Its value in a choice.
     pub fn level(self, choice: &Choice) -> &str {
         match self {
             Factor::Parametrization => &choice.parametrization,
@@ -75,7 +75,7 @@ impl Factor {
     }
 }
 
-/// What a report compares.
+/// The factor, reference and challenger of a report.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct ReportSpec {

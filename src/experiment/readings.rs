@@ -1,4 +1,4 @@
-//! Measuring a schedule on its instrument, and what rows say about that.
+//! Measures a schedule on its instrument, and counts the readings for rows.
 
 use super::observer::Stop;
 use super::route::{Route, Tour};
@@ -9,17 +9,17 @@ use crate::schedule::Itinerary;
 
 /// The readings of one schedule.
 pub(super) struct Readings {
-    /// What the instrument reported.
+    /// Measurement by the instrument.
     pub measured: Measurement,
-    /// What it would have reported without limits, if that differs and is asked for.
+    /// Measurement without limits, if that differs and is asked for.
     pub whole: Option<Measurement>,
     /// True if no pose was out of reach.
     pub nothing_lost: bool,
-    /// For the row.
+    /// Counts and shares for the rows.
     pub facts: Facts,
 }
 
-/// What the rows of a schedule share.
+/// Columns that all rows of a schedule share.
 #[derive(Clone)]
 pub(super) struct Facts {
     pub budget: usize,

@@ -1,5 +1,5 @@
-//! What every kind of experiment has in common: records with keys, one line of a file each, and
-//! what a plan says of them before they are made.
+//! The parts that all kinds of experiments share: records with keys, one line of a file each, and
+//! the records that a plan expects.
 
 use super::choices::Material;
 use super::key::{Expected, RowKey};
@@ -11,24 +11,24 @@ use std::collections::HashMap;
 use std::fmt;
 use std::str::FromStr;
 
-/// Records that are there already, by key.
+/// Records from earlier runs, by key.
 pub type Known<R> = HashMap<RowKey, R>;
 
-/// A finished piece of an experiment: a line of its file, from which the experiment goes on.
+/// A finished piece of an experiment: one line of its file; a run goes on from those it finds.
 pub trait Record: Serialize + DeserializeOwned + Clone {
     /// Name of the file of these records, JSON Lines.
     const FILE: &'static str;
 
-    /// Fields that are wall times: they differ where everything else is the same.
+    /// Names of the fields that are wall times; they alone may differ between equal runs.
     const TIMES: &'static [&'static str];
 
     /// The hash of everything that determines it.
     fn key(&self) -> &str;
 
-    /// Name of its material, and the hash of what that is.
+    /// Name of its material, and the hash of the material's keys and files.
     fn material(&self) -> (&str, &str);
 
-    /// What it is of, but for its material.
+    /// Its identity without the material.
     fn label(&self) -> String;
 
     /// True if every number but the wall times is the same.
@@ -44,18 +44,18 @@ pub trait Record: Serialize + DeserializeOwned + Clone {
     }
 }
 
-/// An experiment that can be run, gone on with, done in parts and put together.
+/// An experiment that can be run, continued, split into shards and merged.
 pub trait Experiment {
-    /// What it makes.
+    /// Its type of record.
     type Record: Record;
 
-    /// What it asks.
+    /// The question it asks.
     fn question(&self) -> Option<&str>;
 
     /// The config with every default filled in; reading it gives this experiment again.
     fn resolved(&self) -> &toml::Table;
 
-    /// Seeds of what is random.
+    /// Seeds of everything random.
     fn seeds(&self) -> Vec<u64>;
 
     /// The materials.
@@ -67,10 +67,10 @@ pub trait Experiment {
     /// The records of a complete run, or of a part of it, in the order of results.
     fn expected(&self, shard: Option<Shard>) -> Vec<Expected>;
 
-    /// Makes what is not known.
+    /// Makes the records that are not known.
     ///
     /// # Errors
-    /// Those of the observer. A job that cannot be done is no error but a failure of the summary.
+    /// Errors of the observer. A job that cannot be done is no error but a failure in the summary.
     fn run(
         &self,
         extent: &Extent,
@@ -79,12 +79,12 @@ pub trait Experiment {
     ) -> Result<Summary, Error>;
 }
 
-/// How much of an experiment is run at a time.
+/// The part of an experiment that is run, and the memory it may take.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Extent {
     /// The part that is run; `None`: all of it.
     pub shard: Option<Shard>,
-    /// Bytes that materials and their readings may take at a time; one material is always there.
+    /// Bytes that materials and their readings may take at a time; one material is always held.
     pub memory: usize,
 }
 
@@ -100,14 +100,14 @@ impl Default for Extent {
 /// A part of the work: `i/n`, 1 ≤ i ≤ n.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Shard {
-    /// Which, from 1.
+    /// Number of the part, 1 to `of`.
     pub part: usize,
-    /// Of how many.
+    /// Number of parts.
     pub of: usize,
 }
 
 impl Shard {
-    /// True if the item at a position, dealt out one by one, is of this part.
+    /// True if the item at a position (from 0) is of this part; items are dealt out one by one.
     pub fn has(self, position: usize) -> bool {
         position % self.of == self.part - 1
     }

@@ -69,7 +69,7 @@ impl Default for Keys {
 pub struct PlannedLight {
     /// The name, unique in its plan.
     pub name: String,
-    /// How to build it.
+    /// Specification it is built from.
     pub spec: Box<dyn LightingSpec>,
 }
 
@@ -82,9 +82,9 @@ pub struct RelationsPlan {
     pub lightings: Vec<PlannedLight>,
     /// View elevations, rad.
     pub views: Vec<f64>,
-    /// Ways the view moves.
+    /// Directions in which the view moves.
     pub along: Vec<Along>,
-    /// How a relation is measured.
+    /// Settings of the measurement of a relation.
     pub spec: RelationSpec,
     /// The config with every default filled in.
     pub resolved: toml::Table,
@@ -192,16 +192,16 @@ pub struct MaterialRelations {
     pub key: RowKey,
     /// Name of the material.
     pub material: String,
-    /// Hash of what it is.
+    /// Hash of the material's keys and files.
     pub material_key: RowKey,
     /// Name of the lighting.
     pub lighting: String,
-    /// Rendered and predicted: one a way to move the view and view, the views of a way together.
+    /// Relations, one per direction of motion and view; the views of a direction stand together.
     pub relations: Vec<Relation>,
 }
 
 impl MaterialRelations {
-    /// One row a relation.
+    /// One row per relation.
     pub fn rows(&self) -> impl Iterator<Item = RelationRow> {
         self.relations.iter().map(|&relation| RelationRow {
             material: self.material.clone(),
@@ -218,7 +218,7 @@ pub struct RelationRow {
     pub material: String,
     /// Name of the lighting.
     pub lighting: String,
-    /// Rendered and predicted.
+    /// The relation, rendered and predicted.
     pub relation: Relation,
 }
 
@@ -289,8 +289,8 @@ impl Experiment for RelationsPlan {
 }
 
 impl RelationsPlan {
-    /// What determines the relations under a lighting but for the material. The bytes of a file that
-    /// cannot be read determine nothing: it fails when it is built.
+    /// Hash of everything that determines the relations under a lighting but the material. The
+    /// bytes of an unreadable file are left out: building it fails later.
     fn part(&self, light: &PlannedLight) -> blake3::Hash {
         let mut part = Part::new();
         let mut lighting = light.spec.resolved();

@@ -15,7 +15,7 @@ use crate::reconstruct::{Coordinates, Reconstruct};
 use std::sync::Arc;
 use toml::Table;
 
-/// Tables that were put together, to be written out again; the rest are scalars.
+/// The checked parts of a plan whose tables are written out again; all other keys are scalars.
 pub(super) struct Parts<'p> {
     pub materials: &'p [Material],
     pub parametrizations: &'p [SampledIn],
@@ -33,7 +33,7 @@ pub(super) struct Parts<'p> {
     pub output: Output,
 }
 
-/// What of a config the plan made of it no longer holds.
+/// The scalars of a config, and how many of its materials were written out.
 pub(super) struct Resolver {
     scalars: Scalars,
     written: usize,

@@ -1,4 +1,4 @@
-//! From what is asked of a schedule to the schedule and an instrument's tour through it; tours are
+//! Routes: the schedule that a key asks for and an instrument's tour through it. Tours are
 //! made once and kept while materials, seeds and allowances share them.
 
 mod search;
@@ -22,7 +22,7 @@ use std::sync::Arc;
 /// further ones are made again.
 const CACHED_POSES: usize = 4_000_000;
 
-/// A schedule of so many poses, none of which is reachable, has no larger one that is.
+/// Poses of a schedule beyond which, if none is reachable, no larger one is tried.
 const HOPELESS: usize = 4096;
 
 /// A schedule that was found for a [`ScheduleKey`], and how its instrument goes through it.
@@ -39,7 +39,7 @@ pub struct Route {
     pub(super) whole: Option<Tour>,
     /// Wall time of making schedule and tours, s; routes that share them share it.
     pub(super) seconds: f64,
-    /// True the first time that the key is asked.
+    /// True the first time that this key is asked for.
     pub(super) is_new: bool,
 }
 
@@ -72,16 +72,16 @@ impl Tour {
     }
 }
 
-/// Why there is no route.
+/// Reasons why there is no route.
 #[derive(Clone, Debug, thiserror::Error)]
 pub(super) enum NoRoute {
-    /// There is no schedule.
+    /// The sample set has no schedule.
     #[error(transparent)]
     Plan(#[from] PlanError),
-    /// Not even the smallest schedule fits.
+    /// The smallest schedule is beyond the allowance.
     #[error("{0} are too few for one pose; allowed: more")]
     TooFew(Allowance),
-    /// The instrument takes none of its poses.
+    /// The instrument can take none of the poses.
     #[error(
         "no pose is reachable for {instrument} ({reasons}); allowed: another instrument or schedule"
     )]
@@ -106,13 +106,13 @@ impl SetKey {
     }
 }
 
-/// What determines the order and the times of visits. The errors that one machine of its kind
-/// happens to have do not.
+/// Everything that determines order and times of visits. The errors that a single machine happens
+/// to have do not.
 #[derive(PartialEq, Eq, Hash)]
 struct TourKey {
     /// Hash of the poses.
     poses: blake3::Hash,
-    /// Number of the specification.
+    /// Position of the specification in `Router::specs`.
     spec: usize,
     limits: bool,
     order: Order,
@@ -125,7 +125,7 @@ struct Kept<T> {
     seconds: f64,
     /// Its number of poses.
     poses: usize,
-    /// A later material asks for it.
+    /// True if a later material asks for it.
     again: bool,
 }
 
@@ -139,14 +139,14 @@ impl<K, T> Default for Cache<K, T> {
 }
 
 impl<K: Eq + Hash, T> Cache<K, T> {
-    /// What was made for a key, and the seconds that took.
+    /// The value kept for a key, and the seconds that its making took.
     fn get(&mut self, key: &K, again: bool) -> Option<(Arc<T>, f64)> {
         let kept = self.0.get_mut(key)?;
         kept.again |= again;
         Some((Arc::clone(&kept.made), kept.seconds))
     }
 
-    /// Keeps what was made if there is room, and hands it on.
+    /// Returns a new value, and keeps it if there is room.
     fn keep(&mut self, key: K, new: Kept<T>) -> (Arc<T>, f64) {
         let made = (Arc::clone(&new.made), new.seconds);
         let held: usize = self.0.values().map(|kept| kept.poses).sum();
@@ -156,7 +156,7 @@ impl<K: Eq + Hash, T> Cache<K, T> {
         made
     }
 
-    /// Drops what no later material asks for.
+    /// Drops all that no later material asks for.
     fn drop_unasked(&mut self) {
         self.0.retain(|_, kept| kept.again);
     }
@@ -167,15 +167,15 @@ impl<K: Eq + Hash, T> Cache<K, T> {
 pub struct Router {
     /// Budgets found, by set, name of the instrument, allowance and seed.
     budgets: HashMap<(SetKey, Option<String>, String, u64), usize>,
-    /// By set, budget and the seed if that matters.
+    /// Schedules, by set, budget and, if it matters, the seed.
     schedules: Cache<(SetKey, usize, Option<u64>), Schedule>,
     tours: Cache<TourKey, Itinerary>,
     /// Specifications of the instruments so far, each once.
     specs: Vec<InstrumentSpec>,
-    /// By the number of the specification, the parts that are simulated and the realisation.
+    /// Machines, by number of the specification, simulated parts and seed of the realisation.
     benches: HashMap<(usize, Parts, u64), Arc<Bench>>,
-    /// The set of the last route: what its instruments, allowances and seeds share is dropped when
-    /// another one comes, unless a later material asks for it.
+    /// The set of the last route. When another one comes, everything kept for this one is dropped,
+    /// unless a later material asks for it.
     current: Option<SetKey>,
     seconds: f64,
 }
@@ -312,7 +312,7 @@ impl Router {
         Ok(found.ok_or_else(|| refusal.unwrap_or(NoRoute::TooFew(key.allowance))))
     }
 
-    /// The schedule of a budget and the seconds it took to make, or why there is none.
+    /// The schedule of a budget and its wall time, s; or the reason why there is none.
     fn schedule(
         &mut self,
         key: &ScheduleKey<'_>,
@@ -404,7 +404,7 @@ impl Router {
         Ok((Tour { bench, itinerary }, seconds))
     }
 
-    /// The machine of an instrument.
+    /// The simulated machine of an instrument in a realisation.
     fn bench(
         &mut self,
         instrument: &PlannedInstrument,
@@ -440,7 +440,7 @@ fn hash(schedule: &Schedule) -> blake3::Hash {
     hasher.finalize()
 }
 
-/// Why an itinerary is empty.
+/// The error for an itinerary without visits: the reasons, counted.
 fn nothing(itinerary: &Itinerary) -> NoRoute {
     NoRoute::OutOfReach {
         instrument: itinerary.instrument.clone(),

@@ -110,8 +110,8 @@ row! {
     moment_seconds: Option<f64>,
 }
 
-/// What the errors of unreachable poses add to an error: that of the schedule on the instrument less
-/// that on the same instrument without limits.
+/// Parts of errors that unreachable poses cause: error of the schedule on the instrument minus
+/// error on the same instrument without limits.
 pub(super) const HOLES: [(Quantity, &str); 2] = [
     (
         Quantity::real(
@@ -224,7 +224,7 @@ impl Row {
         self.quantities.get(quantity)
     }
 
-    /// Everything but material, measure, allowance and seed.
+    /// Sampling and reconstruction of the row: all but material, measure, allowance and seed.
     pub fn choice(&self) -> Choice {
         Choice {
             parametrization: self.parametrization.clone(),

@@ -79,15 +79,15 @@ impl Experiment for Plan {
 /// A material of a tile.
 struct Member<'a> {
     material: &'a Material,
-    /// Rows are made of it.
+    /// True if rows are made of it.
     is_mine: bool,
-    /// `None`: its files cannot be read.
+    /// Its hashes; `None` if its files cannot be read.
     identity: Option<&'a Identity>,
-    /// `None` where nothing is to be made of it, or it cannot be built.
+    /// Its BRDF and values; `None` where nothing is to be made of it, or it cannot be built.
     truth: Option<Truth>,
 }
 
-/// Readings of a material, and how long they took.
+/// Readings of a material and their wall time.
 struct Measured<'t> {
     member: &'t Member<'t>,
     identity: &'t Identity,
@@ -96,13 +96,13 @@ struct Measured<'t> {
     seconds: f64,
 }
 
-/// Materials whose readings are at the same poses.
+/// Materials with readings at the same poses.
 struct Group<'t> {
     present: [Vec<bool>; 2],
     members: Vec<Measured<'t>>,
 }
 
-/// A method on a unit, with the hash of both and each measure.
+/// A method on a unit; `parts` has one hash per measure: all of a row's key but the material.
 struct Task {
     method: usize,
     parts: Vec<blake3::Hash>,
@@ -120,9 +120,9 @@ struct Runner<'a> {
     extent: &'a Extent,
     known: &'a Known<Row>,
     units: Vec<Unit>,
-    /// Materials of which these are made.
+    /// Shard of the materials that rows are made of.
     mine: Shard,
-    /// One list a unit.
+    /// Tasks, one list per unit.
     tasks: Vec<Vec<Task>>,
     teller: Teller<'a, Row>,
     judge: Judge<'a>,
@@ -179,7 +179,7 @@ impl<'a> Runner<'a> {
         Ok(())
     }
 
-    /// Materials from a position on that the memory has room for; one at least.
+    /// Number of materials from position `first` on that fit in memory; at least one.
     fn tile_size(&self, first: usize) -> usize {
         let plan = self.plan;
         let number = size_of::<f64>();
@@ -224,7 +224,7 @@ impl<'a> Runner<'a> {
         Ok(identities)
     }
 
-    /// Reconstructions of the material at a position.
+    /// Number of reconstructions of the material at a position.
     fn jobs_of(&self, material: usize) -> usize {
         match self.mine.has(material) {
             true => self.tasks.iter().map(Vec::len).sum(),
@@ -238,7 +238,7 @@ impl<'a> Runner<'a> {
             .any(|key| !self.known.contains_key(&key))
     }
 
-    /// True if a row of this job is missing, or something else of it is wanted.
+    /// True if a row of this job is missing, or the observer wants a by-product of it.
     fn wanted(&self, member: &Member<'_>, unit: &Unit, task: &Task) -> bool {
         let Some(identity) = member.identity else {
             return false;
@@ -324,7 +324,7 @@ impl<'a> Runner<'a> {
         Ok(())
     }
 
-    /// What determines the schedule of a unit; its budget is not known yet.
+    /// The schedule key of a unit; its budget is not known yet.
     fn schedule_key(&self, unit: &Unit, symmetry: Symmetry) -> ScheduleKey<'a> {
         let plan = self.plan;
         ScheduleKey {
@@ -341,7 +341,7 @@ impl<'a> Runner<'a> {
         unit.instrument.map(|i| &self.plan.instruments[i])
     }
 
-    /// One schedule: plan, measure every material, every reconstruction.
+    /// Runs one schedule: makes it, measures every material, and makes every reconstruction.
     fn unit(
         &mut self,
         symmetry: Symmetry,
@@ -363,7 +363,7 @@ impl<'a> Runner<'a> {
         self.teller.complete(&all)
     }
 
-    /// The rows of a unit that are not known.
+    /// Makes the rows of a unit that are not known.
     fn make(
         &mut self,
         symmetry: Symmetry,

@@ -1,4 +1,4 @@
-//! Schedules of a plan, the reconstructions that are made on each, and the rows that makes.
+//! The schedules of a plan, the reconstructions made on each, and the resulting rows.
 
 use super::choices::{Choice, Coordinates as SampledIn, IDEAL, Label, Method, OWN};
 use super::instruments::PlannedInstrument;
@@ -57,7 +57,7 @@ impl Plan {
             .collect()
     }
 
-    /// What a shard has to do: units are dealt out from the largest, so that every shard has as much;
+    /// The units and materials of a shard: units are dealt out from the largest, for equal work;
     /// where there are fewer of them than shards, materials are dealt out as well.
     pub fn share(&self, shard: Option<Shard>) -> Share {
         let mut units = self.units();
@@ -88,22 +88,22 @@ impl Plan {
         }
     }
 
-    /// Reconstructions of one material in some units.
+    /// Number of reconstructions of one material in some units.
     pub fn jobs_of(&self, units: &[Unit]) -> usize {
         units.iter().map(|u| self.methods_on(u).len()).sum()
     }
 
-    /// Reconstructions of a complete run.
+    /// Number of reconstructions of a complete run.
     pub fn jobs(&self) -> usize {
         self.jobs_of(&self.units()) * self.materials.len()
     }
 
-    /// Rows of a complete run.
+    /// Number of rows of a complete run.
     pub fn rows(&self) -> usize {
         self.jobs() * self.measures.len()
     }
 
-    /// A schedule in words.
+    /// A text that names a schedule, for people.
     pub(super) fn describe(&self, unit: &Unit) -> String {
         let set = &self.sample_sets[unit.sample_set].name;
         let coordinates = self.parametrizations[unit.coordinates].label();
@@ -117,7 +117,7 @@ impl Plan {
         text
     }
 
-    /// Everything that determines the rows of a reconstruction but material and measure.
+    /// Hasher of everything that determines the rows of a reconstruction but material and measure.
     pub(super) fn part(&self, unit: &Unit, method: usize) -> Part {
         let mut part = Part::new();
         part.feed(&format!("{:?}", self.channels));
@@ -149,7 +149,7 @@ impl Plan {
         part
     }
 
-    /// The rows of any material on some units.
+    /// The rows expected of any material on some units.
     pub(super) fn rows_of(&self, units: &[Unit]) -> Vec<Expected> {
         let mut rows = Vec::new();
         for unit in units {
@@ -195,12 +195,12 @@ pub struct Share {
     pub materials: Shard,
 }
 
-/// What rows call an instrument.
+/// Name of an instrument in rows.
 pub(super) fn name_of(instrument: Option<&PlannedInstrument>) -> &str {
     instrument.map_or(IDEAL, |i| i.name.as_str())
 }
 
-/// Coordinates of a schedule, as those of a reconstruction are called.
+/// Label of a schedule's coordinates, in the form of those of a reconstruction.
 fn own_label(coordinates: &SampledIn) -> String {
     let kind = coordinates.name().to_owned();
     let warp = coordinates.spec.warps.clone();

@@ -1,5 +1,5 @@
-//! The text of a config with every `--set` applied, and the way back from a place in it to what
-//! the user wrote: a line of the file, or the `--set` that put it there.
+//! The text of a config with every `--set` applied, and the origin of each of its values:
+//! a line of the file, or the `--set` that put it there.
 //!
 //! Overrides are applied to the document before anything reads it, so that a value means the same
 //! and is refused in the same words wherever it was written.
@@ -15,7 +15,7 @@ use std::path::Path;
 use toml::de::{DeTable, DeValue};
 use toml_edit::{DocumentMut, Item, Key, Value};
 
-/// An override and what to call it in messages.
+/// An override and its name in messages.
 #[derive(Clone, Debug)]
 struct Edit {
     path: KeyPath,
@@ -115,7 +115,7 @@ impl Source {
         DeTable::parse(&self.text).map_err(|e| self.error(e.into()))
     }
 
-    /// What is wrong, in one sentence and with the place the user wrote it at.
+    /// The error for a refused value: one sentence, with the place where the user wrote it.
     pub fn error(&self, e: ReadError) -> Error {
         // The first line of a TOML syntax error says what was found, the others what is allowed.
         let mut message = e.message.lines().collect::<Vec<_>>().join(", ");
@@ -177,7 +177,7 @@ impl Source {
     }
 }
 
-/// Why a value cannot be written where it is to be.
+/// Reasons why an override cannot be written at its key.
 #[derive(Debug, thiserror::Error)]
 enum AssignError {
     #[error(
@@ -199,8 +199,8 @@ enum AssignError {
     Table { path: KeyPath, found: &'static str },
 }
 
-/// Writes `value` where `keys` lead; missing tables on the way are made. Returns the path, or why
-/// there is none.
+/// Writes `value` at the dotted key `keys`; missing tables on the way are made. Returns its path,
+/// or the reason why it cannot.
 fn assign(root: &mut Item, keys: &[Key], value: Value) -> Result<KeyPath, AssignError> {
     let mut item = root;
     let mut path = KeyPath::default();
@@ -253,7 +253,7 @@ fn assign(root: &mut Item, keys: &[Key], value: Value) -> Result<KeyPath, Assign
     Ok(path)
 }
 
-/// A value of a document: what leads to it and where it stands.
+/// A value of a document: its path and its range of the text.
 struct Spot {
     path: KeyPath,
     key: Option<Range<usize>>,
@@ -289,7 +289,7 @@ impl Spots {
     }
 }
 
-/// Lists the values of a document, outer before inner; what is no TOML has none.
+/// Lists the values of a document, outer before inner; empty if the text is no TOML.
 fn spots(text: &str) -> Spots {
     fn table(path: &KeyPath, t: &DeTable<'_>, out: &mut Vec<Spot>) {
         for (key, v) in t {

@@ -1,5 +1,5 @@
-//! Materials that are reconstructed together: which readings are neighbours of a pair, and with which
-//! weights, depends on the poses alone.
+//! Materials that are reconstructed together: the neighbours of a pair and their weights depend on
+//! the poses alone.
 
 use super::observer::Stop;
 use crate::brdf::{Brdf, Channels};
@@ -12,11 +12,11 @@ use rayon::prelude::*;
 /// Pairs at which a stack is evaluated in one task.
 const CHUNK: usize = 256;
 
-/// Pairs at which reconstructions are evaluated between two looks at whether the run shall stop: a
+/// Pairs that reconstructions are evaluated at between two checks for cancellation: a
 /// fraction of a second of the slowest one. (A multiple of what a thread takes at a time.)
 const SLAB: usize = 1 << 14;
 
-/// Which poses of a measurement have a reading.
+/// One flag per pose: true if it has a reading.
 pub(super) fn present(measurement: &Measurement) -> Vec<bool> {
     let outcomes = measurement.outcomes.iter();
     outcomes.map(|&o| o == Outcome::Reading).collect()
@@ -48,7 +48,7 @@ impl Stack {
         })
     }
 
-    /// Luminance at some pairs, one list a material; or stops on the way.
+    /// Luminance at some pairs, sr⁻¹, one list per material; an error if the run was cancelled.
     pub fn evaluate(
         &self,
         pairs: &[DirectionPair],
@@ -73,7 +73,7 @@ impl Stack {
     }
 }
 
-/// Luminance of a BRDF at some pairs; or stops on the way.
+/// Luminance of a BRDF at some pairs, sr⁻¹; an error if the run was cancelled.
 pub(super) fn evaluate(
     brdf: &dyn Brdf,
     pairs: &[DirectionPair],
@@ -87,7 +87,7 @@ pub(super) fn evaluate(
     Ok(values)
 }
 
-/// Values pose by pose, of one material after the other, `count` each.
+/// Values in the order pose, material, value (`count` per pose and material).
 fn interleaved(measurements: &[&Measurement], count: usize) -> Vec<f64> {
     let width = measurements.len() * count;
     let poses = measurements[0].values.len() / count;

@@ -1,4 +1,4 @@
-//! Tables of configs: taken apart key by key, and put together again with every default.
+//! Reading and writing the tables of configs, key by key.
 
 use crate::error::excerpt;
 use crate::registry::{self, ReadError, Table};
@@ -8,9 +8,9 @@ use toml::Value;
 /// A choice with the name it has in results, if one is written.
 #[derive(Debug)]
 pub struct Named<T: ?Sized> {
-    /// `name`.
+    /// The key `name`, if it is written.
     pub name: Option<String>,
-    /// The member of its family.
+    /// The member of the family.
     pub choice: Box<T>,
 }
 

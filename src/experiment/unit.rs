@@ -1,8 +1,8 @@
-//! One schedule of a plan.
+//! A schedule of a plan, by positions in the plan.
 
 use super::choices::{Allowance, MAX_BUDGET};
 
-/// A schedule: what it is uniform in, how large, by whom it is visited.
+/// A schedule: coordinates, sample set, instrument, size limit and seed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Unit {
     /// Position of its coordinates in the plan.
@@ -11,20 +11,20 @@ pub struct Unit {
     pub sample_set: usize,
     /// Position of its instrument; `None`: the ideal one.
     pub instrument: Option<usize>,
-    /// How large it may be.
+    /// Its size limit.
     pub allowance: Allowance,
     /// Seed.
     pub seed: u64,
 }
 
-/// Work of a job that does not depend on its budget, in poses: the comparison.
+/// Work of comparing one reconstruction, in poses; it does not depend on the budget.
 const FIXED_WORK: f64 = 4000.0;
 
 /// Poses that an instrument visits in a minute, times the schedules that are tried to find out.
 const MINUTE_WORK: f64 = 300.0;
 
 impl Unit {
-    /// About how many readings it has at most.
+    /// Upper estimate of its number of readings.
     pub fn readings(&self) -> usize {
         match self.allowance {
             Allowance::Poses(n) | Allowance::Readings(n) => n,
@@ -32,7 +32,7 @@ impl Unit {
         }
     }
 
-    /// About how long a reconstruction takes, in the time of a pose; for bars and shares of work.
+    /// Estimated work of one reconstruction, in poses; for progress bars and shares.
     pub fn work(&self) -> f64 {
         FIXED_WORK
             + match self.allowance {

@@ -1,4 +1,4 @@
-//! Checks of the keys of an acquisition: ranges, and what does not go together.
+//! Checks of the keys of an acquisition: ranges, and keys that exclude each other.
 
 use super::checks::{below, distinct, refuse_empty};
 use super::choices::MAX_BUDGET;

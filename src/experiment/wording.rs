@@ -78,7 +78,7 @@ pub(super) fn name_key(path: &KeyPath, found: &str, message: &str) -> String {
     }
 }
 
-/// A Rust type as a config author would call it.
+/// Name of a Rust type in a config author's words.
 fn in_words(expected: &str) -> &str {
     match expected {
         "f64" | "f32" => "a number",

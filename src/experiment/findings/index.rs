@@ -1,4 +1,4 @@
-//! The rows of a study by what they are of.
+//! The rows of a study, indexed by measure, choice, allowance and material.
 
 use super::super::choices::{Choice, OWN};
 use super::super::row::Row;
@@ -30,18 +30,18 @@ impl<T: Clone + Eq + std::hash::Hash> Names<T> {
     }
 }
 
-/// The rows, indexed.
+/// Rows with the distinct names of their columns.
 pub(super) struct Index<'a> {
     pub choices: Names<Choice>,
     pub allowances: Names<&'a str>,
     pub materials: Names<&'a str>,
     pub measures: Names<&'a str>,
     pub truths: Names<&'a str>,
-    /// Truth of each material.
+    /// Truth class of each material: a position in `truths`.
     truth_of: Vec<usize>,
     /// Rows of several seeds by measure, choice, allowance, material.
     rows: HashMap<[usize; 4], Vec<&'a Row>>,
-    /// Position of the warps of each choice among those of its parametrization.
+    /// One position per choice: of its warps among those of its parametrization.
     pub warp: Vec<usize>,
 }
 
@@ -83,8 +83,8 @@ impl<'a> Index<'a> {
         index
     }
 
-    /// The coordinates that a reconstruction was given, if it was: those of the schedule count as
-    /// given where others are.
+    /// Label of the coordinates that a reconstruction was given, those of the schedule included;
+    /// `None` for a reconstruction that only ever works in those of the schedule.
     pub fn chosen(&self, c: usize) -> Option<String> {
         let choice = &self.choices.list[c];
         let mut others = self.choices.list.iter();
@@ -116,7 +116,7 @@ impl<'a> Index<'a> {
         x == y || (x > last(b) && y == last(b)) || (y > last(a) && x == last(a))
     }
 
-    /// Materials of a truth.
+    /// Positions of the materials of a truth class; `None`: of all materials.
     pub fn of_truth(&self, truth: Option<usize>) -> Vec<usize> {
         let all = 0..self.materials.list.len();
         all.filter(|&m| truth.is_none_or(|t| self.truth_of[m] == t))

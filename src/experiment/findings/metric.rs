@@ -2,7 +2,7 @@
 
 use crate::experiment::row::Row;
 
-/// The error that is compared.
+/// An error metric that is compared.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Metric {
     /// `nrmse`.
@@ -12,7 +12,7 @@ pub enum Metric {
 }
 
 impl Metric {
-    /// Those of a report.
+    /// Every metric, in the order of reports.
     pub const ALL: [Metric; 2] = [Metric::Nrmse, Metric::LogRelative];
 
     /// Its column.

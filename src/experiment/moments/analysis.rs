@@ -1,5 +1,5 @@
-//! What the profiles of a group of materials have in common: fits, correlations, and what the
-//! horizon explains.
+//! Analysis of the moment profiles of a group of materials: fits, correlations, and the part that
+//! the horizon explains.
 
 use super::profiles::MaterialProfiles;
 use crate::moments::{
@@ -14,9 +14,9 @@ use serde::Serialize;
 pub struct ProfileFits {
     /// Name of the material.
     pub material: String,
-    /// Which number of it.
+    /// Channel of the profile.
     pub channel: Channel,
-    /// What was subtracted before, sr⁻¹.
+    /// Diffuse part that was subtracted before, sr⁻¹.
     pub diffuse: f64,
     /// The views that were fitted.
     pub range: ViewRange,
@@ -24,20 +24,20 @@ pub struct ProfileFits {
     pub energy: Result<EnergyFit, FitError>,
     /// Slope of the mean.
     pub mean: Result<MeanFit, FitError>,
-    /// Constant average variance.
+    /// Constant that fits the variance, rad².
     pub variance: Result<VarianceFit, FitError>,
     /// Average over the fitted views of each component, at its index.
     pub averages: [Option<f64>; 15],
     /// The largest of each component over the fitted views, without its sign; means and
     /// covariances in units of σ and σ².
     pub largest: [Option<f64>; 15],
-    /// What the horizon explains, if that was asked.
+    /// Clamping by the horizon, if the config asks for it.
     pub clamping: Option<Clamping>,
     /// Average share of the fitted slices that was below the diffuse part.
     pub clamped_share: f64,
     /// Fitted views that missed the estimator's tolerance.
     pub unresolved: usize,
-    /// Wall time of the profile.
+    /// Wall time of the profile, s.
     pub seconds: f64,
 }
 
@@ -87,12 +87,12 @@ impl ProfileFits {
         }
     }
 
-    /// µ̃.
+    /// Slope µ̃ of the mean; `None` if its fit failed.
     pub fn slope(&self) -> Option<f64> {
         Some(self.mean.as_ref().ok()?.slope())
     }
 
-    /// σ̃², rad².
+    /// Average variance σ̃², rad²; `None` if its fit failed.
     pub fn average_variance(&self) -> Option<f64> {
         Some(self.variance.as_ref().ok()?.variance())
     }
@@ -102,7 +102,7 @@ const MEAN: Component = Component { n: 1, m: 0 };
 const TT: Component = Component { n: 2, m: 0 };
 const PP: Component = Component { n: 0, m: 2 };
 
-/// Whether θ_0 is within half a degree of the first fitted view, and whether θ_1 is the last.
+/// Two flags: true if θ_0 is within half a degree of the first fitted view; if θ_1 is the last one.
 pub fn at_bound(fit: &EnergyFit, range: ViewRange) -> [bool; 2] {
     match fit.knots() {
         Some([lower, _]) => [
@@ -113,7 +113,7 @@ pub fn at_bound(fit: &EnergyFit, range: ViewRange) -> [bool; 2] {
     }
 }
 
-/// A number over the materials of a group.
+/// Mean and spread of a number over the materials of a group.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Spread {
     /// Arithmetic mean.
@@ -127,7 +127,7 @@ pub struct Spread {
 }
 
 impl Spread {
-    /// In another unit.
+    /// The spread in another unit: every value times `factor`.
     #[must_use]
     pub fn scaled(self, factor: f64) -> Self {
         Self {
@@ -138,7 +138,7 @@ impl Spread {
         }
     }
 
-    /// `None` of nothing.
+    /// Mean and spread of some values; `None` if there are none.
     pub fn of(values: impl Iterator<Item = f64>) -> Option<Self> {
         let values: Vec<f64> = values.collect();
         let n = values.len();
@@ -176,7 +176,7 @@ pub struct CorrelationRow {
     pub materials: usize,
 }
 
-/// What the materials of a group have in common; of the first channel where nothing is said.
+/// Analysis of a group of materials; fields that name no channel are of the first channel.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Group {
     /// The kind of its materials.
@@ -191,11 +191,11 @@ pub struct Group {
     pub at_bounds: [usize; 2],
     /// Materials whose fitted energy is larger at θ_1 than at θ_0.
     pub boosted: usize,
-    /// The fit with the same knots for all.
+    /// The energy fit with the same knots for all materials.
     pub shared: Result<SharedEnergyFit, FitError>,
     /// Average variance as a function of the mean slope.
     pub relation: Result<MeanVarianceFit, FitError>,
-    /// Between orders, and between colour channels.
+    /// Correlations between orders, and between colour channels.
     pub correlations: Vec<CorrelationRow>,
 }
 
@@ -253,13 +253,13 @@ impl Group {
         }
     }
 
-    /// The fits of the first channel, one a material.
+    /// The fits of the first channel, one per material.
     pub fn first_channel(&self) -> impl Iterator<Item = &ProfileFits> {
         let channel = self.fits.first().map(|f| f.channel);
         self.fits.iter().filter(move |f| Some(f.channel) == channel)
     }
 
-    /// A number of the first channel over the materials.
+    /// Mean and spread of a number of the first channel over the materials.
     pub fn spread(&self, of: impl Fn(&ProfileFits) -> Option<f64>) -> Option<Spread> {
         Spread::of(self.first_channel().filter_map(of))
     }

@@ -1,5 +1,5 @@
-//! The experiment `moments`: moment profiles of materials, what they have in common, and how they
-//! depend on each other (Zubiaga et al. 2015, and what they leave open).
+//! The experiment `moments`: moment profiles of materials, their fits and the correlations between
+//! them (Zubiaga et al. 2015, and what they leave open).
 //!
 //! Materials of one kind form a *group*: MERL tables are fitted together, a sweep of GGX
 //! roughnesses is another group.

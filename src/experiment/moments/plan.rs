@@ -1,4 +1,4 @@
-//! What a config of this kind means.
+//! The plan of a config of kind `moments`: its keys checked and put together.
 
 use super::spec::MomentsTable;
 use crate::brdf::{Channels, Wavelengths};
@@ -55,56 +55,56 @@ impl Default for Scalars {
     }
 }
 
-/// `[analysis]`: what is made of the profiles.
+/// `[analysis]`: the range of the fits and further analyses of the profiles.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct AnalysisSpec {
     /// The first view that fits use, degrees.
     pub min_view_deg: f64,
-    /// The last one. Measured tables are unreliable beyond 80°.
+    /// The last view that fits use, degrees. Measured tables are unreliable beyond 80°.
     pub max_view_deg: f64,
-    /// Whether to ask how much of each profile the horizon explains; costs a second profile.
+    /// True if clamping by the horizon is found for each profile; costs a second profile.
     pub horizon: bool,
-    /// Materials to be drawn as a sphere with the covariance ellipses of three views; names that no
-    /// material has are told and left out.
+    /// Materials that are drawn as a sphere with the covariance ellipses of three views; names that
+    /// no material has are told and left out.
     pub spheres: Vec<String>,
-    /// Numbers of others.
+    /// Published numbers to compare with.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub published: Option<PublishedNumbers>,
 }
 
-/// `[analysis.published]`: what others found, to be printed beside what is found here. Texts; what
+/// `[analysis.published]`: published results, printed beside those found here. Texts; what
 /// is left out stays empty.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct PublishedNumbers {
-    /// Who found it.
+    /// The publication.
     pub by: String,
-    /// The kind of the materials they are of.
+    /// The kind of the materials the numbers are of.
     pub group: String,
-    /// Beside "theta_0 of each material".
+    /// Published text for the row "theta_0 of each material".
     pub theta_0: String,
-    /// Beside "theta_1 of each material".
+    /// Published text for the row "theta_1 of each material".
     pub theta_1: String,
-    /// Beside "theta_0, theta_1 shared by all".
+    /// Published text for the row "theta_0, theta_1 shared by all".
     pub theta_shared: String,
-    /// Beside "energy rises from theta_0 to theta_1".
+    /// Published text for the row "energy rises from theta_0 to theta_1".
     pub energy_rises: String,
-    /// Beside "slope of the mean".
+    /// Published text for the row "slope of the mean".
     pub mean_slope: String,
-    /// Beside "average variance (rad²)".
+    /// Published text for the row "average variance (rad²)".
     pub average_variance: String,
-    /// Beside "energy fit, median MAE and RMSE, relative".
+    /// Published text for the row "energy fit, median MAE and RMSE, relative".
     pub energy_fit: String,
-    /// Beside "mean fit, median MAE and RMSE (rad)".
+    /// Published text for the row "mean fit, median MAE and RMSE (rad)".
     pub mean_fit: String,
-    /// Beside "variance fit, median MAE and RMSE (rad²)".
+    /// Published text for the row "variance fit, median MAE and RMSE (rad²)".
     pub variance_fit: String,
-    /// Beside "variance ≈ (π²/12)(1+µ) + c µ(1+µ)".
+    /// Published text for the row "variance ≈ (π²/12)(1+µ) + c µ(1+µ)".
     pub mean_variance: String,
-    /// Beside "largest moment odd in phi, standardised".
+    /// Published text for the row "largest moment odd in phi, standardised".
     pub odd_moments: String,
-    /// Beside "share the horizon explains".
+    /// Published text for the row "share the horizon explains".
     pub horizon: String,
 }
 
@@ -133,7 +133,7 @@ impl AnalysisSpec {
 /// A moment experiment that can be run.
 #[derive(Debug)]
 pub struct MomentsPlan {
-    /// What it asks.
+    /// The question it asks.
     pub question: Option<String>,
     /// Seed of random estimators.
     pub seed: u64,
@@ -141,11 +141,11 @@ pub struct MomentsPlan {
     pub materials: Vec<Material>,
     /// Names that the config wants of a folder that does not have them.
     pub missing: Vec<String>,
-    /// What is analysed, and how.
+    /// Moments that are analysed, and their estimator.
     pub moments: MomentsTable,
-    /// What is made of it.
+    /// Fits and further analyses of the profiles.
     pub analysis: AnalysisSpec,
-    /// What its spheres are lit by.
+    /// Lighting of the spheres.
     pub lighting: Box<dyn LightingSpec>,
     /// The config with every default filled in.
     pub resolved: toml::Table,
@@ -224,7 +224,7 @@ impl MomentsPlan {
         })
     }
 
-    /// What the materials are built for.
+    /// Channels that the materials are built for.
     pub fn channels(&self) -> Channels {
         self.seen_in(self.moments.spec.needs())
     }
@@ -250,7 +250,7 @@ impl MomentsPlan {
     }
 }
 
-/// What the tables of a config say.
+/// The tables of a config, taken apart.
 struct Parts<'s> {
     scalars: Scalars,
     merl: Option<Table<'s>>,

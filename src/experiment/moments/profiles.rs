@@ -1,4 +1,4 @@
-//! The profiles of every material, and the rows they become.
+//! The moment profiles of every material, and their rows in `profiles.csv`.
 
 use super::plan::MomentsPlan;
 use crate::brdf::{Brdf, BuildError, Channels};
@@ -19,15 +19,15 @@ pub struct MaterialProfiles {
     pub key: RowKey,
     /// Name of the material.
     pub material: String,
-    /// Hash of what it is.
+    /// Hash of the material's keys and files.
     pub material_key: RowKey,
     /// The kind of the material; materials of a kind are analysed together.
     pub group: String,
-    /// One a channel of the plan.
+    /// One profile per channel of the plan.
     pub profiles: Vec<Profile>,
-    /// Wall time of each.
+    /// Wall time of each profile, s.
     pub seconds: Vec<f64>,
-    /// What the horizon explains of the first of them, if that was asked.
+    /// Clamping of the first profile by the horizon, if the config asks for it.
     pub clamping: Option<Clamping>,
 }
 
@@ -48,11 +48,11 @@ impl Record for MaterialProfiles {
     }
 }
 
-/// What a record is of, beside its material.
+/// Label of a record.
 const LABEL: &str = "profiles";
 
 impl MaterialProfiles {
-    /// One row a channel and view.
+    /// One row per channel and view.
     pub fn rows(&self) -> impl Iterator<Item = ProfileRow<'_>> {
         self.profiles.iter().flat_map(move |profile| {
             let views = profile.views.iter().zip(&profile.slices);
@@ -71,7 +71,7 @@ impl MaterialProfiles {
 pub struct ProfileRow<'a> {
     /// Name of the material.
     pub material: &'a str,
-    /// Which number of it.
+    /// Channel of the profile.
     pub channel: Channel,
     /// View elevation, rad.
     pub theta_o: f64,
@@ -121,7 +121,7 @@ impl ProfileRow<'_> {
         fields
     }
 
-    /// The same with its names, for JSON; `null` where there is no value.
+    /// The fields with their names, for JSON; `null` where there is no value.
     pub fn json(&self) -> serde_json::Value {
         let mut object = serde_json::Map::new();
         object.insert("material".into(), self.material.into());
@@ -199,7 +199,7 @@ impl Experiment for MomentsPlan {
 }
 
 impl MomentsPlan {
-    /// What determines profiles but for the material.
+    /// Hash of everything that determines profiles but the material.
     fn part(&self) -> blake3::Hash {
         let mut part = Part::new();
         part.feed(LABEL);

@@ -1,4 +1,4 @@
-//! The table `[moments]` of a config: what is analysed and by which estimator.
+//! The table `[moments]` of a config: the quantities that are analysed and their estimator.
 
 use crate::error::{Error, ParameterError};
 use crate::experiment::checks::below;

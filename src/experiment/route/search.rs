@@ -1,4 +1,4 @@
-//! The largest budget whose cost is at most so much.
+//! Search for the largest budget whose cost is within a limit.
 
 use crate::experiment::choices::MAX_BUDGET;
 
