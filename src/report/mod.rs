@@ -1,5 +1,4 @@
-//! What people and programs read after a run: the printed tables, the files of a run's folder,
-//! diagrams and pictures.
+//! Output of a run: the printed tables, the files of a run's folder, diagrams and pictures.
 
 mod acquisition;
 mod analysis;

@@ -1,4 +1,4 @@
-//! What a study prints at its end, as texts and as a table of its own.
+//! The findings that a study prints at its end, as texts and as a table of its own.
 
 use crate::experiment::{
     Choice, Duel, Duels, Explained, Factor, Findings, Metric, OWN, Ranking, Scope,
@@ -16,7 +16,7 @@ pub(super) fn sampling(choice: &Choice) -> String {
     }
 }
 
-/// So many materials.
+/// A number of materials with its noun: `1 material`, `2 materials`.
 pub(super) fn materials(n: usize) -> String {
     match n {
         1 => "1 material".into(),
@@ -24,7 +24,7 @@ pub(super) fn materials(n: usize) -> String {
     }
 }
 
-/// How a choice reconstructs; `sets` and `instruments`: whether there are several to be told apart.
+/// Name of a choice's reconstruction, with sample set and instrument if there are several.
 pub(super) fn method(choice: &Choice, findings: &Findings) -> String {
     let several = |of: fn(&Choice) -> &String| {
         let lines = findings.rankings.iter().flat_map(|r| &r.lines);
@@ -44,7 +44,7 @@ pub(super) fn method(choice: &Choice, findings: &Findings) -> String {
 }
 
 /// The error of the best reconstruction of each sampling, duels with the first parametrization, and
-/// what explains how much; of all truths, by `nrmse`.
+/// the shares of the variance; over all truths, by `nrmse`.
 pub fn study_text(findings: &Findings) -> String {
     let mut out = String::new();
     let of_all = |s: &Scope| s.metric == Metric::Nrmse && s.truth.is_none();
@@ -130,7 +130,7 @@ fn in_own_coordinates(ranking: &Ranking) -> Vec<Choice> {
     methods
 }
 
-/// The duel as one against the reference, turned round if need be.
+/// A duel as the other choice and its ratios against the reference; `None` if neither side is it.
 fn against(findings: &Findings, duel: &Duel) -> Option<(Choice, Vec<Option<Paired>>)> {
     let is = |choice: &Choice| Some(findings.factor.level(choice)) == findings.reference.as_deref();
     if is(&duel.b) {
@@ -148,7 +148,7 @@ pub(super) fn reference(findings: &Findings, duels: &Duels) -> Option<String> {
     is_there.then_some(name)
 }
 
-/// True of a choice that was asked about.
+/// True if a choice has the challenger's level of the factor.
 pub(super) fn is_challenger(findings: &Findings, choice: &Choice) -> bool {
     Some(findings.factor.level(choice)) == findings.challenger.as_deref()
 }
@@ -162,7 +162,8 @@ fn level(findings: &Findings, choice: &Choice) -> String {
     }
 }
 
-/// Ratios against the reference: a line a level over all truths, and for the challenger one a truth.
+/// Writes ratios against the reference: a line per level over all truths, for the challenger also
+/// one per truth.
 fn against_reference(findings: &Findings, duels: &Duels, best: &Choice, out: &mut String) {
     let Some(reference) = reference(findings, duels) else {
         return;
@@ -230,9 +231,9 @@ fn mark(verdict: Verdict) -> char {
 pub(super) struct Against {
     /// The level, and behind a stroke the warp of the reference where it is another.
     pub name: String,
-    /// The choice that has it.
+    /// The choice with this level.
     pub choice: Choice,
-    /// Its error over that of the reference.
+    /// Ratio of its error to that of the reference, one per allowance.
     pub cells: Vec<Option<Paired>>,
 }
 

@@ -1,5 +1,5 @@
-//! What an experiment with instruments found: errors at equal readings and at equal minutes, by
-//! instrument, with what was out of reach and what that cost.
+//! Tables of an experiment with instruments: errors at equal readings and at equal minutes, by
+//! instrument, with the unreachable poses and the errors they cause.
 
 use super::table::error;
 use crate::experiment::{OWN, Row};
@@ -7,7 +7,7 @@ use crate::report::Columns;
 use crate::schedule::Unreachable;
 use crate::statistics::geometric_mean;
 
-/// More materials than this are told together, as a geometric mean.
+/// Most materials that are shown one by one; more are shown as a geometric mean.
 const ONE_BY_ONE: usize = 4;
 
 /// Tables of choices (parametrization, warp and so on) against instruments.
@@ -54,7 +54,7 @@ struct Levels {
     materials: Vec<String>,
     instruments: Vec<String>,
     choices: Vec<Choice>,
-    /// How large schedules were allowed to be.
+    /// Size limits of the schedules.
     allowances: Vec<String>,
 }
 
@@ -108,7 +108,7 @@ impl Levels {
         out
     }
 
-    /// What every instrument cannot take, why, and what that costs: a line per choice.
+    /// Table of unreachable poses, reasons and the errors they cause: a line per choice.
     fn reach(&self, label: &str, here: &[&Row], measure: &str) -> String {
         let mut out = String::new();
         for instrument in &self.instruments {
@@ -192,7 +192,7 @@ impl Levels {
         format!("\n{title}\n{columns}")
     }
 
-    /// What tells a choice from the others.
+    /// Name of a choice: those of its fields that differ between choices.
     fn name(&self, choice: &Choice) -> String {
         let differ = |of: fn(&Choice) -> &String| {
             let mut all = self.choices.iter().map(of);
@@ -206,7 +206,7 @@ impl Levels {
     }
 }
 
-/// Poses of a row that a reason keeps out.
+/// Number of a row's poses that are unreachable for a reason.
 fn lost_to(row: &Row, reason: &str) -> usize {
     let parts = row.unreachable.split(';').filter_map(|p| p.split_once(':'));
     let counts = parts.filter(|(name, _)| *name == reason);

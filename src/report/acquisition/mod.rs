@@ -1,5 +1,4 @@
-//! What people and programs read of an acquisition: the printed tables, the files of its rows and of
-//! what was found in them, and the report.
+//! Output of an acquisition: the printed tables, the files of rows and findings, and the report.
 
 mod findings;
 #[cfg(feature = "pictures")]

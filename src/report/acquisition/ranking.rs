@@ -1,4 +1,4 @@
-//! Which parametrization and reconstruction did best, over all materials.
+//! Table of the mean errors of all choices, over all materials.
 
 use super::table::error;
 use crate::experiment::{Choice, OWN, Row};
@@ -85,7 +85,7 @@ pub fn ranking(rows: &[&Row]) -> String {
         + &out
 }
 
-/// A mean and how many rows it is of.
+/// A mean and its number of rows.
 struct Cell {
     mean: Option<f64>,
     rows: usize,

@@ -9,7 +9,7 @@ use std::io::{self, Write};
 struct Record<'a> {
     metric: &'a str,
     measure: &'a str,
-    /// Empty: all of them.
+    /// Truth class; empty: all of them.
     truth: Option<&'a str>,
     materials: usize,
     parametrization: &'a str,
@@ -28,7 +28,7 @@ struct Record<'a> {
     wins: Option<usize>,
     losses: Option<usize>,
     ties: Option<usize>,
-    /// Empty of the best.
+    /// Verdict of the comparison with the best; empty for the best itself.
     verdict: Option<String>,
     readings: f64,
     compute_seconds: f64,
@@ -41,7 +41,7 @@ struct Record<'a> {
 /// Writes a line per scope, choice and allowance.
 ///
 /// # Errors
-/// Whatever `out` reports.
+/// Errors of `out`.
 pub fn ranking_csv(out: &mut impl Write, findings: &Findings) -> io::Result<()> {
     let mut csv = csv::Writer::from_writer(out);
     for ranking in &findings.rankings {

@@ -4,11 +4,11 @@ use crate::experiment::Row;
 use serde_json::Value;
 use std::io::{self, Write};
 
-/// Writes rows as CSV: a column a key of `results.jsonl`, in the same order; what is not defined is
-/// an empty field.
+/// Writes rows as CSV: a column per key of `results.jsonl`, in the same order; undefined values are
+/// empty fields.
 ///
 /// # Errors
-/// Whatever `out` reports.
+/// Errors of `out`.
 pub fn results_csv(rows: &[&Row], out: &mut impl Write) -> io::Result<()> {
     let mut csv = csv::Writer::from_writer(out);
     csv.write_record(Row::columns().map(|(name, _)| name))?;

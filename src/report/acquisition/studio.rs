@@ -1,5 +1,5 @@
-//! What a study draws: its parametrizations, and of every material its slices and, on a sphere, what
-//! is left of it when it is reconstructed.
+//! Pictures of a study: its parametrizations, and for every material its slices and spheres of
+//! truth, reconstruction and difference.
 
 use super::html::{MaterialPictures, Media, Picture};
 use crate::brdf::Brdf;
@@ -30,7 +30,7 @@ const FUNCTIONS: &str = "functions.svg";
 struct Shown {
     /// Its name in the folder of pictures.
     file: String,
-    /// What it shows.
+    /// Caption.
     caption: String,
 }
 
@@ -50,7 +50,7 @@ fn general() -> Vec<Shown> {
     ]
 }
 
-/// Draws what a study shows, unless it is there.
+/// Draws the pictures of a study that are missing in its folder.
 pub struct Studio<'a> {
     plan: &'a Plan,
     /// The part of the run that draws; materials are dealt out one by one.
@@ -143,7 +143,7 @@ impl<'a> Studio<'a> {
         (read(general()), materials.collect())
     }
 
-    /// The pictures of a material that a report shows; `key` tells its contents from others'.
+    /// The pictures of a material in a report; `key` is the hash of the material's keys and files.
     fn of_material(&self, material: &Material, key: &str) -> Vec<Shown> {
         let stem = self.stem(material, key);
         let mut shown = vec![Shown {
@@ -165,7 +165,7 @@ impl<'a> Studio<'a> {
         shown
     }
 
-    /// Who takes the readings, as captions say it.
+    /// The instrument, as captions name it.
     fn by(&self) -> String {
         let first = self.plan.instruments.first();
         first.map_or(String::new(), |i| format!(" read by {}", i.name))
@@ -264,7 +264,7 @@ fn sampled(coordinates: &Coordinates) -> String {
     name
 }
 
-/// What of a plan determines its pictures.
+/// Text of the parts of a plan that determine its pictures.
 fn how(plan: &Plan) -> String {
     let mut text = RESULTS_REVISION.to_string();
     text += &plan.pictures.resolved().to_string();

@@ -14,7 +14,7 @@ pub struct Table {
     methods: Vec<[String; 2]>,
     labels: Vec<String>,
     headings: Vec<String>,
-    /// Which reconstructions are made on a schedule, by parametrization, warp, sample set and allowance.
+    /// Positions of a schedule's reconstructions, by parametrization, warp, sample set, allowance.
     made_on: HashMap<[String; 4], Vec<usize>>,
     /// Width of the material's column.
     materials: usize,
@@ -118,7 +118,7 @@ impl Table {
         out + top.trim_end() + "\n" + &bottom + "\n"
     }
 
-    /// The lines of the rows of one schedule, one a material. Times of a line add up its
+    /// The lines of the rows of one schedule, one per material. Times of a line add up its
     /// reconstructions; `evaluate` is the mean of the measures.
     pub fn lines(&self, rows: &[&Row]) -> String {
         let mut out = String::new();
@@ -227,7 +227,7 @@ impl Table {
     }
 }
 
-/// What stands before the errors of a line.
+/// The fields of a line before its errors.
 struct Lead<'a> {
     material: &'a str,
     parametrization: &'a str,

@@ -7,10 +7,10 @@ use std::io::{self, Write};
 /// The width of the table, characters.
 const WIDTH: usize = 100;
 
-/// Where the text of a row starts.
+/// Column where the text of a row starts, characters.
 const INDENT: usize = 15;
 
-/// A paragraph a claim: verdict, name, place, statement, finding.
+/// A paragraph per claim: verdict, name, place, statement, finding.
 pub fn claims_table(claims: &[Claim]) -> String {
     let mut out = String::new();
     for claim in claims {
@@ -25,7 +25,7 @@ pub fn claims_table(claims: &[Claim]) -> String {
     out
 }
 
-/// A text in lines of the table.
+/// A text broken into lines of the table.
 fn wrapped(text: &str) -> String {
     let mut out = String::new();
     let mut line = String::new();
@@ -42,7 +42,7 @@ fn wrapped(text: &str) -> String {
     out + &format!("{:INDENT$}{line}\n", "")
 }
 
-/// Writes a row a claim; its numbers as `name=value`, separated by semicolons.
+/// Writes a row per claim; its numbers as `name=value`, separated by semicolons.
 ///
 /// # Errors
 /// Whatever `out` reports.

@@ -1,4 +1,4 @@
-//! How materials lie in parametrizations: rows for programs, tables for people.
+//! Distortions of materials in parametrizations: rows for programs, tables for people.
 
 use crate::analysis::{Anisotropy, Averaging, Distortion, Scale, Shares, Weight, gradient_shares};
 use crate::metrics::Errors;
@@ -28,17 +28,17 @@ pub struct SharesRow {
     pub physical: f64,
     /// Share of the variance that the first axis explains; `None` if there is no variance.
     pub first: Option<f64>,
-    /// The second axis.
+    /// Share of the variance that the second axis explains.
     pub second: Option<f64>,
-    /// A sum of functions of the two.
+    /// Share of the variance that a sum of functions of the two axes explains.
     pub sum: Option<f64>,
-    /// A function of both, over all azimuths; the rest changes with the azimuth.
+    /// Share that a function of both explains over all azimuths; the rest changes with azimuth.
     pub both: Option<f64>,
     /// Share of the energy of the gradient along the first axis.
     pub gradient_first: Option<f64>,
-    /// Along the second.
+    /// Share along the second axis.
     pub gradient_second: Option<f64>,
-    /// Along the azimuth, over all azimuths.
+    /// Share along the azimuth, over all azimuths.
     pub gradient_phi: Option<f64>,
     /// Mean squared deviation of the slice from the average over all azimuths, in units of the
     /// variance.
@@ -46,7 +46,7 @@ pub struct SharesRow {
 }
 
 impl SharesRow {
-    /// The rows of a distortion: one a slice, then that of all azimuths.
+    /// The rows of a distortion: one per slice, then that of all azimuths.
     pub fn of(
         material: &str,
         parametrization: &'static str,
@@ -107,13 +107,13 @@ pub struct ReductionRow {
     pub parametrization: &'static str,
     /// `uniform`, `solid-angle` or `cosine`.
     pub averaging: &'static str,
-    /// Against the BRDF.
+    /// `nrmse` against the BRDF.
     pub nrmse: Option<f64>,
-    /// Against the BRDF.
+    /// `log_relative` against the BRDF.
     pub log_relative: Option<f64>,
-    /// Of this approximation against the one in half/difference coordinates.
+    /// `nrmse` of this approximation against the one in half/difference coordinates.
     pub nrmse_from_half_difference: Option<f64>,
-    /// Of this approximation against the one in half/difference coordinates.
+    /// `log_relative` of this approximation against the one in half/difference coordinates.
     pub log_relative_from_half_difference: Option<f64>,
 }
 
@@ -138,7 +138,7 @@ impl ReductionRow {
     }
 }
 
-/// How a parametrization stretches steps.
+/// Stretching of small steps by a parametrization.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct StretchRow {
     /// Name of the parametrization.
@@ -149,9 +149,9 @@ pub struct StretchRow {
     pub condition_p95: f64,
     /// Median relative difference of the product of singular values from the Jacobian.
     pub jacobian_error_median: f64,
-    /// Pairs that were looked at.
+    /// Number of pairs.
     pub pairs: usize,
-    /// Pairs left out.
+    /// Number of pairs left out.
     pub skipped: usize,
 }
 
@@ -169,7 +169,7 @@ impl StretchRow {
     }
 }
 
-/// Writes rows as CSV, columns named as their fields; what is undefined is an empty field.
+/// Writes rows as CSV, columns named as their fields; undefined values are empty fields.
 ///
 /// # Errors
 /// Whatever `out` reports.
@@ -181,7 +181,7 @@ pub fn rows_csv<T: Serialize>(rows: &[T], out: &mut impl Write) -> io::Result<()
     csv.flush()
 }
 
-/// Writes rows as a JSON array of objects; what is undefined is `null`.
+/// Writes rows as a JSON array of objects; undefined values are `null`.
 ///
 /// # Errors
 /// Whatever `out` reports.
@@ -198,7 +198,7 @@ fn percent(share: Option<f64>) -> String {
     share.map_or("–".into(), |s| format!("{:.1}", 100.0 * s))
 }
 
-/// Shares in percent: a block a material and parametrization, a line a slice.
+/// Shares in percent: a block per material and parametrization, a line per slice.
 pub fn shares_table(rows: &[SharesRow]) -> String {
     let mut out = String::new();
     let same = |a: &SharesRow, b: &SharesRow| {
@@ -279,7 +279,7 @@ pub fn reduction_table(rows: &[ReductionRow]) -> String {
     out
 }
 
-/// How parametrizations stretch steps, a line each.
+/// Stretching of steps, one line per parametrization.
 pub fn stretch_table(rows: &[StretchRow]) -> String {
     let mut columns =
         Columns::new("\t>median\t>95 %\tproduct of singular values against the Jacobian (median)");

@@ -1,4 +1,4 @@
-//! What people and programs read of claims, distortions and subsets.
+//! Output about claims, distortions and subsets: tables, JSON and pictures.
 
 mod claims;
 mod distortion;

@@ -1,23 +1,23 @@
-//! What a box of coordinates stands for: text, JSON and a picture.
+//! A box of coordinates and its directions: text, JSON and a picture.
 
 use crate::analysis::{Estimate, Image, Needs, Reach, Subset, SubsetMeasure};
 use crate::geometry::DirectionPair;
 use crate::parametrization::{Axis, Parametrization, Unit};
 use crate::report::svg::plot::{Axis as PlotAxis, Mark, Panel, Series};
 
-/// Everything that is known of a box.
+/// All results about a box.
 pub struct SubsetReport<'a> {
     /// The box.
     pub subset: &'a Subset,
     /// Its measure.
     pub measure: SubsetMeasure,
-    /// The angles it needs.
+    /// Ranges of the angles it needs.
     pub needs: Needs,
     /// Its image in each of the other parametrizations.
     pub images: Vec<(std::sync::Arc<dyn Parametrization>, Image)>,
-    /// What each instrument makes of it.
+    /// Name of each instrument, and the part of the box it can reach.
     pub reaches: Vec<(String, Reach)>,
-    /// A material, and which share of its energy the set holds: `None` of a black one.
+    /// A material, and the share of its energy inside the box; `None` for a black one.
     pub energy: Option<(String, Option<Estimate>)>,
 }
 
@@ -56,7 +56,7 @@ fn ranges(axes: &[Axis], ranges: &[[f64; 2]; 3]) -> String {
 }
 
 impl SubsetReport<'_> {
-    /// For people.
+    /// The report as text.
     pub fn text(&self) -> String {
         let form = self.subset.form();
         let mut out = format!(
@@ -125,7 +125,7 @@ impl SubsetReport<'_> {
         ]
     }
 
-    /// For programs: one object; angles in degrees.
+    /// The report as one JSON object; angles in degrees.
     pub fn json(&self) -> serde_json::Value {
         let boxed = |axes: &[Axis], ranges: &[[f64; 2]; 3]| -> serde_json::Value {
             let parts = axes.iter().zip(ranges);

@@ -10,15 +10,15 @@ use std::f64::consts::PI;
 pub struct Sheet {
     /// File name without extension.
     pub name: String,
-    /// Above all.
+    /// Title above the diagrams.
     pub title: String,
     /// The diagrams, row by row.
     pub panels: Vec<Panel>,
-    /// Diagrams in a row.
+    /// Number of diagrams in a row.
     pub columns: usize,
 }
 
-/// The profiles that do not vanish by symmetry (Fig. 4).
+/// The components that do not vanish by symmetry, with their labels (Fig. 4).
 const EVEN: [(Component, &str); 9] = [
     (Component { n: 0, m: 0 }, "energy (rad²/sr)"),
     (Component { n: 1, m: 0 }, "mean 10 (deg)"),
@@ -31,7 +31,7 @@ const EVEN: [(Component, &str); 9] = [
     (Component { n: 0, m: 4 }, "excess kurtosis 04"),
 ];
 
-/// Those that do (Fig. 5).
+/// The components that vanish by symmetry, with their labels (Fig. 5).
 const ODD: [(Component, &str); 6] = [
     (Component { n: 0, m: 1 }, "mean 01 (deg)"),
     (Component { n: 1, m: 1 }, "covariance 11 (rad²)"),
@@ -41,7 +41,7 @@ const ODD: [(Component, &str); 6] = [
     (Component { n: 1, m: 3 }, "excess kurtosis 13"),
 ];
 
-/// The sheet of one material: every profile, each channel a colour.
+/// The sheet of one material: a diagram per component, a colour per channel.
 pub fn material_sheet(of: &MaterialProfiles) -> Sheet {
     let panel = |(component, label): (Component, &str)| Panel {
         y: axis(label),
@@ -102,7 +102,7 @@ pub fn group_sheets(group: &Group, members: &[&MaterialProfiles]) -> Vec<Sheet> 
     sheets
 }
 
-/// Computed, fitted, and their errors (Fig. 6): energy, mean, average variance.
+/// Computed and fitted values and errors (Fig. 6): energy, mean, average variance.
 fn fits_sheet(group: &Group, profiles: &[&Profile], name: String, of: &str) -> Sheet {
     let fits: Vec<&ProfileFits> = group.first_channel().collect();
     let computed = |label: &str, value: &dyn Fn(&Profile, usize) -> Option<f64>| Panel {

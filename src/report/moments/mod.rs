@@ -1,4 +1,4 @@
-//! What people and programs read of moments: profiles, fits, relations.
+//! Output about moments: tables and diagrams of profiles, fits and relations.
 
 #[cfg(feature = "pictures")]
 mod figures;

@@ -1,4 +1,4 @@
-//! Moment profiles as files: a row a material, channel and view.
+//! Moment profiles as files: a row per material, channel and view.
 
 use crate::experiment::moments::ProfileRow;
 use std::io::{self, Write};

@@ -1,5 +1,4 @@
-//! What an experiment of kind `relations` leaves behind: a table for people, one for programs, and
-//! diagrams.
+//! Output of an experiment of kind `relations`: a table for people and one for programs.
 
 use crate::experiment::moments::{degrees, shown};
 use crate::experiment::relations::RelationRow;
@@ -26,7 +25,7 @@ const MOMENTS: [Moment; 3] = [
     ("variance_rad2", |m| m.variance),
 ];
 
-/// Writes relations as CSV: a row a material, lighting, view and way to move it.
+/// Writes relations as CSV: a row per material, lighting, view and direction of its motion.
 ///
 /// # Errors
 /// Whatever `out` reports.
@@ -122,7 +121,7 @@ pub fn relations_head() -> String {
     )
 }
 
-/// A line a row.
+/// The lines of the table for people, one per row.
 pub fn relations_lines(rows: &[RelationRow]) -> String {
     let mut out = String::new();
     for row in rows {
@@ -146,7 +145,7 @@ pub fn relations_lines(rows: &[RelationRow]) -> String {
     out
 }
 
-/// What a run ends with: how far each form is off, in the median over materials, lights and views.
+/// The summary of a run: median error of each form over materials, lights and views.
 pub fn relations_summary(rows: &[RelationRow]) -> String {
     let mut out = String::from("\nMedian error, without its sign:\n");
     let mut along: Vec<_> = rows.iter().map(|r| r.relation.along).collect();

@@ -1,4 +1,4 @@
-//! What a moment experiment leaves behind: tables for people and for programs.
+//! Output of a moment experiment: tables for people and for programs.
 
 use crate::experiment::moments::{
     CorrelationRow, Group, ProfileFits, PublishedNumbers, Spread, at_bound, degrees, shown,
@@ -47,7 +47,7 @@ const FIT_COLUMNS: [&str; 27] = [
     "profile_seconds",
 ];
 
-/// Writes `fits.csv`: a row a material and channel; empty where there is no value.
+/// Writes `fits.csv`: a row per material and channel; empty where there is no value.
 ///
 /// # Errors
 /// Whatever `out` reports.
@@ -192,7 +192,7 @@ fn summary(group: &Group) -> Value {
     })
 }
 
-/// The largest component that is odd in φ, in units of σ: what symmetric slices do not have.
+/// The largest component that is odd in φ, in units of σ; 0 for symmetric slices.
 fn largest_odd(group: &Group) -> Option<f64> {
     let odd = Component::ALL.into_iter().filter(|c| c.is_odd());
     odd.filter_map(|c| Some(group.spread(|f| f.largest[c.index()])?.range[1]))
@@ -214,7 +214,7 @@ fn strongest(group: &Group) -> Vec<&CorrelationRow> {
     rows
 }
 
-/// The middle one, or the mean of the two in the middle.
+/// The median; `None` of no values.
 fn median(values: impl Iterator<Item = f64>) -> Option<f64> {
     let mut values: Vec<f64> = values.collect();
     values.sort_by(f64::total_cmp);
@@ -222,8 +222,8 @@ fn median(values: impl Iterator<Item = f64>) -> Option<f64> {
     (n > 0).then(|| 0.5 * (values[(n - 1) / 2] + values[n / 2]))
 }
 
-/// The table that a run ends with: what each group has in common, beside the numbers that others
-/// published, if the config has them.
+/// The table at the end of a run: fits and correlations of each group, beside published numbers if
+/// the config has them.
 pub fn study_table(groups: &[Group], published: Option<&PublishedNumbers>) -> String {
     let mut out = String::new();
     for group in groups {

@@ -20,7 +20,7 @@ const GAP: usize = 8;
 /// A pixel that gets more of its light than this from where there is no data is without data.
 const UNKNOWN: f64 = 0.5;
 
-/// A material and what was made of it under the same light.
+/// Spheres of a material and of its reconstruction under the same light.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Comparison {
     /// The material; `None` also in pixels without data.
@@ -35,7 +35,7 @@ pub struct Comparison {
     pub mean_relative: Option<f64>,
     /// Share of the sphere's pixels that is without data.
     pub without_data: f64,
-    /// Which pixels these are.
+    /// One flag per pixel: true if it is without data.
     unknown: Vec<bool>,
 }
 
@@ -95,8 +95,8 @@ impl Comparison {
         text
     }
 
-    /// What the strongest red and blue of the difference stand for, over the truth's white: the
-    /// first of …, 0.1, 0.2, 0.5, 1, … that 99 % of the sphere stay below.
+    /// The difference shown as the strongest red and blue, over the truth's white: the first of
+    /// …, 0.1, 0.2, 0.5, 1, … that 99 % of the sphere stay below.
     pub fn range(&self) -> f64 {
         let white = self.truth.white();
         let mut sizes: Vec<f64> = self.differences().flatten().map(f64::abs).collect();

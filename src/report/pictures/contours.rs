@@ -65,7 +65,7 @@ pub(super) fn isolines(values: &[Option<f64>], columns: usize, level: f64) -> Ve
     lines
 }
 
-/// Where a line crosses an edge.
+/// The crossing of a line and an edge of the lattice.
 struct Crossing {
     at: [f64; 2],
     /// The edges on which it goes on, one or two; taken out as the line is walked.

@@ -1,4 +1,4 @@
-//! Directions drawn from a table.
+//! Sampling of directions from a tabulated density.
 
 use glam::DVec3;
 use std::f64::consts::TAU;
@@ -11,9 +11,9 @@ pub(super) struct Distribution {
     /// 1 − cos γ at the edges of the rings, from 0 to 2.
     edges: Vec<f64>,
     sectors: usize,
-    /// Probability of all rings before each, and of all.
+    /// Cumulative probability of the rings: of all before each, then of all.
     rings: Vec<f64>,
-    /// The same for the sectors of each ring: `sectors + 1` numbers a ring.
+    /// Cumulative probability of the sectors of each ring: `sectors + 1` numbers per ring.
     in_ring: Vec<f64>,
     /// Density of each cell, sr⁻¹.
     density: Vec<f64>,

@@ -8,13 +8,13 @@ use std::f64::consts::TAU;
 
 const DARK: Ink = [30, 30, 30];
 
-/// Where the hemisphere is looked at from; light and sensor lie in the plane y = 0, the sensor at
+/// Viewpoint on the hemisphere; light and sensor lie in the plane y = 0, the sensor at
 /// azimuth 0.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum From {
     /// The mirror direction is in the middle.
     Mirror,
-    /// The sensor itself is.
+    /// The sensor is in the middle.
     Back,
 }
 

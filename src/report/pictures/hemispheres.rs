@@ -1,4 +1,4 @@
-//! What parametrizations look like on the hemisphere of light directions (Fig. 1 of Barla et al.
+//! Pictures of parametrizations on the hemisphere of light directions (Fig. 1 of Barla et al.
 //! 2015).
 
 use super::dome::{Dome, From};
@@ -17,8 +17,8 @@ const NAME: f64 = 26.0;
 const RED: Ink = [255, 165, 150];
 const GREEN: Ink = [165, 255, 150];
 
-/// A row a parametrization: its colours in the square of its first two axes (the first is red, the
-/// second green), then the hemisphere seen along the mirror direction and along the sensor
+/// A row per parametrization: its colours in the square of its first two axes (the first is red,
+/// the second green), then the hemisphere seen along the mirror direction and along the sensor
 /// ("back") for each view elevation (degrees, in [0, 90)). Isolines every 10° or 0.1.
 ///
 /// # Errors

@@ -11,7 +11,7 @@ use std::io::{self, Write};
 #[derive(Clone, Debug, PartialEq)]
 pub struct FlatSlice {
     resolution: usize,
-    /// sr⁻¹, row after row from φ = 90° downwards; `None` without data.
+    /// Values, sr⁻¹, row after row from φ = 90° downwards; `None` without data.
     values: Vec<Option<f64>>,
 }
 
@@ -42,7 +42,7 @@ impl FlatSlice {
         self.resolution
     }
 
-    /// sr⁻¹, row after row from φ = 90° downwards; `None` without data.
+    /// Values, sr⁻¹, row after row from φ = 90° downwards; `None` without data.
     pub fn values(&self) -> &[Option<f64>] {
         &self.values
     }
@@ -122,7 +122,7 @@ fn values(slice: &Slice<'_>, batch: &mut Batch) -> Vec<Option<f64>> {
         .collect()
 }
 
-/// How long a lobe is in a direction.
+/// Length of a drawn lobe as a function of ρ in its direction.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Radius {
     /// ρ / max.
@@ -133,7 +133,7 @@ pub enum Radius {
 }
 
 impl Radius {
-    /// As captions say it.
+    /// The formula, as captions print it.
     pub fn caption(self) -> &'static str {
         match self {
             Radius::Linear => "ρ / max",
@@ -162,16 +162,16 @@ mod space {
     use std::f64::consts::TAU;
 
     const SIZE: [f64; 2] = [720.0, 560.0];
-    /// Pixels of the unit sphere's radius, and where its middle is.
+    /// Radius of the unit sphere, pixels.
     const SCALE: f64 = 280.0;
     const MIDDLE: [f64; 2] = [360.0, 415.0];
-    /// Where the eye is: elevation above the tangent plane and azimuth from −y, degrees.
+    /// Direction of the eye: elevation above the tangent plane and azimuth from −y, degrees.
     const EYE_DEG: [f64; 2] = [18.0, -22.0];
     const BLUE: Ink = [0x00, 0x58, 0xd0];
     const RED: Ink = [0xd0, 0x20, 0x10];
     const GREY: Ink = [120, 120, 120];
 
-    /// Where the eye is, and what it calls right and up.
+    /// Direction of the eye, and its axes to the right and up.
     struct Eye {
         towards: DVec3,
         right: DVec3,
@@ -200,7 +200,7 @@ mod space {
         }
     }
 
-    /// Something to paint: a face of the lobe or a piece of a line.
+    /// A shape to paint: a face of the lobe or a piece of a line.
     struct Piece {
         depth: f64,
         points: Vec<[f64; 2]>,

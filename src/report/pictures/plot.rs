@@ -1,4 +1,4 @@
-//! Squares with a raster, isolines and axes, which the plates are put together from.
+//! Squares with a raster, isolines and axes: the parts of plates.
 
 use super::contours::isolines;
 use crate::error::Error;
@@ -15,7 +15,7 @@ const DARK: Ink = [30, 30, 30];
 const TICK: f64 = 10.0;
 const LABEL: f64 = 12.5;
 
-/// Room that a plot with axes needs to the left of its square and below it, pixels.
+/// Margins of a plot with axes, left of its square and below it, pixels.
 pub(super) const LEFT: f64 = 54.0;
 pub(super) const BELOW: f64 = 42.0;
 
@@ -101,7 +101,7 @@ pub(super) struct Plot {
 }
 
 impl Plot {
-    /// Where a point of the unit square lies, the second coordinate upwards.
+    /// Position, pixels, of a point of the unit square; the second coordinate upwards.
     pub fn place(&self, [u, v]: [f64; 2]) -> [f64; 2] {
         [
             self.at[0] + u * self.side,
@@ -145,7 +145,7 @@ impl Plot {
         canvas.line(&points, ink, width);
     }
 
-    /// Paper over what is not physical, the edge of it, frame, ticks and names of axes.
+    /// Draws white over coordinates that are not physical, their edge, frame, ticks and axis names.
     pub fn axes(&self, canvas: &mut Canvas, plane: &Plane, phi: Option<f64>) {
         if let Some(phi) = phi {
             let edge = plane.edge(phi);
@@ -239,14 +239,14 @@ pub(super) fn middles(side: usize) -> impl Iterator<Item = [f64; 2]> {
     (0..side * side).map(move |i| [middle(i % side), 1.0 - middle(i / side)])
 }
 
-/// A text whose middle is there.
+/// Draws a text with its middle at `at`.
 pub(super) fn text(canvas: &mut Canvas, at: [f64; 2], text: &str, size: f64, bold: bool) {
     let mut how = Lettering::new(size, Align::Middle);
     how.bold = bold;
     canvas.text(at, text, how);
 }
 
-/// A text that is read from below.
+/// Draws a text that is read from below.
 pub(super) fn text_upwards(canvas: &mut Canvas, at: [f64; 2], text: &str, size: f64) {
     let mut how = Lettering::new(size, Align::Middle);
     how.bold = true;

@@ -100,7 +100,7 @@ pub fn render_spheres<const N: usize>(
     (images, left_out.collect())
 }
 
-/// Where light comes from: luminance times solid angle.
+/// Distribution of light directions by luminance times solid angle.
 fn light_table(lighting: &dyn Lighting) -> Distribution {
     let (rows, columns) = (LIGHT_ROWS, 2 * LIGHT_ROWS);
     // Corners of cells: an edge of a lamp then raises the cells on both of its sides.
@@ -130,7 +130,8 @@ fn light_table(lighting: &dyn Lighting) -> Distribution {
     Distribution::new(edges, columns, weights)
 }
 
-/// What a view's lobe is about the mirror direction: f_r cos θ_i times solid angle.
+/// Distribution of light directions about the mirror direction of a view: f_r cos θ_i times solid
+/// angle.
 fn lobe_table(brdfs: &[&dyn Brdf], theta_o: f64) -> Distribution {
     const FIRST: f64 = 1e-7;
     let widest = 4f64.to_radians();
@@ -199,13 +200,13 @@ fn to_mirror(d: DVec3, omega_o: Direction) -> DVec3 {
     DVec3::new(o.z * d.x + o.x * d.z, d.y, o.z * d.z - o.x * d.x)
 }
 
-/// What a row of pixels is shaded with.
+/// Shading of pixels, with buffers that a row of pixels shares.
 struct Shader<'a, const N: usize> {
     brdfs: [&'a dyn Brdf; N],
     lighting: &'a dyn Lighting,
     light: &'a Distribution,
     pairs: Vec<DirectionPair>,
-    /// Towards the light in its own frame, and cos θ_i over twice the mean density.
+    /// Direction towards the light in the light's frame, and cos θ_i over twice the mean density.
     towards: Vec<(Direction, f64)>,
     radiance: Vec<[f64; 3]>,
     values: Vec<f64>,
@@ -229,8 +230,8 @@ impl<'a, const N: usize> Shader<'a, N> {
         }
     }
 
-    /// What each BRDF makes of the light, and the share of it that falls from where one of them has
-    /// no data.
+    /// Radiance of a pixel under each BRDF, and the share of the light from directions where one of
+    /// them has no data.
     fn pixel(
         &mut self,
         lobe: &Lobe<'_>,

@@ -1,6 +1,6 @@
-//! What rendered spheres are compared with: the light integrated over rings about the mirror
-//! direction, of 1e-4 rad next to it, a sixth wider from ring to ring, up to 2.5° from where on they
-//! are equal. No random number is drawn.
+//! Reference for rendered spheres: the light integrated over rings about the mirror direction, of
+//! 1e-4 rad next to it, a sixth wider from ring to ring, up to 2.5° from where on they are equal.
+//! No random number is drawn.
 
 use super::sphere::{Frame, SphereImage, world};
 use crate::brdf::{self, Brdf, Channels, Lambert, Presence, Spectrum};

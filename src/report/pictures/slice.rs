@@ -1,4 +1,4 @@
-//! A picture of what a reconstruction does: one slice of truth, reconstruction and difference.
+//! A picture of a reconstruction: one slice of truth, reconstruction and difference.
 //!
 //! The slice is the hemisphere of omega_i seen from above, at theta_o = 45°, phi_o = 0: pixel
 //! (x, y) of the unit disk is the direction (x, y, sqrt(1 − x² − y²)), x to the right and y up, so
@@ -98,7 +98,7 @@ struct Pixel {
     alpha: f64,
 }
 
-/// One layer, row after row from the top.
+/// The values of one layer, row after row from the top.
 struct Plane {
     pixels: Vec<Pixel>,
 }

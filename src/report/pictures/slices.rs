@@ -21,7 +21,7 @@ const STEP: [f64; 2] = [LEFT + SIDE + 12.0, 26.0 + SIDE + BELOW + 4.0];
 /// Most isolines from the darkest to the brightest.
 const LEVELS: f64 = 24.0;
 
-/// What a pixel of a plane holds.
+/// A pixel of a plane.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Pixel {
     /// A direction lies below the horizon.
@@ -32,7 +32,7 @@ enum Pixel {
     Value([f64; 3]),
 }
 
-/// Planes of a BRDF: one a parametrization and azimuth.
+/// Planes of a BRDF: one per parametrization and azimuth.
 pub struct BrdfSlices {
     planes: Vec<Plane>,
     phi_deg: Vec<f64>,
@@ -82,8 +82,8 @@ impl BrdfSlices {
         values
     }
 
-    /// Where the planes of an anisotropic BRDF lie in its four dimensions, by the azimuth that each
-    /// parametrization keeps at 0.
+    /// A text with the azimuths that are 0 in the planes of an anisotropic BRDF; `None` for an
+    /// isotropic one.
     fn cut(&self) -> Option<String> {
         if self.isotropic {
             return None;
@@ -97,7 +97,7 @@ impl BrdfSlices {
         ))
     }
 
-    /// A row a parametrization, a column an azimuth. Values are tone-mapped by luminance
+    /// A row per parametrization, a column per azimuth. Values are tone-mapped by luminance
     /// (x/(1 + x), x relative to the logarithmic mean of all planes); isolines of luminance have the
     /// same levels in all, equal steps of the logarithm. Hatched: no data.
     ///
@@ -271,7 +271,7 @@ impl Tone {
         rgb.map(|c| encoded(c * scale))
     }
 
-    /// A line that is seen on its own level.
+    /// Colour of an isoline that contrasts with the grey of its level.
     fn ink(&self, level: f64) -> Ink {
         if self.map(level) < 0.2 {
             [225; 3]
@@ -281,7 +281,7 @@ impl Tone {
     }
 }
 
-/// The greys of luminances, and the levels.
+/// Draws the scale of greys, with the luminances of the levels.
 fn key(
     canvas: &mut Canvas,
     [middle, y]: [f64; 2],
@@ -334,7 +334,7 @@ fn key(
     Ok(())
 }
 
-/// Two digits that count.
+/// A number with two significant digits.
 fn number(v: f64) -> String {
     let digits = v.log10().floor();
     if !(-3.0..4.0).contains(&digits) {

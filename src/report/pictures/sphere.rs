@@ -63,7 +63,7 @@ impl Frame {
         local.x * self.t + local.y * self.b + local.z * self.n
     }
 
-    /// Back from [`camera`](Self::camera).
+    /// From the camera's frame to the local one; the inverse of [`camera`](Self::camera).
     pub fn local(&self, v: DVec3) -> DVec3 {
         DVec3::new(v.dot(self.t), v.dot(self.b), v.dot(self.n))
     }
@@ -138,7 +138,7 @@ pub(super) fn write_rgb(bytes: &[u8], width: usize, out: &mut impl Write) -> io:
 pub struct FilterEllipse {
     /// View elevation of the point, rad; it lies sin θ_o from the middle of the picture.
     pub theta_o: f64,
-    /// Where about the middle, rad, from the right upwards.
+    /// Azimuth of the point about the middle of the picture, rad, from the right upwards.
     pub azimuth: f64,
     /// (µ_θ, µ_φ), rad.
     pub mean: [f64; 2],
@@ -147,7 +147,7 @@ pub struct FilterEllipse {
 }
 
 impl FilterEllipse {
-    /// From the moments of the slice at `theta_o`; `None` if it has no mean or no covariance.
+    /// The ellipse of a slice's moments at `theta_o`; `None` if it has no mean or no covariance.
     pub fn new(theta_o: f64, azimuth: f64, moments: &Moments) -> Option<Self> {
         Some(Self {
             theta_o,
@@ -163,7 +163,7 @@ impl FilterEllipse {
         [c, s].map(|v| v * self.theta_o.sin())
     }
 
-    /// Where a mirror would show the light that comes from angles θ, φ of the point's slice.
+    /// Place on the unit disk where a mirror shows light from angles θ, φ of the point's slice.
     pub fn seen(&self, theta: f64, phi: f64) -> [f64; 2] {
         let [x, y] = self.point();
         let omega_i = Frame::at(x, y).camera(view_centered(theta, phi).vector());

@@ -12,8 +12,8 @@
 //! ```text
 //! results.csv       the rows of the config in its order
 //! ranking.csv       every choice at every allowance with its statistics
-//! report.html       what it all says
-//! pictures/         what it shows
+//! report.html       rankings, comparisons and a verdict
+//! pictures/         the pictures of the report
 //! schedules/        if asked: one file per schedule
 //! slices/           if asked: one picture per reconstruction
 //! profiles.csv      one row per material, channel and view
@@ -46,9 +46,9 @@ const CONFIG_HEAD: &str = "\
 ";
 /// The rows of an acquisition as a table.
 pub const RESULTS: &str = "results.csv";
-/// Every choice with its statistics.
+/// The table of every choice with its statistics.
 pub const RANKING: &str = "ranking.csv";
-/// What it all says.
+/// The report of a study.
 pub const REPORT: &str = "report.html";
 /// The profiles of a moment experiment as a table.
 pub const PROFILES: &str = "profiles.csv";
@@ -61,7 +61,7 @@ pub const SUMMARY: &str = "summary.json";
 /// The relations as a table.
 pub const RELATIONS: &str = "relations.csv";
 
-/// Files that say something of all records: gone as soon as there is another one.
+/// Files made from all records: removed as soon as there is another record.
 const OF_ALL: [&str; 9] = [
     MANIFEST,
     RESULTS,
@@ -77,9 +77,9 @@ const OF_ALL: [&str; 9] = [
 /// A folder within a run's.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Below {
-    /// Schedules that were asked for.
+    /// Files of schedules.
     Schedules,
-    /// Slices that were asked for.
+    /// Pictures of slices.
     Slices,
     /// Diagrams of a moment experiment or of relations.
     Figures,
@@ -113,9 +113,9 @@ pub struct RunFolder<R> {
     rows: Vec<R>,
     /// Finished files, relative to the folder.
     files: BTreeSet<String>,
-    /// What was drawn before does not count.
+    /// True if pictures of earlier runs are drawn again.
     redraw: bool,
-    /// The config was here before.
+    /// True if the folder held the same config when it was opened.
     is_same: bool,
 }
 
@@ -322,7 +322,7 @@ impl<R: Record> RunFolder<R> {
         Ok(())
     }
 
-    /// True if a file is in one of the folders below, and counts.
+    /// True if a file is in one of the folders below and need not be drawn again.
     pub fn has(&self, below: Below, name: &str) -> bool {
         let drawn = self.files.contains(&format!("{}/{name}", below.name()));
         drawn || (!self.redraw && self.dir.join(below.name()).join(name).exists())
@@ -429,7 +429,7 @@ fn clear(dir: &Path) -> io::Result<()> {
     Ok(())
 }
 
-/// What is not there need not be removed.
+/// Ignores the error that a file to remove does not exist.
 fn remove(result: io::Result<()>) -> io::Result<()> {
     match result {
         Err(e) if e.kind() == ErrorKind::NotFound => Ok(()),

@@ -1,4 +1,4 @@
-//! `manifest.json`: what made the results beside it, so that they can be made again.
+//! `manifest.json`: config, inputs and versions that made the results beside it.
 
 use crate::experiment::{Failure, Input, Source, Tuned};
 use serde::{Deserialize, Serialize};
@@ -10,7 +10,7 @@ use std::time::SystemTime;
 /// The file.
 pub(super) const MANIFEST: &str = "manifest.json";
 
-/// How a run ended.
+/// State of a run at its end.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Status {
@@ -20,11 +20,11 @@ pub enum Status {
     Interrupted,
     /// Some jobs failed; the rows of the others are there.
     FailedJobs,
-    /// Parts are missing from what was put together.
+    /// Parts are missing from a merged run.
     Incomplete,
 }
 
-/// What of a plan a manifest holds.
+/// The parts of a plan that a manifest holds.
 #[derive(Clone, Copy, Debug)]
 pub struct MadeBy<'a> {
     /// The resolved config.
@@ -35,12 +35,12 @@ pub struct MadeBy<'a> {
     pub missing: &'a [String],
 }
 
-/// How a run of any kind went.
+/// Outcome of a run of any kind.
 #[derive(Clone, Debug, Default)]
 pub struct Outcome {
     /// Rows that were written.
     pub rows: usize,
-    /// What could not be done.
+    /// Jobs that could not be done.
     pub failures: Vec<Failure>,
     /// Ratios of grids that were tuned.
     pub tuned: Vec<Tuned>,
@@ -54,26 +54,26 @@ pub struct Outcome {
     pub shard: Option<String>,
 }
 
-/// What the manifest of a part of a run says of its making.
+/// Inputs, failures and times in the manifest of a part of a run.
 #[derive(Clone, Debug, Default, PartialEq, Deserialize)]
 #[serde(default)]
 pub struct MadeFrom {
     /// The config's file, and those of the materials.
     pub inputs: Vec<Input>,
-    /// What could not be done.
+    /// Jobs that could not be done.
     pub failures: Vec<Failure>,
     /// Seconds by stage.
     pub seconds: BTreeMap<String, f64>,
 }
 
 impl MadeFrom {
-    /// That of a folder; nothing where a run has not ended.
+    /// Reads those of a folder; empty where a run has not ended.
     pub fn read(dir: &Path) -> Self {
         let manifest = fs::read(dir.join(MANIFEST)).unwrap_or_default();
         serde_json::from_slice(&manifest).unwrap_or_default()
     }
 
-    /// Adds what another part was made from; the config is told once.
+    /// Adds those of another part; the config's file is kept once.
     pub fn extend(&mut self, other: Self) {
         for input in other.inputs.into_iter().skip(1) {
             if !self.inputs.contains(&input) {
@@ -98,7 +98,7 @@ pub struct Manifest {
     /// The resolved config, the same as in `config.toml`.
     config: toml::Table,
     seeds: Vec<u64>,
-    /// Threads that worked; results do not depend on it, times do.
+    /// Number of threads; results do not depend on it, times do.
     threads: usize,
     /// The config's file and those of the materials that were loaded.
     inputs: Vec<Input>,
@@ -166,7 +166,7 @@ impl Manifest {
         }
     }
 
-    /// How the run ended.
+    /// State of the run at its end.
     pub fn status(&self) -> Status {
         self.status
     }

@@ -10,7 +10,7 @@ use std::sync::mpsc::{self, RecvTimeoutError, Sender};
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
-/// How long records may wait until the disk has them.
+/// Longest time between writing a record and its being on the disk.
 const SYNC: Duration = Duration::from_secs(1);
 
 /// Bytes that are read to see whether the first line is a record.
@@ -99,7 +99,7 @@ impl RowFile {
         Ok(())
     }
 
-    /// An error if the file is no longer where it was: what is written into it is lost.
+    /// An error if the file was moved or replaced: writing into it would be lost.
     pub fn is_there(&self) -> io::Result<()> {
         let there = std::fs::metadata(&self.path);
         if there.is_ok_and(|there| is_same(&self.file, &there)) {
@@ -141,7 +141,7 @@ fn write_lines<'a, R: Record + 'a>(
     Ok(())
 }
 
-/// The records of a file, and the length of what is whole.
+/// The records of a file, and the length of its complete lines, bytes.
 fn read<R: Record>(path: &Path, file: &mut File) -> Result<(Vec<R>, u64), Error> {
     let unreadable =
         |e: &dyn std::fmt::Display| Error::data(path, format!("cannot read this file: {e}"));
@@ -183,7 +183,7 @@ fn read<R: Record>(path: &Path, file: &mut File) -> Result<(Vec<R>, u64), Error>
 
 /// Writes a file to the disk now and then, beside the work.
 struct Syncer {
-    /// Closed when there is nothing more to come.
+    /// Wakes the thread; `None` when nothing more will be written.
     wake: Option<Sender<()>>,
     thread: Option<JoinHandle<()>>,
 }
@@ -215,7 +215,7 @@ impl Syncer {
         }
     }
 
-    /// Something was written.
+    /// Asks for the file to be written to the disk.
     fn later(&self) {
         if let Some(wake) = &self.wake {
             // Fails when the thread has ended, which it does after this.

@@ -1,4 +1,4 @@
-//! Ranges of axes, and where their ticks are.
+//! Ranges and ticks of axes.
 
 use super::canvas::text_width;
 use crate::report::svg::plot::{Axis, Scale};
@@ -62,7 +62,7 @@ impl Ruler {
         ruler
     }
 
-    /// Where a value lies: 0 at the lower end, 1 at the upper; `None` if it cannot be shown.
+    /// Place of a value: 0 at the lower end, 1 at the upper; `None` if it cannot be shown.
     pub fn place(&self, value: f64) -> Option<f64> {
         let value = transformed(self.scale, value)?;
         Some((value - self.ends[0]) / (self.ends[1] - self.ends[0]))
@@ -96,7 +96,7 @@ impl Ruler {
         ticks.into_iter().map(|k| (place(k), label(k))).collect()
     }
 
-    /// Labels from many to few.
+    /// Candidate sets of labels (place, text), from many to few.
     fn log_candidates(&self, most: usize) -> Vec<Vec<(f64, String)>> {
         let [lo, hi] = self.ends;
         let decades = lo.floor() as i32..=hi.ceil() as i32;
@@ -154,7 +154,7 @@ impl Ruler {
     }
 }
 
-/// The number that is linear along the axis.
+/// A value on the scale of the axis: itself or its log10; `None` if it has no place.
 fn transformed(scale: Scale, value: f64) -> Option<f64> {
     match scale {
         _ if !value.is_finite() => None,
@@ -247,7 +247,7 @@ fn number(value: f64, step: f64, largest: f64) -> String {
     text.replace('-', "−")
 }
 
-/// m · 10^d.
+/// Text of m · 10^d.
 fn power(mantissa: u8, decade: i32, plain: bool) -> String {
     if plain {
         let decimals = (-decade).max(0) as usize;

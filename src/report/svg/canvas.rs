@@ -1,4 +1,4 @@
-//! What the diagrams draw with: lines, dots, areas and texts at positions in pixels.
+//! A canvas for diagrams: lines, dots, areas and texts at positions in pixels.
 
 use crate::error::Error;
 use base64::Engine;
@@ -13,25 +13,25 @@ pub(in crate::report) type Ink = [u8; 3];
 
 pub(in crate::report) const BLACK: Ink = [0, 0, 0];
 
-/// Where a text lies relative to its position.
+/// Alignment of a text to its position.
 #[derive(Clone, Copy)]
 pub(in crate::report) enum Align {
-    /// Starts there.
+    /// The text starts there.
     Start,
-    /// Its middle is there.
+    /// The middle of the text is there.
     Middle,
-    /// Ends there.
+    /// The text ends there.
     End,
 }
 
-/// How a text looks; centred vertically on its position.
+/// Size, weight and alignment of a text, which is centred vertically on its position.
 #[derive(Clone, Copy)]
 pub(in crate::report) struct Lettering {
     /// Font size, pixels.
     pub size: f64,
     pub align: Align,
     pub bold: bool,
-    /// Read from below.
+    /// True if it is read from below.
     pub upwards: bool,
     pub ink: Ink,
 }
@@ -51,7 +51,7 @@ impl Lettering {
 /// A picture under construction; x to the right and y down, in pixels.
 #[derive(Default)]
 pub(in crate::report) struct Canvas {
-    /// Tags, one a line.
+    /// Tags, one per line.
     drawn: String,
     /// Tags of pictures, which lie below everything else.
     images: String,
@@ -61,7 +61,7 @@ impl Canvas {
     /// A white picture of a size in pixels with what `body` draws, as an SVG text.
     ///
     /// # Errors
-    /// Those of the body.
+    /// Errors of `body`.
     pub fn draw(
         size: [f64; 2],
         body: impl FnOnce(&mut Canvas) -> Result<(), Error>,
@@ -261,7 +261,7 @@ fn listed(points: &[[f64; 2]]) -> String {
     points.iter().map(point).collect()
 }
 
-/// About how wide a text is in a sans-serif font, pixels; rather too wide than too narrow.
+/// Estimated width of a text in a sans-serif font, pixels; rather too wide than too narrow.
 pub(in crate::report) fn text_width(text: &str, size: f64) -> f64 {
     let em = |c: char| match c {
         'i' | 'j' | 'l' | '.' | ',' | ':' | ';' | '|' | '!' | '\'' => 0.32,

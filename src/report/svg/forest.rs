@@ -8,7 +8,7 @@ use axis::Ruler;
 
 const LINE: f64 = 17.0;
 const WIDTH: f64 = 420.0;
-/// The widest a name may be.
+/// Largest width of a name, pixels.
 const WIDEST: f64 = 360.0;
 
 /// Draws groups of ratios on a logarithmic axis, with a line at 1 and the band of no difference.

@@ -11,7 +11,7 @@ const PLOT: [f64; 2] = [340.0, 270.0];
 const LINE: f64 = 14.0;
 /// Room between the frame and a name.
 const GAP: f64 = 14.0;
-/// The widest a name may be.
+/// Largest width of a name, pixels.
 const WIDEST: f64 = 150.0;
 
 /// Draws one panel, with dots on its points and the names of its lines right of them.
@@ -63,7 +63,7 @@ pub fn labelled(panel: &Panel) -> Result<String, Error> {
     })
 }
 
-/// Moves sorted heights apart by a line each, as little as need be, from `top` to `bottom`.
+/// Moves sorted heights between `top` and `bottom` apart by a line each, as little as possible.
 fn spread(heights: &mut [f64], top: f64, bottom: f64) {
     // Names that touch form a block about the mean of where they would be.
     let mut blocks: Vec<(f64, usize)> = Vec::new();

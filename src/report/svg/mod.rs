@@ -32,7 +32,7 @@ const FAINT: Ink = [130, 130, 130];
 /// Draws panels row after row, `columns` in a row (at least one), below a title.
 ///
 /// Names of series stand below the panels: once if every panel has the same ones, else below each.
-/// The same panels give the same bytes.
+/// Equal panels give equal bytes.
 ///
 /// # Errors
 /// [`Error::Internal`] if drawing fails, which it should not.
@@ -44,7 +44,7 @@ pub fn svg(title: &str, panels: &[Panel], columns: usize) -> Result<String, Erro
     })
 }
 
-/// Where everything goes.
+/// Layout of a sheet.
 struct Sheet<'a> {
     title: &'a str,
     panels: Vec<Placed<'a>>,
@@ -56,7 +56,7 @@ struct Sheet<'a> {
     colors: usize,
 }
 
-/// A panel and where it goes.
+/// A panel and its position.
 struct Placed<'a> {
     panel: &'a Panel,
     x: Ruler,
@@ -79,7 +79,7 @@ impl<'a> Sheet<'a> {
         Self::sized(title, panels, columns, plot)
     }
 
-    /// With frames of a width and height.
+    /// The layout with frames of a given width and height, pixels.
     fn sized(title: &'a str, panels: &'a [Panel], columns: usize, plot: [f64; 2]) -> Self {
         let rulers = panels.iter().map(|panel| {
             let points = || panel.series.iter().flat_map(|s| s.points.iter());
@@ -220,7 +220,7 @@ impl<'a> Sheet<'a> {
         }
     }
 
-    /// Where a point lies, if it has a place on both axes; perhaps outside the frame.
+    /// Position of a point, pixels; may be outside the frame; `None` if an axis cannot show it.
     fn at(&self, placed: &Placed<'_>, (x, y): (f64, Option<f64>)) -> Option<[f64; 2]> {
         let [x, y] = [placed.x.place(x)?, placed.y.place(y?)?];
         Some([
@@ -318,7 +318,7 @@ fn clipped(points: &[[f64; 2]], frame: [[f64; 2]; 2]) -> Vec<Vec<[f64; 2]>> {
     parts
 }
 
-/// What a legend says of a series.
+/// A series in a legend.
 #[derive(Clone, Debug, PartialEq)]
 struct LegendEntry<'a> {
     name: &'a str,

@@ -1,27 +1,27 @@
 //! Plain-data line and point plots.
 
-/// How an axis is divided.
+/// Scale of an axis.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Scale {
     /// Equal differences are equally far apart.
     #[default]
     Linear,
-    /// Equal ratios are equally far apart; what is not above 0 is left out.
+    /// Equal ratios are equally far apart; values not above 0 are left out.
     Log,
 }
 
 /// An axis of a panel.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Axis {
-    /// What is shown, with its unit: `theta_o (deg)`.
+    /// Name of the quantity with its unit: `theta_o (deg)`.
     pub label: String,
-    /// How it is divided.
+    /// Its scale.
     pub scale: Scale,
     /// Its ends; those of the data if `None`.
     pub range: Option<[f64; 2]>,
 }
 
-/// How the points of a series are drawn.
+/// Drawing of the points of a series.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Mark {
     /// Joined by a line.
@@ -29,66 +29,66 @@ pub enum Mark {
     Line,
     /// Joined by a dashed line.
     Dashed,
-    /// Each by itself.
+    /// Separate dots.
     Points,
 }
 
 /// Points that belong together.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Series {
-    /// For the legend; empty for none.
+    /// Name in the legend; empty: not in the legend.
     pub name: String,
     /// Place in the colour cycle; series of the same colour belong together.
     pub color: usize,
-    /// How they are drawn.
+    /// Line, dashes or dots.
     pub mark: Mark,
-    /// x, y; a `None` leaves a gap.
+    /// Points (x, y) in the units of the axes; a `None` leaves a gap.
     pub points: Vec<(f64, Option<f64>)>,
 }
 
-/// One diagram.
+/// A diagram.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Panel {
-    /// Above it.
+    /// Title above the diagram.
     pub title: String,
     /// Horizontal axis.
     pub x: Axis,
     /// Vertical axis.
     pub y: Axis,
-    /// Later ones are drawn over earlier ones.
+    /// Its series; later ones are drawn over earlier ones.
     pub series: Vec<Series>,
 }
 
 /// Ratios with their intervals, in groups.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Forest {
-    /// Of the axis of ratios.
+    /// Label of the axis of ratios.
     pub label: String,
     /// The largest ratio that is no difference, at least 1.
     pub band: f64,
-    /// From above to below.
+    /// Its parts, from top to bottom.
     pub groups: Vec<ForestGroup>,
 }
 
 /// Ratios that belong together.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ForestGroup {
-    /// Left of the first.
+    /// Name, to the left of its first line.
     pub name: String,
-    /// From above to below.
+    /// Its parts, from top to bottom.
     pub lines: Vec<ForestLine>,
 }
 
 /// A ratio.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ForestLine {
-    /// Left of it.
+    /// Name, to the left of the interval.
     pub name: String,
-    /// Above 0.
+    /// Ratio, above 0.
     pub ratio: f64,
-    /// Its ends.
+    /// Ends of its confidence interval.
     pub interval: Option<[f64; 2]>,
-    /// Right of it.
+    /// Text to the right of the interval.
     pub note: String,
 }
 

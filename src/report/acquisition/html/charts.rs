@@ -23,7 +23,7 @@ fn log(label: &str) -> Axis {
     }
 }
 
-/// What a diagram of a cost has on its horizontal axis.
+/// A cost as the horizontal axis of a diagram.
 struct Cost {
     title: &'static str,
     label: &'static str,
@@ -93,7 +93,7 @@ pub(super) fn curves(findings: &Findings) -> Result<Option<Markup>, Error> {
     }))
 }
 
-/// The same as a file of its own: a row a cost, a column a measure; by `nrmse`.
+/// The curves of `nrmse` as an SVG file: a row per cost, a column per measure.
 pub fn sheet(findings: &Findings) -> Result<String, Error> {
     let of_all = |r: &&Ranking| r.scope.truth.is_none() && r.scope.metric == Metric::Nrmse;
     let rankings: Vec<&Ranking> = findings.rankings.iter().filter(of_all).collect();
@@ -126,8 +126,8 @@ fn panel(ranking: &Ranking, cost: &Cost) -> Panel {
     }
 }
 
-/// The best choice of each sampling, the best first. Those that go all the way come before the
-/// others: a curve should be one.
+/// The best choice of each sampling, the best first. Choices with an error at every allowance come
+/// before the others: a curve needs several points.
 fn best_of_each(ranking: &Ranking) -> Vec<&Line> {
     let count = |line: &Line| line.cells.iter().flatten().count();
     let lines = sorted(ranking);
@@ -144,7 +144,7 @@ fn best_of_each(ranking: &Ranking) -> Vec<&Line> {
     best
 }
 
-/// A colour a parametrization; dashes without a warp.
+/// Colours and strokes of curves: a colour per parametrization; dashes without a warp.
 struct Looks {
     parametrizations: Vec<String>,
     /// Samplings, each once.
@@ -231,7 +231,7 @@ pub(super) fn forest(
     Ok((!forest.groups.is_empty()).then(|| chart(&text, &format!("{title}: {label}"), "")))
 }
 
-/// The curves of a material, one diagram a measure.
+/// The curves of a material, one diagram per measure.
 pub(super) fn of_material(material: &Material) -> Result<Option<Markup>, Error> {
     let choices = material.measures.iter().flat_map(|m| &m.lines);
     let looks = Looks::new(choices.map(|l| &l.choice));

@@ -5,8 +5,8 @@ use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use maud::{Markup, PreEscaped, html};
 
-/// Figures side by side. They come on white and stay on it: what their colours mean must not change
-/// in the dark.
+/// Figures side by side, on white also on a dark page: the meaning of their colours must not
+/// change.
 pub(super) fn figures(pictures: &[Picture]) -> Markup {
     html! {
         div.panels {

@@ -1,4 +1,4 @@
-//! What made the report, so that it can be made again.
+//! The last section of a report: config, inputs and versions that made it.
 
 use maud::{Markup, html};
 use serde_json::Value;

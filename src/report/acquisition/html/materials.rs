@@ -1,4 +1,4 @@
-//! A section a material: how well each sampling does on it.
+//! The section of each material: the error of each sampling on it.
 
 use super::super::findings::sampling;
 use super::figure::figures;
@@ -21,7 +21,7 @@ pub(super) struct Material {
 /// Errors under a measure.
 pub(super) struct Measure {
     pub name: String,
-    /// One a sampling, in the order of the rows.
+    /// One line per sampling, in the order of the rows.
     pub lines: Vec<Line>,
 }
 
@@ -56,7 +56,7 @@ impl<'a> Places<'a> {
     }
 }
 
-/// Rows as (material, measure, sampling, allowance, method).
+/// Key of a row: positions of material, measure, sampling, allowance and method.
 type Key = [usize; 5];
 
 /// Every material's errors, in the order of the rows.

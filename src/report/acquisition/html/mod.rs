@@ -1,4 +1,4 @@
-//! `report.html`: what a study found, in one file that needs nothing else.
+//! `report.html`: the findings of a study, in one file that needs no other.
 //!
 //! No script, no font, no request: its own policy forbids them. Every text goes through the escaping
 //! of the templates; names of materials are file names, and may hold anything.
@@ -25,7 +25,7 @@ use rayon::iter::{IndexedParallelIterator, IntoParallelRefIterator, ParallelIter
 
 const STYLE: &str = include_str!("style.css");
 
-/// What a report may do: nothing but show what it holds.
+/// Content security policy of a report: nothing is loaded or run.
 const POLICY: &str = "default-src 'none'; style-src 'unsafe-inline'; img-src data:";
 
 /// A drawing or an image.
@@ -40,11 +40,11 @@ pub enum Media {
 /// A figure of a report.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Picture {
-    /// Below it.
+    /// Text below the figure.
     pub caption: String,
-    /// Instead of it, for those who cannot see it.
+    /// Text for those who cannot see the figure.
     pub alt: String,
-    /// What is shown.
+    /// The drawing or image.
     pub media: Media,
 }
 
@@ -200,7 +200,7 @@ fn capital(name: &str) -> String {
     first.into_iter().chain(letters).collect()
 }
 
-/// What a scope is of.
+/// Title of a scope: its truths, materials, measure and metric.
 fn scope_title(scope: &Scope) -> String {
     let materials = so_many(scope.materials);
     let of = match &scope.truth {
@@ -246,13 +246,13 @@ fn bars(explained: &Explained) -> Markup {
     }
 }
 
-/// A cell that can be compared: of all materials.
+/// The cell of a line at allowance `a`, if it has errors of all materials.
 fn whole(line: &Line, a: usize) -> Option<&Cell> {
     line.cells[a].as_ref().filter(|c| c.place.is_some())
 }
 
-/// The allowances that the lines are ranked over: those that all have, and where some line has none of
-/// them, those that most have. Over others a line would be ranked by what it was spared.
+/// Positions of the allowances that lines are ranked over: those that every line has, or else those
+/// that most lines have. Over others a line would gain by the hard allowances it lacks.
 fn common(ranking: &Ranking) -> Vec<usize> {
     let allowances = ranking.lines.iter().map(|l| l.cells.len()).max();
     let count = |a: usize| ranking.lines.iter().filter(move |l| whole(l, a).is_some());
@@ -264,8 +264,8 @@ fn common(ranking: &Ranking) -> Vec<usize> {
     all.collect()
 }
 
-/// How far a choice is above the best, on the average of some allowances: the mean log ratio. Infinite
-/// where it lacks one.
+/// Mean log ratio of a choice's errors to the best ones, over some allowances. Infinite where it
+/// lacks one.
 fn distance(ranking: &Ranking, line: &Line, allowances: &[usize]) -> f64 {
     let ratio = |&a: &usize| {
         let means = ranking.lines.iter().filter_map(|l| Some(whole(l, a)?.mean));
@@ -286,7 +286,7 @@ fn sorted(ranking: &Ranking) -> Vec<&Line> {
     lines.into_iter().map(|(_, l)| l).collect()
 }
 
-/// The allowance that is spoken of where there is room for one: the middle one.
+/// Position of the middle allowance, which stands for all where there is room for one.
 fn middle(findings: &Findings) -> usize {
     findings.allowances.len().saturating_sub(1) / 2
 }

@@ -8,10 +8,10 @@ use crate::report::acquisition::table::error;
 use crate::statistics::{Paired, SIGNIFICANCE, Verdict, least_p};
 use maud::{Markup, html};
 
-/// Lines that are seen without asking for more.
+/// Number of lines that are visible without unfolding.
 const SHOWN: usize = 12;
 
-/// How to read the tables.
+/// Explanation of the tables' columns and marks.
 pub(super) fn legend(findings: &Findings) -> Markup {
     html! {
         p {
@@ -28,7 +28,7 @@ pub(super) fn legend(findings: &Findings) -> Markup {
     }
 }
 
-/// A ranking of a scope, folded away but for the first.
+/// The table of a ranking: further lines are folded away, and all of it unless `number` is 0.
 pub(super) fn table(findings: &Findings, ranking: &Ranking, number: usize) -> Markup {
     let lines = sorted(ranking);
     let allowances = 0..findings.allowances.len();
@@ -60,7 +60,7 @@ fn comparisons(ranking: &Ranking, a: usize) -> impl Iterator<Item = Paired> {
     lines.filter_map(move |l| l.cells[a].and_then(|c| c.against_best))
 }
 
-/// The least p that any comparison of a column could have got.
+/// The smallest p-value that any comparison of a column can reach.
 fn least(ranking: &Ranking, a: usize) -> f64 {
     let materials = comparisons(ranking, a).map(|p| p.n).max();
     // Others are no tests.
@@ -68,7 +68,7 @@ fn least(ranking: &Ranking, a: usize) -> f64 {
     materials.map_or(0.0, |n| least_p(n, tests))
 }
 
-/// That nothing can be told from the best, where there are too few materials for so many choices.
+/// A warning if there are too few materials to tell any of so many choices from the best.
 fn too_few(findings: &Findings, ranking: &Ranking) -> Option<String> {
     let allowances = 0..findings.allowances.len();
     let (few, enough): (Vec<usize>, Vec<usize>) =

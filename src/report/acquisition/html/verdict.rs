@@ -8,24 +8,24 @@ use crate::report::acquisition::table::error;
 use crate::statistics::{Paired, SIGNIFICANCE, Verdict, error_at, least_p};
 use maud::{Markup, html};
 
-/// Readings that differ by less than this ratio are as many.
+/// Numbers of readings that differ by less than this ratio count as equal.
 const AS_MANY: f64 = 1.05;
 
-/// One sampling against the reference, all else equal: the same two on all truths, errors and pairs.
+/// A sampling and the reference, all else equal; the same two for all truths, errors and measures.
 struct Pair {
     challenger: Choice,
     reference: Choice,
 }
 
-/// A pair in one ranking, at every allowance.
+/// The comparison of a pair in one ranking, at every allowance.
 struct Contest<'a> {
     pair: &'a Pair,
     ranking: &'a Ranking,
     cells: Vec<Option<Paired>>,
 }
 
-/// Readings of the two where they are not as many, and the ratio of errors at those of the first,
-/// where that is within the budgets of the second.
+/// Unequal numbers of readings of a pair, and the ratio of errors at the challenger's number, if
+/// the reference's budgets reach it.
 struct Effort {
     challenger: f64,
     reference: f64,
@@ -59,7 +59,7 @@ impl<'a> Contest<'a> {
         self.cells.get(a)?.as_ref()
     }
 
-    /// The readings at an allowance; `None` where they are as many.
+    /// The readings of both at an allowance; `None` where they are equal.
     fn effort(&self, a: usize) -> Option<Effort> {
         let line = |choice: &Choice| self.ranking.lines.iter().find(|l| l.choice == *choice);
         let (mine, other) = (line(&self.pair.challenger)?, line(&self.pair.reference)?);
@@ -78,7 +78,7 @@ impl<'a> Contest<'a> {
         })
     }
 
-    /// The ratio at equal readings where they are not, after what it is added to.
+    /// A half sentence with the ratio at equal readings; empty where readings are equal anyway.
     fn at_equal(&self, a: usize) -> String {
         let ratio = self.effort(a).and_then(|e| e.ratio);
         ratio.map_or(String::new(), |r| {
@@ -86,7 +86,7 @@ impl<'a> Contest<'a> {
         })
     }
 
-    /// What it says at an allowance, with its numbers.
+    /// The sentence about the comparison at an allowance, with its numbers.
     fn said(&self, a: usize, at: &str) -> Option<String> {
         let cell = self.cell(a)?;
         let (x, y) = self.pair.names();
@@ -156,7 +156,7 @@ pub(super) fn section(findings: &Findings) -> Markup {
     }
 }
 
-/// The best choice, the contest, and how it goes with the budget.
+/// Sentences about the best choice, the comparison, and its course with the budget.
 fn sentences(findings: &Findings, ranking: &Ranking, pair: Option<&Pair>, a: usize) -> Vec<String> {
     let mut out = Vec::new();
     let scope = &ranking.scope;
@@ -207,7 +207,7 @@ fn sentences(findings: &Findings, ranking: &Ranking, pair: Option<&Pair>, a: usi
     out
 }
 
-/// That a budget is not the same effort for both.
+/// A sentence that says that equal budgets mean unequal numbers of readings.
 fn uneven(effort: &Effort, pair: &Pair, at: &str) -> String {
     let (x, y) = pair.names();
     let Effort {
@@ -228,7 +228,7 @@ fn uneven(effort: &Effort, pair: &Pair, at: &str) -> String {
     )
 }
 
-/// The contest by another error or measure.
+/// The comparison by another error or measure, in short.
 fn in_short(contest: &Contest, a: usize) -> Option<String> {
     let cell = contest.cell(a)?;
     let interval = cell.interval.map_or(String::new(), |[low, high]| {
@@ -245,8 +245,8 @@ fn in_short(contest: &Contest, a: usize) -> Option<String> {
     ))
 }
 
-/// The pair to speak of: the challenger against the reference where both are there, else the best
-/// against the reference; by the reconstruction that serves the reference best.
+/// The pair of the verdict: challenger and reference where both exist, else the best and the
+/// reference; in the reconstruction with the smallest error of the reference.
 fn pair(findings: &Findings, ranking: &Ranking, a: usize) -> Option<Pair> {
     let duels: &Duels = findings.duels.iter().find(|d| d.scope == ranking.scope)?;
     let name = reference(findings, duels)?;
@@ -284,7 +284,7 @@ fn pair(findings: &Findings, ranking: &Ranking, a: usize) -> Option<Pair> {
         })
 }
 
-/// A truth, what it favours, and whether the verdict is another on it.
+/// A note on a truth: the coordinates it favours, and whether the verdict differs on it.
 fn fairness(findings: &Findings, truth: &str, pair: Option<&Pair>, a: usize) -> Markup {
     let favours = Favours::ALL.into_iter().find(|f| f.name() == truth);
     let reason = favours.map_or(
@@ -336,7 +336,7 @@ fn named(choice: &Choice) -> String {
     }
 }
 
-/// A ratio with as many digits as tell it from 1.
+/// A ratio with enough digits to differ from 1.
 pub(super) fn number(ratio: f64) -> String {
     match ratio {
         r if (r - 1.0).abs() < 0.05 => format!("{r:.3}"),
