@@ -57,7 +57,7 @@ struct BenchMoments {
 
 /// Seed of everything random here.
 const SEED: u64 = 1;
-/// A rung is repeated until it has taken so many seconds, but at most [`REPEATS`] times.
+/// Least time of a rung's repetitions, s; there are at most [`REPEATS`] of them.
 const ENOUGH: f64 = 0.05;
 const REPEATS: usize = 5;
 /// Errors at which times are compared.
@@ -69,19 +69,19 @@ struct Row {
     material: String,
     estimator: &'static str,
     parameter: String,
-    /// Mean over the views.
+    /// Evaluations of the BRDF, mean over the views.
     evaluations: usize,
     seconds: f64,
     /// Largest relative error of a view.
     energy_error: f64,
     /// Largest error of a view and component, relative to σ².
     covariance_error: f64,
-    /// Of the views' largest component.
+    /// Median over the views of the largest error of a component, relative to σ².
     covariance_median: f64,
     unresolved: usize,
-    /// What the reference is good to in energy and covariance: no error is known below that.
+    /// Accuracy of the reference in energy and covariance: smaller errors are unknown.
     known: [f64; 2],
-    /// Most views are resolved, so that the error follows a law.
+    /// True if most views are resolved, so that the error can be extrapolated.
     lawful: bool,
 }
 
@@ -182,7 +182,7 @@ fn lobes() -> Result<Vec<Named>, Error> {
         .collect()
 }
 
-/// A material from the registry. Names and keys are constants: what fails is ours.
+/// A material from the registry. Names and keys are constants: a failure is an internal error.
 fn build(kind: &str, text: &str) -> Result<Box<dyn Brdf>, Error> {
     let internal = |e: &dyn std::fmt::Display| Error::Internal(format!("{kind}: {e}"));
     let entries = brdf::all();
@@ -220,7 +220,7 @@ fn ladders() -> Vec<(&'static str, String, Box<dyn Estimator>)> {
     all
 }
 
-/// Every rung on one material.
+/// Results of every rung on one material.
 fn climb(
     material: &str,
     brdf: &dyn Brdf,
@@ -318,16 +318,16 @@ fn median(values: &mut [f64]) -> f64 {
     values.get(values.len() / 2).copied().unwrap_or(0.0)
 }
 
-/// How the seconds for an error are known.
+/// Seconds for an error, by the way they were found.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Time {
-    /// Between two rungs.
+    /// Interpolated between two rungs.
     Between(f64),
-    /// The cheapest rung is better than asked.
+    /// Upper bound: the cheapest rung is already better.
     AtMost(f64),
-    /// Beyond the dearest rung, along N^(−1/2).
+    /// Extrapolated beyond the dearest rung, along N^(−1/2).
     Beyond(f64),
-    /// More than the dearest rung, nobody knows how much: it is unresolved, or more than two decades off.
+    /// Lower bound: the dearest rung is unresolved, or its error more than two decades above.
     MoreThan(f64),
 }
 
@@ -435,7 +435,7 @@ fn write_csv(rows: &[Row], path: &Path) -> Result<(), Error> {
     written(path, result)
 }
 
-/// A panel a material: error over seconds, energy drawn through, covariance dashed.
+/// Draws a panel per material: error over seconds, energy as a line, covariance dashed.
 fn draw(rows: &[Row], path: &Path) -> Result<(), Error> {
     use crate::report::{Axis, Mark, Panel, Scale, Series, svg};
     use std::io::Write;

@@ -9,7 +9,7 @@ use crate::formats::{self, READ_TABLE};
 use clap::Args;
 use std::path::Path;
 
-/// Tables of a config of kind `moments`: what `--set` of a BRDF leaves alone.
+/// Keys of a config of kind `moments` that `--set` does not take for keys of the BRDF.
 const TABLES: [&str; 3] = ["moments", "seeds", "material"];
 
 /// True if CONFIG|BRDF names a config.
@@ -34,7 +34,7 @@ pub(super) struct BrdfArgs {
 }
 
 impl BrdfArgs {
-    /// The same from an option's value.
+    /// Arguments with a target and nothing else.
     pub(super) fn of(target: &str) -> Self {
         Self {
             target: target.into(),
@@ -43,7 +43,7 @@ impl BrdfArgs {
         }
     }
 
-    /// The same where it may be left out.
+    /// Arguments from their values, for commands where the target is optional.
     pub(super) fn new(target: String, set: Vec<String>, material: Option<String>) -> Self {
         Self {
             target,
@@ -132,7 +132,7 @@ impl BrdfArgs {
         })
     }
 
-    /// The materials, and what of their moments is asked for.
+    /// The materials and the settings of their moments.
     pub(super) fn plan(&self, source: &Source) -> Result<MomentsPlan, Error> {
         let mut plan = AnyPlan::read(source)?.into_moments();
         let Some(name) = &self.material else {

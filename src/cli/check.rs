@@ -37,9 +37,9 @@ impl Check {
     }
 }
 
-/// What tells what a run would do.
+/// A plan that can describe its run.
 pub(super) trait Checked {
-    /// Prints it.
+    /// Prints the description.
     fn check(&self) -> Result<(), Error>;
 }
 
@@ -130,11 +130,10 @@ fn is_instrument(source: &Source) -> Result<bool, Error> {
 /// Pairs that the reachable share is counted on: it is then good to half a percent.
 const PAIRS: u64 = 10_000;
 
-/// What an instrument is, and what it reaches.
 /// Elevations of light and sensor, degrees, at which the spots on the sample are told.
 const SPOTS_DEG: [[f64; 2]; 4] = [[0.0, 0.0], [60.0, 0.0], [0.0, 60.0], [60.0, 60.0]];
 
-/// What is lit and what is seen on the sample.
+/// Text with the spots that are lit and seen on the sample.
 fn spots(spec: &InstrumentSpec) -> String {
     let mut out = "\nspots on the sample, long axes\n".to_owned();
     for [theta_i, theta_o] in SPOTS_DEG {
@@ -210,7 +209,7 @@ fn described(spec: &InstrumentSpec, seed: u64) -> Result<String, Error> {
     Ok(out)
 }
 
-/// How many pairs a machine takes, and how many each reason keeps out.
+/// Text with the share of pairs that a machine reaches, and the share of each reason against.
 fn reach(machine: &Machine, seed: u64, turn_freely: bool) -> String {
     let random = Random::new(seed);
     let mut reached = 0;
@@ -240,7 +239,7 @@ fn reach(machine: &Machine, seed: u64, turn_freely: bool) -> String {
     text + "\n"
 }
 
-/// What an experiment of kind `moments` would do.
+/// Prints the plan of an experiment of kind `moments`.
 fn profiles(plan: &MomentsPlan) -> Result<(), Error> {
     if let Some(question) = &plan.question {
         print(&format!("{}\n\n", question.trim()))?;
@@ -262,7 +261,7 @@ fn profiles(plan: &MomentsPlan) -> Result<(), Error> {
     ))
 }
 
-/// What an experiment of kind `relations` would do.
+/// Prints the plan of an experiment of kind `relations`.
 fn relations(plan: &RelationsPlan) -> Result<(), Error> {
     profiles(&plan.base)?;
     let lights: Vec<_> = plan.lightings.iter().map(|l| l.name.as_str()).collect();
@@ -332,7 +331,7 @@ fn schedules(plan: &Plan, symmetry: Symmetry) -> Result<(), Error> {
     Ok(())
 }
 
-/// Prints what every instrument makes of the schedules of the first seed.
+/// Prints every instrument's time and reach for the schedules of the first seed.
 ///
 /// Returns the first plan that one cannot carry out.
 fn ways(plan: &Plan) -> Result<Option<Error>, Error> {

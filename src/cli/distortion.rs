@@ -125,7 +125,7 @@ impl Distortion {
         self.write(rows.collect(), |r| stretch_table(r), Ok(()))
     }
 
-    /// Writes what there is, unless nothing could be measured.
+    /// Writes the rows and returns `outcome`; writes nothing after errors other than failed jobs.
     fn write<T: Serialize>(
         &self,
         rows: Vec<T>,
@@ -144,7 +144,7 @@ impl Distortion {
     }
 }
 
-/// True for F, S and G, which mean their value.
+/// True for the test functions F, S and G, which are analysed by value.
 fn is_test_function(resolved: &toml::Table) -> bool {
     let kind = resolved.get("kind").and_then(|k| k.as_str());
     kind.is_some_and(|k| k.starts_with("test-"))

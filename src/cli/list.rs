@@ -322,7 +322,7 @@ pub(super) fn apertures(spec: &InstrumentSpec) -> String {
     )
 }
 
-/// What an instrument cannot reach, beside the ranges of its axes.
+/// Text with the limits of an instrument beside the ranges of its axes.
 pub(super) fn limits(spec: &InstrumentSpec) -> String {
     let limits = &spec.limits;
     let mut text = format!(

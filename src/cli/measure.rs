@@ -180,7 +180,7 @@ impl Measure {
     }
 }
 
-/// The measurement of these poses alone: a lattice has others, which the file does not ask for.
+/// The measurement of these poses alone: a lattice has others, which the file does not list.
 fn only(mut measurement: Measurement, poses: &[u32], lost: &[(u32, Unreachable)]) -> Measurement {
     let mut asked = vec![false; measurement.outcomes.len()];
     for &pose in poses {

@@ -273,7 +273,7 @@ fn axis_names() -> Result<Vec<String>, Error> {
     Ok(names)
 }
 
-/// Refuses to replace a file unless told to, and what is no file at all events.
+/// Refuses to replace a file unless `force`, and a folder or device always.
 fn refuse_existing(path: &Path, force: bool) -> Result<(), Error> {
     let unwritable = |e| Error::output(path, format!("cannot write this file: {e}"));
     let exists = files::destination(path).map_err(unwritable)?.exists();

@@ -133,7 +133,7 @@ fn diagram(dir: &Path, material: &str) -> PathBuf {
     dir.join(crate::report::file_stem(material) + ".svg")
 }
 
-/// Why a material could not be built: as its keys have been checked, most likely a file of it.
+/// The error of a material that could not be built: its keys are checked, so a file is at fault.
 fn unusable(plan: &MomentsPlan, failure: &Failure, source: &Source) -> Error {
     let material = plan.materials.iter().find(|m| m.name == failure.job);
     let files = material.map(|m| m.spec.tables().files).unwrap_or_default();
@@ -149,7 +149,7 @@ fn unusable(plan: &MomentsPlan, failure: &Failure, source: &Source) -> Error {
     Error::config(source.name(), message)
 }
 
-/// The files of an output folder: table, JSON, then one diagram a material.
+/// The files of an output folder: table, JSON, then one diagram per material.
 fn names(plan: &MomentsPlan, dir: &Path) -> Vec<PathBuf> {
     let mut names: Vec<_> = ["profiles.csv", "profiles.json", "config.toml"]
         .map(|name| dir.join(name))
@@ -172,7 +172,7 @@ fn text(body: impl FnOnce(&mut Vec<u8>) -> io::Result<()>) -> Result<String, Err
     String::from_utf8(out).map_err(|e| Error::Internal(e.to_string()))
 }
 
-/// Keeps what is told.
+/// Observer that keeps profiles and failures.
 #[derive(Default)]
 struct Collect {
     profiles: Vec<MaterialProfiles>,

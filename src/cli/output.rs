@@ -37,7 +37,7 @@ impl OutputArgs {
             .map_or(Ok(()), |path| refuse_existing(path, self.force))
     }
 
-    /// Where results go, for messages.
+    /// The output file, or `stdout`, for messages.
     pub(super) fn place(&self) -> &Path {
         self.output.as_deref().unwrap_or(Path::new("stdout"))
     }

@@ -23,7 +23,7 @@ use std::path::{Path, PathBuf};
 /// Pixels along each side of the picture.
 const PICTURE: usize = 200;
 
-/// Points a pixel.
+/// Points per pixel.
 const SAMPLES: usize = 64;
 
 /// Makes a BRDF of readings, and says what it was made of
@@ -93,7 +93,7 @@ fn symmetry(text: &str) -> Result<Symmetry, ParameterError> {
     Ok(symmetry)
 }
 
-/// What a reconstruction is compared with.
+/// The truth that a reconstruction is compared with, and the test pairs.
 struct Truth {
     brdf: Box<dyn Brdf>,
     metrics: MetricsSpec,
@@ -150,7 +150,7 @@ impl Reconstruct {
         Err(Error::config("--parametrization", message))
     }
 
-    /// The measurement, and what was peculiar about its file.
+    /// The measurement, and notes on its file.
     fn read(&self) -> Result<(Measurement, String), Error> {
         let (text, read) = read_as(&self.measurements, &READ_READINGS)?;
         let name = self.measurements.display().to_string();
@@ -216,7 +216,7 @@ impl Reconstruct {
 /// An angle of a pose, rad.
 type Angle = fn(&Pose) -> f64;
 
-/// What a BRDF is made of: readings, holes and why, and which angles they cover.
+/// Text about a measurement: its readings, its holes with their reasons, the angles they cover.
 fn material_of(measurement: &Measurement) -> String {
     let schedule = &measurement.schedule;
     let form = &schedule.parametrization;
@@ -277,7 +277,7 @@ fn material_of(measurement: &Measurement) -> String {
     text
 }
 
-/// The errors against a truth, both measures.
+/// Prints the errors against a truth under both measures.
 fn compare(brdf: &dyn Brdf, truth: &Truth) -> Result<(), Error> {
     let mut text = Columns::new(
         "measure\t>nrmse\t>log_relative\t>log1p\t>cbrt\t>mean_relative\t>max_relative",

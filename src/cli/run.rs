@@ -20,7 +20,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::SystemTime;
 
-/// Where runs go that name no folder.
+/// Folder of runs that name none.
 const RUNS: &str = "runs";
 
 #[derive(Debug, Args)]
@@ -52,22 +52,22 @@ pub(super) struct Run {
     quiet: bool,
 }
 
-/// A kind of experiment as the command shows it: who listens to a run, and what its end writes.
+/// A kind of experiment as commands show it: observers of a run, and output at its end.
 pub(super) trait Shown: Experiment {
-    /// Those who listen beside the progress bar and the records' file.
+    /// Observers beside the progress bar and the file of records.
     ///
     /// # Errors
-    /// Those of building what they need.
+    /// Errors of building what the observers need.
     fn listeners<'a>(
         &'a self,
         folder: &'a RefCell<RunFolder<Self::Record>>,
         context: &RunContext,
     ) -> Result<Vec<Box<dyn Observer<Self::Record> + 'a>>, Error>;
 
-    /// Prints what the records say, and writes their tables and pictures.
+    /// Prints a summary of the records, and writes their tables and pictures.
     ///
     /// # Errors
-    /// Those of drawing, printing and writing.
+    /// Errors of drawing, printing and writing.
     fn conclude(&self, folder: &mut RunFolder<Self::Record>, end: &End<'_>) -> Result<(), Error>;
 }
 
@@ -75,13 +75,13 @@ pub(super) trait Shown: Experiment {
 pub(super) struct RunContext {
     /// Set when the run shall stop.
     pub(super) stop: Arc<AtomicBool>,
-    /// Nothing but errors shall be told.
+    /// True if only errors are told.
     pub(super) quiet: bool,
     /// The part that is run.
     pub(super) shard: Option<Shard>,
 }
 
-/// How a run ended.
+/// The end of a run: keys and status.
 pub(super) struct End<'a> {
     /// Keys of the records of the plan, or of its part, in their order.
     pub(super) keys: &'a [RowKey],
@@ -95,7 +95,7 @@ pub(super) struct End<'a> {
     pub(super) whole: bool,
 }
 
-/// What commands do with an experiment of any kind.
+/// Commands on an experiment of any kind.
 pub(super) trait Runnable {
     /// `gonio run`.
     fn run(&self, command: &Run, source: &Source, started: SystemTime) -> Result<(), Error>;
@@ -245,7 +245,7 @@ impl Run {
         Ok(())
     }
 
-    /// What the folder of this run is called unless it is named.
+    /// Default name of this run's folder.
     fn stem(&self) -> String {
         let stem = self.config.config.file_stem().unwrap_or("run".as_ref());
         let stem = stem.to_string_lossy();
@@ -256,7 +256,7 @@ impl Run {
     }
 }
 
-/// The manifest of a run or of what was put together.
+/// The manifest of a run or of a merged one.
 pub(super) fn manifest<E: Experiment>(
     plan: &E,
     source: &Source,
@@ -305,7 +305,7 @@ fn list<E: Experiment>(plan: &E, shard: Option<Shard>, dir: &Path) -> Result<(),
     print(&out)
 }
 
-/// Tells which materials a config names in vain.
+/// Writes the materials that a config names but its folder lacks to stderr.
 pub(super) fn tell_missing(names: &[String]) {
     if !names.is_empty() {
         let list = names.join(", ");

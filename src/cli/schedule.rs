@@ -110,7 +110,7 @@ impl Schedule {
         write.map_err(|e| Error::output(&self.output, e))
     }
 
-    /// The schedules that the options leave.
+    /// The schedules that the options select.
     fn choose<'a>(
         &self,
         plan: &'a Plan,
@@ -182,7 +182,7 @@ impl Schedule {
         Ok(keys)
     }
 
-    /// Allowances that the options leave.
+    /// The allowances that the options select.
     fn allowances(&self, plan: &Plan) -> Result<Vec<Allowance>, Error> {
         let all = plan.allowances();
         let budget = self.budget.map(Allowance::Poses);
@@ -210,7 +210,7 @@ impl Schedule {
         })
     }
 
-    /// The instruments that the options leave; none: the poses as they are.
+    /// The instruments that the options select; none: the poses as they are.
     fn instruments(&self, plan: &Plan) -> Result<Vec<PlannedInstrument>, Error> {
         let Some(name) = &self.instrument else {
             let mut instruments = plan.instruments.clone();
@@ -283,10 +283,10 @@ impl Schedule {
     }
 }
 
-/// How many poses a sentence names.
+/// Most poses that a sentence names.
 const NAMED: usize = 5;
 
-/// Which poses an instrument cannot take, in a sentence.
+/// A sentence about the poses an instrument cannot take.
 pub(super) fn out_of_reach(itinerary: &Itinerary) -> String {
     let all = itinerary.visits.len() + itinerary.unreachable.len();
     let first = itinerary.unreachable.iter().take(NAMED);
@@ -338,7 +338,7 @@ fn unknown(option: &str, name: &str, allowed: impl Iterator<Item = String>) -> E
     )
 }
 
-/// What a choice among schedules is about.
+/// A sentence about the options that tell several schedules apart.
 fn several(keys: &[ScheduleKey<'_>], plan: &Plan) -> String {
     let mut options: Vec<(&str, Vec<String>)> = vec![];
     // Each once, in the order of the config.

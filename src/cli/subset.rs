@@ -142,7 +142,7 @@ fn background() -> Result<Vec<crate::geometry::DirectionPair>, Error> {
     test_pairs(Measure::Cosine, &spec).map_err(|e| Error::Internal(e.to_string()))
 }
 
-/// What every preset makes of it.
+/// Name of every preset, and the part of the box it can reach.
 fn reaches(subset: &LightPaths) -> Result<Vec<(String, Reach)>, Error> {
     let presets = instrument::presets();
     let reaches = presets.iter().map(|preset| {

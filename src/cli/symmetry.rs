@@ -56,7 +56,7 @@ impl SymmetryArgs {
         )))
     }
 
-    /// What is said about one material.
+    /// The report on one material.
     fn sheet(&self, material: &Material, brdf: &dyn Brdf, laws: &[Law; 3]) -> String {
         let favours = material.spec.favours();
         let mut text = format!(

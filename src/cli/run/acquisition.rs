@@ -1,4 +1,4 @@
-//! What a run of an acquisition prints, draws and writes.
+//! Observers and output of an acquisition.
 
 use super::{End, RunContext, Shown};
 use crate::cli::print;
@@ -92,7 +92,7 @@ fn gathered(
     Ok((Vec::new(), Vec::new()))
 }
 
-/// Prints a line a schedule and material.
+/// Prints a line per schedule and material.
 struct Lines(Table);
 
 impl Observer<Row> for Lines {
@@ -157,7 +157,7 @@ impl Observer<Row> for Asked<'_> {
     }
 }
 
-/// Draws materials for the report.
+/// Observer that draws materials for the report.
 struct Drawn<'a> {
     studio: Studio<'a>,
     folder: &'a RefCell<Folder>,

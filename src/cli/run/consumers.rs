@@ -1,4 +1,4 @@
-//! Who listens to a run: the bar on stderr, the file of records, and what a kind of experiment adds.
+//! Observers of a run: progress bar on stderr, file of records, and those of its kind.
 
 use crate::cli::say;
 use crate::error::Error;
@@ -11,7 +11,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
-/// Everyone who listens to a run.
+/// All observers of a run, as one.
 pub(super) struct Consumers<'a, R> {
     pub(super) stop: Arc<AtomicBool>,
     pub(super) progress: Progress,
@@ -45,7 +45,7 @@ impl<R> Observer<R> for Consumers<'_, R> {
     }
 }
 
-/// The bar on stderr, with the time left; nothing if stderr is no terminal or nothing shall be seen.
+/// The progress bar on stderr, with the time left; none if stderr is no terminal or in quiet runs.
 /// Failures are told in any case.
 pub(super) struct Progress {
     bar: ProgressBar,
@@ -87,7 +87,7 @@ impl Progress {
     }
 }
 
-/// Appends records to their file.
+/// Observer that appends records to their file.
 pub(super) struct Files<'a, R>(pub(super) &'a RefCell<RunFolder<R>>);
 
 impl<R: Record> Observer<R> for Files<'_, R> {

@@ -1,4 +1,4 @@
-//! What a run of a moment experiment prints, draws and writes.
+//! Observers and output of a moment experiment.
 
 use super::{End, RunContext, Shown};
 use crate::cli::{print, say};
@@ -75,14 +75,14 @@ fn range(plan: &MomentsPlan) -> Result<ViewRange, Error> {
     range.map_err(|e| Error::Internal(e.to_string()))
 }
 
-/// The fits of a material, one a channel.
+/// The fits of a material, one per channel.
 fn fits(plan: &MomentsPlan, of: &MaterialProfiles, range: ViewRange) -> Vec<ProfileFits> {
     let tolerance = plan.moments.estimator.tolerance();
     let fit = |i| ProfileFits::new(of, i, range, tolerance);
     (0..of.profiles.len()).map(fit).collect()
 }
 
-/// What there is, put together by kind.
+/// Groups of materials by kind, in the order of their first member.
 fn groups(plan: &MomentsPlan, materials: &[MaterialProfiles], range: ViewRange) -> Vec<Group> {
     let group = |name: String| {
         let members: Vec<_> = materials.iter().filter(|m| m.group == name).collect();
@@ -99,7 +99,7 @@ fn groups(plan: &MomentsPlan, materials: &[MaterialProfiles], range: ViewRange) 
     groups.filter(|group| !group.fits.is_empty()).collect()
 }
 
-/// Prints a line a material.
+/// Prints a line per material.
 struct Lines<'a>(&'a MomentsPlan, ViewRange);
 
 impl Observer<MaterialProfiles> for Lines<'_> {
@@ -117,7 +117,7 @@ impl Observer<MaterialProfiles> for Lines<'_> {
     }
 }
 
-/// A material of the table that is printed while materials are analysed.
+/// A line of the table that is printed while materials are analysed.
 fn line(fits: &[ProfileFits], seconds: f64) -> String {
     let Some(first) = fits.first() else {
         return String::new();
@@ -151,7 +151,7 @@ fn line(fits: &[ProfileFits], seconds: f64) -> String {
 const HEAD: &str =
     "  material                     mean slope   variance          knots   clamped  unresolved\n";
 
-/// Materials as spheres.
+/// Drawing of materials as spheres.
 mod spheres {
     use super::Folder;
     use crate::brdf::{Brdf, BuildError};
@@ -167,7 +167,7 @@ mod spheres {
     /// Pixels along each side of a sphere.
     const SPHERE: usize = 200;
 
-    /// Points a pixel.
+    /// Points per pixel.
     const SAMPLES: usize = 256;
 
     /// View elevation and azimuth (deg) of the filters that are drawn on it.
@@ -177,9 +177,9 @@ mod spheres {
     pub(super) struct Spheres<'a> {
         plan: &'a MomentsPlan,
         folder: &'a RefCell<Folder>,
-        /// Built when the first sphere needs it.
+        /// The lighting, built when the first sphere needs it.
         light: Option<Box<dyn Lighting>>,
-        /// The profiles that were told last.
+        /// The profiles of the last material.
         last: Option<MaterialProfiles>,
     }
 
@@ -197,7 +197,7 @@ mod spheres {
             format!("sphere-{}", file_stem(name))
         }
 
-        /// What a picture was drawn of: another material may come under the same name.
+        /// A comment in the SVG that names its material by hash: another may have the same name.
         fn mark(material_key: &str) -> String {
             format!("<!-- material {material_key} -->\n")
         }

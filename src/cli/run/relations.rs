@@ -1,4 +1,4 @@
-//! What a run of relations prints, draws and writes.
+//! Observers and output of an experiment of kind `relations`.
 
 use super::{End, RunContext, Shown};
 use crate::cli::print;
@@ -40,7 +40,7 @@ impl Shown for RelationsPlan {
     }
 }
 
-/// Prints a line a relation.
+/// Prints a line per relation.
 struct Lines;
 
 impl Observer<MaterialRelations> for Lines {
