@@ -16,14 +16,14 @@ use crate::sampling::{Random, RandomStream};
 use crate::schedule::{Itinerary, MAX_AXES, Positions, Schedule};
 use rand_distr::{Distribution, StandardNormal};
 
-/// Which parts of an instrument are simulated. What is left out costs nothing.
+/// The parts of an instrument that are simulated. Parts left out cost nothing.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Parts {
-    /// It cannot reach every pose.
+    /// True if ranges of axes, collisions and limits of angles are respected.
     pub limits: bool,
-    /// Light and sensor have a width.
+    /// True if light and sensor have finite apertures.
     pub apertures: bool,
-    /// Positions, lamp, tile and sensor have errors.
+    /// True if positions, lamp, tile and sensor have errors.
     pub noise: bool,
 }
 
@@ -34,7 +34,7 @@ impl Parts {
         apertures: true,
         noise: true,
     };
-    /// Nothing but its axes and its time.
+    /// No part beyond axes and motion.
     pub const NONE: Parts = Parts {
         limits: false,
         apertures: false,
@@ -54,17 +54,17 @@ pub struct Bench {
     machine: Machine,
     motion: Motion,
     optics: Optics,
-    /// The whole instrument, for what depends on its spots on the sample.
+    /// Specification, for the spots on the sample.
     spec: InstrumentSpec,
     parts: Parts,
     errors: Option<Errors>,
 }
 
-/// What is wrong with it, drawn once.
+/// Errors of a realisation, drawn once.
 #[derive(Debug)]
 struct Errors {
     detector: Detector,
-    /// The tile's reflectance over what its certificate says.
+    /// Ratio of the tile's reflectance to its certified one.
     tile: f64,
     tile_uncertainty: f64,
     /// Relative change of the lamp in an hour.
@@ -72,21 +72,21 @@ struct Errors {
     drift_uncertainty: f64,
     /// Offset of every axis, rad.
     offsets: Positions,
-    /// For derivatives by position, which need not be as good as values.
+    /// Apertures for derivatives by position, with a looser tolerance than for values.
     rough: Optics,
 }
 
-/// Streams of a realisation. Sample sets take the streams of their seed from 0 on, one a point that is
-/// tried; seeds are often the same, and what is drawn from them must not be.
+/// Streams of a realisation. Sample sets take the streams of their seed from 0 on, one per point
+/// that is tried; seeds are often equal, and the numbers drawn from them must not be.
 const TILE: u64 = 1 << 48;
 const DRIFT: u64 = TILE + 1;
 const AXES: u64 = TILE + 2;
 
-/// Streams of the noise of a session, one a pose.
+/// Streams of the noise of a session, one per pose.
 const NOISE: u64 = 2 << 48;
 
-/// What the averages that a derivative is made of may cost: eight of them go into the uncertainty of
-/// one reading, which needs no third digit.
+/// Tolerance of the averages in a derivative: eight of them go into the uncertainty of one reading,
+/// which needs no third digit.
 const ROUGH: Tolerance = Tolerance {
     relative: 3e-2,
     absolute: 1e-12,
@@ -158,15 +158,15 @@ impl Bench {
         &self.machine
     }
 
-    /// When it visits the poses of a schedule, and which it cannot take. A pose may be turned about
-    /// the normal if the schedule takes the material to be isotropic. The errors of a realisation
-    /// do not matter.
+    /// Its visits to the poses of a schedule, with times in s, and the unreachable poses. A pose
+    /// may be turned about the normal if the schedule takes the material to be isotropic. The
+    /// errors of a realisation do not matter.
     pub fn plan(&self, schedule: &Schedule, order: Order) -> Itinerary {
         self.motion
             .itinerary(&self.machine, &self.spec.name, schedule, order)
     }
 
-    /// The same for the poses with these numbers, in this order.
+    /// [`plan`](Self::plan) for the poses with these numbers, in this order.
     pub fn plan_given(&self, schedule: &Schedule, poses: &[u32]) -> Itinerary {
         self.motion
             .given(&self.machine, &self.spec.name, schedule, poses)

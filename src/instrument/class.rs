@@ -1,4 +1,4 @@
-//! Kinematic classes: which axes there are, what hangs from which, and which positions make a pair.
+//! Kinematic classes: their axes, how these hang from each other, and their inverse kinematics.
 //!
 //! Lab frame: right-handed, fixed. While every axis stands at 0, the light, the sensor and the
 //! sample normal all point along lab z, and the sample's tangent t along lab x. An axis turns what
@@ -18,7 +18,7 @@ use std::fmt::Debug;
 /// An axis that a class requires.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AxisTemplate {
-    /// What it is called in the class's description; a preset may name it otherwise.
+    /// Name in the class's description; a preset may give another.
     pub role: &'static str,
     /// Number of the axis it is mounted on, `None` for the base.
     pub parent: Option<usize>,
@@ -28,10 +28,10 @@ pub struct AxisTemplate {
 
 /// A kinematic class: a topology and its inverse kinematics.
 pub trait Class: Debug + Send + Sync {
-    /// The name a preset writes.
+    /// Name in instrument files.
     fn name(&self) -> &'static str;
 
-    /// One line for lists.
+    /// One-line description for lists.
     fn summary(&self) -> &'static str;
 
     /// The axes, in the order of [`Positions`]; parents come before their children.
@@ -53,11 +53,11 @@ pub trait Class: Debug + Send + Sync {
 /// The axes that light, sensor and sample hang from; `None` is the base.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Ends {
-    /// Of the light.
+    /// Position of the light's axis in [`Class::axes`].
     pub light: Option<usize>,
-    /// Of the sensor.
+    /// Position of the sensor's axis.
     pub sensor: Option<usize>,
-    /// Of the sample.
+    /// Position of the sample's axis.
     pub sample: Option<usize>,
 }
 

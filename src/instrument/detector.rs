@@ -1,4 +1,4 @@
-//! From light to electrons to a value.
+//! The sensor: from light to electrons to a value.
 //!
 //! The signal S = ⟨f_r cos θ_i⟩ frees S · `reference_rate` / f_tile electrons a second, f_tile =
 //! reflectance/π: the rate is that of the tile with light and sensor at the normal. An exposure of
@@ -43,12 +43,12 @@ pub(super) struct Detector {
     exposures: Vec<f64>,
 }
 
-/// What a sensor says of one signal.
+/// A sensor's estimate of a signal.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Signal {
     /// ⟨f_r cos θ_i⟩, sr⁻¹; a lower bound if saturated.
     pub value: f64,
-    /// Variance of its scatter, estimated from the count.
+    /// Variance of its scatter, sr⁻², estimated from the count.
     pub variance: f64,
     pub saturated: bool,
 }
@@ -70,7 +70,7 @@ impl Detector {
         }
     }
 
-    /// One count.
+    /// Electrons counted in one exposure of this mean: with noise, rounded, at most full scale.
     fn count(&self, mean: f64, noise: &mut RandomStream) -> f64 {
         // Far beyond full scale every mean gives the same count.
         let mean = mean.clamp(0.0, 4.0 * self.full_scale + 1000.0);

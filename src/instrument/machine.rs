@@ -1,4 +1,4 @@
-//! The moving parts: a chain of rotation axes, its class, and what it cannot reach.
+//! The moving parts: a chain of rotation axes, its class and its limits.
 
 use super::class::{Class, Ends};
 use super::spec::{BASE, InstrumentSpec, LIGHT, SENSOR};
@@ -8,20 +8,20 @@ use crate::schedule::{MAX_AXES, Positions, Unreachable};
 use glam::{DMat3, DVec3};
 use std::f64::consts::TAU;
 
-/// How far beyond a limit rounding may put a position or an angle that lies on it, rad: an inverse
-/// makes a dozen roundings of numbers of size π. Positions are put back onto their limit.
+/// Rounding that is allowed beyond a limit, rad: an inverse makes a dozen roundings of numbers of
+/// size π. Positions are put back onto their limit.
 const SLACK: f64 = 1e-13;
 
-/// One axis, angles in radians.
+/// A rotation axis, angles in radians.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Axis {
     /// Its name.
     pub name: String,
     /// Lowest and highest position, rad.
     pub range: [f64; 2],
-    /// rad/s.
+    /// Highest speed, rad/s.
     pub speed: f64,
-    /// rad/s².
+    /// Acceleration and deceleration, rad/s².
     pub acceleration: f64,
     /// Smallest step, rad; 0: none.
     pub resolution: f64,
@@ -49,21 +49,21 @@ impl Axis {
     }
 }
 
-/// Something that points away from the sample and turns with an axis (`None`: the base).
+/// A direction away from the sample that turns with an axis (`None`: fixed to the base).
 #[derive(Clone, Copy, Debug)]
 struct Mount {
     axis: Option<usize>,
     vector: DVec3,
 }
 
-/// Two parts that must keep apart, and how far, rad.
+/// Two parts and the smallest angle between them, rad.
 #[derive(Clone, Debug)]
 struct Collision {
     between: [Mount; 2],
     angle_min: f64,
 }
 
-/// What cannot be reached, rad.
+/// Limits of angles and collisions, rad.
 #[derive(Clone, Debug)]
 struct Limits {
     theta_i_max: f64,
@@ -143,7 +143,7 @@ impl Machine {
         })
     }
 
-    /// The same chain, able to reach everything: [`place`](Self::place) gives the preferred
+    /// The chain without limits: [`place`](Self::place) gives the preferred
     /// solution of every pair.
     #[must_use]
     pub fn without_limits(self) -> Self {
@@ -198,7 +198,7 @@ impl Machine {
         found.unwrap_or(Err(Unreachable::AxisRange(0)))
     }
 
-    /// The solution with its positions in their ranges, or what forbids it.
+    /// The solution with its positions in their ranges, or the reason that forbids it.
     fn admit(&self, solution: &Positions) -> Result<Positions, Unreachable> {
         let Some(limits) = &self.limits else {
             return Ok(*solution);
@@ -251,7 +251,7 @@ impl Limits {
     }
 }
 
-/// The frame of what hangs from an axis.
+/// The frame of parts mounted on an axis (`None`: the base).
 fn mounted(rotations: &[DMat3; MAX_AXES], axis: Option<usize>) -> DMat3 {
     axis.map_or(DMat3::IDENTITY, |axis| rotations[axis])
 }

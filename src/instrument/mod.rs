@@ -1,4 +1,4 @@
-//! What a bench would report.
+//! Virtual instruments: measurements of a BRDF along a schedule.
 //!
 //! [`Ideal`] has its arms at exactly the asked directions, a point source, a point detector and no
 //! noise: its reading is the BRDF itself, bit for bit, at the cost of evaluating it.

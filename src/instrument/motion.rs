@@ -1,4 +1,4 @@
-//! When each pose of a path is read.
+//! Times of the visits along a path.
 //!
 //! # The model
 //!
@@ -43,7 +43,7 @@ pub type Stop = (u32, Positions);
 /// Visits of the shortest sweep: two poses are a move and no sweep.
 const SWEEP: usize = 3;
 
-/// Everything that takes time.
+/// The durations of moves, settling, exposures and calibrations.
 #[derive(Clone, Debug)]
 pub struct Motion {
     travel: Travel,
@@ -82,22 +82,22 @@ impl Motion {
         }
     }
 
-    /// Its metric of travel times.
+    /// Metric of travel times.
     pub fn travel(&self) -> &Travel {
         &self.travel
     }
 
-    /// Where the axes stand in the beginning.
+    /// Positions of the axes at the start, rad.
     pub fn rest(&self) -> &Positions {
         &self.rest
     }
 
-    /// All exposures of one pose, s.
+    /// Sum of the exposures of one pose, s.
     pub fn exposure_seconds(&self) -> f64 {
         self.exposure
     }
 
-    /// The visits of a path exactly as it is. Its numbers are those of the schedule's poses.
+    /// The visits of a path in its order, with their times. Its numbers are those of poses.
     pub fn timed(&self, schedule: &Schedule, path: &[Stop]) -> Vec<Visit> {
         let mut log = Log::new(self, schedule, path.len());
         let mut here = &self.rest;
@@ -139,7 +139,7 @@ impl Motion {
         }
     }
 
-    /// The axis that alone moves, and its way.
+    /// The only axis that moves, and its way, rad; `None` if several or none do.
     fn only_axis(&self, from: &Positions, to: &Positions) -> Option<(usize, f64)> {
         let ways = (0..MAX_AXES).map(|j| (j, self.travel.way(j, from, to)));
         let mut moving = ways.filter(|(_, way)| way.abs() > STILL);
@@ -147,7 +147,7 @@ impl Motion {
         moving.next().is_none().then_some(first)
     }
 
-    /// How many steps from the beginning of `path` on go along one axis in one direction.
+    /// Number of steps at the beginning of `path` that go along one axis in one direction.
     fn run(&self, path: &[Stop]) -> usize {
         let mut steps = path.windows(2).map(|w| self.only_axis(&w[0].1, &w[1].1));
         let Some(Some((axis, way))) = steps.next() else {
@@ -215,7 +215,7 @@ pub(super) fn exposures(detector: &DetectorSpec) -> impl Iterator<Item = f64> {
     (0..detector.exposures).map(move |k| shortest * (longest / shortest).powf(k as f64 / steps))
 }
 
-/// The visits so far.
+/// The visits so far, and the clock.
 struct Log<'a> {
     motion: &'a Motion,
     schedule: &'a Schedule,
@@ -226,7 +226,7 @@ struct Log<'a> {
     calibration: f64,
     /// The end of the last calibration, s.
     calibrated: f64,
-    /// The light of the block at hand.
+    /// Light direction of the current block.
     light: DVec3,
 }
 

@@ -1,4 +1,4 @@
-//! What finite apertures do to a reading.
+//! Averages of a BRDF over finite apertures.
 //!
 //! Light arrives from a cap of directions around ω_i and is collected over a cap around ω_o, both
 //! evenly per solid angle. A reading is relative to a Lambertian tile under the same apertures, so
@@ -36,7 +36,7 @@ use disk::{Disk, PRODUCTS, Rules};
 use lens::Lens;
 use lobe::{Peak, PeakKind};
 
-/// How good an average has to be.
+/// Tolerance and cost limit of an average.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Tolerance {
     /// Largest error relative to the value, in (0, 0.1].
@@ -80,7 +80,7 @@ pub struct Average {
     pub error: ChannelValues,
     /// Part of an aperture is below the horizon.
     pub clipped: bool,
-    /// Values of the BRDF it cost.
+    /// Number of evaluations of the BRDF.
     pub evaluations: usize,
 }
 
@@ -95,7 +95,8 @@ pub struct Optics {
 }
 
 impl Optics {
-    /// From the half-angles of source and detector, rad, in [0, 0.5]; 0 is a single direction.
+    /// The apertures of these half-angles of source and detector, rad, in [0, 0.5]; 0 is a single
+    /// direction.
     pub fn new(source: f64, detector: f64, tolerance: Tolerance) -> Self {
         Self {
             source,
@@ -155,7 +156,7 @@ impl Optics {
         self.rules.means(&light)[1] * self.rules.means(&sensor)[0]
     }
 
-    /// The best estimate.
+    /// The estimate of the cheapest rule that is within the tolerance, else of the best one.
     fn best(
         &self,
         brdf: &dyn Brdf,
@@ -222,7 +223,7 @@ impl Optics {
         f64::EPSILON > 1e-3 * smaller * pair.half().length()
     }
 
-    /// The best estimate from products alone, over what is above the horizon. Models
+    /// The best estimate from products alone, over directions above the horizon. Models
     /// diverge where both directions are on the horizon; a difference of two orders is then no better
     /// than the one before.
     fn products(&self, brdf: &dyn Brdf, disks: &[Disk; 2], work: &mut Workspace) -> Estimate {
@@ -240,7 +241,8 @@ impl Optics {
     }
 }
 
-/// What a step of higher degree gains for sure, away from a peak and on one: less is luck.
+/// Smallest factor by which a step of higher degree is taken to reduce differences, away from a
+/// peak and on one: less is luck.
 const LEAST_GAIN: [f64; 2] = [0.25, 0.5];
 
 /// Half width of a peak, over the sum of the apertures, below which cells must shrink towards it.
@@ -279,12 +281,12 @@ impl Estimate {
         Self { sums, error }
     }
 
-    /// Every channel is within the tolerance.
+    /// True if every channel is within the tolerance.
     fn good(&self, tolerance: &Tolerance) -> bool {
         self.excess(tolerance) <= 1.0
     }
 
-    /// The largest error over its bound.
+    /// Largest ratio of a channel's error to its bound.
     fn excess(&self, tolerance: &Tolerance) -> f64 {
         let value = self.sums.view();
         let allowed = |c: usize| tolerance.relative * value.ratio(c).abs() + tolerance.absolute;

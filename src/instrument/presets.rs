@@ -1,4 +1,4 @@
-//! The instruments that come with the program, and how any instrument file is read.
+//! The instruments that come with the program, and reading of instrument files.
 
 use super::spec::InstrumentSpec;
 use crate::registry::{self, ReadError, Table};
@@ -10,7 +10,7 @@ use toml::de::{DeTable, DeValue};
 pub struct Preset {
     /// Its name.
     pub name: &'static str,
-    /// Its file.
+    /// Text of its file, TOML.
     pub text: &'static str,
 }
 
@@ -60,7 +60,7 @@ pub fn read_table(table: Table<'_>) -> Result<InstrumentSpec, ReadError> {
     }
 }
 
-/// Where a path like `axis[1].min_deg` stands, as far as it is written.
+/// Range in the text of a path like `axis[1].min_deg`, or of its innermost table that is written.
 fn place(root: &Table<'_>, path: &str) -> Option<Range<usize>> {
     let mut table = root.get_ref();
     let mut span = None;

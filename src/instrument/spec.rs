@@ -1,15 +1,15 @@
-//! What the TOML file of an instrument says: every key with its value, in the units of the file.
+//! Specification of an instrument: every key of its TOML file, in the units of the file.
 
 mod checks;
 mod origins;
 
 use serde::{Deserialize, Serialize};
 
-/// What an axis or body names to be mounted on nothing that moves.
+/// Name of the fixed base as parent of axes and bodies.
 pub(super) const BASE: &str = "base";
-/// What a collision calls the light.
+/// Name of the light in collisions.
 pub(super) const LIGHT: &str = "light";
-/// What a collision calls the sensor.
+/// Name of the sensor in collisions.
 pub(super) const SENSOR: &str = "sensor";
 
 /// An instrument as its file describes it. Keys that end in `_deg` are degrees, `_mm` millimetres,
@@ -19,7 +19,7 @@ pub(super) const SENSOR: &str = "sensor";
 pub struct InstrumentSpec {
     /// Its name in results and files: letters, digits, `-`, `_`.
     pub name: String,
-    /// One sentence for `gonio list`.
+    /// Description in one sentence, for `gonio list`.
     pub about: String,
     /// Name of its kinematic class, see [`classes`](super::classes).
     pub class: String,
@@ -28,23 +28,23 @@ pub struct InstrumentSpec {
     /// Further solid parts that a collision can name.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub body: Vec<BodySpec>,
-    /// What it cannot reach.
+    /// Limits beside the ranges of its axes.
     #[serde(default)]
     pub limits: LimitsSpec,
     /// Its light.
     pub source: SourceSpec,
     /// Its sensor.
     pub detector: DetectorSpec,
-    /// What takes time beside motion.
+    /// Scan mode, and times beside motion.
     pub timing: TimingSpec,
-    /// How signals become values.
+    /// Reference tile and its readings.
     pub calibration: CalibrationSpec,
-    /// Where the numbers come from.
+    /// Sources of the numbers.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub provenance: Vec<Provenance>,
 }
 
-/// One rotation axis.
+/// A rotation axis.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct AxisSpec {
@@ -89,7 +89,7 @@ pub struct BodySpec {
     pub direction: [f64; 3],
 }
 
-/// What the instrument cannot reach, beside the ranges of its axes.
+/// Limits of an instrument beside the ranges of its axes.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct LimitsSpec {
@@ -133,7 +133,7 @@ pub struct SourceSpec {
     pub half_angle_deg: f64,
     /// Diameter of the beam.
     pub beam_mm: f64,
-    /// Standard deviation of its relative change in an hour.
+    /// Standard deviation of its relative change in one hour.
     #[serde(default)]
     pub drift_per_hour: f64,
 }
@@ -166,7 +166,7 @@ pub struct DetectorSpec {
     pub exposure_max_s: f64,
 }
 
-/// What takes time beside motion and exposures.
+/// Scan mode, and times beside motion and exposures.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct TimingSpec {
@@ -181,17 +181,17 @@ pub struct TimingSpec {
     pub sample_rate_hz: Option<f64>,
 }
 
-/// Whether the arms stop to read.
+/// Scan mode.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Scan {
-    /// At every pose.
+    /// The arms stop at every pose.
     Stop,
     /// Visits that follow each other along one axis in one direction are read in one sweep.
     Fly,
 }
 
-/// How signals become values: relative to a diffuse tile of known reflectance.
+/// Calibration: signals become values relative to a diffuse tile of known reflectance.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct CalibrationSpec {
@@ -201,11 +201,11 @@ pub struct CalibrationSpec {
     pub uncertainty: f64,
     /// Time between two readings of the tile; 0: only one, before the start.
     pub every_minutes: f64,
-    /// Time one takes.
+    /// Time of one reading of the tile.
     pub seconds: f64,
 }
 
-/// Where numbers come from.
+/// Source of some numbers.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Provenance {
@@ -213,19 +213,19 @@ pub struct Provenance {
     /// one name or key: `axis.*.speed_deg_per_s`, `timing.*`. Of several entries about a key the
     /// first counts.
     pub fields: Vec<String>,
-    /// How sure this is.
+    /// Kind of source.
     pub tag: Tag,
     /// The publication, or why this value.
     pub source: String,
 }
 
-/// How sure a number is.
+/// Kind of source of a number.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Tag {
-    /// In a publication.
+    /// Read in a publication.
     Published,
-    /// From memory of one.
+    /// Recalled from a publication.
     Recalled,
     /// A usual value for this kind of instrument.
     Generic,

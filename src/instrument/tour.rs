@@ -1,4 +1,4 @@
-//! In which order to visit poses: the arms need minutes where a careless order takes hours.
+//! Orders of visits: the arms need minutes where a careless order takes hours.
 //!
 //! The cost of a step is its [`Travel`] time, the path starts at rest and ends anywhere.
 //! Positions that occur more than once are visited one after the other and count as one.
@@ -14,7 +14,7 @@ use serde::{Deserialize, Serialize};
 use sorted::sorted;
 use tree::Tree;
 
-/// How the visits are put in order.
+/// Rule that orders the visits.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Order {
@@ -39,7 +39,7 @@ impl Order {
         Order::TwoOpt,
     ];
 
-    /// The name a config writes.
+    /// Name in configs.
     pub fn name(self) -> &'static str {
         match self {
             Order::AsGenerated => "as-generated",
@@ -49,7 +49,7 @@ impl Order {
         }
     }
 
-    /// One line for lists.
+    /// One-line description for lists.
     pub fn summary(self) -> &'static str {
         match self {
             Order::AsGenerated => "as the schedule numbers them",

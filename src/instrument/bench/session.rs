@@ -1,4 +1,4 @@
-//! One acquisition.
+//! Acquisition: readings of a BRDF along an itinerary, with their uncertainties.
 //!
 //! # What is simulated, and what is stated
 //!
@@ -40,10 +40,10 @@ pub struct Session<'a> {
 /// Visits per parallel task: a lobe costs a thousand times as much as its neighbours.
 const TASK: usize = 32;
 
-/// Visits between two looks at whether to go on.
+/// Visits between two checks for cancellation.
 const SLAB: usize = 16 * TASK;
 
-/// What a bound is divided by to be a standard uncertainty.
+/// √3: a bound divided by it is a standard uncertainty.
 const BOUND: f64 = 1.732_050_807_568_877_2;
 
 /// One reading.
@@ -231,8 +231,8 @@ impl Errors {
 }
 
 impl Session<'_> {
-    /// Measures for as long as `go_on` says so, which is asked every few hundred poses; `None` if it
-    /// did not to the end.
+    /// Measures the poses of the itinerary; `None` if `go_on`, which is asked every few hundred
+    /// poses, returned false.
     pub fn measure_while(
         &self,
         brdf: &dyn Brdf,

@@ -1,4 +1,4 @@
-//! What the inverse kinematics of the classes share.
+//! Solutions that the inverse kinematics of the classes share.
 
 use crate::geometry::{Direction, DirectionPair};
 use crate::numeric::wrap_angle;
@@ -14,7 +14,7 @@ pub(super) struct Aligned {
 }
 
 impl Aligned {
-    /// The same pair with the moving arm at −`angle`: everything turned by π about lab z.
+    /// The solution for the same pair with the moving arm at −`angle`: all turned by π about lab z.
     pub(super) fn mirrored(&self) -> Self {
         let turned = |v: DVec3| DVec3::new(-v.x, -v.y, v.z);
         let m = &self.sample;

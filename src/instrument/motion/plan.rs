@@ -1,4 +1,4 @@
-//! From a schedule to an itinerary.
+//! Planning: from a schedule to an itinerary.
 
 use super::super::machine::Machine;
 use super::super::spec::InstrumentSpec;
@@ -7,10 +7,10 @@ use super::{AxisMotion, Motion, Stop, Travel};
 use crate::schedule::{Itinerary, MAX_AXES, Positions, Schedule, Unreachable};
 use rayon::prelude::*;
 
-/// Name of an order that someone else chose.
+/// Name of the order of a path that the caller gave.
 const GIVEN: &str = "given";
 
-/// Where the machine stands for these poses, and which it cannot take.
+/// Positions of the machine for these poses, and the unreachable poses with their reasons.
 fn placed(
     machine: &Machine,
     schedule: &Schedule,

@@ -1,9 +1,9 @@
-//! How long the axes travel from one set of positions to another.
+//! Travel times of the axes from one set of positions to another.
 
 use crate::schedule::Positions;
 use std::f64::consts::TAU;
 
-/// How one axis moves.
+/// Speed and acceleration of an axis.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AxisMotion {
     /// Highest speed, rad/s, > 0.
@@ -58,7 +58,7 @@ impl Travel {
             .sqrt()
     }
 
-    /// The square of the time each axis needs: comparisons do without the root.
+    /// The square of the time each axis needs, s²: comparisons do without the root.
     #[inline]
     pub(in crate::instrument) fn squares(&self, from: &Positions, to: &Positions) -> Positions {
         self.squares_of(std::array::from_fn(|j| {
@@ -67,7 +67,7 @@ impl Travel {
         }))
     }
 
-    /// The same to the nearest point of a box.
+    /// The squares of the times, s², to the nearest point of a box.
     #[inline]
     pub(in crate::instrument) fn squares_to_box(
         &self,

@@ -104,7 +104,7 @@ impl<'a> Groups<'a> {
     }
 }
 
-/// Memory that readings share, one a thread.
+/// Buffers that readings share, one per thread.
 #[derive(Debug, Default)]
 pub struct Workspace {
     pairs: Vec<DirectionPair>,
@@ -119,7 +119,7 @@ pub struct Workspace {
 }
 
 impl Workspace {
-    /// Values of the BRDF since it was made.
+    /// Evaluations of the BRDF since it was made.
     pub(super) fn evaluations(&self) -> usize {
         self.evaluations
     }

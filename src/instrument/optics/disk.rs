@@ -50,7 +50,7 @@ impl Disk {
         self.centre * (1.0 - 0.5 * rr) + (self.down * x + self.level * y) * side
     }
 
-    /// Nodes and weights of a rule of degree 2n − 1 over what is above the horizon.
+    /// Nodes and weights of a rule of degree 2n − 1 over the part above the horizon.
     fn nodes(&self, n: usize, legendre: &[(f64, f64)], wide: &[(f64, f64)]) -> Vec<(DVec3, f64)> {
         if self.half_angle == 0.0 {
             return vec![(self.centre, 1.0)];
@@ -91,10 +91,10 @@ impl Disk {
     }
 }
 
-/// Nodes on [−1, 1] that products are made of.
+/// One-dimensional nodes and weights on [−1, 1] for products.
 #[derive(Clone, Debug)]
 pub(super) struct Rules {
-    /// Of each order: n nodes, and n + 2 for the angle of a segment.
+    /// Per order: n nodes, and n + 2 for the angle of a segment.
     legendre: Vec<[Vec<(f64, f64)>; 2]>,
     hexagon: [[f64; 2]; 6],
 }
@@ -140,8 +140,7 @@ impl Rules {
         work.evaluate(brdf, 1).group(0).to_sums()
     }
 
-    /// The share of a disk above the horizon, and the mean over the whole disk of the cosine of what
-    /// is.
+    /// The share of a disk above the horizon, and the mean of max(cos θ, 0) over the whole disk.
     pub(super) fn means(&self, disk: &Disk) -> [f64; 2] {
         let (z, a) = (disk.centre.z, disk.half_angle);
         if z >= a.sin() {

@@ -1,21 +1,21 @@
-//! What is lit and what is seen on the sample.
+//! The lit and the seen spot on the sample.
 
 use crate::geometry::DirectionPair;
 use crate::instrument::InstrumentSpec;
 
-/// Whether the sensor sees all the light.
+/// Relation of the lit and the seen spot.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Filling {
-    /// It sees the whole lit spot: the signal follows cos θ_o.
+    /// The sensor sees the whole lit spot: the signal follows cos θ_o.
     UnderFilled,
-    /// What it sees lies within the lit spot: the signal follows cos θ_i.
+    /// The seen spot lies within the lit one: the signal follows cos θ_i.
     OverFilled,
     /// The one along one axis, the other across: the signal depends on both.
     Mixed,
 }
 
 impl Filling {
-    /// In words.
+    /// Name for people.
     pub fn name(self) -> &'static str {
         match self {
             Self::UnderFilled => "under-filled",
@@ -28,15 +28,16 @@ impl Filling {
 /// Long axes of the two spots on the sample.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Footprint {
-    /// Of the beam, mm.
+    /// Long axis of the lit spot, mm.
     pub lit_mm: f64,
-    /// Of what the sensor sees, mm.
+    /// Long axis of the seen spot, mm.
     pub seen_mm: f64,
-    /// Which is inside which.
+    /// Relation of the two spots.
     pub filling: Filling,
 }
 
-/// Signal of a diffuse sample relative to that at the normal, over cos θ_i: what is seen of what is lit.
+/// Signal of a diffuse sample relative to that at the normal, over cos θ_i: the seen part of the
+/// lit spot.
 ///
 /// The irradiance falls with cos θ_i and the seen area with 1/cos θ_o, of which the sensor collects
 /// cos θ_o; light and view overlap along both axes of their ellipses. Over-filled this is 1, and the

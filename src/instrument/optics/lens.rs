@@ -10,7 +10,7 @@ const LEVELS: [[usize; 2]; 5] = [[2, 1], [3, 2], [5, 3], [8, 5], [12, 8]];
 /// The number of levels.
 pub(super) const FINEST: usize = LEVELS.len() - 1;
 
-/// One chord of the overlap in the stereographic plane about the first cap's centre.
+/// A chord of the overlap in the stereographic plane about the first cap's centre.
 #[derive(Clone, Copy, Debug)]
 struct Chord {
     x: f64,
@@ -30,7 +30,7 @@ pub(super) struct Lens {
 #[derive(Clone, Debug, Default)]
 pub(super) struct Overlap {
     chords: Vec<Chord>,
-    /// Both caps meet in this one place, if one of them is a point.
+    /// The place where the caps meet, if one of them is a point.
     point: Option<f64>,
 }
 

@@ -19,12 +19,12 @@ use crate::geometry::{DirectionPair, angle_between};
 use glam::DVec3;
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
-/// Where a peak can be.
+/// Kind of a peak, by its direction.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum PeakKind {
     /// The half vector is the normal.
     Mirror,
-    /// Light and sensor agree.
+    /// Light and sensor directions agree.
     Retro,
 }
 
@@ -51,7 +51,7 @@ impl PeakKind {
         }
     }
 
-    /// The light for a direction of its (turned) cap.
+    /// The light direction for a direction of its (turned) cap.
     #[inline]
     fn light(self, v: DVec3, pair: &DirectionPair) -> DVec3 {
         match self {
@@ -62,7 +62,7 @@ impl PeakKind {
 }
 
 impl Peak {
-    /// Scales looked at: down to a 10⁷th of the apertures.
+    /// Number of scales that are tried, down to a 10⁷th of the apertures.
     const SCALES: i32 = 24;
 
     /// The peak, if the apertures hold it and the material falls to half within them.
@@ -116,7 +116,7 @@ impl Peak {
         })
     }
 
-    /// No peak was seen: cells need not shrink before they are looked at.
+    /// A stand-in where no peak was seen: cells need not shrink before they are evaluated.
     pub(super) fn unseen(optics: &Optics, pair: &DirectionPair) -> Peak {
         let reach = optics.source + optics.detector;
         let nearer =
@@ -250,7 +250,7 @@ impl Cell {
     }
 }
 
-/// What every cell needs.
+/// The integral that cells are parts of.
 struct Integral<'a> {
     optics: &'a Optics,
     brdf: &'a dyn Brdf,

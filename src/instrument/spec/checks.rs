@@ -14,10 +14,10 @@ type Checked = Result<(), ParameterError>;
 /// directions of a pose mean nothing.
 const WIDEST_DEG: f64 = 10.0;
 
-/// Sizes of numbers other than 0.
+/// Smallest and largest size of a number other than 0.
 const SANE: [f64; 2] = [1e-9, 1e15];
 
-/// How far the square of a unit vector's length may be from 1: four decimals in a file.
+/// Tolerance of the square of a unit vector's length: files give four decimals.
 const UNIT: f64 = 1e-3;
 
 impl InstrumentSpec {
@@ -142,7 +142,7 @@ impl InstrumentSpec {
         false
     }
 
-    /// Checks the name of what something is mounted on.
+    /// Checks the name of the axis that a part is mounted on.
     fn check_mount(&self, key: &str, value: &str) -> Checked {
         if value == BASE || self.parent(value).is_some() {
             return Ok(());
@@ -333,7 +333,7 @@ fn at_least_0(key: &str, value: f64) -> Checked {
     }
 }
 
-/// Squares and quotients of what lies here neither overflow nor vanish; no instrument lies outside.
+/// Checks that a number is in `SANE`: squares and quotients then neither overflow nor vanish.
 fn sane(key: &str, value: f64) -> Checked {
     let [least, most] = SANE;
     if (least..=most).contains(&value) {
@@ -380,7 +380,7 @@ fn text(key: &str, value: &str) -> Checked {
     Err(ParameterError::new(key, format!("{value:?}"), allowed))
 }
 
-/// Names become columns, files and parts of keys.
+/// Checks a name, which becomes part of columns, files and keys.
 fn name(key: &str, value: &str) -> Checked {
     let fine = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '-';
     if !value.is_empty() && value.chars().all(fine) {

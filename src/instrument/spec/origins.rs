@@ -1,4 +1,4 @@
-//! Which provenance each number of a preset has.
+//! The provenance of each number of a preset.
 
 use super::{InstrumentSpec, Provenance};
 use toml::{Table, Value};

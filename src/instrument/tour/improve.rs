@@ -61,7 +61,7 @@ pub(super) fn improve(
 struct Search<'a> {
     travel: &'a Travel,
     places: &'a [Positions],
-    /// Of each place, nearest first; `u32::MAX` where there are not so many.
+    /// Neighbours of each place, nearest first; `u32::MAX` where there are not so many.
     neighbours: Vec<[u32; NEIGHBOURS]>,
     tour: Tour,
     queue: VecDeque<u32>,
@@ -117,7 +117,7 @@ impl<'a> Search<'a> {
         (0..self.end()).for_each(|place| self.queue(place));
     }
 
-    /// Improves until no place in the queue is left; the seconds that saves.
+    /// Improves until no place in the queue is left; returns the seconds saved.
     fn repair(&mut self) -> f64 {
         let mut saved = 0.0;
         while let Some(place) = self.queue.pop_front() {
@@ -265,11 +265,11 @@ fn below(random: &mut RandomStream, n: usize) -> usize {
 /// A closed tour.
 struct Tour {
     order: Vec<u32>,
-    /// Where each place is in `order`.
+    /// Position in `order` of each place.
     at: Vec<u32>,
     /// Pieces longer than this are not turned round.
     longest: usize,
-    /// What was turned since the last kick, start and length.
+    /// Pieces turned since the last kick: start and length.
     log: Option<Vec<(u32, u32)>>,
 }
 

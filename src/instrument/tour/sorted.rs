@@ -45,7 +45,7 @@ pub(super) fn sorted(travel: &Travel, rest: &Positions, positions: &[Positions])
     numbers
 }
 
-/// The row of each position: what is equal is one row.
+/// The row of each position, from 0; equal coordinates are one row.
 fn lined_up(mut x: Vec<f64>, innermost: bool, low: f64) -> Vec<f64> {
     let mut ascending = x.clone();
     ascending.sort_unstable_by(f64::total_cmp);

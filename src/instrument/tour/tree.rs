@@ -10,10 +10,10 @@ use crate::schedule::{MAX_AXES, Positions};
 /// Points per leaf.
 const LEAF: usize = 8;
 
-/// How near a point is: what is less is nearer.
+/// Order of points by distance: less is nearer.
 #[derive(Clone, Copy, Debug, PartialEq, PartialOrd)]
 struct Nearness {
-    /// Square of the travel time.
+    /// Square of the travel time, s².
     time: f64,
     /// Sum of the squares of all axes: among equal times the way that moves least. On a lattice
     /// most times are equal, and neighbours along its axes are better than any others.
