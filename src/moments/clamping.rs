@@ -1,4 +1,4 @@
-//! How much of a profile is the horizon's doing?
+//! Clamping: the share of a profile's course that the horizon causes.
 //!
 //! Zubiaga et al. 2015 (§2.5, §4) see means, variances, skewness and kurtosis leave their simple
 //! course towards grazing views, and conjecture that the horizon, which cuts lobes off, is the
@@ -75,7 +75,7 @@ impl Brdf for HorizonCopy<'_> {
     }
 }
 
-/// How much of a profile's course the horizon explains.
+/// Share of a profile's course that the horizon explains.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Clamping {
     /// Share of the deviation of each component that is explained, at the component's index;

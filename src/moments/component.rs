@@ -11,15 +11,15 @@ use std::fmt;
 pub struct Order(u8);
 
 impl Order {
-    /// Everything there is.
+    /// The highest order.
     pub const MAX: Order = Order(4);
 
-    /// `None` above 4.
+    /// The order of a number from 0 to 4; `None` above 4.
     pub fn new(order: u8) -> Option<Self> {
         (order <= 4).then_some(Self(order))
     }
 
-    /// As a number.
+    /// The order as a number, 0 to 4.
     #[inline]
     pub fn get(self) -> usize {
         usize::from(self.0)
@@ -86,7 +86,7 @@ impl Component {
     /// Energy, (0, 0).
     pub const ENERGY: Component = Component { n: 0, m: 0 };
 
-    /// n + m.
+    /// Its order, n + m.
     #[inline]
     pub fn order(self) -> usize {
         self.n + self.m
@@ -104,7 +104,7 @@ impl Component {
         self.m % 2 == 1
     }
 
-    /// What its order is called.
+    /// Name of its order.
     pub fn family(self) -> &'static str {
         ["energy", "mean", "covariance", "skewness", "kurtosis"][self.order()]
     }
@@ -120,7 +120,7 @@ impl fmt::Display for Component {
     }
 }
 
-/// A number and how far it may be off.
+/// A number and its uncertainty.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Estimate {
     /// The number.
@@ -145,7 +145,7 @@ pub struct Estimate {
 pub struct Moments(pub(super) [Option<Estimate>; 15]);
 
 impl Moments {
-    /// One component.
+    /// The estimate of a component; `None` if undefined or not asked for.
     #[inline]
     pub fn get(&self, component: Component) -> Option<Estimate> {
         self.0[component.index()]
@@ -157,28 +157,28 @@ impl Moments {
         Some(self.get(Component { n, m })?.value)
     }
 
-    /// α, rad² sr⁻¹.
+    /// Energy α, rad² sr⁻¹.
     pub fn energy(&self) -> Option<f64> {
         self.value(0, 0)
     }
 
-    /// (µ_θ, µ_φ), rad.
+    /// Mean (µ_θ, µ_φ), rad.
     pub fn mean(&self) -> Option<[f64; 2]> {
         Some([self.value(1, 0)?, self.value(0, 1)?])
     }
 
-    /// Σ₂₀, Σ₁₁, Σ₀₂, rad².
+    /// Covariance Σ₂₀, Σ₁₁, Σ₀₂, rad².
     pub fn covariance(&self) -> Option<[f64; 3]> {
         Some([self.value(2, 0)?, self.value(1, 1)?, self.value(0, 2)?])
     }
 
-    /// σ_θ, σ_φ (rad); `None` also if one of them is 0.
+    /// Standard deviations σ_θ, σ_φ (rad); `None` also if one of them is 0.
     pub fn sigma(&self) -> Option<[f64; 2]> {
         let [tt, _, pp] = self.covariance()?;
         (tt > 0.0 && pp > 0.0).then(|| [tt.sqrt(), pp.sqrt()])
     }
 
-    /// (σ_θ² + σ_φ²)/2, rad².
+    /// Average variance (σ_θ² + σ_φ²)/2, rad².
     pub fn average_variance(&self) -> Option<f64> {
         let [tt, _, pp] = self.covariance()?;
         Some(0.5 * (tt + pp))

@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-/// How two series vary together. A coefficient is in [−1, 1]; `None` with fewer than two pairs or
+/// Correlation of two series. A coefficient is in [−1, 1]; `None` with fewer than two pairs or
 /// if one of the series is constant up to rounding.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Correlation {
@@ -70,7 +70,7 @@ fn ranks(values: &[f64]) -> Vec<f64> {
     ranks
 }
 
-/// The correlations of every two of several named columns.
+/// Matrix of the correlations between named columns.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct CorrelationMatrix {
     names: Vec<String>,
@@ -93,7 +93,7 @@ impl CorrelationMatrix {
         &self.names
     }
 
-    /// One row a column, in the order of the names; symmetric.
+    /// The matrix: one row per column, in the order of the names; symmetric.
     pub fn rows(&self) -> &[Vec<Correlation>] {
         &self.rows
     }

@@ -20,7 +20,7 @@ pub(super) const NODES: usize = GAUSS_KRONROD.len();
 /// Values of the BRDF that one rectangle costs.
 pub(super) const EVALUATIONS: usize = NODES * NODES;
 
-/// Node × weight × power, for the Kronrod and the Gauss rule.
+/// Weights times powers of the nodes, for the Kronrod and the Gauss rule.
 pub(super) struct Rule {
     nodes: [f64; NODES],
     /// `[node][power]`: weight × node^power.
@@ -84,7 +84,7 @@ impl Rectangle {
 pub(super) struct Cell {
     pub(super) rectangle: Rectangle,
     pub(super) centre: [f64; 2],
-    /// At the index of (n, m).
+    /// Integrals, at the index of (n, m).
     pub(super) sums: [f64; 15],
     /// Estimated errors along θ and along φ.
     pub(super) differences: [[f64; 15]; 2],

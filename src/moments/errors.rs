@@ -1,4 +1,4 @@
-//! How far the moments of a reconstruction are from those of the truth.
+//! Errors of the moments of a reconstruction.
 
 use crate::metrics::{Judged, Quantity};
 
@@ -14,18 +14,18 @@ pub struct MomentErrors {
     pub energy: Option<f64>,
     /// |µ_g − µ_f|, rad.
     pub mean: Option<f64>,
-    /// The same, each component relative to σ_f.
+    /// |µ_g − µ_f|, each component relative to σ_f.
     pub mean_relative: Option<f64>,
     /// |Σ_g − Σ_f|, each component relative to σ_f².
     pub covariance: Option<f64>,
-    /// Of the standardised co-skewness.
+    /// Error of the standardised co-skewness.
     pub skewness: Option<f64>,
-    /// Of the excess co-kurtosis.
+    /// Error of the excess co-kurtosis.
     pub kurtosis: Option<f64>,
 }
 
 impl MomentErrors {
-    /// Every error, in the order of columns, and where it stands.
+    /// Every error, in the order of columns, with its field.
     pub const QUANTITIES: [Judged<MomentErrors>; 6] = [
         (
             Quantity::real(
@@ -68,7 +68,7 @@ impl MomentErrors {
         ),
     ];
 
-    /// How many slices of truth and reconstruction are not resolved.
+    /// Number of slices of truth and reconstruction that are not resolved.
     pub const UNRESOLVED: Quantity = Quantity::count(
         "moment_unresolved",
         "slices of truth and reconstruction whose moments missed the estimator's tolerance",

@@ -1,4 +1,4 @@
-//! How the moments of a slice are integrated: one trait, one list.
+//! Estimators of the moments of a slice: the trait and its registry.
 
 use super::component::{Moments, Order};
 use super::slice::Slice;
@@ -22,8 +22,8 @@ pub trait Estimator: fmt::Debug + Send + Sync {
     /// Names the key, the value and what is allowed.
     fn check(&self) -> Result<(), ParameterError>;
 
-    /// Largest relative uncertainty of an energy, (0, 0.1]; what the default estimator keeps for
-    /// those that keep none.
+    /// Largest relative uncertainty of an energy, (0, 0.1]; that of the default estimator for
+    /// estimators without one.
     fn tolerance(&self) -> f64 {
         peak::PeakResolving::default().tolerance
     }
@@ -33,22 +33,22 @@ pub trait Estimator: fmt::Debug + Send + Sync {
     fn estimate(&self, slice: &Slice<'_>, order: Order, seed: u64) -> SliceMoments;
 }
 
-/// Moments of one slice and how they came about.
+/// Moments of a slice, with their reliability and cost.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SliceMoments {
     /// The moments of the part of the slice that has data.
     pub moments: Moments,
-    /// Why the uncertainties are not to be trusted; `None` if they are.
+    /// Reason not to trust the uncertainties; `None` if they can be trusted.
     pub unresolved: Option<Unresolved>,
     /// Share of the square (θ, φ) without data, which is left out, in [0, 1].
     pub missing_share: f64,
     /// Share of the square that was below the diffuse part and read as 0, in [0, 1].
     pub clamped_share: f64,
-    /// Values of the BRDF that were looked at.
+    /// Number of evaluations of the BRDF.
     pub evaluations: usize,
 }
 
-/// Why a result is not to be trusted to its uncertainties.
+/// Reason not to trust the uncertainties of a result.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Unresolved {
     /// Fewer than [`Unresolved::ENOUGH`] effective samples carry the result.

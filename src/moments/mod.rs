@@ -1,5 +1,5 @@
 //! Moments of BRDF slices up to order 4 (Zubiaga et al. 2015), their profiles over the view
-//! elevation, and what follows from them.
+//! elevation, fits of these, and relations to reflected radiance.
 //!
 //! A [`Slice`] is a BRDF at fixed view in the chart of
 //! [`view_centered`](crate::parametrization::view_centered). An [`Estimator`] integrates its

@@ -24,11 +24,11 @@ use glam::DVec3;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::FRAC_PI_2;
 
-/// How the Gaussians follow from mean and variance of a slice.
+/// Rule that makes the Gaussians from mean and variance of a slice.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum SliceGaussians {
-    /// As the paper has it: mean and variance of the slice are centre and σ² of the Gaussian
+    /// Rule of the paper: mean and variance of the slice are centre and σ² of the Gaussian
     /// *before* it is cut off; mean and variance of the model are others (asked variance 0.823,
     /// π²/12: 0.546).
     Parameters,
@@ -38,16 +38,16 @@ pub enum SliceGaussians {
     Matched,
 }
 
-/// What the model knows of the slice at one view.
+/// Moments of the slice at one view, a node of the model.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct SliceNode {
     /// View elevation, rad, in [0, π/2).
     pub theta_o: f64,
-    /// α, rad² sr⁻¹.
+    /// Energy α, rad² sr⁻¹.
     pub energy: f64,
-    /// µ_θ, rad.
+    /// Mean µ_θ, rad.
     pub mean: f64,
-    /// σ_θ², σ_φ², rad².
+    /// Variances σ_θ², σ_φ², rad².
     pub variance: [f64; 2],
 }
 
@@ -73,14 +73,14 @@ impl SliceNode {
     }
 }
 
-/// The slice at one view.
+/// The slice of the model at one view.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SliceShape {
-    /// α, rad² sr⁻¹.
+    /// Energy α, rad² sr⁻¹.
     pub energy: f64,
-    /// g_θ.
+    /// Density g_θ, rad⁻¹.
     pub theta: TruncatedGaussian,
-    /// g_φ.
+    /// Density g_φ, rad⁻¹.
     pub phi: TruncatedGaussian,
 }
 
@@ -129,7 +129,7 @@ pub struct SliceModel {
 }
 
 impl SliceModel {
-    /// From nodes of strictly ascending view elevation.
+    /// The model through nodes of strictly ascending view elevation.
     ///
     /// # Errors
     /// If there are none, one is out of range, or their views do not ascend.
@@ -165,7 +165,7 @@ impl SliceModel {
         model().ok_or_else(|| ParameterError::new("nodes", 0, "at least one view with moments"))
     }
 
-    /// From a profile of order 2 or more; views whose moments are undefined are left out. A
+    /// The model of a profile of order 2 or more; views whose moments are undefined are left out. A
     /// diffuse part that was subtracted stays subtracted.
     ///
     /// # Errors
@@ -188,7 +188,7 @@ impl SliceModel {
     }
 }
 
-/// Value of a slice for a pair; 0 unless both directions are above the horizon.
+/// Value of a slice for a pair, sr⁻¹; 0 unless both directions are above the horizon.
 #[inline]
 fn value(shape: &SliceShape, pair: &DirectionPair) -> f64 {
     if !pair.is_above_horizon() {

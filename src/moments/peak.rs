@@ -35,13 +35,13 @@ pub struct PeakResolving {
     /// covariance is asked for), of covariances relative to σ², of standardised moments relative to
     /// the larger of 1 and the absolute moment of the same degrees, before anything is subtracted.
     pub tolerance: f64,
-    /// Values of the BRDF a slice may cost.
+    /// Most evaluations of the BRDF per slice.
     pub max_evaluations: usize,
 }
 
 impl PeakResolving {
     const KIND: &'static str = "peak-resolving";
-    /// Values that the first look at a slice can cost.
+    /// Most evaluations of the first mesh of a slice.
     const LEAST_EVALUATIONS: usize = 300_000;
 }
 
@@ -117,19 +117,19 @@ impl Estimator for PeakResolving {
     }
 }
 
-/// A direction the slice has a peak at, and how wide it is.
+/// A peak of a slice: direction and half widths.
 #[derive(Clone, Copy, Debug)]
 struct Peak {
     /// θ; φ is 0.
     theta: f64,
     /// The smallest distance (rad) along θ and along φ at which the slice has half the value.
     half_width: [f64; 2],
-    /// The slice falls to half the value in both senses of θ.
+    /// True if the slice falls to half the value in both senses of θ.
     on_both_sides: bool,
 }
 
 impl Peak {
-    /// Scales looked at: π/2 × 2^−k, down to 1e-13.
+    /// Number of scales that are tried: π/2 × 2^−k, down to 1e-13.
     const SCALES: i32 = 44;
     const EVALUATIONS: usize = 1 + 4 * Self::SCALES as usize;
 
@@ -244,17 +244,17 @@ fn towards_a_peak(r: &Rectangle, peaks: &[Peak]) -> Option<Vec<Rectangle>> {
     None
 }
 
-/// The cells, their moments, and what each contributes to the errors.
+/// The cells, their moments, and the errors of each.
 struct Balance {
     cells: Vec<Cell>,
-    /// Of each cell the errors of the components, in their scales, along both angles together.
+    /// Errors of the components per cell, in their scales, along both angles together.
     errors: Vec<[f64; 15]>,
-    /// Of each cell the largest error of a component along θ and along φ, in units of the
-    /// tolerance.
+    /// Largest error of a component along θ and along φ, in units of the tolerance, one
+    /// per cell.
     shares: Vec<[f64; 2]>,
     order: Order,
     tolerance: f64,
-    /// Of the cells there were when it was made.
+    /// Propagation of errors with the moments of the cells at its making.
     propagation: Propagation,
     refreshed: usize,
     /// Smallest side (rad) of a rectangle.
@@ -425,7 +425,7 @@ fn largest(errors: &[f64; 15]) -> f64 {
     errors.iter().copied().fold(0.0, f64::max)
 }
 
-/// How an error of the sums becomes one of the moments, to first order.
+/// Propagation of errors from sums to moments, to first order.
 struct Propagation {
     order: Order,
     tally: Tally,
@@ -434,7 +434,7 @@ struct Propagation {
     /// Raw standardised central moments, 1 for (0, 0).
     k: [f64; 15],
     r: f64,
-    /// What the error of each component is measured in: α, σ, σ², and for standardised ones the
+    /// Scale of the error of each component: α, σ, σ², and for standardised ones the
     /// larger of 1 and the absolute moment of the same degrees.
     scales: [f64; 15],
 }

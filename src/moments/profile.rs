@@ -9,31 +9,31 @@ use crate::error::ParameterError;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-/// Which part of a BRDF is analysed.
+/// The part of a BRDF that is analysed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Split {
-    /// All of it.
+    /// The whole BRDF.
     #[default]
     None,
-    /// What is above the smallest value of the slice at θ_o = 45° ([`lambertian_part`]), clamped
+    /// The part above the smallest value of the slice at θ_o = 45° ([`lambertian_part`]), clamped
     /// at 0 where other views fall below it.
     Minimum,
 }
 
-/// What of a BRDF's profiles a config chooses, but for the estimator.
+/// The keys of a config about profiles, but for the estimator.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct MomentsSpec {
-    /// Which numbers of the BRDF, each a profile of its own.
+    /// Channels of the BRDF, one profile each.
     pub channels: Vec<Channel>,
     /// Number of view elevations, equally spaced from 0 to `max_view_deg`.
     pub views: usize,
     /// The last view elevation, degrees, in (0, 90).
     pub max_view_deg: f64,
-    /// Up to which order moments are computed.
+    /// Highest order of the moments.
     pub order: Order,
-    /// Which part of the BRDF.
+    /// The part of the BRDF.
     pub split: Split,
 }
 
@@ -81,7 +81,7 @@ impl MomentsSpec {
         Ok(())
     }
 
-    /// What a BRDF must be built for.
+    /// Channels that a BRDF must be built for.
     pub fn needs(&self) -> Channels {
         let rgb = self.channels.iter().any(|c| c.needs() == Channels::Rgb);
         if rgb {
@@ -105,15 +105,15 @@ impl MomentsSpec {
 /// The moments of a BRDF's slices over the view elevation.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Profile {
-    /// Which number of the BRDF.
+    /// Channel of the BRDF.
     pub channel: Channel,
-    /// Up to which order.
+    /// Highest order of the moments.
     pub order: Order,
     /// View elevations, rad, ascending.
     pub views: Vec<f64>,
-    /// What was subtracted before, sr⁻¹.
+    /// Diffuse part that was subtracted before, sr⁻¹.
     pub diffuse: f64,
-    /// One a view.
+    /// Moments of the slices, one per view.
     pub slices: Vec<SliceMoments>,
 }
 

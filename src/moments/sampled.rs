@@ -1,5 +1,5 @@
 //! Moments from points that are spread evenly over the square (θ, φ): the Monte Carlo estimator of
-//! Zubiaga et al. 2015, Eq. 6, and the same with scrambled Sobol points.
+//! Zubiaga et al. 2015, Eq. 6, and its variant with scrambled Sobol points.
 //!
 //! µ_nm ≈ (π²/N) Σ θ^n φ^m ρ(θ, φ). The points come in [`REPLICATES`] independent sets of equal
 //! size; leaving out one set at a time (the grouped jackknife) gives the uncertainty of every
@@ -44,19 +44,19 @@ pub const SOBOL: Entry<dyn Estimator> = Entry {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct MonteCarlo {
-    /// Points a slice, a multiple of 32.
+    /// Points per slice, a multiple of 32.
     pub samples: usize,
 }
 
-/// The same with scrambled Sobol points.
+/// The estimator with scrambled Sobol points.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct ScrambledSobol {
-    /// Points a slice, 32 times a power of two.
+    /// Points per slice, 32 times a power of two.
     pub samples: usize,
 }
 
-/// Most points a slice.
+/// Most points per slice.
 const MAX_SAMPLES: usize = 1 << 36;
 
 impl MonteCarlo {
@@ -140,7 +140,7 @@ impl Estimator for ScrambledSobol {
     }
 }
 
-/// What one set of points saw.
+/// Sums over one set of points.
 struct Set {
     tally: Tally,
     /// Σ (w / largest)² over its points: w² itself leaves the range of f64 at 1e154 and 1e-162.
@@ -251,7 +251,7 @@ impl Set {
     }
 }
 
-/// Moments of all sets together, `area` (rad²) a point, with the spread of those of all but one.
+/// Moments of all sets together, `area` (rad²) per point, with the spread of those of all but one.
 fn jackknife(sets: &[Set], order: Order, area: f64) -> Moments {
     let n = sets.len();
     let none = Tally::new(order);

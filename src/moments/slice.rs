@@ -7,7 +7,7 @@ use crate::parametrization::view_centered;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::FRAC_PI_2;
 
-/// Which number of a BRDF a slice shows.
+/// The number of a BRDF that a slice shows.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Channel {
@@ -25,7 +25,7 @@ pub enum Channel {
 }
 
 impl Channel {
-    /// Every one.
+    /// Every channel.
     pub const ALL: [Channel; 5] = [
         Channel::Luminance,
         Channel::Average,
@@ -34,7 +34,7 @@ impl Channel {
         Channel::Blue,
     ];
 
-    /// As configs and files write it.
+    /// Name in configs and files.
     pub fn name(self) -> &'static str {
         match self {
             Channel::Luminance => "luminance",
@@ -50,7 +50,7 @@ impl Channel {
         Self::ALL.map(Self::name).join(", ")
     }
 
-    /// What a BRDF must have been built for.
+    /// Channels that a BRDF must have been built for.
     pub fn needs(self) -> Channels {
         match self {
             Channel::Luminance => Channels::Luminance,
@@ -58,7 +58,7 @@ impl Channel {
         }
     }
 
-    /// The number, from the values of one evaluation.
+    /// The channel's number from the values of one evaluation.
     #[inline]
     fn of(self, channels: &Channels, values: &[f64]) -> f64 {
         match self {
@@ -71,7 +71,7 @@ impl Channel {
     }
 }
 
-/// What a slice has at a direction.
+/// Kind of a slice's value at a direction.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
     /// A value.
@@ -117,7 +117,7 @@ impl<'a> Slice<'a> {
         })
     }
 
-    /// The same slice without a Lambertian part of `diffuse` (sr⁻¹, ≥ 0).
+    /// The slice without a Lambertian part of `diffuse` (sr⁻¹, ≥ 0).
     #[must_use]
     pub fn without(mut self, diffuse: f64) -> Self {
         self.diffuse = diffuse;
@@ -134,12 +134,12 @@ impl<'a> Slice<'a> {
         self.theta_o
     }
 
-    /// What is shown.
+    /// Its channel.
     pub fn channel(&self) -> Channel {
         self.channel
     }
 
-    /// What is subtracted, sr⁻¹.
+    /// Diffuse part that is subtracted, sr⁻¹.
     pub fn diffuse(&self) -> f64 {
         self.diffuse
     }
@@ -181,7 +181,7 @@ impl<'a> Slice<'a> {
     }
 }
 
-/// Directions to be evaluated together, with what came out; reused, it allocates once.
+/// Directions to be evaluated together, with their values; reused, it allocates once.
 #[derive(Clone, Debug, Default)]
 pub struct Batch {
     pairs: Vec<DirectionPair>,
@@ -203,12 +203,12 @@ impl Batch {
         self.pairs.push(DirectionPair::new(omega_i, slice.omega_o));
     }
 
-    /// Values of the last evaluation (sr⁻¹, ≥ 0), one a direction.
+    /// Values of the last evaluation (sr⁻¹, ≥ 0), one per direction.
     pub fn values(&self) -> &[f64] {
         &self.values
     }
 
-    /// What each value is.
+    /// Kind of each value.
     pub fn kinds(&self) -> &[Kind] {
         &self.kinds
     }

@@ -21,7 +21,7 @@ fn at(n: usize, m: usize) -> usize {
     Component { n, m }.index()
 }
 
-/// Moments about one point, moved to another: `sums[(n, m)]` is Σ w x^n y^m, and the new origin is
+/// Moments moved to another origin: `sums[(n, m)]` is Σ w x^n y^m, and the new origin is
 /// at (−dx, −dy) of the old, Σ w (x + dx)^n (y + dy)^m.
 pub(super) fn shifted(sums: &[f64; 15], order: Order, dx: f64, dy: f64) -> [f64; 15] {
     let (px, py) = (powers(dx), powers(dy));
@@ -57,7 +57,7 @@ pub struct Tally {
 }
 
 impl Tally {
-    /// No points.
+    /// The tally of no points.
     pub fn new(order: Order) -> Self {
         Self {
             order,
@@ -66,7 +66,7 @@ impl Tally {
         }
     }
 
-    /// Points with their weights, each ≥ 0: two passes, so that every difference is one of
+    /// The tally of points with weights ≥ 0: two passes, so that every difference is one of
     /// neighbouring numbers.
     pub fn of(order: Order, points: &[[f64; 2]], weights: &[f64]) -> Self {
         let mut tally = Self::new(order);
@@ -91,7 +91,7 @@ impl Tally {
         tally.recentred(&about)
     }
 
-    /// From sums Σ w x^n y^m about `centre`.
+    /// The tally of sums Σ w x^n y^m about `centre`.
     pub(super) fn about(order: Order, centre: [f64; 2], sums: &[f64; 15]) -> Self {
         let tally = Self {
             order,

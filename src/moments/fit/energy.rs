@@ -1,11 +1,11 @@
-//! What a fit of energy profiles gives.
+//! Results of fits of energy profiles.
 
 use super::FitErrors;
 use super::ramp::Ramp;
 use serde::Serialize;
 use std::fmt;
 
-/// Why knots are not determined by the values.
+/// Reason why the values do not determine the knots.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Undetermined {
@@ -50,7 +50,7 @@ impl EnergyFit {
         self.base
     }
 
-    /// What is added to the base; `None` if the fit is a constant.
+    /// Ramp that is added to the base; `None` if the fit is a constant.
     pub fn ramp(&self) -> Option<Ramp> {
         self.ramp
     }
@@ -63,7 +63,7 @@ impl EnergyFit {
         }
     }
 
-    /// Why the knots are not determined.
+    /// Reason why the knots are not determined; `None` if they are.
     pub fn undetermined(&self) -> Option<Undetermined> {
         self.undetermined
     }
@@ -79,12 +79,12 @@ impl EnergyFit {
         self.mean
     }
 
-    /// In rad² sr⁻¹.
+    /// Errors of the fit, rad² sr⁻¹.
     pub fn errors(&self) -> FitErrors {
         self.errors
     }
 
-    /// In units of the mean energy.
+    /// Errors of the fit in units of the mean energy.
     pub fn relative_errors(&self) -> FitErrors {
         self.relative
     }
@@ -110,7 +110,7 @@ impl SharedEnergyFit {
         self.knots
     }
 
-    /// Why the knots are not determined.
+    /// Reason why the knots are not determined; `None` if they are.
     pub fn undetermined(&self) -> Option<Undetermined> {
         self.undetermined
     }
@@ -120,17 +120,17 @@ impl SharedEnergyFit {
         self.upper_at_end
     }
 
-    /// One a profile, in the order given.
+    /// The fits, one per profile, in the order given.
     pub fn fits(&self) -> &[EnergyFit] {
         &self.fits
     }
 }
 
-/// One energy profile.
+/// An energy profile.
 #[derive(Clone, Copy, Debug)]
 pub struct EnergySeries<'a> {
     /// View elevations, rad.
     pub views: &'a [f64],
-    /// Energies, rad² sr⁻¹, one a view.
+    /// Energies, rad² sr⁻¹, one per view.
     pub values: &'a [Option<f64>],
 }

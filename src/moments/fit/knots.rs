@@ -21,7 +21,7 @@ const SEEN: f64 = 1e-6;
 ///
 /// # Errors
 /// If fewer than five views are used or all are the same, their mean energy is not positive, or
-/// there is not one value a view.
+/// the numbers of views and values differ.
 pub fn fit_energy(
     views: &[f64],
     values: &[Option<f64>],
@@ -153,7 +153,7 @@ impl Unit {
     }
 }
 
-/// Profiles with the same views put together; and which profile stands at which place.
+/// Blocks of profiles with the same views, and the profile at each place.
 fn blocks(units: &[Unit]) -> (Vec<Block>, Vec<usize>) {
     let mut blocks: Vec<(Block, Vec<usize>)> = Vec::new();
     for (index, unit) in units.iter().enumerate() {

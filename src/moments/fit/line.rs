@@ -11,12 +11,12 @@ pub struct MeanFit {
 }
 
 impl MeanFit {
-    /// µ̃, without a unit: −1 for a mirror, 0 for a Lambertian material.
+    /// Slope µ̃, without a unit: −1 for a mirror, 0 for a Lambertian material.
     pub fn slope(&self) -> f64 {
         self.slope
     }
 
-    /// In rad.
+    /// Errors of the fit, rad.
     pub fn errors(&self) -> FitErrors {
         self.errors
     }
@@ -31,7 +31,7 @@ impl MeanFit {
 /// elevations (rad): µ̃ = Σ θ µ / Σ θ².
 ///
 /// # Errors
-/// If no view but 0 is used, or there is not one value a view.
+/// If no view but 0 is used, or the numbers of views and values differ.
 pub fn fit_mean(
     views: &[f64],
     values: &[Option<f64>],
@@ -58,17 +58,17 @@ pub struct VarianceFit {
 }
 
 impl VarianceFit {
-    /// σ̃², rad²: 0 for a mirror, π²/12 for a Lambertian material.
+    /// Average variance σ̃², rad²: 0 for a mirror, π²/12 for a Lambertian material.
     pub fn variance(&self) -> f64 {
         self.variance
     }
 
-    /// In rad².
+    /// Errors of the fit, rad².
     pub fn errors(&self) -> FitErrors {
         self.errors
     }
 
-    /// The fitted average variance (rad²): the same at every view.
+    /// The fitted average variance, rad²; equal at every view.
     pub fn value(&self, _theta: f64) -> f64 {
         self.variance
     }
@@ -79,7 +79,7 @@ impl VarianceFit {
 /// view is used if it has both.
 ///
 /// # Errors
-/// If no view is used, or there are not two values a view.
+/// If no view is used, or the numbers of views and values differ.
 pub fn fit_average_variance(
     views: &[f64],
     along_theta: &[Option<f64>],

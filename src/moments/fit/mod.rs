@@ -43,7 +43,7 @@ impl ViewRange {
     /// A view this far (rad) beyond an end is still inside: degrees and radians round.
     const SLACK: f64 = 1e-9;
 
-    /// From `min_deg` to `max_deg`, both included; 0 ≤ `min_deg` < `max_deg` ≤ 90.
+    /// The range from `min_deg` to `max_deg`, both included; 0 ≤ `min_deg` < `max_deg` ≤ 90.
     ///
     /// # Errors
     /// Names the end that is out of range.
@@ -100,16 +100,16 @@ impl Default for ViewRange {
     }
 }
 
-/// Why a function could not be fitted.
+/// Reason why a function could not be fitted.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum FitError {
     /// Fewer used views (or materials) than the function has parameters.
     #[error("{found} values to fit, at least {needed} are needed")]
     TooFewViews {
-        /// How many there are.
+        /// Number of used views.
         found: usize,
-        /// How many it takes.
+        /// Number of views that are needed.
         needed: usize,
     },
     /// Series that belong together, as views and values, differ in length.
@@ -129,14 +129,14 @@ pub enum FitError {
     /// One of several profiles cannot be fitted.
     #[error("profile {index}: {source}")]
     Profile {
-        /// Which one, from 0.
+        /// Position of the profile, from 0.
         index: usize,
-        /// Why.
+        /// Reason.
         source: Box<FitError>,
     },
 }
 
-/// How far a fitted function is from the values.
+/// Deviations of a fitted function from the values.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct FitErrors {
     /// Mean absolute error, in the unit of the profile.
@@ -148,7 +148,7 @@ pub struct FitErrors {
 }
 
 impl FitErrors {
-    /// Of residuals; there is at least one.
+    /// Deviations from residuals, of which there is at least one.
     fn of(residuals: impl Iterator<Item = f64>) -> Self {
         let residuals: Vec<f64> = residuals.collect();
         let n = residuals.len() as f64;

@@ -27,7 +27,7 @@ pub(super) struct Block {
     pub profiles: Vec<DVector<f64>>,
 }
 
-/// Everything at given knots.
+/// The linear fit at given knots, with residuals and derivatives.
 pub(super) struct Solved {
     /// Base, height and slope of each profile, block by block.
     pub linear: Vec<[f64; 3]>,
@@ -112,7 +112,7 @@ pub(super) fn solve(blocks: &[Block], knots: [f64; 2]) -> Solved {
 pub(super) struct Transform {
     /// Ends of the range, rad; the first is smaller.
     pub ends: [f64; 2],
-    /// θ_1 = hi whatever u_1 is.
+    /// True if θ_1 = hi whatever u_1 is.
     pub at_end: bool,
 }
 
@@ -155,7 +155,7 @@ impl Transform {
     }
 }
 
-/// The problem as the optimiser sees it; remembers the best it has seen.
+/// The problem for the optimiser; keeps the best knots so far.
 struct Problem<'a> {
     blocks: &'a [Block],
     transform: Transform,

@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-/// How the energy rises towards grazing views (Zubiaga et al. 2015, §3.4 and Fig. 7a): 0 below
+/// Ramp of the energy towards grazing views (Zubiaga et al. 2015, §3.4 and Fig. 7a): 0 below
 /// the knot θ_0, where it starts with slope 0; between the knots the cubic Hermite spline; beyond
 /// θ_1, of which the paper says nothing, the straight line with the spline's value and slope there.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]

@@ -19,12 +19,13 @@ pub struct MeanVarianceFit {
 }
 
 impl MeanVarianceFit {
-    /// c, rad². 0 is the straight line; π²/12 · µ̃ (1 + µ̃) added to it is π²/12 (1 + µ̃)².
+    /// Coefficient c, rad². 0 is the straight line; π²/12 · µ̃ (1 + µ̃) added to it is
+    /// π²/12 (1 + µ̃)².
     pub fn coefficient(&self) -> f64 {
         self.coefficient
     }
 
-    /// In rad²; `views` counts materials.
+    /// Errors of the fit, rad²; `views` counts materials.
     pub fn errors(&self) -> FitErrors {
         self.errors
     }
@@ -35,7 +36,7 @@ impl MeanVarianceFit {
         self.r_squared
     }
 
-    /// Of slopes and variances.
+    /// Correlation of slopes and variances.
     pub fn correlation(&self) -> Correlation {
         self.correlation
     }
@@ -46,7 +47,7 @@ impl MeanVarianceFit {
     }
 }
 
-/// Fits the relation to one slope µ̃ and one average variance σ̃² (rad²) a material. A material
+/// Fits the relation to one slope µ̃ and one average variance σ̃² (rad²) per material. A material
 /// is used if it has both.
 ///
 /// # Errors

@@ -8,7 +8,7 @@ use std::sync::LazyLock;
 /// Nodes on one panel, over which the exponent changes by at most [`PANEL`].
 static RULE: LazyLock<Vec<(f64, f64)>> = LazyLock::new(|| gauss_legendre(16));
 const PANEL: f64 = 4.0;
-/// What is this far below the peak (in the exponent) adds less than rounding does.
+/// Distance below the peak (in the exponent) beyond which values add less than rounding does.
 const NEGLIGIBLE: f64 = -45.0;
 
 /// A density on [−π/2, π/2] (per rad) whose logarithm is a quadratic: a Gaussian cut off at both
@@ -22,7 +22,7 @@ pub struct TruncatedGaussian {
     anchor: f64,
     scale: f64,
     curvature: f64,
-    /// u of the highest point.
+    /// Coordinate u of the highest point.
     peak: f64,
     /// Slope of the exponent there: 0 but at an end.
     slope: f64,
@@ -46,7 +46,7 @@ impl TruncatedGaussian {
         Ok(Self::raw(centre, sigma, 0.0, 1.0))
     }
 
-    /// The one member of the family that has this mean (rad) and this variance (rad²).
+    /// The member of the family with this mean (rad) and this variance (rad²).
     ///
     /// It exists for every pair that any density on [−π/2, π/2] has, 0 < variance < (π/2)² −
     /// mean²: quadratic exponents on a bounded interval are a regular exponential family, whose
@@ -154,7 +154,7 @@ impl TruncatedGaussian {
         self.mass.ln() + self.peak * (tilt - 0.5 * self.curvature * self.peak)
     }
 
-    /// By error functions, where they keep their digits: not for inverted or nearly flat ones.
+    /// The mass by error functions; `None` for inverted or nearly flat ones, where digits are lost.
     fn closed_mass(&self) -> Option<f64> {
         let [a, b] = self.ends;
         let k = self.curvature;
@@ -273,7 +273,7 @@ impl TruncatedGaussian {
         self.curvature / (self.scale * self.scale)
     }
 
-    /// What exp(−(t − centre)²/(2σ²)) is divided by: A of Zubiaga et al. 2015, Eq. 8, in its
+    /// Divisor of exp(−(t − centre)²/(2σ²)): A of Zubiaga et al. 2015, Eq. 8, in its
     /// corrected form (rad). Only for [`new`](Self::new), where anchor and scale are centre and σ.
     pub(super) fn scaling(&self) -> f64 {
         self.mass * self.scale * (-0.5 * self.peak * self.peak).exp()

@@ -1,5 +1,5 @@
-//! Integrals over the square (θ, φ) by the cubature of [`PeakResolving`]: whatever is to be
-//! integrated is handed to it as a BRDF.
+//! Integrals over the square (θ, φ) by the cubature of [`PeakResolving`], which takes any
+//! integrand as a BRDF.
 
 use super::super::component::{Component, Moments, Order};
 use super::super::estimator::Estimator;
@@ -23,7 +23,7 @@ pub(super) struct Light<'a> {
 }
 
 impl<'a> Light<'a> {
-    /// The direction at azimuth 0 of the local frame sees the lighting at `azimuth` (rad).
+    /// The light whose `azimuth` (rad) lies at azimuth 0 of the local frame.
     pub(super) fn new(lighting: &'a dyn Lighting, channel: Channel, azimuth: f64) -> Self {
         let (sin, cos) = azimuth.sin_cos();
         Self {
@@ -34,7 +34,7 @@ impl<'a> Light<'a> {
         }
     }
 
-    /// Radiance × cos θ cos² φ: with dθ dφ, what arrives on the surface.
+    /// Radiance × cos θ cos² φ: times dθ dφ the irradiance.
     fn arriving(&self, omega: Direction) -> f64 {
         let v = omega.vector();
         let turned = DVec3::new(
@@ -85,7 +85,7 @@ impl<T: Integrand> Brdf for AsBrdf<T> {
     }
 }
 
-/// A slice times what arrives.
+/// A slice times the irradiance per dθ dφ.
 struct Lit<'a> {
     slice: Slice<'a>,
     light: Light<'a>,
@@ -112,7 +112,7 @@ impl Integrand for Lit<'_> {
     }
 }
 
-/// A weight of the two angles times what arrives.
+/// A weight of the two angles times the irradiance per dθ dφ.
 struct Weighted<'a, W> {
     weight: W,
     light: Light<'a>,
@@ -171,12 +171,12 @@ pub(super) fn reflected(slice: Slice<'_>, light: Light<'_>, rule: &PeakResolving
     }
 }
 
-/// Of a number from 0 to 4.
+/// The order of a number from 0 to 4.
 fn order(n: u8) -> Order {
     Order::new(n).unwrap_or_default()
 }
 
-/// Moments up to order 2 of weight(θ, φ) × what arrives; `centre` is the θ the weight is
+/// Moments up to order 2 of weight(θ, φ) × irradiance; `centre` is the θ the weight is
 /// concentrated at, with φ = 0.
 pub(super) fn weighted_light(
     weight: impl Fn(f64, f64) -> f64 + Send + Sync,

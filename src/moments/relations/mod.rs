@@ -1,4 +1,4 @@
-//! How moments of reflected radiance follow from moments of a BRDF slice and of the light
+//! Relations: moments of reflected radiance predicted from moments of a BRDF slice and of the light
 //! (Zubiaga et al. 2015, §3.2 and §3.3), as printed and corrected, beside the rendered truth.
 //!
 //! [`docs::relations`](crate::docs::relations) derives the forms and says when they hold.
@@ -17,7 +17,7 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::{FRAC_PI_2, SQRT_2, TAU};
 
-/// Which way the view moves while the normal stays.
+/// Direction in which the view moves while the normal stays.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Along {
@@ -29,7 +29,7 @@ pub enum Along {
 }
 
 impl Along {
-    /// As configs and files write it.
+    /// Name in configs and files.
     pub fn name(self) -> &'static str {
         match self {
             Along::Theta => "theta",
@@ -38,7 +38,7 @@ impl Along {
     }
 }
 
-/// How a relation is measured.
+/// Settings of the measurement of a relation.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct RelationSpec {
@@ -50,7 +50,7 @@ pub struct RelationSpec {
     /// Largest error of the rendered moments: of energy and variance relative to them, of the mean
     /// relative to the standard deviation.
     pub tolerance: f64,
-    /// Values of the BRDF that one view may cost.
+    /// Most evaluations of the BRDF per view.
     pub max_evaluations: usize,
     /// Views within the window: doubled from 33 until the tolerance is reached or this is exceeded.
     pub max_views: usize,
@@ -94,56 +94,56 @@ impl RelationSpec {
 /// Moments of a function of one angle, seen through a window.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct AngleMoments {
-    /// Its integral; of radiance over the view: radiance × rad.
+    /// Integral; of radiance over the view: radiance × rad.
     #[serde(with = "crate::numeric::infinite_as_null")]
     pub energy: f64,
-    /// rad.
+    /// Mean, rad.
     #[serde(with = "crate::numeric::infinite_as_null")]
     pub mean: f64,
-    /// rad².
+    /// Variance, rad².
     #[serde(with = "crate::numeric::infinite_as_null")]
     pub variance: f64,
 }
 
-/// A prediction and how far it is off.
+/// A prediction and its errors.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Prediction {
-    /// What is predicted.
+    /// The predicted moments.
     pub moments: AngleMoments,
-    /// Minus the rendered, in this order: relative to the rendered energy, to the square root of
+    /// Predicted minus rendered moments: relative to the rendered energy, to the square root of
     /// the rendered variance, to the rendered variance. `None` if nothing is rendered.
     pub errors: Option<AngleMoments>,
 }
 
-/// One view, one way to move it: what is rendered and what each form of Eqs. 22 to 24 predicts.
+/// Rendered moments at one view and direction of its motion, and predictions by Eqs. 22 to 24.
 ///
-/// Means of radiance are of t, the way of the view from where it stands.
+/// Means of radiance are of t, the angle (rad) by which the view moved.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Relation {
-    /// Which way the view moves.
+    /// Direction in which the view moves.
     pub along: Along,
     /// View elevation, rad.
     pub theta_o: f64,
     /// w: standard deviation of the window over t, rad.
     pub window: f64,
-    /// α, rad² sr⁻¹.
+    /// Energy α of the slice, rad² sr⁻¹.
     pub energy: f64,
     /// Centre of the slice in the angle along which the view moves: µ_θ or 0, rad.
     pub mean: f64,
-    /// Its slope: dµ_θ/dθ_o fitted over the window, or sin µ_θ/sin θ_o.
+    /// Slope of the centre: dµ_θ/dθ_o fitted over the window, or sin µ_θ/sin θ_o.
     pub slope: f64,
-    /// σ_θ² or σ_φ², rad².
+    /// Variance σ_θ² or σ_φ², rad².
     pub variance: f64,
     /// L_φ or L_θ through a window of |slope| w about the centre; `None` if there is no light, or
     /// the slope is within 1e-6 of 0.
     pub light: Option<AngleMoments>,
-    /// Eq. 9 with the BRDF itself; `None` if no light is reflected.
+    /// Moments by Eq. 9 with the BRDF itself; `None` if no light is reflected.
     pub rendered: Option<AngleMoments>,
     /// Errors of the rendered quadrature, in the units of the moments.
     pub uncertainty: Option<AngleMoments>,
-    /// Eqs. 22 to 24: α µ_0, µ + E, σ² + Var.
+    /// Prediction by Eqs. 22 to 24: α µ_0, µ + E, σ² + Var.
     pub printed: Option<Prediction>,
-    /// With the dilation: α µ_0/|slope|, (E − µ)/slope, (σ² + Var)/slope².
+    /// Prediction with the dilation: α µ_0/|slope|, (E − µ)/slope, (σ² + Var)/slope².
     pub corrected: Option<Prediction>,
     /// With the dilation and the window carried through the lobe: exact for the slice model with
     /// linear mean, constant energy and variance, whatever light and window. `None` if there is
@@ -155,7 +155,7 @@ pub struct Relation {
     pub missing_share: f64,
     /// Views that were rendered.
     pub views: usize,
-    /// The rendered moments are within the tolerance.
+    /// True if the rendered moments are within the tolerance.
     pub resolved: bool,
 }
 
@@ -258,7 +258,7 @@ pub fn compare(
     })
 }
 
-/// What the relations take of a profile: constants at θ_o, and the slope of the mean.
+/// Numbers of a profile for the relations: constants at θ_o, and the slope of the mean.
 struct Local {
     energy: f64,
     mean: f64,
@@ -311,7 +311,7 @@ fn gaussian(t: f64, width: f64) -> f64 {
     (-0.5 * (t / width) * (t / width)).exp()
 }
 
-/// What is looked at.
+/// A slice under a lighting.
 struct Scene<'a> {
     slice: Slice<'a>,
     lighting: &'a dyn Lighting,
@@ -331,9 +331,9 @@ struct Rendered {
 }
 
 impl Scene<'_> {
-    /// The window ends at so many widths, where it is 4e-6.
+    /// Half length of the window in standard deviations; it is 4e-6 there.
     const REACH: f64 = 5.0;
-    /// How close to the horizon a view may come, rad.
+    /// Smallest distance of a view from the horizon, rad.
     const HORIZON: f64 = 0.1 * TAU / 360.0;
 
     /// Radiance towards the view that moved by t.
