@@ -1,4 +1,4 @@
-//! Whether a lobe is a function of theta_h, of |h_bar|, or of something between.
+//! Alignment of a lobe: a function of theta_h, of |h_bar|, or of something between.
 //!
 //! The width of a lobe that is a function of theta_h is the same at every theta_d; one over
 //! |h_bar| = sin theta_h cos theta_d grows wider as cos theta_d falls. So the *alignment* q of a
@@ -50,7 +50,7 @@ const MIN_SLICES: usize = 5;
 /// Bisections of an interval whose ends differ by [`RATIO`]: to the last digits.
 const BISECTIONS: usize = 45;
 
-/// How the width of a lobe changes with theta_d.
+/// The change of a lobe's width with theta_d, as an exponent.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Alignment {
     /// The exponent: 0 for a lobe over theta_h, 1 for one over |h_bar|.
@@ -59,7 +59,7 @@ pub struct Alignment {
     pub standard_error: f64,
     /// Root mean square residual of the logarithm of the width.
     pub residual: f64,
-    /// Half width at theta_d = 0 (rad), of the line.
+    /// Half width at theta_d = 0 by the fitted line, rad.
     pub half_width: f64,
     /// Slices with a lobe that is seen down to half its height, of 13.
     pub slices: usize,
@@ -163,7 +163,8 @@ impl<'a> Slice<'a> {
         (2 * count > turns * PHI_D).then(|| sum / count as f64)
     }
 
-    /// Where the average first falls to half of what it has at theta_h = 0 above `floor`.
+    /// The theta_h (rad) where the average first falls to half of its value at theta_h = 0, both
+    /// above `floor`.
     fn half_width(&self, floor: f64) -> Option<f64> {
         let &(first, peak) = self.averages.first()?;
         // Without data at the peak there is nothing to take half of.

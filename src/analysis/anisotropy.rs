@@ -1,4 +1,4 @@
-//! How a parametrization stretches small steps.
+//! Stretching of small steps by a parametrization.
 //!
 //! The map from coordinates to the two spheres of directions, modulo a turn of the sample, has
 //! three singular values at each pair: the longest and the shortest way (rad) that a small step of
@@ -34,7 +34,7 @@ pub struct Quantiles {
 }
 
 impl Quantiles {
-    /// Of values in any order; `None` of none.
+    /// Quantiles of values in any order; `None` of no values.
     fn of(mut values: Vec<f64>) -> Option<Self> {
         values.sort_by(f64::total_cmp);
         let at = |p: f64| {
@@ -48,14 +48,14 @@ impl Quantiles {
     }
 }
 
-/// How a parametrization stretches steps, over a set of pairs.
+/// Stretching of steps by a parametrization, over a set of pairs.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Anisotropy {
     /// Condition number, ≥ 1.
     pub condition: Quantiles,
     /// Relative difference of the product of the singular values from the Jacobian.
     pub jacobian_error: Quantiles,
-    /// Pairs that were looked at.
+    /// Number of pairs.
     pub pairs: usize,
     /// Pairs left out: at a pole or on the horizon, where there is no derivative.
     pub skipped: usize,

@@ -1,4 +1,4 @@
-//! What Barla, Belcour and Pacanowski 2015 say of the parametrizations, and whether it is so.
+//! Claims of Barla, Belcour and Pacanowski 2015 about the parametrizations, each tested.
 //!
 //! Most of their statements are read off pictures. Each row here is one of them in our words, with
 //! what is measured, the criterion and the numbers. The pictures show slices in equal steps of the
@@ -21,17 +21,17 @@ use std::sync::Arc;
 
 pub use materials::on_material;
 
-/// What becomes of a statement.
+/// Outcome of a test of a statement.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Verdict {
-    /// As stated.
+    /// True in all of its cases.
     Holds,
-    /// In some of the cases it speaks of.
+    /// True in some of its cases.
     HoldsPartly,
-    /// Not so.
+    /// True in none of its cases.
     DoesNotHold,
-    /// What it speaks of is a share of a variance, or of a norm, that is zero.
+    /// Undefined: a share of a variance, or of a norm, that is zero.
     NotDefined,
 }
 
@@ -63,23 +63,23 @@ impl Verdict {
 pub struct Claim {
     /// A name to cite it by.
     pub id: &'static str,
-    /// Where it stands in the paper.
+    /// Section or figure of the paper.
     pub place: &'static str,
     /// The BRDF it was measured on; `None` if it needs none but the test functions.
     pub material: Option<String>,
     /// The statement, in our words.
     pub statement: &'static str,
-    /// What is measured, and when the statement holds.
+    /// The measured numbers, and the condition under which the statement holds.
     pub criterion: &'static str,
-    /// What was found: names, with their units, and values; none if nothing is defined.
+    /// Measured numbers: names, with their units, and values; empty if nothing is defined.
     pub numbers: Vec<(String, f64)>,
     /// The outcome.
     pub verdict: Verdict,
-    /// By how much, as a phrase.
+    /// The finding in a phrase.
     pub finding: String,
 }
 
-/// What of a claim is known before it is measured.
+/// A claim before it is measured.
 struct Statement {
     id: &'static str,
     place: &'static str,
@@ -111,11 +111,10 @@ impl Statement {
     }
 }
 
-/// What is exact on paper is so up to this: 1e-8 is what square roots near the horizon keep.
+/// Tolerance of identities that are exact on paper: square roots near the horizon keep 1e-8.
 const EXACT: f64 = 1e-7;
 
-/// One axis that explains less than this of a function's variance on a slice is not aligned with
-/// it to the eye.
+/// Share of a function's variance on a slice from which on one axis counts as aligned with it.
 const ALIGNED: f64 = 0.95;
 
 /// Shares of a variance that differ by less are the same: a tenth of a percent is no isoline.
@@ -198,7 +197,7 @@ pub fn on_test_functions() -> Result<Vec<Claim>, BuildError> {
     Ok(claims)
 }
 
-/// Why shares of a variance are not defined.
+/// Reason why shares of a variance are not defined.
 const CONSTANT: &str = "the BRDF is constant, so that there is no variance to have a share of";
 
 /// Share that one axis explains on each slice; `None` if the function is constant on one.
@@ -212,7 +211,7 @@ fn changes(distortion: &Distortion) -> Option<f64> {
     distortion.shares.map(|s| 1.0 - s.both)
 }
 
-/// What `of` makes of each chart, if it is defined for all.
+/// The value of `of` for each chart; `None` if it is undefined for one.
 fn of_charts<T>(found: &[Distortion; 3], of: impl Fn(&Distortion) -> Option<T>) -> Option<[T; 3]> {
     let [a, b, c] = found;
     Some([of(a)?, of(b)?, of(c)?])

@@ -1,5 +1,5 @@
-//! How far the isolines of a BRDF are from the axes of a parametrization (Barla et al. 2015,
-//! Figs. 2-5, as numbers).
+//! Distortion: distance of the isolines of a BRDF from the axes of a parametrization (Barla et al.
+//! 2015, Figs. 2-5, as numbers).
 //!
 //! On a slice of fixed azimuth the first two axes span a plane. If isolines run along an axis, the
 //! function depends on the other axis alone: that one explains all of its variance, and all of the
@@ -16,16 +16,16 @@ use crate::parametrization::{Axis, AxisKind, Coords, Parametrization};
 /// Nodes along each of the first two axes, in the middle of equal cells.
 pub const LATTICE: usize = 64;
 
-/// Cells along the azimuth, for what is said about all slices together.
+/// Cells along the azimuth, for numbers about all slices together.
 pub const PHI_CELLS: usize = 16;
 
 /// Slices of fixed azimuth.
 const SLICES: usize = 4;
 
-/// What a node of the lattice counts.
+/// Weight of a node of the lattice.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Weight {
-    /// Each the same: what a picture of the slice shows, or a grid of measurements.
+    /// 1 for each, as in a picture of the slice or a grid of measurements.
     Coordinates,
     /// The Jacobian: the steradians² it stands for, the same set of pairs whatever the
     /// parametrization.
@@ -45,7 +45,7 @@ impl Weight {
     }
 }
 
-/// One slice of fixed azimuth.
+/// Distortion on a slice of fixed azimuth.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SliceDistortion {
     /// The third coordinate (rad).
@@ -62,7 +62,7 @@ pub struct SliceDistortion {
     pub deviation: Option<f64>,
 }
 
-/// How a BRDF lies in a parametrization.
+/// Distortion of a BRDF in a parametrization.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Distortion {
     /// Slices at [`slice_angles`].
@@ -152,7 +152,7 @@ pub fn distortion_within(
     }
 }
 
-/// What is looked at, and how.
+/// A BRDF in a form, its scale, weight and window.
 struct View<'a> {
     brdf: &'a dyn Brdf,
     scale: Scale,
@@ -230,7 +230,7 @@ impl Block {
         (0..LATTICE * LATTICE).map(place).collect()
     }
 
-    /// Weighted mean of the squares of what `of` makes of each value and its place.
+    /// Weighted mean of the squares of `of(place, value)`.
     fn mean_square(&self, of: impl Fn(usize, f64) -> Option<f64>) -> f64 {
         let (mut square, mut total) = (0.0, 0.0);
         for (index, node) in self.nodes.iter().enumerate() {
@@ -252,7 +252,7 @@ impl Block {
         Some(self.mean_square(|_, v| Some(v - s / w)))
     }
 
-    /// Mean squared deviation from what is typical of each place.
+    /// Mean squared deviation from the typical value of each place.
     fn deviation(&self, typical: &[Option<f64>]) -> f64 {
         self.mean_square(|place, v| typical[place].map(|t| v - t))
     }

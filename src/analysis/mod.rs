@@ -1,6 +1,5 @@
-//! What can be said about a BRDF and a parametrization before anything is measured: how far the
-//! isolines of one are from the axes of the other, which symmetries hold, and which pairs of
-//! directions a box of coordinates stands for.
+//! Analysis of a BRDF and a parametrization before anything is measured: distances of isolines from
+//! axes, symmetries, and the pairs of directions in a box of coordinates.
 
 mod alignment;
 mod anisotropy;
@@ -30,12 +29,12 @@ use serde::Serialize;
 /// ε (sr⁻¹) of [`Scale::Log`], the floor of the metric `log_relative`.
 const FLOOR: f64 = 1e-3;
 
-/// What of a function is analysed.
+/// Scale on which a function is analysed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Scale {
-    /// f itself: for functions that mean their value, as F, S and G of Barla et al. do. Of a
-    /// glossy BRDF it sees the peak and nothing else.
+    /// f itself: for the functions F, S and G of Barla et al. Of a glossy BRDF it sees the peak
+    /// alone.
     Value,
     /// ln(f + 1e-3 sr⁻¹): ratios, as the eye and the metric `log_relative` see a BRDF.
     Log,

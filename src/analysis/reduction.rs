@@ -22,7 +22,7 @@ const NODES: usize = 32;
 /// Pairs that are reduced together: their nodes fill some megabytes.
 const CHUNK: usize = 2048;
 
-/// How the values at one place of the first two axes are averaged.
+/// Measure of the average of the values at one place of the first two axes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Averaging {

@@ -1,4 +1,4 @@
-//! How much of a function on a lattice one axis explains, and two.
+//! Shares of a function's variance on a lattice that one axis explains, and two.
 //!
 //! With weights w and v̄ the weighted average, the share of an approximation g is
 //! 1 − Σ w (v − g)² / Σ w (v − v̄)². The best g of one axis alone is the average over each line
@@ -12,20 +12,20 @@ use nalgebra::{DMatrix, DVector, SymmetricEigen};
 pub struct Cell {
     /// Place along each axis.
     pub place: [usize; 2],
-    /// ≥ 0.
+    /// Weight, ≥ 0.
     pub weight: f64,
-    /// Finite.
+    /// Value, finite.
     pub value: f64,
 }
 
 /// Shares of the variance, in [0, 1].
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Shares {
-    /// Of the best function of each axis alone.
+    /// Share of the best function of each axis alone.
     pub axis: [f64; 2],
-    /// Of the best sum of a function of one and a function of the other.
+    /// Share of the best sum of a function of one axis and a function of the other.
     pub additive: f64,
-    /// Of the best function of both; below 1 where several nodes share a place.
+    /// Share of the best function of both; below 1 where several nodes share a place.
     pub both: f64,
 }
 

@@ -53,12 +53,12 @@ const SETS: u64 = 16;
 /// Points of each of them.
 const SET_POINTS: u64 = 1 << 13;
 
-/// A number and how far off it may be.
+/// A number and its error.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Estimate {
     /// The number.
     pub value: f64,
-    /// Of a quadrature the difference from half as many nodes, else the standard error.
+    /// For a quadrature the difference from half as many nodes, else the standard error.
     pub error: f64,
 }
 
@@ -71,7 +71,7 @@ impl Estimate {
         self.error <= Self::RESOLVED * self.value.abs()
     }
 
-    /// This one over another, independent of it, as a share: at most 1.
+    /// This estimate over another, independent one, as a share: at most 1.
     fn share_of(&self, all: &Estimate) -> Estimate {
         let value = self.value / all.value;
         Estimate {
@@ -98,7 +98,7 @@ impl SubsetMeasure {
         b.error < a.error || (a.value - b.value).abs() > 4.0 * (a.error + b.error)
     }
 
-    /// The one to trust.
+    /// The measure with the more reliable error, sr².
     pub fn best(&self) -> Estimate {
         match self.is_counted() {
             true => self.counted,
@@ -125,9 +125,9 @@ pub struct Subset {
 /// A pair of the set, and the steradians² that a sample of its size stands for.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Member {
-    /// One of the pairs; the symmetries give the others.
+    /// The pair; the symmetries give the others.
     pub pair: DirectionPair,
-    /// Measure per unit of the box's volume.
+    /// Measure per unit of the box's volume, sr².
     pub weight: f64,
 }
 
@@ -144,10 +144,10 @@ pub struct Needs {
     pub separation: [f64; 2],
 }
 
-/// What a machine makes of a box.
+/// The part of a box that a machine can reach.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Reach {
-    /// Share of the measure that it can take.
+    /// Share of the measure that it can reach, in [0, 1].
     pub share: f64,
     /// Name of each axis, and its lowest and highest position (rad); `None` if nothing is reached.
     pub axes: Vec<(String, Option<[f64; 2]>)>,
@@ -385,7 +385,7 @@ impl Subset {
         pairs
     }
 
-    /// The angles it needs; `None` if no point of the box was found physical.
+    /// The ranges of angles it needs; `None` if no point of the box was found physical.
     pub fn needs(&self) -> Option<Needs> {
         let pairs = self.extremes();
         let of = |angle: &dyn Fn(&DirectionPair) -> f64| ends(pairs.iter().map(angle));
@@ -400,7 +400,7 @@ impl Subset {
         })
     }
 
-    /// What a machine can take of the box, the sample turned as it likes.
+    /// The part of the box that a machine can reach; the sample may be turned about its normal.
     pub fn reach(&self, machine: &Machine) -> Reach {
         let (mut all, mut reached) = (0.0, 0.0);
         let mut axes: Vec<(String, Option<[f64; 2]>)> = machine
@@ -455,9 +455,9 @@ impl Subset {
 
     /// Share of the energy of a BRDF that the set holds; `None` of a black one.
     ///
-    /// All of it is found in half/difference coordinates with theta_h spread towards the peak, where
-    /// narrow lobes are wide, and the share is that of the points that lie in the set. A small set
-    /// that few of them lie in is integrated on its own.
+    /// The total energy is integrated in half/difference coordinates with theta_h spread towards
+    /// the peak, where narrow lobes are wide, and the share is that of the points in the set. A
+    /// small set with few of these points is integrated on its own.
     pub fn energy_share(&self, brdf: &dyn Brdf) -> Option<Estimate> {
         let warps = BTreeMap::from([("theta_h".to_owned(), WarpSpec::SquareRoot)]);
         let spread = parametrization::find("half-difference")
@@ -503,7 +503,7 @@ impl Subset {
     }
 }
 
-/// What each of some pairs adds to the energy, per unit of the box's volume.
+/// Contribution of each pair to the energy, per unit of the box's volume: weight f cos θ_i cos θ_o.
 fn energies<'a>(members: &'a [Member], brdf: &dyn Brdf) -> impl Iterator<Item = f64> + use<'a> {
     let pairs: Vec<_> = members.iter().map(|m| m.pair).collect();
     let values = metrics::evaluate(brdf, &pairs);

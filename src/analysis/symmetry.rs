@@ -1,4 +1,4 @@
-//! Which symmetries a BRDF has, by how much it misses them, and what they save.
+//! Symmetries of a BRDF: deviations from them, and the measurements they save.
 //!
 //! A law says f(p) = f(T p) for every pair p; T exchanges light and sensor (reciprocity), turns the
 //! sample by 7.5, 30, 45 and 90° (isotropy) or mirrors it through the t–n and b–n planes
@@ -23,26 +23,26 @@ use crate::metrics::{self, Measure, MetricsSpec, Values};
 use crate::parametrization::{self, Axis, Unit};
 use glam::{DMat3, DVec3};
 
-/// Error up to which a symmetry holds, if nothing else is asked for. Models reach 1e-12, the
+/// Default error up to which a symmetry holds. Models reach 1e-12, the
 /// cells of a table 1e-3, repeated measurements of one material about this.
 pub const SYMMETRY_TOLERANCE: f64 = 0.01;
 
 /// Turns of the sample (degrees).
 const TURNS_DEG: [f64; 4] = [7.5, 30.0, 45.0, 90.0];
 
-/// Where the widest measured tables end.
+/// Largest elevation of the pairs, degrees: the widest measured tables end there.
 const MASK_DEG: f64 = 75.0;
 
-/// How far f is from one symmetry.
+/// Deviation of f from one symmetry.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Deviation {
     /// The relative error; 0 if nothing could be compared, or everything is black.
     pub relative: f64,
-    /// The pairwise error, likewise.
+    /// The pairwise error; 0 in the same cases.
     pub pairwise: f64,
     /// Largest difference of logarithms; infinite if one of the two is 0.
     pub max_log: f64,
-    /// Comparisons, several a pair where there are several T.
+    /// Comparisons, several per pair where there are several T.
     pub compared: usize,
     /// Comparisons without data on either side.
     pub missing: usize,
@@ -61,14 +61,14 @@ impl Deviation {
     }
 }
 
-/// How far a BRDF is from each symmetry.
+/// Deviation of a BRDF from each symmetry.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Deviations {
-    /// From a turn of the sample.
+    /// Deviation under a turn of the sample.
     pub isotropy: Deviation,
-    /// From an exchange of light and sensor.
+    /// Deviation under an exchange of light and sensor.
     pub reciprocity: Deviation,
-    /// From the two mirrors.
+    /// Deviation under the two mirrors.
     pub bilateral: Deviation,
 }
 
@@ -174,21 +174,21 @@ impl Tally {
     }
 }
 
-/// What is left to be measured in one parametrization.
+/// The part of a parametrization's domain that is left to be measured.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Saving {
     /// The parametrization.
     pub parametrization: &'static str,
-    /// Axes: 3 if isotropic, 4 if not.
+    /// Number of axes: 3 if isotropic, 4 if not.
     pub dimensions: usize,
-    /// One configuration in this many is left, beside the axis that isotropy drops.
+    /// Number of configurations of which one is left, beside the axis that isotropy drops.
     pub copies: usize,
-    /// How the domain is folded, e.g. `phi_d 360° to 90°`.
+    /// Folds of the domain, e.g. `phi_d 360° to 90°`.
     pub folds: Vec<String>,
 }
 
-/// What the symmetries save in every parametrization. The number of copies is the same in all of them, as
-/// it belongs to the pairs; which axis gets shorter is not.
+/// The savings by the symmetries in every parametrization. The number of copies is the same in all,
+/// as it belongs to the pairs; the axis that gets shorter is not.
 pub fn savings(symmetry: Symmetry) -> Vec<Saving> {
     let unfolded = Symmetry {
         isotropic: symmetry.isotropic,

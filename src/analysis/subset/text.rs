@@ -1,4 +1,4 @@
-//! How a box is written: `h_bar=0..0.2, k=0.5..0.7, delta=30..60`.
+//! Text form of a box: `h_bar=0..0.2, k=0.5..0.7, delta=30..60`.
 
 use super::Subset;
 use crate::error::ParameterError;
