@@ -1,4 +1,4 @@
-//! How far a mean could have been elsewhere, had other materials been drawn.
+//! Bootstrap intervals of means over materials.
 
 use super::mean::mean;
 use rand::{Rng, SeedableRng};
@@ -47,7 +47,7 @@ impl Bootstrap {
     /// Bias correction and acceleration (BCa) do not mend this, and lose where tails are heavy, as
     /// those of log ratios are: 90 % instead of 92 % for Student's t with 4 degrees at n = 24.
     ///
-    /// The same values in the same order and the same seed give the same bits. `None` with fewer
+    /// Equal values in equal order and an equal seed give equal bits. `None` with fewer
     /// than [`FEWEST`] values or where one is not finite.
     pub fn mean_interval(&self, values: &[f64]) -> Option<[f64; 2]> {
         if values.len() < FEWEST || !values.iter().all(|v| v.is_finite()) {
@@ -72,7 +72,7 @@ impl Bootstrap {
         Some([tail, 1.0 - tail].map(|at| centre + quantile(&mut means, at)))
     }
 
-    /// The draws for so many values.
+    /// The draws for `n` values: positions in 0..n, 10 000 sets one after the other.
     fn drawn(&self, n: usize) -> Arc<[u32]> {
         // A thread that panicked left nothing half done: an entry is whole or not there.
         let mut drawn = self.drawn.lock().unwrap_or_else(PoisonError::into_inner);
@@ -181,7 +181,7 @@ mod tests {
         assert_eq!(Bootstrap::new(1).mean_interval(&[f64::NAN; 6]), None);
     }
 
-    /// As it is defined: every set drawn anew, all means sorted.
+    /// The interval by its definition: every set drawn anew, all means sorted.
     fn by_definition(values: &[f64], seed: u64) -> [f64; 2] {
         let n = values.len() as u64;
         let centre = mean(values).unwrap();

@@ -1,7 +1,7 @@
 //! Means of errors.
 
-/// An error below this is none: everything that reconstructs a material exactly ends up somewhere
-/// below it, by rounding (1e-15), and where would decide a geometric mean or a ratio.
+/// Errors below this count as this. An exact reconstruction has an error of rounding (1e-15), whose
+/// size would decide a geometric mean or a ratio.
 pub const EXACT: f64 = 1e-12;
 
 /// The geometric mean of non-negative errors; those below [`EXACT`], 0 among them, count as that.

@@ -1,5 +1,5 @@
-//! What figures measured on the same materials say about two choices, and how surely: paired
-//! ratios, intervals, tests, orders of convergence, and which factor explains how much.
+//! Statistics of errors on the same materials: paired ratios of two choices, intervals, tests,
+//! orders of convergence, and the share of the variance that each factor explains.
 //!
 //! Knows nothing of reflectance: numbers in, numbers out. Errors are compared by their logarithms:
 //! materials differ by orders of magnitude, and what a choice changes is a factor.

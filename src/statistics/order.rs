@@ -1,4 +1,4 @@
-//! How fast an error falls with the budget.
+//! Order of convergence: the slope of ln error against ln budget.
 
 use super::bootstrap::Bootstrap;
 use super::mean::{EXACT, mean};
@@ -76,11 +76,11 @@ pub struct PooledOrder {
     pub slope: f64,
     /// Its 95 % interval over materials, see [`Bootstrap::mean_interval`].
     pub interval: Option<[f64; 2]>,
-    /// Materials.
+    /// Number of materials.
     pub n: usize,
 }
 
-/// The mean of slopes, one a material. `None` of no slopes and where one is not finite.
+/// The mean of slopes, one per material. `None` of no slopes and where one is not finite.
 pub fn pooled_order(slopes: &[f64], bootstrap: &Bootstrap) -> Option<PooledOrder> {
     slopes.iter().all(|s| s.is_finite()).then_some(())?;
     Some(PooledOrder {

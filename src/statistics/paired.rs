@@ -1,4 +1,4 @@
-//! Two choices on the same materials: which is better, by how much, how surely.
+//! Paired comparison of two choices on the same materials: ratio, interval, test, verdict.
 
 use super::bootstrap::Bootstrap;
 use super::mean::{log_error, mean};
@@ -11,16 +11,16 @@ pub const BAND: f64 = 1.01;
 /// p-values below this are findings; intervals are of 95 %.
 pub const SIGNIFICANCE: f64 = 0.05;
 
-/// What can be said of the first of two choices.
+/// Verdict on the first of two choices.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Verdict {
     /// Its errors are smaller.
     Better,
     /// Its errors are larger.
     Worse,
-    /// Known to differ by no more than the band: an answer, not the lack of one.
+    /// The interval lies within the band: a difference too small to matter.
     Same,
-    /// The materials do not tell.
+    /// The materials do not decide.
     Undecided,
 }
 
@@ -38,7 +38,7 @@ impl Display for Verdict {
 /// A choice A against a choice B, by their errors on the same materials.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Paired {
-    /// Materials.
+    /// Number of materials.
     pub n: usize,
     /// Geometric mean over materials of error of A / error of B; below 1 where A is better.
     pub ratio: f64,
@@ -50,7 +50,7 @@ pub struct Paired {
     pub p: Option<f64>,
     /// Materials on which the error of A is below that of B by more than the band.
     pub wins: usize,
-    /// Materials on which it is above by more than the band.
+    /// Materials on which the error of A is above that of B by more than the band.
     pub losses: usize,
     /// The other materials.
     pub ties: usize,
@@ -59,7 +59,7 @@ pub struct Paired {
 }
 
 impl Paired {
-    /// Compares (error of A, error of B), a pair a material.
+    /// Compares (error of A, error of B), one pair per material.
     ///
     /// Errors below [`super::EXACT`] count as that: two exact reconstructions are a tie. The order of
     /// materials does not matter; A and B exchanged invert the ratio and its interval. `None` of no
@@ -90,7 +90,7 @@ impl Paired {
         })
     }
 
-    /// B against A.
+    /// The comparison of B with A.
     #[must_use]
     pub fn inverted(&self) -> Self {
         Self {
@@ -102,7 +102,7 @@ impl Paired {
         }
     }
 
-    /// What can be said of A:
+    /// The verdict on A:
     ///
     /// - *no difference*: the whole interval lies within the band, whatever p is: a difference that
     ///   is sure and nothing to speak of does not matter;
@@ -125,8 +125,8 @@ impl Paired {
         }
     }
 
-    /// The same comparisons, read together: their p-values adjusted by [`holm`], and with them the
-    /// verdicts.
+    /// The comparisons, read together: with p-values adjusted by [`holm`], and so with the verdicts
+    /// that follow.
     pub fn adjusted(comparisons: &[Self]) -> Vec<Self> {
         let p: Vec<f64> = comparisons
             .iter()

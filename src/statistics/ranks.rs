@@ -1,4 +1,4 @@
-//! Ranks, ties shared.
+//! Ranks of values; ties share the mean of theirs.
 
 /// Twice the rank of every value, the least being 1; equal values share the mean of their ranks, so
 /// that twice of it is a whole number.

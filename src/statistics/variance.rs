@@ -1,4 +1,4 @@
-//! Which factor explains how much: an analysis of variance.
+//! Analysis of variance: the share of the variance that each factor explains.
 
 mod balanced;
 
@@ -12,19 +12,19 @@ const ALIASED: f64 = 1e-9;
 /// Shares of the total variance, each at least 0.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Shares {
-    /// Levels there are of each factor; one of a single level explains nothing, whatever it is.
+    /// Number of levels of each factor; a factor of a single level explains nothing.
     pub levels: Vec<usize>,
-    /// What each factor explains by itself, in the order of the levels.
+    /// Share that each factor explains by itself, in the order of `levels`.
     pub mains: Vec<f64>,
-    /// What two factors explain together beyond each by itself: (first, second, share), the first
-    /// below the second.
+    /// Share that two factors explain together beyond each by itself: (first, second, share), the
+    /// first below the second.
     pub pairs: Vec<(usize, usize, f64)>,
-    /// What is left: interactions of three and more, and scatter between rows of the same levels.
+    /// Residual share: interactions of three and more, and scatter between rows of equal levels.
     pub rest: f64,
-    /// 1 − all the others: what cannot be told apart because combinations are missing or filled
-    /// unevenly. 0 on balanced data; negative where factors mask one another.
+    /// 1 − all the others: the share that cannot be attributed because combinations are missing or
+    /// filled unevenly. 0 on balanced data; negative where factors mask one another.
     pub entangled: f64,
-    /// The mean square of the values about their mean, that the shares are shares of.
+    /// The total variance: the mean square of the values about their mean.
     pub variance: f64,
 }
 
@@ -73,7 +73,7 @@ pub fn variance_shares(rows: &[(&[usize], f64)]) -> Option<Shares> {
     })
 }
 
-/// Sums of squares that terms take off, and what is left.
+/// Sums of squares: that of each term, and the residual.
 struct Squares {
     mains: Vec<f64>,
     pairs: Vec<(usize, usize, f64)>,
@@ -84,7 +84,7 @@ struct Squares {
 struct Levels {
     /// Levels of each factor.
     counts: Vec<usize>,
-    /// Row after row.
+    /// Levels, row after row.
     places: Vec<usize>,
 }
 
@@ -109,7 +109,7 @@ impl Levels {
         }
     }
 
-    /// The levels of each row; of no factors there are none.
+    /// The levels of each row; none if there are no factors.
     fn rows(&self, factors: usize) -> impl Iterator<Item = &[usize]> {
         self.places.chunks_exact(factors.max(1))
     }
@@ -187,7 +187,7 @@ impl Design {
         Self { terms, gram }
     }
 
-    /// What each term takes off the residual of the others.
+    /// Sums of squares by which each term lowers the residual of the others.
     fn squares(&self) -> Squares {
         let all = || self.terms.iter();
         let mains = all().filter(|t| t.first == t.second).map(|main| {

@@ -1,10 +1,10 @@
-//! Whether differences lean to one side: Wilcoxon's signed-rank test.
+//! Wilcoxon's signed-rank test of whether differences lean to one side.
 
 use super::bootstrap::FEWEST;
 use super::ranks::doubled_ranks;
 use statrs::distribution::{ContinuousCDF, Normal};
 
-/// Up to so many differences p is exact. Numbers of sign patterns, up to 2⁵⁰, are whole in `f64`.
+/// Most differences for which p is exact. Numbers of sign patterns, up to 2⁵⁰, are whole in `f64`.
 const EXACT_UP_TO: usize = 50;
 
 /// The two-sided p-value of the hypothesis that differences are as often as large to either side.

@@ -1,4 +1,4 @@
-//! The decomposition of balanced data, where all combinations of levels are equally often.
+//! Analysis of variance of balanced data, where all combinations of levels are equally frequent.
 
 use super::{Levels, Squares};
 
@@ -55,7 +55,7 @@ pub(super) fn squares(rows: &[(&[usize], f64)], levels: &Levels, mean: f64) -> O
     Some(Squares { mains, pairs, rest })
 }
 
-/// Whether every combination of levels is there, each as often as any other.
+/// True if every combination of levels is there, each as often as any other.
 fn is_balanced(levels: &Levels, rows: usize) -> bool {
     let factors = levels.counts.len();
     let all = levels.counts.iter().try_fold(1usize, |all, count| {
