@@ -77,7 +77,7 @@ impl AlbedoProbe {
     /// θ_o of the views, degrees.
     pub const VIEWS_DEG: [f64; 8] = [0.0, 15.0, 30.0, 45.0, 55.0, 65.0, 75.0, 80.0];
 
-    /// What [`error`](Self::error) returns.
+    /// The quantity that [`error`](Self::error) returns.
     pub const QUANTITY: Quantity = Quantity::real(
         "albedo",
         "mean relative error of the directional albedo at eight theta_o from 0 to 80°, if `quantities` asks for it; the same for every measure",
@@ -107,7 +107,7 @@ impl AlbedoProbe {
         evaluate(brdf, &self.pairs)
     }
 
-    /// Directional albedos of `values`, one a view.
+    /// Directional albedos of `values`, one per view.
     ///
     /// Pairs that are missing in either list are left out and count as black, so that a truth and
     /// a reconstruction are compared over the same part of the hemisphere; pass the same values
@@ -184,7 +184,7 @@ impl AlbedoProbe {
         }
     }
 
-    /// One node; `weight` is dx dφ_h.
+    /// Adds a node; `weight` is dx dφ_h.
     fn add(&mut self, theta_o: f64, x: f64, phi_h: f64, weight: f64) {
         let theta_h = CORE * x.sinh();
         let omega_o = Direction::from_spherical(theta_o, 0.0);

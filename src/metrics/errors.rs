@@ -45,7 +45,7 @@ pub struct Errors {
 }
 
 impl Errors {
-    /// Every error, in the order of columns, and where it stands.
+    /// Every error, in the order of columns, with its field.
     pub const QUANTITIES: [Judged<Errors>; 6] = [
         (
             Quantity::real(
@@ -125,7 +125,7 @@ pub fn compare(pairs: &[DirectionPair], truth: &Values, reconstruction: &Values)
     }
 }
 
-/// `None` for 0/0, x/0 and overflow.
+/// The number; `None` for 0/0, x/0 and overflow.
 fn defined(x: f64) -> Option<f64> {
     x.is_finite().then_some(x)
 }

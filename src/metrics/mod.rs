@@ -35,12 +35,12 @@ use rayon::prelude::*;
 /// values (about 80 kB) stay in a core's own cache.
 const CHUNK: usize = 1024;
 
-/// Luminance of a BRDF at a list of pairs, or nothing where it has no data.
+/// Luminance of a BRDF at a list of pairs, with the pairs where it has no data.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Values {
-    /// One a pair (sr⁻¹); 0 and meaningless where missing.
+    /// f_r without the cosine, sr⁻¹, one per pair; 0 and meaningless where missing.
     pub luminance: Vec<f64>,
-    /// One a pair; empty if nothing is missing.
+    /// One flag per pair, true without data; empty if nothing is missing.
     pub missing: Vec<bool>,
 }
 

@@ -1,4 +1,4 @@
-//! The fixed pairs that are compared, and how they are distributed.
+//! The fixed test pairs, and their distributions.
 //!
 //! | measure | density of (omega_i, omega_o), sr⁻² |
 //! |---|---|
@@ -32,13 +32,13 @@ const TRIAL: u64 = Sobol::BLOCK;
 /// A window that keeps less than one candidate in this many is refused.
 const MIN_ACCEPTANCE_INVERSE: u64 = 1000;
 
-/// How test pairs are distributed.
+/// Distribution of test pairs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Measure {
     /// Both directions cosine-distributed: density cos θ_i cos θ_o / π².
     Cosine,
-    /// Half of that; half with omega_o cosine-distributed and the half vector drawn from GGX,
+    /// Half as `Cosine`; half with omega_o cosine-distributed and the half vector drawn from GGX,
     /// alpha 0.3, 0.1, 0.03, 0.01 equally, pairs below the horizon dropped.
     Lobe,
 }
@@ -56,7 +56,7 @@ impl Measure {
     }
 }
 
-/// Which pairs are compared.
+/// Number, range and seed of the test pairs.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct MetricsSpec {
@@ -85,7 +85,7 @@ impl MetricsSpec {
     /// Checks every key, and that the mask leaves room for the separation.
     ///
     /// # Errors
-    /// The key, its value and what is allowed.
+    /// Names the key, its value and what is allowed.
     pub fn check(&self) -> Result<(), ParameterError> {
         if !(1..=MAX_PAIRS).contains(&self.pairs) {
             return Err(ParameterError::new(
@@ -114,7 +114,7 @@ impl MetricsSpec {
 /// the four lobes. (One more cosine pair if the number is odd.)
 ///
 /// # Errors
-/// What [`MetricsSpec::check`] refuses; and a mask and separation that together leave less than
+/// As [`MetricsSpec::check`]; also for a mask and separation that together leave less than
 /// one candidate in a thousand.
 ///
 /// ```
@@ -150,12 +150,12 @@ pub fn test_pairs(
         .collect()
 }
 
-/// Which pairs are kept.
+/// Condition on the pairs that are kept.
 struct Window {
     /// Both cosines are above this.
     cos_mask: f64,
     sin2_mask: f64,
-    /// Radians.
+    /// Smallest angle between light and sensor, rad.
     min_separation: f64,
 }
 
@@ -177,7 +177,7 @@ impl Window {
     }
 }
 
-/// One of the distributions a measure is mixed from, with its own Sobol points.
+/// A distribution that a measure is mixed from, with its own Sobol points.
 struct Population {
     sobol: Sobol,
     /// Roughness of the lobe; `None` for two cosine-distributed directions.

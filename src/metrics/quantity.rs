@@ -3,15 +3,15 @@
 /// A number by which a reconstruction is judged: a column of results. Less is better, 0 is exact.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Quantity {
-    /// Its column, snake case.
+    /// Name of its column, snake case.
     pub name: &'static str,
-    /// One line for lists and docs.
+    /// One-line description for lists and docs.
     pub summary: &'static str,
     /// True of whole numbers.
     pub is_count: bool,
 }
 
-/// A quantity, and where it stands in what holds several; `None` where it is not defined.
+/// A quantity, and its value in a struct `T` of several; `None` where it is not defined.
 pub type Judged<T> = (Quantity, fn(&T) -> Option<f64>);
 
 impl Quantity {
