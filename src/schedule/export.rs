@@ -1,9 +1,9 @@
 //! Schedules as CSV and JSON Lines.
 //!
-//! One row a pose: `index`, the coordinates the set is uniform in (angles in degrees, column ends
+//! One row per pose: `index`, the coordinates the set is uniform in (angles in degrees, column ends
 //! in `_deg`), then `theta_i_deg, phi_i_deg, theta_o_deg, phi_o_deg` of the two arms; no column
 //! comes twice, so spherical coordinates have none of their own beside the arms'. With an itinerary
-//! rows come in the order of time and go on with `block`, one column an axis (`<name>_deg`), and
+//! rows come in the order of time and go on with `block`, one column per axis (`<name>_deg`), and
 //! `move_seconds, exposure_seconds, seconds, at_seconds`; poses that the instrument cannot take are
 //! listed in the header with their reasons.
 //!
@@ -23,12 +23,12 @@ use std::io::{self, Write};
 /// The fact that holds the hash of a schedule's rows.
 pub(crate) const SCHEDULE_HASH: &str = "schedule_hash";
 
-/// In which order a file has its rows.
+/// Order of the rows of a file.
 #[derive(Clone, Copy, Debug)]
 pub enum Sequence<'a> {
-    /// As the poses were generated.
+    /// Poses in the order of their generation.
     Generated,
-    /// These poses, by number.
+    /// These poses, by number, in this order.
     Order(&'a [u32]),
     /// The visits of a machine.
     Visits(&'a Itinerary),
@@ -49,7 +49,7 @@ pub fn write_schedule(
     rows.sheet(&row).write(format, SCHEDULE_HASH, out)
 }
 
-/// The hash that [`write_schedule`] gives the file: of what its rows say, in either format.
+/// The hash that [`write_schedule`] gives the file: of the values in its rows, in either format.
 pub fn schedule_hash(schedule: &Schedule, itinerary: Option<&Itinerary>) -> String {
     let rows = PoseRows::of(schedule, itinerary);
     let row = |i: usize, cells: &mut Vec<Cell>| rows.fill(i, cells);
@@ -72,10 +72,10 @@ fn symmetry_words(s: Symmetry) -> String {
     }
 }
 
-/// The sample set of poses that a table brought along.
+/// Name of the sample set of poses from a table.
 pub(crate) const FROM_FILE: &str = "file";
 
-/// What the file is, a sentence a line.
+/// Description of the file, one sentence per line.
 pub(crate) fn description(schedule: &Schedule, what: &str) -> Vec<String> {
     let p = &schedule.parametrization;
     let s = p.symmetry();
@@ -117,7 +117,7 @@ pub(crate) fn coordinate_axes(axes: &[Axis]) -> impl Iterator<Item = (usize, &Ax
 pub(crate) struct PoseRows<'a> {
     schedule: &'a Schedule,
     sequence: Sequence<'a>,
-    /// Poses without a visit come after those with one.
+    /// True if poses without a visit come after those with one; else they are left out.
     all: bool,
     axes: Vec<(usize, Axis)>,
 }
@@ -161,7 +161,7 @@ impl<'a> PoseRows<'a> {
         }
     }
 
-    /// Column names and what they mean.
+    /// Names and meanings of the columns.
     pub fn columns(&self) -> Vec<(String, String)> {
         let mut columns: Vec<(String, String)> = Vec::new();
         let mut add = |name: &str, meaning: &str| columns.push((name.into(), meaning.into()));
@@ -243,7 +243,7 @@ impl<'a> PoseRows<'a> {
         );
     }
 
-    /// What a program needs to know the schedule again.
+    /// Facts from which a program can restore the schedule.
     pub fn facts(&self) -> Map<String, Value> {
         let schedule = self.schedule;
         let p = &schedule.parametrization;

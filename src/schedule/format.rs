@@ -1,11 +1,11 @@
-//! In which form schedules and readings are written.
+//! File formats of schedules and readings.
 
 /// Forms of a table with a header.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ScheduleFormat {
     /// Comma-separated values with a commented header.
     Csv,
-    /// One JSON object a line, the first one the header.
+    /// One JSON object per line, the first one the header.
     JsonLines,
 }
 

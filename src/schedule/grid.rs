@@ -320,7 +320,7 @@ pub(super) fn nodes(
     (poses.len() <= limit).then_some((poses, pose))
 }
 
-/// Recognises coordinates that name the same configuration.
+/// A table of configurations, which recognises coordinates that name the same one.
 pub(crate) struct Distinct {
     // The standard hasher takes most of the time of laying out a grid; nobody attacks this map.
     seen: FxHashMap<[i64; 4], u32>,
@@ -336,7 +336,7 @@ impl Distinct {
     /// is as far from all fractions as a number can be.
     const SHIFT: f64 = 0.618_033_988_749_894_9;
 
-    /// Nothing is known yet of coordinates along these axes.
+    /// An empty table for coordinates along these axes.
     pub fn new(axes: &[Axis]) -> Self {
         let mut scale = [(0.0, 0.0, false); 4];
         for (s, axis) in scale.iter_mut().zip(axes) {
@@ -417,7 +417,7 @@ fn largest(
     }
 }
 
-/// Where nodes sit if the config does not say. Where a warp crowds them towards the peak, one sits
+/// Default positions of nodes. Where a warp crowds them towards the peak, one sits
 /// on it. Where they are equally spaced a node on the peak would stand for its whole coarse cell,
 /// and a lone spike is worse interpolated than missed.
 fn default_centring(axis: &Axis) -> Centring {
@@ -469,7 +469,7 @@ impl Shapes {
         self.get(number).iter().map(|&n| n as f64).product()
     }
 
-    /// The first shape with more nodes than that.
+    /// Number of the first shape with more than `nodes` nodes.
     fn first_above(&mut self, nodes: f64) -> usize {
         let mut number = 0;
         while self.nodes(number) <= nodes {
@@ -478,7 +478,7 @@ impl Shapes {
         number
     }
 
-    /// Shape `number`.
+    /// Shape `number`, nodes per axis.
     fn get(&mut self, number: usize) -> &[usize] {
         while self.list.len() <= number {
             let last = &self.list[self.list.len() - 1];

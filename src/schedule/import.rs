@@ -1,7 +1,7 @@
 //! Schedules back from files: ours in both formats, and tables that others wrote.
 //!
 //! The four angles of the arms are all a file must have; every other column is optional, none is
-//! unknown. What the header says is kept as far as the rows bear it out: with an intact
+//! unknown. Facts of the header are kept as far as the rows confirm them: with an intact
 //! `schedule_hash` coordinates are those of their columns, else they follow from the angles; a
 //! lattice is laid out again from its axes, and its poses are then exact to the bit.
 //!
@@ -34,7 +34,7 @@ const NODES: usize = 1_000_000;
 /// is the pose and the others are the same pose or below the horizon.
 const NODES_A_POSE: usize = 100;
 
-/// What a reader takes a file for: a choice goes before the header, the header before the default.
+/// Assumptions about a file: a choice goes before the header, the header before the default.
 #[derive(Clone, Debug)]
 pub struct Assume {
     /// Name of the parametrization; by default half-difference.
@@ -63,15 +63,15 @@ impl Default for Assume {
 pub struct ScheduleFile {
     /// The poses.
     pub schedule: Schedule,
-    /// Their numbers in the order of the rows.
+    /// Numbers of the poses in the order of the rows.
     pub order: Vec<u32>,
     /// Name of the instrument it was planned for.
     pub instrument: Option<String>,
     /// Names of that instrument's axes; empty if the file has no positions.
     pub axes: Vec<String>,
-    /// Positions of the axes (rad), one a row; empty if the file has none.
+    /// Positions of the axes (rad), one set per row; empty if the file has none.
     pub positions: Vec<Positions>,
-    /// Poses of the lattice that the instrument could not take, and why; empty without a lattice.
+    /// Poses of the lattice that the instrument could not take, and why; empty if there is none.
     pub unreachable: Vec<(u32, Unreachable)>,
     /// The hash of the rows.
     pub hash: String,
@@ -117,7 +117,7 @@ pub fn read_schedule(text: &str, name: &str, assume: &Assume) -> Result<Schedule
     })
 }
 
-/// Poses that have no row, and why.
+/// Poses that have no row, with their reasons.
 fn listed_unreachable(table: &Table) -> Result<Vec<(u32, String)>, FileError> {
     Ok(table.fact("unreachable")?.unwrap_or_default())
 }
@@ -174,7 +174,7 @@ pub(crate) fn coordinate_columns() -> Vec<String> {
 pub(crate) struct Rows {
     /// The directions.
     pub pairs: Vec<DirectionPair>,
-    /// `index`, where there is one.
+    /// The column `index`, if there is one.
     index: Option<Vec<u64>>,
 }
 
@@ -184,17 +184,17 @@ pub(crate) struct Again {
     pub row: usize,
     /// The first row of that pose.
     pub first: usize,
-    /// The index is what they share.
+    /// True if the rows share an index, false if they share directions.
     by_index: bool,
 }
 
 impl Again {
-    /// Two poses under one index.
+    /// True for two poses under one index.
     pub fn is_another_pose(&self) -> bool {
         self.by_index
     }
 
-    /// The pose is there twice, and must not.
+    /// The error for a pose that is there twice.
     pub fn refuse(&self, table: &Table) -> FileError {
         let first = table.lines[self.first];
         let message = if self.by_index {
@@ -419,7 +419,7 @@ impl Columns {
     }
 }
 
-/// The angle that is written as `degrees`: where two are, they are neighbours.
+/// The angle (rad) that is written as `degrees`. Of neighbours that are, the first is taken.
 fn radians(degrees: f64) -> f64 {
     let near = degrees.to_radians();
     let candidates = [near, near.next_up(), near.next_down()];
@@ -427,7 +427,7 @@ fn radians(degrees: f64) -> f64 {
     written.unwrap_or(near)
 }
 
-/// The coordinates that a file is in.
+/// The form of the coordinates of a file.
 pub(crate) fn form(table: &Table, assume: &Assume) -> Result<Arc<dyn Parametrization>, FileError> {
     let declared: Option<String> = table.fact("parametrization")?;
     let chosen = assume.parametrization.clone();

@@ -1,5 +1,5 @@
-//! When a machine visits the poses of a schedule, how long each visit takes, and which poses it
-//! cannot take: plain data, which an instrument fills in.
+//! Itineraries: the times and durations of a machine's visits to the poses of a schedule, and the
+//! poses it cannot take. Plain data, which an instrument fills in.
 
 /// The most axes an instrument has.
 pub const MAX_AXES: usize = 4;
@@ -7,7 +7,7 @@ pub const MAX_AXES: usize = 4;
 /// Positions of the axes, rad, in the order of the instrument's preset; those it lacks are 0.
 pub type Positions = [f64; MAX_AXES];
 
-/// Why a pose cannot be measured.
+/// Reason why a pose cannot be measured.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Unreachable {
     /// The light is further from the normal than its arm goes.
@@ -54,7 +54,7 @@ impl Unreachable {
         }
     }
 
-    /// The reason that [`label`](Self::label) writes so.
+    /// The reason of a text written by [`label`](Self::label).
     pub fn of_label(label: &str) -> Option<Self> {
         let (name, number) = match label.split_once(':') {
             Some((name, number)) => (name, Some(number.parse().ok()?)),
@@ -68,20 +68,20 @@ impl Unreachable {
     }
 }
 
-/// One stop of a machine.
+/// A stop of a machine at a pose.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Visit {
     /// Number of the pose in its schedule.
     pub pose: u32,
     /// Number of the run of visits that share a light direction, from 0.
     pub block: u32,
-    /// Where the axes stand, rad.
+    /// Positions of the axes, rad.
     pub positions: Positions,
     /// Travel from the visit before (or from rest at 0) and settling, s.
     pub move_seconds: f64,
     /// All exposures of this pose, s.
     pub exposure_seconds: f64,
-    /// Everything: moving, exposures, overhead, and a calibration if one comes before this pose, s.
+    /// Total: moving, exposures, overhead, and a calibration if one comes before this pose, s.
     pub seconds: f64,
     /// From the start of the schedule to the middle of the exposures, s.
     pub at_seconds: f64,
@@ -98,9 +98,9 @@ pub struct Itinerary {
     pub axes: Vec<String>,
     /// Name of the order.
     pub order: &'static str,
-    /// In the order of time; every reachable pose once.
+    /// Visits in the order of time; every reachable pose once.
     pub visits: Vec<Visit>,
-    /// The poses that are left out, by number, and why.
+    /// The poses that are left out, by number, with reasons.
     pub unreachable: Vec<(u32, Unreachable)>,
 }
 
@@ -120,7 +120,7 @@ impl Itinerary {
         self.visits.len() as f64 / all as f64
     }
 
-    /// How many poses each reason keeps out, `reason:count` joined by `;`; empty if none does.
+    /// Number of poses each reason keeps out, `reason:count` joined by `;`; empty if none does.
     pub fn reasons_text(&self) -> String {
         let counts = Unreachable::NAMES.into_iter().zip(self.reasons());
         let counts = counts.filter(|(_, n)| *n > 0);
@@ -128,7 +128,7 @@ impl Itinerary {
         parts.join(";")
     }
 
-    /// How many poses each reason keeps out, in the order of [`Unreachable::NAMES`].
+    /// Number of poses that each reason keeps out, in the order of [`Unreachable::NAMES`].
     pub fn reasons(&self) -> [usize; Unreachable::NAMES.len()] {
         Unreachable::NAMES.map(|name| {
             let same = |(_, reason): &&(u32, Unreachable)| reason.name() == name;

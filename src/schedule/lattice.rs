@@ -3,7 +3,7 @@
 use crate::parametrization::{Axis, AxisKind, Coords};
 use serde::{Deserialize, Serialize};
 
-/// Where the nodes of an axis sit; `n` nodes, unit coordinate u in [0, 1].
+/// Positions of the nodes of an axis; `n` nodes, unit coordinate u in [0, 1].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Centring {
@@ -15,7 +15,7 @@ pub enum Centring {
     Start,
 }
 
-/// One axis of a lattice: how node numbers, index coordinates and axis values relate.
+/// An axis of a lattice: axis value = origin + index coordinate × step.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct LatticeAxis {

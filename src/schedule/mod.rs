@@ -1,4 +1,4 @@
-//! Which configurations are visited, in which order.
+//! Schedules: the configurations of an acquisition, in the order of measuring.
 
 pub(crate) mod export;
 mod format;
@@ -27,7 +27,7 @@ use crate::parametrization::{Coords, Parametrization};
 use crate::registry::{self, Entry, Joined, ReadError, Table, Taken};
 use std::sync::Arc;
 
-/// One configuration to be measured.
+/// A configuration to be measured.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Pose {
     /// Coordinates in the schedule's parametrization.

@@ -14,7 +14,7 @@ pub trait PointSet: std::fmt::Debug + Serialize + Send + Sync {
     /// The `kind` a config writes.
     const KIND: &'static str;
 
-    /// Point by point, from 0 on.
+    /// The points of a seed, in the unit cube; called with 0, 1, 2 and so on, in order.
     fn points(seed: u64) -> impl FnMut(u64) -> [f64; 4];
 }
 

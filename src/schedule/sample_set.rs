@@ -50,7 +50,7 @@ pub trait SampleSet: std::fmt::Debug + Send + Sync {
     ) -> Result<Schedule, PlanError>;
 }
 
-/// Why a sample set could not be made.
+/// Reason why a schedule could not be made.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum PlanError {

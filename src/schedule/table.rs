@@ -25,9 +25,9 @@ pub(crate) const WORDS: &str = "flags";
 pub struct FileError {
     /// The file, as the reader was told.
     pub name: String,
-    /// The line, from 1, if it is about one.
+    /// The line, from 1, if the error is about one.
     pub line: Option<usize>,
-    /// One sentence.
+    /// The message, one sentence.
     pub message: String,
     /// Why, if the sentence does not say it.
     #[source]
@@ -35,7 +35,7 @@ pub struct FileError {
 }
 
 impl FileError {
-    /// About one line of a file.
+    /// An error about one line of a file.
     pub fn at(name: &str, line: usize, message: impl Into<String>) -> Self {
         Self {
             name: name.into(),
@@ -45,7 +45,7 @@ impl FileError {
         }
     }
 
-    /// About a whole file.
+    /// An error about a whole file.
     pub fn whole(name: &str, message: impl Into<String>) -> Self {
         Self {
             name: name.into(),

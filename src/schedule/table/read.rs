@@ -1,4 +1,4 @@
-//! Reading.
+//! Reading of tables.
 //!
 //! Tables come from here, from a program of somebody else, or out of a spreadsheet: a byte-order
 //! mark, CRLF, blank lines, spaces, quotes, semicolons or tabs between cells, and with semicolons a
@@ -19,7 +19,7 @@ const HEADER: &str = "header";
 pub(crate) struct Table {
     /// The file, for messages.
     pub name: String,
-    /// Names of the columns, and where they stand.
+    /// Names of the columns, in the order of the file.
     pub columns: Vec<String>,
     /// The line that names them.
     pub head: usize,
@@ -29,7 +29,7 @@ pub(crate) struct Table {
     fact_lines: Vec<(String, usize)>,
     /// Row-major; NaN is an empty cell, which no cell can hold otherwise.
     numbers: Vec<f64>,
-    /// One a row, if there is a column of words.
+    /// Words, one text per row, if there is a column of words.
     words: Vec<String>,
 }
 

@@ -1,4 +1,4 @@
-//! Writing.
+//! Writing of tables.
 
 use super::super::format::ScheduleFormat;
 use super::{RowHash, WHOLE};
@@ -7,7 +7,7 @@ use std::io::{self, Write};
 
 /// One cell of a row.
 pub(crate) enum Cell {
-    /// Nothing is known.
+    /// No value.
     Empty,
     /// A number.
     Number(f64),
@@ -17,11 +17,11 @@ pub(crate) enum Cell {
 
 /// A table that is ready to be written.
 pub(crate) struct Sheet<'a> {
-    /// What the file is, a sentence a line.
+    /// Description of the file, one sentence per line.
     pub about: Vec<String>,
-    /// What a program needs to know.
+    /// Facts for programs, by key.
     pub facts: Map<String, Value>,
-    /// Names and meanings.
+    /// Names and meanings of the columns.
     pub columns: Vec<(String, String)>,
     /// Number of rows.
     pub rows: usize,
