@@ -2,7 +2,7 @@
 //! a public format in which measurements are exchanged.
 //!
 //! `#DIM n p`, `#PARAM_IN name`, `#PARAM_OUT name` and `#VS k` in front, then rows of n coordinates,
-//! p values and what `#VS` announces, in radians. Lines that begin with `#` and say anything else
+//! p values and the numbers that `#VS` announces, in radians. Other lines that begin with `#`
 //! are comments. With light L and view V, h = (L + V)/2 and k = (L − V)/2 not normalised:
 //!
 //! | `#PARAM_IN` | coordinates |
@@ -43,14 +43,14 @@ use glam::DVec3;
 use std::f64::consts::FRAC_PI_2;
 use std::sync::Arc;
 
-/// How far from 1 the length of a `CARTESIAN` vector may be: four printed digits.
+/// Tolerance of the length of a `CARTESIAN` vector, which is 1 up to four printed digits.
 const LENGTH_SLACK: f64 = 1e-3;
 
 /// Light and view, not above the horizon if the coordinates are outside their domain.
 type Inverse = fn(&[f64]) -> [DVec3; 2];
 
-/// What `#PARAM_IN` may say: name, number of coordinates, whether they fix the orientation of the
-/// sample, and what they mean.
+/// Values of `#PARAM_IN`: name, number of coordinates, true if they fix the orientation of the
+/// sample, and their directions.
 const INPUTS: [(&str, usize, bool, Inverse); 11] = [
     ("SPHERICAL_TL_PL_TV_PV", 4, true, |x| {
         [unit(x[0], x[1]), unit(x[2], x[3])]
@@ -99,7 +99,7 @@ fn unit(theta: f64, phi: f64) -> DVec3 {
     Direction::from_spherical(theta, phi).vector()
 }
 
-/// Below the horizon: what coordinates outside their domain mean.
+/// Light and view below the horizon, which stand for coordinates outside their domain.
 const OUTSIDE: [DVec3; 2] = [DVec3::NEG_Z, DVec3::NEG_Z];
 
 /// The view at (theta_d, phi_d) about the half vector, the light its reflection.
@@ -143,11 +143,11 @@ fn neumann(h_bar: f64, k_bar: f64, azimuth: f64) -> [DVec3; 2] {
     [raised(1.0), raised(-1.0)]
 }
 
-/// What was read.
+/// A file that was read.
 pub struct AltaFile {
     /// The measurement; its schedule has each configuration once.
     pub measurement: Measurement,
-    /// What `#PARAM_IN` says.
+    /// Value of `#PARAM_IN`.
     pub input: &'static str,
     /// Rows without a pose: a direction is not above the horizon.
     pub below_horizon: usize,
@@ -165,7 +165,7 @@ pub fn is_alta(text: &str) -> bool {
     header.any(|line| line.starts_with("#DIM"))
 }
 
-/// What the header says.
+/// The header: kinds and numbers of columns.
 struct Header {
     input: (&'static str, usize, bool, Inverse),
     channels: Channels,
@@ -177,7 +177,7 @@ struct Header {
 /// sample are those of an isotropic material unless `assume` says otherwise.
 ///
 /// # Errors
-/// One sentence with the line: a header that lacks a line or says what is not supported, a row with
+/// One sentence with the line: a header that lacks a line or holds an unsupported value, a row with
 /// another number of cells, or with one that is no finite number or no reading.
 pub fn read(text: &str, name: &str, assume: &Assume) -> Result<AltaFile, FileError> {
     let header = Header::read(text, name)?;

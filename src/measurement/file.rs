@@ -53,7 +53,7 @@ const OCCLUDED: &str = "occluded";
 const NOT_VISITED: &str = "not-visited";
 const UNREACHABLE: &str = "unreachable:";
 
-/// Where a measurement comes from.
+/// Origin of a measurement: material, instrument, seeds, schedule.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct About {
     /// Name of the material.
@@ -62,7 +62,7 @@ pub struct About {
     /// Name of the instrument.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub instrument: Option<String>,
-    /// Which one of its kind.
+    /// Realisation of the instrument: the seed of its own errors.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub realisation: Option<u64>,
     /// Seed of its noise.
@@ -79,7 +79,7 @@ pub struct MeasurementFile {
     pub measurement: Measurement,
     /// Numbers of its poses in the order of the rows.
     pub order: Vec<u32>,
-    /// Where it comes from.
+    /// Its origin.
     pub about: About,
     /// Rows that a later attempt replaced.
     pub replaced: usize,
@@ -187,7 +187,7 @@ pub fn write_measurement(
     sheet.write(format, MEASUREMENT_HASH, out)
 }
 
-/// The flags of a pose and why it has no reading.
+/// The flags of a pose and the reason if it has no reading, joined by `;`.
 fn words(measurement: &Measurement, pose: usize) -> String {
     let mut words: Vec<String> = Vec::new();
     match measurement.outcomes[pose] {
@@ -255,9 +255,9 @@ fn parse_words(words: &str) -> Result<(Option<Outcome>, Flags), FlagsError> {
 /// Reads a measurement; `name` stands for the file in messages.
 ///
 /// # Errors
-/// One sentence with the line: all that [`crate::schedule::read_schedule`] refuses, a value that is
-/// none or beyond [`crate::numeric::LARGEST_READING`], a negative uncertainty, an unknown flag, two
-/// rows of one pose with the same attempt.
+/// As [`crate::schedule::read_schedule`]; also one sentence with the line for a value that is no
+/// number or beyond [`crate::numeric::LARGEST_READING`], a negative uncertainty, an unknown flag,
+/// two rows of one pose with the same attempt.
 pub fn read_measurement(
     text: &str,
     name: &str,
@@ -373,11 +373,11 @@ fn latest(table: &Table, rows: &Rows) -> Result<Vec<usize>, FileError> {
     Ok(kept)
 }
 
-/// Where values and uncertainties stand.
+/// Positions of the columns of values and uncertainties.
 struct ValueColumns {
     channels: Channels,
     values: Vec<usize>,
-    /// The values are times cos theta_i.
+    /// True if the values are times cos theta_i.
     with_cosine: bool,
     type_a: Option<Vec<usize>>,
     type_b: Option<Vec<usize>>,
@@ -435,7 +435,7 @@ impl ValueColumns {
         self.type_a.is_some() || self.type_b.is_some() || self.both.is_some()
     }
 
-    /// The reading that a number in a cell stands for.
+    /// The reading (sr⁻¹, without the cosine) of a number in a cell.
     fn reading(
         &self,
         table: &Table,

@@ -1,4 +1,4 @@
-//! Readings of one configuration as one reading.
+//! Merging of all readings of one configuration into one.
 
 use super::{Details, Flags, Measurement, Outcome};
 use crate::schedule::Schedule;
@@ -6,11 +6,11 @@ use crate::schedule::grid::Distinct;
 use std::sync::Arc;
 
 impl Measurement {
-    /// Each configuration once, and how many poses went: those that name the configuration of an
-    /// earlier one under the symmetries of the schedule, which readings by others often do (light
-    /// and sensor exchanged, the sample turned). Their readings become the mean; scatter (type A)
-    /// averages out, what readings share (type B) does not; every flag stays. A schedule on a
-    /// lattice has no such poses.
+    /// The measurement with each configuration once, and the number of poses that were dropped:
+    /// those that name the configuration of an earlier one under the symmetries of the schedule,
+    /// as in tables by others (light and sensor exchanged, the sample turned). Readings become
+    /// their mean; scatter (type A) averages out, shared errors (type B) do not; every flag stays.
+    /// A schedule on a lattice has no such poses.
     #[must_use]
     pub fn merged(self) -> (Self, usize) {
         let schedule = &self.schedule;

@@ -1,4 +1,4 @@
-//! What an instrument reported: plain data, and its files.
+//! Measurements: readings and outcomes of the poses of a schedule, and their files.
 
 pub mod alta;
 mod file;
@@ -39,7 +39,7 @@ fn without_cosine(value: f64, cos: f64) -> Result<f64, ReadingError> {
     Err(ReadingError::TooLarge { reading })
 }
 
-/// What became of one pose.
+/// Outcome of one pose.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[must_use]
 pub enum Outcome {
@@ -53,12 +53,12 @@ pub enum Outcome {
     NotVisited,
 }
 
-/// What is odd about a reading: a set.
+/// A set of flags of a reading.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Flags(u8);
 
 impl Flags {
-    /// Nothing.
+    /// The empty set.
     pub const NONE: Flags = Flags(0);
     /// Every exposure ran into full scale: the value is a lower bound.
     pub const SATURATED: Flags = Flags(1);
@@ -74,7 +74,7 @@ impl Flags {
         (Flags::CLIPPED, "clipped"),
     ];
 
-    /// The flags of both.
+    /// The union of both sets.
     #[must_use]
     pub fn with(self, other: Flags) -> Flags {
         Flags(self.0 | other.0)
@@ -86,30 +86,30 @@ impl Flags {
     }
 }
 
-/// What a real instrument knows about its readings beside their values.
+/// Uncertainties and flags of readings.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Details {
     /// Standard uncertainty (k = 1) of the scatter between repeated readings, sr⁻¹, laid out as
     /// the values.
     pub type_a: Vec<f64>,
-    /// Standard uncertainty (k = 1) of what repeated readings of one instrument share, sr⁻¹, laid
-    /// out as the values.
+    /// Standard uncertainty (k = 1) of errors that repeated readings of one instrument share, sr⁻¹,
+    /// laid out as the values.
     pub type_b: Vec<f64>,
-    /// One a pose.
+    /// One set of flags per pose, in the order of the schedule.
     pub flags: Vec<Flags>,
 }
 
 /// The outcomes of a schedule, in its order.
 #[derive(Clone)]
 pub struct Measurement {
-    /// What was to be visited.
+    /// The poses that were to be visited.
     pub schedule: Arc<Schedule>,
     /// Values per reading.
     pub channels: Channels,
     /// f_r in sr⁻¹, pose-major (`poses × channels`); meaningless where there is no reading. Noise
     /// can make it negative.
     pub values: Vec<f64>,
-    /// One a pose.
+    /// One outcome per pose, in the order of the schedule.
     pub outcomes: Vec<Outcome>,
     /// Uncertainties and flags; `None` of an instrument that has neither.
     pub details: Option<Details>,
