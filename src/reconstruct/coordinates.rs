@@ -51,7 +51,7 @@ impl Coordinates {
 
 /// Coordinates that default to those of the schedule, and the shape of their embedding.
 pub(super) struct ReconstructionCoordinates<'a> {
-    /// `None`: those of the schedule.
+    /// Coordinates to interpolate in; `None`: those of the schedule.
     pub coordinates: Option<&'a Coordinates>,
     /// Weight of the first radial axis against the second.
     pub stretch: f64,

@@ -18,10 +18,10 @@ const REACH: usize = 8;
 /// Nodes past each end that evaluation needs.
 const SUPPORT: usize = 2;
 
-/// The reconstruction.
+/// Reconstruction by a cubic spline on a grid.
 pub type Cubic = LatticeMethod<CubicRule>;
 
-/// Its rule.
+/// The cubic spline as a rule on a lattice.
 #[derive(Clone, Copy, Debug)]
 pub struct CubicRule;
 
@@ -50,7 +50,7 @@ impl LatticeRule for CubicRule {
     }
 }
 
-/// The rule: B-spline coefficients.
+/// B-spline coefficients on the padded lattice.
 struct Spline<const D: usize> {
     table: Padded<D>,
     strides: [usize; D],

@@ -1,5 +1,5 @@
-//! What every interpolation on a lattice shares: node values without holes, continued past the
-//! ends of every axis, and the walk from pairs to index coordinates.
+//! The base of every interpolation on a lattice: node values without holes, continued past the
+//! ends of every axis, and the conversion of pairs to index coordinates.
 //!
 //! The horizon rule. Through a pole or a fold the lattice meets itself again: nodes that name one
 //! configuration are one place and hold one value. Every place without a reading (below the
@@ -17,7 +17,7 @@ use crate::parametrization::{AxisKind, Coords, Parametrization};
 use crate::schedule::{Lattice, LatticeAxis, Schedule, for_each_node};
 use std::sync::Arc;
 
-/// What a place without a reading gets.
+/// Rule for the value of a place without a reading.
 #[derive(Clone, Copy, PartialEq)]
 pub(super) enum Continuation {
     /// The next node's value plus half its slope.
@@ -34,12 +34,12 @@ pub(super) struct Padded<const D: usize> {
     pub pad: usize,
     /// Values per node.
     pub channels: usize,
-    /// Node-major (last axis fastest), channels innermost.
+    /// Transformed values, node-major (last axis fastest), channels innermost.
     pub values: Vec<f64>,
 }
 
 impl<const D: usize> Padded<D> {
-    /// Readings on a grid; `pad` is at least 2, so that every place of the box
+    /// Pads readings on a grid; `pad` is at least 2, so that every place of the box
     /// sees two nodes in each direction.
     pub fn new(
         method: &'static str,
@@ -187,7 +187,7 @@ impl<const D: usize> Padded<D> {
         Some(node)
     }
 
-    /// The same values with `pad` nodes past each end, fewer than now.
+    /// The values with `pad` nodes past each end, fewer than now.
     pub fn cropped(&self, pad: usize) -> Self {
         let cut = self.pad - pad;
         let shape: [usize; D] = std::array::from_fn(|d| self.shape[d] - 2 * cut);
@@ -210,9 +210,9 @@ impl<const D: usize> Padded<D> {
     }
 }
 
-/// Which nodes of a padded lattice are one place.
+/// Places of a padded lattice: nodes that name one configuration are one place.
 struct Places {
-    /// For each node the one that holds the value of its place.
+    /// One number per node: of the node that holds the value of its place.
     of: Vec<usize>,
     /// The nodes of the box, in the order of the lattice.
     inside: Vec<usize>,
@@ -326,7 +326,7 @@ fn home<const D: usize>(
 /// to be mistaken for each other.
 const STAND_IN: [f64; 4] = [0.986_127_183, 0.973_183_049, 0.961_549_327, 0.952_718_281];
 
-/// How far from a node, in steps, its coordinates may round.
+/// Tolerance of coordinates on a node, steps.
 const ON_NODE: f64 = 1e-6;
 
 /// Share of a radial axis that is beside the pole: far less than [`ON_NODE`] of a step.
@@ -352,7 +352,7 @@ pub(super) struct GridInterpolant<R, const D: usize> {
 const BATCH: usize = 128;
 
 impl<R: Rule<D>, const D: usize> GridInterpolant<R, D> {
-    /// What `rule` makes of a grid schedule with so many values a node.
+    /// The interpolant of `rule` on a grid schedule, with `width` values per node.
     pub fn new(rule: R, schedule: &Schedule, transform: Transform, width: usize) -> Self {
         let axis = |d: usize| match &schedule.lattice {
             Some(lattice) => lattice.axes[d],

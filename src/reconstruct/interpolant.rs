@@ -1,9 +1,8 @@
-//! Readings, what interpolates them, and the BRDF that makes.
+//! Readings, interpolants through them, and these as BRDFs.
 //!
-//! Which readings are neighbours of a pair, and with which weights they enter, depends on where the
-//! readings are and not on what was read. So several values a pose (the channels of one material,
-//! or many materials at the same poses) are interpolated together, for one search and one set of
-//! weights a pair.
+//! The neighbours of a pair and their weights depend on the poses of the readings and not on their
+//! values. So several values per pose (the channels of one material, or many materials at the same
+//! poses) are interpolated together, for one search and one set of weights per pair.
 
 use crate::brdf::{Brdf, Channels, Presence};
 use crate::geometry::{DirectionPair, Symmetry};
@@ -20,7 +19,7 @@ pub struct Readings<'a> {
     pub width: usize,
     /// f_r in sr⁻¹, pose-major (`poses × width`); meaningless where there is no reading.
     pub values: &'a [f64],
-    /// One a pose: whether there is a reading.
+    /// One flag per pose: true if it has a reading.
     pub present: &'a [bool],
 }
 
@@ -38,14 +37,14 @@ impl<'a> Readings<'a> {
     }
 }
 
-/// Whether each pose of a measurement has a reading.
+/// One flag per pose of a measurement: true if it has a reading.
 pub(super) fn present(measurement: &Measurement) -> Vec<bool> {
     let outcomes = measurement.outcomes.iter();
     outcomes.map(|&o| o == Outcome::Reading).collect()
 }
 
-/// A function of a pair through (or near) readings: f_r in sr⁻¹, `width` values a pair, finite and
-/// ≥ 0 above the horizon and 0 below.
+/// A function of a pair through (or near) readings: f_r in sr⁻¹, without the cosine, `width` values
+/// per pair, finite and ≥ 0 above the horizon and 0 below.
 pub trait Interpolant: Send + Sync {
     /// Values per pair.
     fn width(&self) -> usize;

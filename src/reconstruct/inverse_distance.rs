@@ -26,11 +26,11 @@ pub(super) const ENTRY: Entry<dyn Reconstruct> = Entry {
     read: |table| Ok(Box::new(registry::parse::<InverseDistance>(table)?)),
 };
 
-/// What a config says.
+/// Inverse-distance weighting, as a config writes it.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct InverseDistance {
-    /// What is interpolated.
+    /// Function of f_r that is interpolated.
     pub values: Values,
     /// Offset of the logarithm, sr⁻¹.
     pub epsilon: f64,
@@ -120,7 +120,7 @@ impl Reconstruct for InverseDistance {
     }
 }
 
-/// The rule.
+/// Inverse-distance weights as a rule over neighbours.
 pub(super) struct Shepard {
     pub neighbours: NonZeroUsize,
     pub power: f64,

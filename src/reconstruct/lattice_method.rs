@@ -1,5 +1,4 @@
-//! What a config says about an interpolation on the grid in its own coordinates: the same keys for
-//! every rule.
+//! Keys of a config for an interpolation on the grid in its own coordinates: equal for every rule.
 
 use super::transform::{EPSILON, Transform, Values};
 use super::{Interpolant, Readings, Reconstruct, ReconstructError};
@@ -13,10 +12,10 @@ use std::marker::PhantomData;
 pub trait LatticeRule: Debug + Clone + Send + Sync + 'static {
     /// The `kind` a config writes.
     const KIND: &'static str;
-    /// One line for lists.
+    /// One-line description for lists.
     const SUMMARY: &'static str;
 
-    /// What this rule makes of readings on a grid with `D` axes.
+    /// The interpolant of this rule through readings on a grid with `D` axes.
     ///
     /// # Errors
     /// If the readings lie on no grid, or there is none.
@@ -26,11 +25,11 @@ pub trait LatticeRule: Debug + Clone + Send + Sync + 'static {
     ) -> Result<Box<dyn Interpolant>, ReconstructError>;
 }
 
-/// What a config says.
+/// Interpolation on a grid by the rule `R`, as a config writes it.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default, bound = "")]
 pub struct LatticeMethod<R> {
-    /// What is interpolated.
+    /// Function of f_r that is interpolated.
     pub values: Values,
     /// Offset of the logarithm, sr⁻¹.
     pub epsilon: f64,

@@ -59,8 +59,8 @@ pub trait Reconstruct: std::fmt::Debug + Send + Sync {
     /// Names the key, the value and what is allowed.
     fn check(&self) -> Result<(), ParameterError>;
 
-    /// What interpolates (or approximates) the readings, every value of a pose with the same
-    /// weights. It has the symmetries of the schedule.
+    /// An interpolant through (or near) the readings, with equal weights for all values of a pose.
+    /// It has the symmetries of the schedule.
     ///
     /// # Errors
     /// If there are too few readings, or none on a grid where one is needed.
@@ -90,7 +90,7 @@ pub trait Reconstruct: std::fmt::Debug + Send + Sync {
     }
 }
 
-/// Why a measurement could not be turned into a BRDF.
+/// Reason why a measurement could not be turned into a BRDF.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum ReconstructError {
@@ -99,9 +99,9 @@ pub enum ReconstructError {
     TooFew {
         /// The method.
         method: &'static str,
-        /// Readings there are.
+        /// Number of readings.
         readings: usize,
-        /// Readings it needs.
+        /// Number of readings that it needs.
         needed: usize,
     },
     /// The readings are not on a grid.
@@ -109,7 +109,7 @@ pub enum ReconstructError {
     NoGrid {
         /// The method.
         method: &'static str,
-        /// The sample set there is.
+        /// The sample set of the readings.
         sample_set: String,
     },
     /// A parameter is outside its range.
@@ -217,7 +217,7 @@ pub fn read(table: Table<'_>) -> Result<Box<dyn Reconstruct>, ReadError> {
 /// along it.
 const STRETCH: f64 = 1.5;
 
-/// The kind, and what of it is not the default.
+/// The kind, with the keys that are not at their defaults.
 fn label(kind: &str, values: Values, coordinates: Option<&Coordinates>) -> String {
     let mut label = kind.to_owned();
     if values == Values::Linear {

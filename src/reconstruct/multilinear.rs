@@ -8,10 +8,10 @@ use super::lattice_method::{LatticeMethod, LatticeRule};
 use super::transform::Transform;
 use super::{Interpolant, Readings, ReconstructError};
 
-/// The reconstruction.
+/// Reconstruction by multilinear interpolation on a grid.
 pub type Multilinear = LatticeMethod<MultilinearRule>;
 
-/// Its rule.
+/// Multilinear interpolation as a rule on a lattice.
 #[derive(Clone, Copy, Debug)]
 pub struct MultilinearRule;
 
@@ -34,7 +34,7 @@ impl LatticeRule for MultilinearRule {
     }
 }
 
-/// The rule: one node past each end is enough.
+/// Node values on a lattice padded by one node past each end.
 struct Linear<const D: usize> {
     table: Padded<D>,
     strides: [usize; D],

@@ -21,7 +21,7 @@ pub(super) const ENTRY: Entry<dyn Reconstruct> = Entry {
     read: |table| Ok(Box::new(registry::parse::<NearestReading>(table)?)),
 };
 
-/// What a config says.
+/// The nearest reading, as a config writes it.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct NearestReading {
@@ -113,7 +113,7 @@ impl Reconstruct for NearestReading {
     }
 }
 
-/// Rounds to a node.
+/// Rule on a lattice: the value of the nearest node.
 struct Round<const D: usize> {
     table: Padded<D>,
     strides: [usize; D],
@@ -132,7 +132,7 @@ impl<const D: usize> Rule<D> for Round<D> {
     }
 }
 
-/// Takes the first neighbour.
+/// Rule over neighbours: the value of the first.
 struct First;
 
 impl<const K: usize> ScatteredRule<K> for First {

@@ -1,5 +1,5 @@
-//! What every interpolation of scattered readings shares: readings and their mirror images as
-//! points of an embedding, a k-d tree over them, and the walk from pairs to neighbours.
+//! The base of every interpolation of scattered readings: readings and their mirror images as
+//! points of an embedding, a k-d tree over them, and the search for neighbours of pairs.
 //!
 //! Coordinates are embedded so that nearness means nearness on the bench. With u = radial
 //! coordinate over its range: 3-D (stretch · u1, u2 cos a, u2 sin a), 4-D (stretch · u1 cos a1,
@@ -24,7 +24,7 @@ use std::sync::Arc;
 /// at least.
 const POLE_REACH: f64 = 0.3;
 
-/// The same in spacings of the readings: a hundred neighbours in half a ball reach 3.6 spacings.
+/// [`POLE_REACH`] in spacings of readings, at least: a hundred neighbours in half a ball reach 3.6.
 const POLE_SPACINGS: f64 = 4.0;
 
 /// Share of the first radial axis that counts as its pole: an azimuth has no digits left there.
@@ -38,7 +38,7 @@ const SAME: f64 = 1e-6;
 pub(super) struct Nearest<const K: usize>(ImmutableKdTree<f64, K>);
 
 impl<const K: usize> Nearest<K> {
-    /// At least one point, finite.
+    /// The tree of at least one point, finite.
     pub fn new(points: &[[f64; K]]) -> Self {
         match ImmutableKdTree::new_from_slice(points) {
             Ok(tree) => Self(tree),
@@ -70,11 +70,11 @@ impl<const K: usize> Nearest<K> {
     }
 }
 
-/// Readings as points.
+/// Readings and their images as points.
 pub(super) struct Cloud<const K: usize> {
     /// Places of the readings and of their images.
     pub points: Vec<[f64; K]>,
-    /// For each point, its transformed values.
+    /// Transformed values, point-major (`points × channels`).
     pub values: Vec<f64>,
     /// Values per point.
     pub channels: usize,
@@ -82,7 +82,7 @@ pub(super) struct Cloud<const K: usize> {
     embedding: Embedding,
 }
 
-/// Coordinates to a point.
+/// Embedding of coordinates as points.
 struct Embedding {
     parametrization: Arc<dyn Parametrization>,
     /// Polar: stretch / range of the first radial axis, 1 / range of the second; straight: of
@@ -253,7 +253,7 @@ pub(super) struct ScatteredInterpolant<R, const K: usize> {
 const BATCH: usize = 128;
 
 impl<R: ScatteredRule<K>, const K: usize> ScatteredInterpolant<R, K> {
-    /// What `rule` makes of a cloud.
+    /// The interpolant of `rule` on a cloud.
     pub fn new(rule: R, cloud: Cloud<K>, transform: Transform) -> Self {
         Self {
             rule,

@@ -41,11 +41,11 @@ pub(super) const ENTRY: Entry<dyn Reconstruct> = Entry {
     read: |table| Ok(Box::new(registry::parse::<ThinPlate>(table)?)),
 };
 
-/// What a config says.
+/// The thin-plate spline, as a config writes it.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct ThinPlate {
-    /// What is interpolated.
+    /// Function of f_r that is interpolated.
     pub values: Values,
     /// Offset of the logarithm, sr⁻¹.
     pub epsilon: f64,
@@ -133,7 +133,7 @@ impl Reconstruct for ThinPlate {
     }
 }
 
-/// The rule.
+/// Local thin-plate splines as a rule over neighbours.
 struct Local {
     neighbours: NonZeroUsize,
 }
@@ -291,8 +291,8 @@ impl<const K: usize> Scratch<K> {
         }
     }
 
-    /// Where the neighbours lie in a plane, what a polynomial does along its normal is not for
-    /// pivots to choose: the query takes the polynomials of its projection on the plane.
+    /// Projects the query on the plane of the neighbours if they lie in one: rounding of the pivots
+    /// must not choose the course of a polynomial along the normal.
     fn project(&mut self) {
         let Some((&(origin, column), rest)) = self.lagrange.split_first() else {
             return;

@@ -3,11 +3,11 @@
 use crate::error::{ParameterError, in_left_open};
 use serde::{Deserialize, Serialize};
 
-/// Which function of f_r is interpolated.
+/// Function of f_r that is interpolated.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Values {
-    /// f.
+    /// f itself.
     Linear,
     /// ln(f + epsilon): lobes span decades and bend less there.
     Log,
