@@ -1,4 +1,4 @@
-//! Which coordinates a truth favours, so that no comparison of parametrizations hides its bias.
+//! Coordinates that a truth favours, so that no comparison of parametrizations hides its bias.
 
 use serde::{Deserialize, Serialize};
 
@@ -15,7 +15,7 @@ pub enum Favours {
     HalfAngle,
     /// A distribution of |h_bar|: an axis of orthographic and hybrid coordinates (and of Stark's, squared).
     ProjectedHalf,
-    /// Neither: no factor that dominates is constant along the axes of one parametrization.
+    /// None: no dominant factor is constant along the axes of one parametrization.
     Neither,
     /// A table over half/difference coordinates, denser at small theta_h.
     HalfDifferenceTable,
@@ -24,7 +24,7 @@ pub enum Favours {
 }
 
 impl Favours {
-    /// Every answer, in the order of reports.
+    /// Every kind of favour, in the order of reports.
     pub const ALL: [Favours; 5] = [
         Favours::HalfAngle,
         Favours::ProjectedHalf,
@@ -33,7 +33,7 @@ impl Favours {
         Favours::SphericalTable,
     ];
 
-    /// As reports print it: the coordinate, or the table.
+    /// Name in reports: the coordinate, or the table.
     pub fn name(self) -> &'static str {
         match self {
             Favours::HalfAngle => "theta_h",

@@ -1,4 +1,4 @@
-//! What models built on the half vector share: its safe normalisation, the reflection of a view
+//! Functions of all models on the half vector: its safe normalisation, the reflection of a view
 //! about it, and sampling of a lobe above a diffuse base.
 
 use super::Spectrum;
@@ -74,7 +74,7 @@ impl Mixture {
         Self { diffuse }
     }
 
-    /// A direction; `half` draws the half vector of the lobe.
+    /// Draws omega_i; `half` draws the half vector of the lobe. `None` below the horizon.
     #[inline]
     pub(super) fn sample(
         self,

@@ -20,7 +20,7 @@ pub const ENTRY: Entry<dyn BrdfSpec> = Entry {
     read: |table| Ok(Box::new(registry::parse::<LambertSpec>(table)?)),
 };
 
-/// What a config says.
+/// Lambert's reflector, as a config writes it.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct LambertSpec {

@@ -1,4 +1,4 @@
-//! The laws a BRDF should obey, as functions that return what they found.
+//! The laws a BRDF should obey, as functions that measure deviations.
 //!
 //! | law | statement | function |
 //! |---|---|---|
@@ -30,7 +30,7 @@ use std::f64::consts::{FRAC_PI_2, TAU};
 pub struct Deviation {
     /// Largest |a − b|/max(|a|, |b|) over pairs and channels.
     pub max_relative: f64,
-    /// The pair where that happened.
+    /// The pair with the largest difference.
     pub worst: Option<DirectionPair>,
     /// Pairs compared.
     pub compared: usize,
@@ -40,7 +40,7 @@ pub struct Deviation {
     pub one_sided: usize,
 }
 
-/// What [`positivity`] found.
+/// Counts of [`positivity`].
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Positivity {
     /// Pairs evaluated.
@@ -135,7 +135,8 @@ pub fn edge_pairs() -> Vec<DirectionPair> {
     pairs
 }
 
-/// Whether values are finite and not negative, and 0 where a direction is not above the horizon.
+/// Counts values that are not finite or negative, and those other than 0 where a direction is not
+/// above the horizon.
 pub fn positivity(brdf: &dyn Brdf, pairs: &[DirectionPair]) -> Positivity {
     let mut found = Positivity::default();
     let mut values = vec![0.0; brdf.channels().count()];
@@ -158,7 +159,7 @@ pub fn positivity(brdf: &dyn Brdf, pairs: &[DirectionPair]) -> Positivity {
     found
 }
 
-/// How far light and sensor are from interchangeable.
+/// Deviation of f under an exchange of light and sensor.
 pub fn reciprocity(brdf: &dyn Brdf, pairs: &[DirectionPair]) -> Deviation {
     let mut found = Deviation::default();
     for pair in pairs {
@@ -167,7 +168,7 @@ pub fn reciprocity(brdf: &dyn Brdf, pairs: &[DirectionPair]) -> Deviation {
     found
 }
 
-/// How much f changes when the sample turns about its normal, by angles drawn from `seed`.
+/// Deviation of f under turns of the sample about its normal, by angles drawn from `seed`.
 pub fn isotropy(brdf: &dyn Brdf, pairs: &[DirectionPair], seed: u64) -> Deviation {
     let random = Random::new(seed);
     let mut found = Deviation::default();
@@ -179,7 +180,7 @@ pub fn isotropy(brdf: &dyn Brdf, pairs: &[DirectionPair], seed: u64) -> Deviatio
     found
 }
 
-/// How much f changes in a mirror through the t–n plane and through the b–n plane. For an
+/// Deviation of f under mirrors through the t–n plane and through the b–n plane. For an
 /// isotropic BRDF every plane that holds the normal follows.
 pub fn bilateral_symmetry(brdf: &dyn Brdf, pairs: &[DirectionPair]) -> Deviation {
     let mut found = Deviation::default();

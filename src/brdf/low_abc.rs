@@ -61,7 +61,7 @@ fn read(table: Table<'_>, surface: Surface) -> Result<Box<dyn BrdfSpec>, ReadErr
     }))
 }
 
-/// Which of the two models.
+/// Kind of surface: one of the two models.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Surface {
     /// Facets: a function of θ_h, with shadowing.
@@ -70,10 +70,10 @@ pub enum Surface {
     Smooth,
 }
 
-/// What a config says.
+/// An ABC model, as a config writes it.
 #[derive(Clone, Debug)]
 pub struct LowAbcSpec {
-    /// Which of the two models.
+    /// Kind of surface: microfacets, or smooth.
     pub surface: Surface,
     /// Its parameters.
     pub parameters: LowAbcParameters,
@@ -174,7 +174,7 @@ pub struct LowAbc {
 }
 
 impl LowAbc {
-    /// From checked parameters.
+    /// The BRDF of checked parameters.
     pub fn new(surface: Surface, p: &LowAbcParameters, channels: Channels) -> Self {
         let scale = match surface {
             Surface::Microfacet => FRAC_1_PI,

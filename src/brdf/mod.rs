@@ -46,7 +46,7 @@ use std::path::PathBuf;
 /// One number a channel; luminance and R, G, B need no memory of their own.
 pub type ChannelValues = SmallVec<[f64; 3]>;
 
-/// Whether a BRDF has a value for a pair.
+/// Presence of a value of a BRDF for a pair.
 ///
 /// A measured table may hold no data for a configuration. That is neither 0 nor NaN but a fact
 /// of its own, which the instrument reports and metrics leave out and count.
@@ -118,7 +118,7 @@ pub trait SampleBrdf: Brdf {
     fn pdf(&self, pair: &DirectionPair) -> f64;
 }
 
-/// What a config says about a material, checked and turned into a BRDF in two steps, so that a
+/// A material as a config writes it, checked and turned into a BRDF in two steps, so that a
 /// wrong value costs one second and a large table is only loaded when its turn comes.
 pub trait BrdfSpec: std::fmt::Debug + Send + Sync {
     /// The kind and every key with its value, defaults filled in; reading it back gives the same spec.
@@ -176,7 +176,7 @@ impl Tables {
     };
 }
 
-/// Why a material could not be built.
+/// Reason why a material could not be built.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum BuildError {
@@ -188,7 +188,7 @@ pub enum BuildError {
     Data {
         /// The file.
         path: PathBuf,
-        /// One sentence.
+        /// The message, one sentence.
         message: String,
     },
 }

@@ -40,7 +40,7 @@ pub const ENTRY: Entry<dyn BrdfSpec> = Entry {
     read: |table| Ok(Box::new(registry::parse::<OrenNayarSpec>(table)?)),
 };
 
-/// What a config says.
+/// Oren and Nayar's model, as a config writes it.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct OrenNayarSpec {

@@ -38,7 +38,7 @@ pub const ENTRY: Entry<dyn BrdfSpec> = Entry {
     read: |table| Ok(Box::new(registry::parse::<PhongSpec>(table)?)),
 };
 
-/// What a config says.
+/// The normalised Blinn–Phong model, as a config writes it.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct PhongSpec {

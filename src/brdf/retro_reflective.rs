@@ -29,7 +29,7 @@ pub const ENTRY: Entry<dyn BrdfSpec> = Entry {
     read,
 };
 
-/// What a config says.
+/// A retro-reflective material, as a config writes it.
 #[derive(Debug)]
 pub struct RetroReflectiveSpec {
     /// The material whose peak is turned.
@@ -102,7 +102,7 @@ fn inside(e: BuildError) -> BuildError {
     }
 }
 
-/// What is left of the symmetries of the material inside.
+/// The symmetries that are left of those of the material inside.
 fn symmetry(of: Symmetry) -> Symmetry {
     Symmetry {
         reciprocal: of.reciprocal && (of.isotropic || of.bilateral),
@@ -116,7 +116,7 @@ pub struct RetroReflective {
 }
 
 impl RetroReflective {
-    /// From the BRDF whose peak is turned.
+    /// The retro-reflective form of a BRDF.
     pub fn new(of: Box<dyn Brdf>) -> Self {
         Self { of }
     }
@@ -150,7 +150,7 @@ impl Brdf for RetroReflective {
         self.of.eval(&turned_pair(pair), out)
     }
 
-    /// One batch of the BRDF inside, so that the virtual calls stay one per batch.
+    /// Evaluates the BRDF inside in one batch, with one virtual call.
     fn eval_batch(&self, pairs: &[DirectionPair], out: &mut [f64], presence: &mut [Presence]) {
         let pairs: Vec<_> = pairs.iter().map(turned_pair).collect();
         self.of.eval_batch(&pairs, out, presence);

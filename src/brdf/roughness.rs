@@ -11,9 +11,9 @@ use std::fmt;
     expecting = "alpha: allowed is a number or two numbers [alpha_x, alpha_y]"
 )]
 pub enum Roughness {
-    /// The same in every tangent direction.
+    /// Equal in every tangent direction.
     Isotropic(f64),
-    /// Along t and along b.
+    /// One value along t and one along b.
     Anisotropic([f64; 2]),
 }
 

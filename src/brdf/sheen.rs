@@ -35,7 +35,7 @@ pub const ENTRY: Entry<dyn BrdfSpec> = Entry {
     read: |table| Ok(Box::new(registry::parse::<SheenSpec>(table)?)),
 };
 
-/// What a config says.
+/// Sheen, as a config writes it.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct SheenSpec {

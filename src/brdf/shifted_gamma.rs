@@ -41,7 +41,8 @@ pub const ENTRY: Entry<dyn BrdfSpec> = Entry {
     read: |table| Ok(Box::new(registry::parse::<ShiftedGammaSpec>(table)?)),
 };
 
-/// What a config says; the defaults are the published fit to MERL's gold-paint.
+/// The shifted-gamma model, as a config writes it; the defaults are the published fit to MERL's
+/// gold-paint.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct ShiftedGammaSpec {
@@ -154,7 +155,7 @@ struct Shape {
     theta0: f64,
 }
 
-/// What the three channels share.
+/// Angles of a pair, shared by the three channels.
 struct Angles {
     theta_i: f64,
     theta_o: f64,
@@ -191,7 +192,7 @@ impl Shape {
 }
 
 impl ShiftedGamma {
-    /// From a checked spec.
+    /// The BRDF of a checked spec.
     pub fn new(spec: &ShiftedGammaSpec, channels: Channels) -> Self {
         let shapes = [
             &spec.alpha,

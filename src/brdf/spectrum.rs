@@ -16,7 +16,7 @@ use std::fmt;
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(untagged)]
 pub enum Spectrum {
-    /// The same for every channel.
+    /// One value for every channel.
     Grey(f64),
     /// R, G, B.
     Rgb([f64; 3]),

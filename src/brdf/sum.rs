@@ -27,14 +27,14 @@ pub const ENTRY: Entry<dyn BrdfSpec> = Entry {
     read,
 };
 
-/// What a config says.
+/// A weighted sum, as a config writes it.
 #[derive(Debug)]
 pub struct SumSpec {
     /// The terms of the sum.
     pub component: Vec<ComponentSpec>,
 }
 
-/// One term of the sum.
+/// A term of the sum.
 #[derive(Debug)]
 pub struct ComponentSpec {
     /// Its weight, 0 or more.
@@ -223,7 +223,7 @@ impl Brdf for Sum {
         Presence::Present
     }
 
-    /// One batch per component, so that the virtual calls stay one per batch.
+    /// Evaluates each component in one batch, with one virtual call each.
     fn eval_batch(&self, pairs: &[DirectionPair], out: &mut [f64], presence: &mut [Presence]) {
         let n = self.channels.count();
         out.fill(0.0);
@@ -255,7 +255,7 @@ impl Brdf for Sum {
 }
 
 impl SampleBrdf for Sum {
-    /// Each component in proportion to its weight.
+    /// Draws from a component, chosen in proportion to its weight.
     fn sample(&self, omega_o: Direction, [u, v]: [f64; 2]) -> Option<Direction> {
         let mut rest = u * self.total_weight;
         for (weight, brdf) in &self.components {

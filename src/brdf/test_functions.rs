@@ -52,7 +52,7 @@ fn read(table: Table<'_>, spec: TestFunctionSpec) -> Result<Box<dyn BrdfSpec>, R
     Ok(Box::new(spec))
 }
 
-/// What a config says: which of the three.
+/// A test function, as a config writes it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum TestFunctionSpec {
     /// 1 − |h|.
@@ -105,7 +105,7 @@ impl BrdfSpec for TestFunctionSpec {
     }
 }
 
-/// One of the test functions, as a BRDF.
+/// A test function as a BRDF.
 #[derive(Clone, Debug)]
 pub struct TestFunction {
     channels: Channels,

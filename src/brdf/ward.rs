@@ -36,7 +36,7 @@ pub const ENTRY: Entry<dyn BrdfSpec> = Entry {
     read: |table| Ok(Box::new(registry::parse::<WardSpec>(table)?)),
 };
 
-/// What a config says.
+/// Ward's model, as a config writes it.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct WardSpec {

@@ -100,7 +100,7 @@ pub fn directional_albedo(brdf: &dyn Brdf, omega_o: Direction) -> DirectionalAlb
     found
 }
 
-/// Error that is small enough, relative to the albedo.
+/// Largest error, relative to the albedo.
 const TOLERANCE: f64 = 1e-10;
 
 /// Values of the BRDF after which no cell is halved.
@@ -121,7 +121,7 @@ struct Cell {
     errors: [f64; 2],
 }
 
-/// Memory for the nodes of a cell.
+/// Buffers for the nodes of a cell.
 struct Nodes {
     weights: Vec<f64>,
     values: Vec<f64>,

@@ -13,7 +13,7 @@ use crate::sampling::{Random, gauss_legendre};
 use glam::DVec3;
 use std::f64::consts::PI;
 
-/// What [`chi_squared`] found.
+/// Result of [`chi_squared`].
 #[derive(Clone, Copy, Debug)]
 pub struct ChiSquared {
     /// Σ (observed − expected)²/expected over the bins.

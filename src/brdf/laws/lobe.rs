@@ -21,7 +21,7 @@ use std::f64::consts::{FRAC_PI_2, TAU};
 pub(super) struct Lobe<'a> {
     pub(super) brdf: &'a dyn Brdf,
     omega_o: Direction,
-    /// What h mirrors the light to.
+    /// The direction that h mirrors the light to.
     view: DVec3,
     /// Azimuths, counted from that of the view, that lobes are stretched along or the horizon bends
     /// at; from 0 to 2π.
@@ -34,7 +34,7 @@ pub(super) struct Meridian {
     view: DVec3,
     /// Cosine and sine of the azimuth.
     along: [f64; 2],
-    /// θ_m.
+    /// θ_m at this azimuth, rad.
     end: f64,
 }
 
@@ -50,13 +50,13 @@ impl Meridian {
     }
 }
 
-/// Scales looked at along s and across meridians: 2^−k.
+/// Number of scales 2^−k that are tried along s and across meridians.
 const SCALES: i32 = 36;
 
 /// Ratio of the widths of neighbouring cells.
 const GROWTH: f64 = 4.0;
 
-/// Ends of cells that are nearer than this are one.
+/// Distance below which two ends of cells are one.
 const NEAR: f64 = 1e-9;
 
 /// `from`, and steps away from it up to `to`, the first `first` wide: cells that are wide against
@@ -68,7 +68,7 @@ fn graded(from: f64, to: f64, first: f64) -> impl Iterator<Item = f64> {
     steps.map(move |w| from + w.copysign(to - from))
 }
 
-/// All ends in order, but for those of `more` that others are near.
+/// All ends in ascending order, without those of `more` that lie near others.
 fn merged(mut ends: Vec<f64>, more: impl Iterator<Item = f64>) -> Vec<f64> {
     for x in more {
         if ends.iter().all(|end| (end - x).abs() > NEAR) {
@@ -160,8 +160,8 @@ impl<'a> Lobe<'a> {
         falls.collect()
     }
 
-    /// s of the other direction a peak can be at, on the meridian φ = 0, and the widths of a peak
-    /// there along s and φ.
+    /// A possible second peak: its s on the meridian φ = 0, and its widths along s and φ; `None`
+    /// without one.
     pub(super) fn second_peak(&self) -> Option<[f64; 3]> {
         let s = self.omega_o.theta() / self.meridian(0.0).end;
         // At the normal both are one; on the horizon nothing is seen of it.

@@ -1,4 +1,4 @@
-//! Measured tables, and anything turned into one.
+//! Measured tables, and materials converted into tables.
 
 pub mod merl;
 mod tabulated;
@@ -15,7 +15,7 @@ use crate::error::ParameterError;
 use std::fmt;
 use std::path::Path;
 
-/// What a table is called: its file, or its kind where that has no name.
+/// Label of a table: the name of its file, or its kind if that has none.
 fn label_of(path: &Path, kind: &str) -> String {
     let stem = path.file_stem();
     stem.map_or(kind.into(), |stem| stem.to_string_lossy().into_owned())

@@ -1,4 +1,4 @@
-//! Any material as a measured table: what a file of it would give back.
+//! Any material as a measured table: the values that a file of it would give.
 //!
 //! The nested material is written by the format's writer and read by its reader, so that the result
 //! has the cells, the rounding and the missing data of a file, without one. It answers "how much of
@@ -48,12 +48,12 @@ impl TableFormat {
 #[serde(deny_unknown_fields, default)]
 struct Keys {
     format: TableFormat,
-    /// Of MERL tables only.
+    /// Interpolation between nodes; of MERL tables only.
     #[serde(skip_serializing_if = "Option::is_none")]
     interpolation: Option<Interpolation>,
 }
 
-/// What a config says.
+/// A tabulated material, as a config writes it.
 #[derive(Debug)]
 pub struct TabulatedSpec {
     keys: Keys,

@@ -63,12 +63,12 @@ pub fn read(table: Table<'_>) -> Result<FresnelSpec, ReadError> {
     registry::read("fresnel term", &all(), table).map(|spec| *spec)
 }
 
-/// What a config says.
+/// A Fresnel term, as a config writes it.
 #[derive(Clone, Debug, PartialEq)]
 pub enum FresnelSpec {
-    /// Exact, for a metal.
+    /// Exact reflectance of a metal.
     Conductor(ConductorSpec),
-    /// Exact, for a transparent medium.
+    /// Exact reflectance of a transparent medium.
     Dielectric(DielectricSpec),
     /// Schlick's approximation.
     Schlick(SchlickSpec),

@@ -36,7 +36,7 @@ use serde::Deserialize;
 use serde::de::IgnoredAny;
 use std::marker::PhantomData;
 
-/// A distribution of facet normals, and what follows from it.
+/// A distribution of facet normals, with its projected area and sampling.
 pub trait Distribution: Clone + std::fmt::Debug + Send + Sync + 'static {
     /// The `kind` of the model built on it.
     const KIND: &'static str;
@@ -58,7 +58,7 @@ pub trait Distribution: Clone + std::fmt::Debug + Send + Sync + 'static {
     fn reflected_pdf(&self, h: DVec3, cos_d: f64, omega_o: DVec3) -> f64;
 }
 
-/// What a config says.
+/// A microfacet model, as a config writes it.
 #[derive(Clone, Debug)]
 pub struct MicrofacetSpec<D> {
     /// Roughness, one number or [alpha_x, alpha_y].

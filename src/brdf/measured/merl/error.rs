@@ -1,15 +1,15 @@
-//! What can be wrong with a table.
+//! Errors of MERL tables.
 
 use super::MerlGrid;
 
-/// Why a table could not be read or written. Messages do not name the file; those who open it do.
+/// Reason why a table could not be read or written. Messages do not name the file; callers do.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum MerlError {
-    /// The system refused.
+    /// The system reported an error.
     #[error("cannot read or write this MERL table: {0}")]
     Io(#[from] std::io::Error),
-    /// A folder, a pipe, a device.
+    /// The path is a folder, a pipe or a device.
     #[error("not a regular file")]
     NotAFile,
     /// Too short for a header.
@@ -41,7 +41,7 @@ pub enum MerlError {
         /// The layout the header asks for.
         grid: MerlGrid,
     },
-    /// Nothing to look up.
+    /// No cell holds data.
     #[error("every cell is negative, NaN or infinite: the table holds no data")]
     NoData,
     /// A table has colours only.

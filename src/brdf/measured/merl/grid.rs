@@ -1,4 +1,4 @@
-//! Where a pair lies in the table.
+//! Coordinates of a pair in the table.
 //!
 //! Angles of the half/difference parametrization (Rusinkiewicz), from the unnormalised h and k,
 //! p the unit azimuth of h:
@@ -29,10 +29,10 @@ use std::f64::consts::{FRAC_PI_2, PI};
 /// Cells along theta_h and along theta_d.
 pub const THETA_CELLS: usize = 90;
 
-/// 1° in index coordinates.
+/// Index coordinates per radian: cells of 1°.
 const PER_RADIAN: f64 = 180.0 / PI;
 
-/// How far below an edge, in cells, `nearest` counts a pair as on it.
+/// Distance below an edge, in cells, within which `nearest` counts a pair as on it.
 ///
 /// A pair built for a node carries rounding of up to 2e-9 cells in phi_d (theta_h = 0.011°,
 /// theta_d = 89°, where |h_bar| is 3e-6 and its azimuth good to 3e-11 rad). Without this a table
@@ -41,7 +41,7 @@ const PER_RADIAN: f64 = 180.0 / PI;
 /// in theta_d and phi_d, and less than 4e-10 rad in theta_h.
 const EDGE_SLACK: f64 = 1e-8;
 
-/// Which of the two layouts a file has.
+/// Layout of a table.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum MerlGrid {
     /// 90×90×180: isotropic and reciprocal, phi_d in [0°, 180°).

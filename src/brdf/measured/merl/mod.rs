@@ -63,14 +63,14 @@ impl Merl {
         Ok(table)
     }
 
-    /// The same table with another interpolation; a fresh one is trilinear.
+    /// The table with another interpolation; a fresh one is trilinear.
     #[must_use]
     pub fn with_interpolation(mut self, interpolation: Interpolation) -> Self {
         self.interpolation = interpolation;
         self
     }
 
-    /// The same table, declared bilaterally symmetric or not; a fresh one is. The format does not
+    /// The table, declared bilaterally symmetric or not; a fresh one is. The format does not
     /// guarantee it and look-ups do not use it: it tells others whether phi_d and −phi_d may be folded.
     #[must_use]
     pub fn with_bilateral(mut self, bilateral: bool) -> Self {
@@ -195,7 +195,7 @@ trait Cells<const N: usize> {
     /// True if every channel holds data.
     fn is_data(held: [f64; N]) -> bool;
 
-    /// From values as held to sr⁻¹.
+    /// f_r (sr⁻¹) of values as held.
     fn scaled(held: [f64; N]) -> [f64; N];
 
     /// f_r of cell `i` if it holds data.

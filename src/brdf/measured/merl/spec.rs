@@ -18,7 +18,7 @@ pub const ENTRY: Entry<dyn BrdfSpec> = Entry {
     read: |table| Ok(Box::new(registry::parse::<MerlSpec>(table)?)),
 };
 
-/// How a table is read between its nodes.
+/// Interpolation of a table between its nodes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Interpolation {
@@ -29,18 +29,18 @@ pub enum Interpolation {
     Nearest,
 }
 
-/// What a config says.
+/// A MERL file, as a config writes it.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct MerlSpec {
     /// The file.
     pub path: PathBuf,
-    /// How it is read between its nodes.
+    /// Interpolation between its nodes.
     #[serde(default)]
     pub interpolation: Interpolation,
-    /// Whether phi_d and −phi_d count as one configuration. An assumption: the format does not
+    /// True if phi_d and −phi_d count as one configuration. An assumption: the format does not
     /// guarantee it, but isotropic materials have it but for noise, and a schedule that folds
-    /// it visits half as many poses. The bilateral law measures how far a table is from it.
+    /// it visits half as many poses. The bilateral law measures the deviation of a table from it.
     #[serde(default = "yes")]
     pub bilateral: bool,
 }

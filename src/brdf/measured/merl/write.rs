@@ -14,7 +14,7 @@ use rayon::prelude::*;
 use std::io::{self, Write};
 use std::path::Path;
 
-/// What a cell without data holds.
+/// Stored value of a cell without data.
 const MISSING: f64 = -1.0;
 
 impl MerlGrid {

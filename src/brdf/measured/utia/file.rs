@@ -28,14 +28,14 @@ pub const FILE_LEN: u64 = 3 * 8 * NODES as u64;
 /// Pairs the writer evaluates in one batch: those of one light direction.
 const ROW: usize = super::DIRECTIONS;
 
-/// Why a table could not be read or written. Messages do not name the file; those who open it do.
+/// Reason why a table could not be read or written. Messages do not name the file; callers do.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum UtiaError {
-    /// The system refused.
+    /// The system reported an error.
     #[error("cannot read or write this UTIA table: {0}")]
     Io(#[from] io::Error),
-    /// A folder, a pipe, a device.
+    /// The path is a folder, a pipe or a device.
     #[error("not a regular file")]
     NotAFile,
     /// Another length than a table has.
@@ -52,7 +52,7 @@ pub enum UtiaError {
     /// A stream goes on after the table.
     #[error("found more data after the {FILE_LEN} bytes of a UTIA table")]
     TooLong,
-    /// Nothing to look up.
+    /// No node holds data.
     #[error("every value is NaN or infinite: the table holds no data")]
     NoData,
 }

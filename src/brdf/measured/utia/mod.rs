@@ -32,7 +32,7 @@ const NODES: usize = DIRECTIONS * DIRECTIONS;
 /// Steps of elevation and azimuth (rad): 15° and 7.5°.
 const STEP: [f64; 2] = [PI / 12.0, PI / 24.0];
 
-/// How far an elevation may lie beyond the last node, in steps, and still be on it: an angle
+/// Distance beyond the last node, in steps, within which an elevation counts as on it: an angle
 /// that went through sines and cosines is good to a few 1e-16 rad.
 const SLACK: f64 = 1e-12;
 
@@ -58,7 +58,7 @@ impl Utia {
         }
     }
 
-    /// The same table, declared to have these symmetries; a fresh one has none. Look-ups do not use
+    /// The table, declared to have these symmetries; a fresh one has none. Look-ups do not use
     /// them: they tell others what may be folded.
     #[must_use]
     pub fn with_symmetry(mut self, symmetry: Symmetry) -> Self {

@@ -19,13 +19,13 @@ pub const ENTRY: Entry<dyn BrdfSpec> = Entry {
     read: |table| Ok(Box::new(registry::parse::<UtiaSpec>(table)?)),
 };
 
-/// What a config says.
+/// A UTIA file, as a config writes it.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct UtiaSpec {
     /// The file.
     pub path: PathBuf,
-    /// From stored values to sr⁻¹, above 0 and at most 10⁶.
+    /// Factor from stored values to sr⁻¹, above 0 and at most 10⁶.
     #[serde(default = "one")]
     pub scale: f64,
 }
