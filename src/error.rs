@@ -3,11 +3,11 @@
 use std::borrow::Cow;
 use std::path::PathBuf;
 
-/// Characters of a user's text that a message repeats.
+/// Most characters of a user's text that a message repeats.
 const EXCERPT: usize = 60;
 
-/// What a message repeats of a user's text: all of it, or the start of one that is long. Quotes are
-/// closed.
+/// The part of a user's text that a message repeats: all of it, or the start of a long one. Quotes
+/// are closed.
 pub(crate) fn excerpt(text: &str) -> Cow<'_, str> {
     let quote = if text.starts_with('"') { "\"" } else { "" };
     match text.char_indices().nth(EXCERPT) {
@@ -24,7 +24,7 @@ pub struct ParameterError {
     pub key: String,
     /// The value that was given.
     pub value: String,
-    /// What is allowed, as a phrase.
+    /// The allowed values, as a phrase.
     pub allowed: String,
 }
 
@@ -81,7 +81,7 @@ pub enum Error {
     Config {
         /// File and line, or the option.
         place: String,
-        /// One sentence.
+        /// The message, one sentence.
         message: String,
     },
     /// The owner of the output folder.
@@ -89,7 +89,7 @@ pub enum Error {
     Output {
         /// The file or folder.
         path: PathBuf,
-        /// One sentence.
+        /// The message, one sentence.
         message: String,
     },
     /// The owner of the input data.
@@ -97,7 +97,7 @@ pub enum Error {
     Data {
         /// The file or folder.
         path: PathBuf,
-        /// One sentence.
+        /// The message, one sentence.
         message: String,
         /// Why, if the sentence does not say it.
         #[source]
@@ -108,7 +108,7 @@ pub enum Error {
     Infeasible {
         /// File and line, or the option.
         place: String,
-        /// One sentence.
+        /// The message, one sentence.
         message: String,
     },
     /// Some jobs of a run failed; the rows of the others are kept.
@@ -124,9 +124,9 @@ pub enum Error {
     /// Parts of a study are missing; the rows of the others are kept.
     #[error("only {rows} of {of} rows are there; they are in {}", path.display())]
     Incomplete {
-        /// Rows there are.
+        /// Number of rows there are.
         rows: usize,
-        /// Rows of the whole.
+        /// Number of rows of the whole.
         of: usize,
         /// The folder.
         path: PathBuf,
@@ -142,7 +142,7 @@ pub enum Error {
         /// The run's folder.
         path: PathBuf,
     },
-    /// Us: something that should not happen.
+    /// The authors of the program: something that should not happen.
     #[error("internal error: {0}")]
     Internal(String),
 }

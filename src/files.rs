@@ -1,4 +1,4 @@
-//! Files that are whole or not there, and inputs that end.
+//! Writing of files that are whole or not there, and reading of inputs of limited size.
 
 use std::fs::{self, File};
 use std::io::{self, BufWriter, ErrorKind, Read, Write};
@@ -11,7 +11,7 @@ pub const CONFIG_LIMIT: u64 = 64 << 20;
 /// Bytes that a table of poses or readings may have: ten million rows and more.
 pub const TABLE_LIMIT: u64 = 4 << 30;
 
-/// Where the system keeps the streams of a process: the shell's `<(…)` and `/dev/stdin`.
+/// Paths of the streams of a process: the shell's `<(…)` and `/dev/stdin`.
 const STREAMS: [&str; 3] = ["/dev/stdin", "/dev/fd", "/proc/self/fd"];
 
 /// Reads a text of at most `limit` bytes from a regular file or from a stream that the process was
@@ -62,7 +62,7 @@ pub fn destination(path: &Path) -> io::Result<PathBuf> {
     Ok(destination)
 }
 
-/// How names of files that are being written begin and end.
+/// Beginning and end of the names of files that are being written.
 const PART: [&str; 2] = [".gonio-", ".part"];
 
 /// Writes a file under a temporary name in the same folder and renames it when it is whole and on

@@ -8,7 +8,7 @@
 /// below any arm's resolution.
 pub const GRAZING_COS: f64 = 1e-7;
 
-/// How far below the horizon rounding may put a direction that lies on it.
+/// Largest distance (rad) below the horizon that rounding may give a direction on it.
 ///
 /// The inverse maps add and subtract numbers of size 1 a handful of times;
 /// 1e-14 is about 45 ulp, and 1e-14 rad is no physical distance.
@@ -61,7 +61,7 @@ pub mod infinite_as_null {
     /// Writes a number, or nothing in place of an infinite one.
     ///
     /// # Errors
-    /// Those of the format.
+    /// Errors of the format.
     pub fn serialize<S: Serializer>(value: &f64, serializer: S) -> Result<S::Ok, S::Error> {
         value.is_finite().then_some(*value).serialize(serializer)
     }
@@ -69,7 +69,7 @@ pub mod infinite_as_null {
     /// Reads a number, or infinity in place of nothing.
     ///
     /// # Errors
-    /// Those of the format.
+    /// Errors of the format.
     pub fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<f64, D::Error> {
         Ok(Option::deserialize(deserializer)?.unwrap_or(f64::INFINITY))
     }

@@ -1,5 +1,5 @@
-//! One truth for every family of named things: models, parametrizations, sample sets,
-//! reconstructions. A family's `all()` returns [`Entry`]s, and the config reader, `gonio list`,
+//! Registries: one list for every family of named things (models, parametrizations, sample sets,
+//! reconstructions). A family's `all()` returns [`Entry`]s, and the config reader, `gonio list`,
 //! the help texts, the law tests and the benches all walk that list.
 //!
 //! A program that is built on this library adds members of its own with a family's `join`: they are
@@ -21,13 +21,13 @@ use toml::de::{DeTable, DeValue};
 /// A TOML table with the position of each key and value.
 pub type Table<'a> = Spanned<DeTable<'a>>;
 
-/// One member of a family.
+/// A member of a family.
 pub struct Entry<T: ?Sized> {
     /// The `kind` a config writes, kebab-case.
     pub kind: &'static str,
-    /// One line for `gonio list` and the docs.
+    /// One-line description for `gonio list` and the docs.
     pub summary: &'static str,
-    /// TOML bodies (without `kind`) that read well: what `gonio list` shows and the laws run on.
+    /// TOML bodies (without `kind`) that `gonio list` shows and the laws run on.
     pub examples: &'static [&'static str],
     /// Reads the member from its table (without `kind`).
     pub read: fn(Table<'_>) -> Result<Box<T>, ReadError>,
@@ -78,7 +78,7 @@ pub struct Taken(pub &'static str);
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("{message}")]
 pub struct ReadError {
-    /// One sentence: key, value, what is allowed.
+    /// The message, one sentence: key, value, what is allowed.
     pub message: String,
     /// Byte range in the config text.
     pub span: Option<Range<usize>>,

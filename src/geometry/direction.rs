@@ -10,7 +10,7 @@ impl Direction {
     /// The surface normal.
     pub const NORMAL: Direction = Direction(DVec3::Z);
 
-    /// From elevation `theta` (rad, from the normal) and azimuth `phi` (rad, from t towards b).
+    /// The direction of elevation `theta` (rad, from the normal), azimuth `phi` (rad, from t to b).
     ///
     /// ```
     /// use gonio::geometry::Direction;

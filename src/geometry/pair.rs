@@ -19,7 +19,7 @@ impl DirectionPair {
         Self { omega_i, omega_o }
     }
 
-    /// From elevations and azimuths (rad): `theta_i, phi_i, theta_o, phi_o`.
+    /// The pair at elevations and azimuths (rad): `theta_i, phi_i, theta_o, phi_o`.
     #[inline]
     pub fn from_spherical(theta_i: f64, phi_i: f64, theta_o: f64, phi_o: f64) -> Self {
         Self::new(
@@ -57,7 +57,7 @@ impl DirectionPair {
         }
     }
 
-    /// Light and sensor exchanged.
+    /// The pair with light and sensor exchanged.
     #[inline]
     pub fn swapped(&self) -> Self {
         Self::new(self.omega_o, self.omega_i)

@@ -1,4 +1,4 @@
-//! Which changes of a pair leave a BRDF unchanged.
+//! Symmetries of a BRDF: changes of a pair that leave it unchanged.
 
 use serde::{Deserialize, Serialize};
 

@@ -1,4 +1,4 @@
-//! One soft light before an even background.
+//! A soft light before an even background.
 //!
 //! L = background + peak · exp(−γ²/(2 width²)), γ the angle from the light's middle.
 
@@ -20,7 +20,7 @@ pub const ENTRY: Entry<dyn LightingSpec> = Entry {
     read: |table| Ok(Box::new(registry::parse::<BlobSpec>(table)?)),
 };
 
-/// What a config says.
+/// A soft light, as a config writes it.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct BlobSpec {

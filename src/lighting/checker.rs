@@ -18,7 +18,7 @@ pub const ENTRY: Entry<dyn LightingSpec> = Entry {
     read: |table| Ok(Box::new(registry::parse::<CheckerSpec>(table)?)),
 };
 
-/// What a config says.
+/// A checker pattern, as a config writes it.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct CheckerSpec {

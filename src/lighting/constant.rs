@@ -1,4 +1,4 @@
-//! The same radiance from everywhere.
+//! Equal radiance from every direction.
 
 use super::{BRIGHTEST, Lighting, LightingSpec};
 use crate::brdf::{BuildError, Channels, Spectrum};
@@ -17,7 +17,7 @@ pub const ENTRY: Entry<dyn LightingSpec> = Entry {
     read: |table| Ok(Box::new(registry::parse::<ConstantSpec>(table)?)),
 };
 
-/// What a config says.
+/// Constant light, as a config writes it.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct ConstantSpec {

@@ -24,7 +24,7 @@ pub const ENTRY: Entry<dyn LightingSpec> = Entry {
     read: |table| Ok(Box::new(registry::parse::<MapSpec>(table)?)),
 };
 
-/// What a config says.
+/// A panorama, as a config writes it.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct MapSpec {
@@ -74,14 +74,14 @@ impl MapSpec {
     }
 }
 
-/// Values that a picture may have: the header says how many, and they are all held.
+/// Most values of a picture: the header gives their number, and all of them are held.
 const LARGEST: usize = 4 << 27;
 
-/// Why a picture is no environment.
+/// Reason why a picture is no environment map.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum MapError {
-    /// It is not twice as wide as high.
+    /// The picture is not twice as wide as high.
     #[error("this picture is {width} × {height} pixels; allowed: twice as wide as high")]
     Shape {
         /// Pixels to a row.
@@ -101,14 +101,14 @@ pub enum MapError {
          numbers not below 0"
     )]
     Pixel {
-        /// From the left.
+        /// Column, from the left.
         column: usize,
-        /// From the top.
+        /// Row, from the top.
         row: usize,
         /// Its R, G, B.
         found: [f32; 3],
     },
-    /// It has more values than are held.
+    /// The picture has more values than are allowed.
     #[error(
         "this picture is {width} × {height} pixels; allowed: at most {LARGEST} values, as four \
          channels of 16384 × 8192 have"
@@ -119,19 +119,19 @@ pub enum MapError {
         /// Rows.
         height: usize,
     },
-    /// It is of another format.
+    /// The file is of another format.
     #[error("this is no picture that can be read; allowed: OpenEXR, Radiance HDR")]
     Format,
-    /// It has no colours.
+    /// The picture has no colours; the value lists its channels.
     #[error("its channels are {0}; allowed: R, G, B or Y")]
     Channels(String),
-    /// Its channels differ in resolution.
+    /// The channels differ in resolution.
     #[error("some of its channels are coarser than others")]
     Coarse,
-    /// It is a folder, a pipe or a device.
+    /// The path is a folder, a pipe or a device.
     #[error("cannot read this file: not a regular file")]
     NoFile,
-    /// It has no layer.
+    /// The picture has no layer.
     #[error("cannot read this file: it has no layer")]
     Empty,
     /// The file cannot be read.
@@ -170,7 +170,7 @@ pub struct Map {
 }
 
 impl Map {
-    /// From linear R, G, B, row after row from the zenith, `width` to a row.
+    /// A panorama of linear R, G, B, row after row from the zenith, `width` to a row.
     ///
     /// # Errors
     /// If it is not twice as wide as high (to a pixel), or if a value is negative or not finite.
@@ -204,7 +204,7 @@ impl Map {
         })
     }
 
-    /// The same light turned about +z (rad), counter-clockwise seen from above.
+    /// The light turned about +z by `angle` (rad), counter-clockwise seen from above.
     #[must_use]
     pub fn rotated(mut self, angle: f64) -> Self {
         self.rotation += angle;
@@ -264,7 +264,7 @@ mod files {
         Hdr,
     }
 
-    /// By the first bytes: names may lie.
+    /// The format by the first bytes: names may be wrong.
     fn format(path: &Path) -> Result<Format, MapError> {
         // Asked by name: a pipe that nobody writes to would not open.
         if !std::fs::metadata(path)?.is_file() {

@@ -24,7 +24,7 @@ pub trait Lighting: Send + Sync {
     fn radiance(&self, omega: Direction) -> [f64; 3];
 }
 
-/// What a config says about a lighting.
+/// A lighting as a config writes it.
 pub trait LightingSpec: std::fmt::Debug + Send + Sync {
     /// The kind and every key with its value, defaults filled in; reading it back gives the same spec.
     fn resolved(&self) -> toml::Table;

@@ -22,7 +22,7 @@ pub const ENTRY: Entry<dyn LightingSpec> = Entry {
     read: |table| Ok(Box::new(registry::parse::<SkySpec>(table)?)),
 };
 
-/// What a config says.
+/// A sky, as a config writes it.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct SkySpec {

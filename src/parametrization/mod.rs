@@ -39,7 +39,7 @@ use crate::registry::{self, Entry, Joined, ReadError, Table, Taken};
 /// Coordinates of a pair: the first `axes().len()` entries count, the rest are 0.
 pub type Coords = [f64; 4];
 
-/// What a coordinate is measured in.
+/// Unit of a coordinate.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Unit {
     /// Radians inside, degrees in files (columns end in `_deg`).
@@ -48,7 +48,7 @@ pub enum Unit {
     One,
 }
 
-/// The part a coordinate plays.
+/// Kind of a coordinate.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum AxisKind {
     /// 0 at a pole, where the azimuths that belong to it are undefined.
@@ -102,7 +102,7 @@ pub struct Facts {
     pub squared: bool,
 }
 
-/// One coordinate axis.
+/// A coordinate axis.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Axis {
     /// The field's symbol, e.g. `theta_h`; part of file columns.
@@ -113,13 +113,13 @@ pub struct Axis {
     pub unit: Unit,
     /// Smallest and largest value.
     pub range: [f64; 2],
-    /// The part it plays.
+    /// Its kind.
     pub kind: AxisKind,
     /// What it measures.
     pub quantity: Quantity,
     /// True if the mirror direction, where lobes peak, sits at the start of this axis.
     pub peak_at_start: bool,
-    /// Nodes a grid puts along this axis relative to the others, if it is not told.
+    /// Default number of a grid's nodes along this axis, relative to the other axes.
     pub density: f64,
     /// The warp that bends it, if any; `symbol` stays that of the plain axis.
     pub warp: Option<WarpSpec>,
@@ -193,7 +193,7 @@ pub trait Parametrization: Send + Sync {
         }
     }
 
-    /// How far each coordinate is bent: `none`, or e.g. `theta_h:square-root`.
+    /// Names of the warps: `none`, or e.g. `theta_h:square-root`.
     fn warp_name(&self) -> String {
         "none".into()
     }
@@ -218,12 +218,12 @@ pub trait Parametrization: Send + Sync {
 pub struct WarpError {
     /// The axis symbol as written.
     pub axis: String,
-    /// What is wrong and what is allowed.
+    /// The error, with the allowed values.
     #[source]
     pub problem: WarpProblem,
 }
 
-/// Why an axis cannot have a warp.
+/// Reason why an axis cannot have a warp.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum WarpProblem {

@@ -1,4 +1,4 @@
-//! Points in the unit cube, and how to bend them onto the hemisphere.
+//! Points in the unit cube, and warps of them onto the hemisphere.
 //!
 //! Every point depends on (seed, index) only, never on what was drawn before it, so that any
 //! number of threads gives the same set.

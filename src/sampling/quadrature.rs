@@ -40,7 +40,7 @@ pub const GAUSS_KRONROD: [[f64; 3]; 15] = {
     pair
 };
 
-/// From the outermost node to the middle.
+/// Nodes and weights from the outermost node to the middle.
 const OUTER_HALF: [[f64; 3]; 8] = [
     [0.991_455_371_120_812_6, 0.022_935_322_010_529_224, 0.0],
     [

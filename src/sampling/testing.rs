@@ -2,7 +2,7 @@
 
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
-/// How many of `values` fall into each of `bins` equal bins of [0, 1]. Values outside panic.
+/// Number of `values` in each of `bins` equal bins of [0, 1]. Values outside panic.
 pub(crate) fn equal_bins(values: impl Iterator<Item = f64>, bins: usize) -> Vec<u64> {
     let mut counts = vec![0; bins];
     for value in values {
