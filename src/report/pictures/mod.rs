@@ -10,7 +10,7 @@ mod lobe;
 mod plot;
 mod render;
 #[cfg(test)]
-mod rings;
+mod ring_tests;
 pub(super) mod slice;
 mod slices;
 pub(super) mod sphere;

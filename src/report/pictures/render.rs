@@ -333,7 +333,7 @@ mod tests {
     use super::*;
     use crate::brdf::{self, Lambert, Spectrum};
     use crate::registry;
-    use crate::report::pictures::rings::{light, sphere};
+    use crate::report::pictures::ring_tests::{light, sphere};
 
     fn material(kind: &str, keys: &str) -> Box<dyn Brdf> {
         let all = brdf::all();
