@@ -9,8 +9,6 @@ mod hemispheres;
 mod lobe;
 mod plot;
 mod render;
-#[cfg(test)]
-mod ring_tests;
 pub(super) mod slice;
 mod slices;
 pub(super) mod sphere;
