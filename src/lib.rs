@@ -79,8 +79,10 @@
 //!
 //! # Features
 //!
-//! `cli` (default): the `gonio` command; it has `pictures`. `pictures`: OpenEXR, PNG, diagrams, reports, and
-//! environment maps from files. Without them the library needs neither an argument parser nor an image format.
+//! `cli` (default): the `gonio` command; it has `pictures` and `schemas`. `pictures`: OpenEXR, PNG, diagrams,
+//! HTML reports, and environment maps from files; it has `experiments`. `experiments`: plans, configs in TOML,
+//! runs, their statistics and tables, presets of instruments. `schemas`: JSON Schemas of files. Without any:
+//! models, tables, schedules, instruments, measurements and their files, reconstructions, errors, moments.
 //!
 //! # Pages
 //!
@@ -95,6 +97,7 @@ pub mod brdf;
 pub mod cli;
 pub mod docs;
 pub mod error;
+#[cfg(feature = "experiments")]
 pub mod experiment;
 pub mod files;
 pub mod formats;
@@ -108,9 +111,11 @@ pub mod numeric;
 pub mod parametrization;
 pub mod reconstruct;
 pub mod registry;
+#[cfg(feature = "experiments")]
 pub mod report;
 pub mod sampling;
 pub mod schedule;
+#[cfg(feature = "experiments")]
 pub mod statistics;
 
 pub use error::Error;

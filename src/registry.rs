@@ -5,6 +5,9 @@
 //! A program that is built on this library adds members of its own with a family's `join`: they are
 //! then read from configs and listed like all others.
 //!
+//! With the feature `experiments` members are read from tables of TOML, and errors know their place in
+//! the text; without it from JSON objects.
+//!
 //! A config table names its member by `kind`. Internally tagged serde enums lose key and line in
 //! TOML errors and let stray keys through on unit variants, so `kind` is taken out of the table
 //! first and the rest is deserialized into the member's own struct, whose
@@ -12,14 +15,22 @@
 
 use crate::error::excerpt;
 use serde::Serialize;
-use serde::de::DeserializeOwned;
 use std::ops::Range;
 use std::sync::{PoisonError, RwLock};
-use toml::Spanned;
-use toml::de::{DeTable, DeValue};
 
-/// A TOML table with the position of each key and value.
-pub type Table<'a> = Spanned<DeTable<'a>>;
+#[cfg(not(feature = "experiments"))]
+mod json;
+#[cfg(feature = "experiments")]
+mod text;
+
+#[cfg(not(feature = "experiments"))]
+pub use json::{Keys, Table, Value, parse};
+#[cfg(not(feature = "experiments"))]
+use json::{keys, remove, table, written};
+#[cfg(feature = "experiments")]
+pub use text::{Keys, Table, Value, parse};
+#[cfg(feature = "experiments")]
+use text::{keys, remove, table, written};
 
 /// A member of a family.
 pub struct Entry<T: ?Sized> {
@@ -86,19 +97,10 @@ pub struct ReadError {
 
 impl ReadError {
     /// An error at a place in the text.
-    pub fn at(span: Range<usize>, message: impl Into<String>) -> Self {
+    pub fn at(span: impl Into<Option<Range<usize>>>, message: impl Into<String>) -> Self {
         Self {
             message: message.into(),
-            span: Some(span),
-        }
-    }
-}
-
-impl From<toml::de::Error> for ReadError {
-    fn from(e: toml::de::Error) -> Self {
-        Self {
-            message: e.message().to_owned(),
-            span: e.span(),
+            span: span.into(),
         }
     }
 }
@@ -117,14 +119,13 @@ pub fn read<T: ?Sized>(
 /// Takes `kind` out of a table: the position in `kinds` of the one it names.
 pub fn take_kind(what: &str, kinds: &[&str], table: &mut Table<'_>) -> Result<usize, ReadError> {
     let allowed = kinds.join(", ");
-    let span = table.span();
-    let Some(kind) = table.get_mut().remove("kind") else {
+    let place = table.span();
+    let Some(kind) = remove(table, "kind") else {
         let message = format!("kind is missing from the {what}; allowed: {allowed}");
-        return Err(ReadError::at(span, message));
+        return Err(ReadError::at(place, message));
     };
-    let span = kind.span();
-    match kind.into_inner() {
-        DeValue::String(name) => kinds.iter().position(|&k| k == name).ok_or_else(|| {
+    match kind.shape {
+        Shape::String(name) => kinds.iter().position(|&k| k == name).ok_or_else(|| {
             let a = if what.starts_with(['a', 'e', 'i', 'o', 'u']) {
                 "an"
             } else {
@@ -132,17 +133,27 @@ pub fn take_kind(what: &str, kinds: &[&str], table: &mut Table<'_>) -> Result<us
             };
             let name = excerpt(&name);
             let message = format!("kind = \"{name}\" is not {a} {what}; allowed: {allowed}");
-            ReadError::at(span, message)
+            ReadError::at(kind.span, message)
         }),
         other => {
-            let found = shown(&other);
+            let found = other.shown();
             let message = format!("kind of the {what} is {found}; allowed: one of {allowed}");
-            Err(ReadError::at(span, message))
+            Err(ReadError::at(kind.span, message))
         }
     }
 }
 
-/// Reads a member from a TOML text of its own, e.g. one of its examples.
+/// Reads the member of `family` that written-out keys name.
+pub(crate) fn read_keys<T: ?Sized>(
+    what: &str,
+    family: &[Entry<T>],
+    keys: Keys,
+) -> Result<Box<T>, ReadError> {
+    let text = written(keys);
+    read(what, family, table(&text)?)
+}
+
+/// Reads a member from a text of its own, e.g. one of its examples.
 ///
 /// ```
 /// let lambert = gonio::brdf::all().swap_remove(0);
@@ -150,20 +161,15 @@ pub fn take_kind(what: &str, kinds: &[&str], table: &mut Table<'_>) -> Result<us
 /// assert!(gonio::registry::read_text(&lambert, "albdeo = 0.8").is_err());
 /// ```
 pub fn read_text<T: ?Sized>(entry: &Entry<T>, text: &str) -> Result<Box<T>, ReadError> {
-    (entry.read)(DeTable::parse(text)?)
-}
-
-/// Deserializes what is left of a table into a plain struct.
-pub fn parse<S: DeserializeOwned>(table: Table<'_>) -> Result<S, ReadError> {
-    Ok(S::deserialize(toml::de::Deserializer::from(table))?)
+    (entry.read)(table(text)?)
 }
 
 /// A member as a table: its kind, then every key with its value; reading it back gives the same.
-pub fn resolved<S: Serialize>(kind: &str, member: &S) -> toml::Table {
-    let mut table = toml::Table::new();
+pub fn resolved<S: Serialize>(kind: &str, member: &S) -> Keys {
+    let mut table = Keys::new();
     table.insert("kind".into(), kind.into());
     // Members are structs of numbers, strings and tables: serialization cannot fail on them.
-    if let Ok(toml::Value::Table(rest)) = toml::Value::try_from(member) {
+    if let Some(rest) = keys(member) {
         table.extend(rest);
     }
     table
@@ -171,25 +177,22 @@ pub fn resolved<S: Serialize>(kind: &str, member: &S) -> toml::Table {
 
 /// Takes `key` out of the table; it must hold a string.
 pub fn take_string(table: &mut Table<'_>, key: &str) -> Result<Option<String>, ReadError> {
-    let Some(value) = table.get_mut().remove(key) else {
-        return Ok(None);
-    };
-    let span = value.span();
-    match value.into_inner() {
-        DeValue::String(text) => Ok(Some(text.into_owned())),
-        other => Err(ReadError::at(
-            span,
-            format!("{key} is {}; allowed: a string", shown(&other)),
-        )),
+    match remove(table, key) {
+        None => Ok(None),
+        Some(Item {
+            shape: Shape::String(text),
+            ..
+        }) => Ok(Some(text)),
+        Some(other) => Err(other.refused(key, "a string")),
     }
 }
 
 /// Takes `key` out of the table; it must hold a table.
 pub fn take_table<'a>(table: &mut Table<'a>, key: &str) -> Result<Option<Table<'a>>, ReadError> {
-    let Some(value) = table.get_mut().remove(key) else {
+    let Some(item) = remove(table, key) else {
         return Ok(None);
     };
-    as_table(key, value).map(Some)
+    item.table(key).map(Some)
 }
 
 /// Takes `key` out of the table; it must hold an array of tables.
@@ -197,42 +200,56 @@ pub fn take_tables<'a>(
     table: &mut Table<'a>,
     key: &str,
 ) -> Result<Option<Vec<Table<'a>>>, ReadError> {
-    let Some(value) = table.get_mut().remove(key) else {
-        return Ok(None);
-    };
-    let span = value.span();
-    match value.into_inner() {
-        DeValue::Array(items) => items
-            .into_iter()
-            .map(|item| as_table(key, item))
-            .collect::<Result<_, _>>()
-            .map(Some),
-        other => Err(ReadError::at(
-            span,
-            format!("{key} is {}; allowed: an array of tables", shown(&other)),
-        )),
+    match remove(table, key) {
+        None => Ok(None),
+        Some(Item {
+            shape: Shape::Array(items),
+            ..
+        }) => {
+            let tables = items.into_iter().map(|item| item.table(key));
+            tables.collect::<Result<_, _>>().map(Some)
+        }
+        Some(other) => Err(other.refused(key, "an array of tables")),
     }
 }
 
-/// The value as a table, or an error that names the key.
-fn as_table<'a>(key: &str, value: Spanned<DeValue<'a>>) -> Result<Table<'a>, ReadError> {
-    let span = value.span();
-    match value.into_inner() {
-        DeValue::Table(t) => Ok(Spanned::new(span, t)),
-        other => Err(ReadError::at(
-            span,
-            format!("{key} is {}; allowed: a table", shown(&other)),
-        )),
+/// A value and its place in the text, if that is known.
+struct Item<'a> {
+    span: Option<Range<usize>>,
+    shape: Shape<'a>,
+}
+
+/// A value, as far as registries look into it.
+enum Shape<'a> {
+    String(String),
+    Table(Table<'a>),
+    Array(Vec<Item<'a>>),
+    /// Anything else, as messages show it.
+    Other(String),
+}
+
+impl Shape<'_> {
+    /// A value of the wrong type, for messages.
+    fn shown(&self) -> String {
+        match self {
+            Shape::String(text) => format!("{:?}", excerpt(text)),
+            Shape::Table(_) => "a value of type table".into(),
+            Shape::Array(_) => "a value of type array".into(),
+            Shape::Other(shown) => shown.clone(),
+        }
     }
 }
 
-/// A value of the wrong type, for messages.
-fn shown(value: &DeValue<'_>) -> String {
-    match value {
-        DeValue::Integer(number) => number.to_string(),
-        DeValue::Float(number) => number.to_string(),
-        DeValue::Boolean(on) => on.to_string(),
-        DeValue::String(text) => format!("{:?}", excerpt(text)),
-        other => format!("a value of type {}", other.type_str()),
+impl<'a> Item<'a> {
+    fn table(self, key: &str) -> Result<Table<'a>, ReadError> {
+        match self.shape {
+            Shape::Table(table) => Ok(table),
+            _ => Err(self.refused(key, "a table")),
+        }
+    }
+
+    fn refused(&self, key: &str, allowed: &str) -> ReadError {
+        let message = format!("{key} is {}; allowed: {allowed}", self.shape.shown());
+        ReadError::at(self.span.clone(), message)
     }
 }

@@ -37,7 +37,7 @@ impl Default for LambertSpec {
 }
 
 impl BrdfSpec for LambertSpec {
-    fn resolved(&self) -> toml::Table {
+    fn resolved(&self) -> registry::Keys {
         registry::resolved(KIND, self)
     }
 

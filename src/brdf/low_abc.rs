@@ -117,7 +117,7 @@ impl LowAbcSpec {
 }
 
 impl BrdfSpec for LowAbcSpec {
-    fn resolved(&self) -> toml::Table {
+    fn resolved(&self) -> registry::Keys {
         registry::resolved(self.kind(), &self.parameters)
     }
 

@@ -122,7 +122,7 @@ pub trait SampleBrdf: Brdf {
 /// wrong value costs one second and a large table is only loaded when its turn comes.
 pub trait BrdfSpec: std::fmt::Debug + Send + Sync {
     /// The kind and every key with its value, defaults filled in; reading it back gives the same spec.
-    fn resolved(&self) -> toml::Table;
+    fn resolved(&self) -> registry::Keys;
 
     /// A short name that tells this material from others of its kind, e.g. `ggx-0.3`.
     fn label(&self) -> String;

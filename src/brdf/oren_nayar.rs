@@ -60,7 +60,7 @@ impl Default for OrenNayarSpec {
 }
 
 impl BrdfSpec for OrenNayarSpec {
-    fn resolved(&self) -> toml::Table {
+    fn resolved(&self) -> registry::Keys {
         registry::resolved(KIND, self)
     }
 

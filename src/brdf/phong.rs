@@ -61,7 +61,7 @@ impl Default for PhongSpec {
 }
 
 impl BrdfSpec for PhongSpec {
-    fn resolved(&self) -> toml::Table {
+    fn resolved(&self) -> registry::Keys {
         registry::resolved(KIND, self)
     }
 

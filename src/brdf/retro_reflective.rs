@@ -58,8 +58,8 @@ fn read(mut table: Table<'_>) -> Result<Box<dyn BrdfSpec>, ReadError> {
 }
 
 impl BrdfSpec for RetroReflectiveSpec {
-    fn resolved(&self) -> toml::Table {
-        let mut table = toml::Table::new();
+    fn resolved(&self) -> registry::Keys {
+        let mut table = registry::Keys::new();
         table.insert("kind".into(), KIND.into());
         table.insert("of".into(), self.of.resolved().into());
         table

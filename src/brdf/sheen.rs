@@ -55,7 +55,7 @@ impl Default for SheenSpec {
 }
 
 impl BrdfSpec for SheenSpec {
-    fn resolved(&self) -> toml::Table {
+    fn resolved(&self) -> registry::Keys {
         registry::resolved(KIND, self)
     }
 

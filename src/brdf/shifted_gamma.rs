@@ -90,7 +90,7 @@ impl Default for ShiftedGammaSpec {
 }
 
 impl BrdfSpec for ShiftedGammaSpec {
-    fn resolved(&self) -> toml::Table {
+    fn resolved(&self) -> registry::Keys {
         registry::resolved(KIND, self)
     }
 

@@ -89,14 +89,14 @@ fn read_component(mut item: Table<'_>) -> Result<ComponentSpec, ReadError> {
 }
 
 impl BrdfSpec for SumSpec {
-    fn resolved(&self) -> toml::Table {
+    fn resolved(&self) -> registry::Keys {
         let components = self.component.iter().map(|c| {
-            let mut item = toml::Table::new();
+            let mut item = registry::Keys::new();
             item.insert("weight".into(), c.weight.into());
             item.insert("brdf".into(), c.brdf.resolved().into());
-            toml::Value::Table(item)
+            registry::Value::from(item)
         });
-        let mut table = toml::Table::new();
+        let mut table = registry::Keys::new();
         table.insert("kind".into(), KIND.into());
         table.insert("component".into(), components.collect::<Vec<_>>().into());
         table

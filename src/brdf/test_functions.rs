@@ -74,7 +74,7 @@ impl TestFunctionSpec {
 }
 
 impl BrdfSpec for TestFunctionSpec {
-    fn resolved(&self) -> toml::Table {
+    fn resolved(&self) -> registry::Keys {
         registry::resolved(self.kind(), &NoParameters {})
     }
 

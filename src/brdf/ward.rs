@@ -59,7 +59,7 @@ impl Default for WardSpec {
 }
 
 impl BrdfSpec for WardSpec {
-    fn resolved(&self) -> toml::Table {
+    fn resolved(&self) -> registry::Keys {
         registry::resolved(KIND, self)
     }
 

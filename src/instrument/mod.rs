@@ -14,6 +14,7 @@ mod detector;
 mod machine;
 mod motion;
 mod optics;
+#[cfg(feature = "experiments")]
 mod presets;
 mod spec;
 mod tour;
@@ -23,6 +24,7 @@ pub use class::{AxisTemplate, Class, Ends, classes};
 pub use machine::{Axis, Machine};
 pub use motion::{AxisMotion, Motion, Stop, Travel};
 pub use optics::{Average, Filling, Footprint, Optics, Tolerance, Workspace, collected, footprint};
+#[cfg(feature = "experiments")]
 pub use presets::{Preset, presets, read, read_table};
 pub use spec::{
     AxisSpec, BodySpec, CalibrationSpec, CollisionSpec, DetectorSpec, InstrumentSpec, LimitsSpec,

@@ -1,6 +1,7 @@
 //! Specification of an instrument: every key of its TOML file, in the units of the file.
 
 mod checks;
+#[cfg(feature = "experiments")]
 mod origins;
 
 use serde::{Deserialize, Serialize};

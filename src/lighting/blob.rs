@@ -49,7 +49,7 @@ impl Default for BlobSpec {
 }
 
 impl LightingSpec for BlobSpec {
-    fn resolved(&self) -> toml::Table {
+    fn resolved(&self) -> registry::Keys {
         registry::resolved(KIND, self)
     }
 

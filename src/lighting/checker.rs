@@ -41,7 +41,7 @@ impl Default for CheckerSpec {
 }
 
 impl LightingSpec for CheckerSpec {
-    fn resolved(&self) -> toml::Table {
+    fn resolved(&self) -> registry::Keys {
         registry::resolved(KIND, self)
     }
 

@@ -34,7 +34,7 @@ impl Default for ConstantSpec {
 }
 
 impl LightingSpec for ConstantSpec {
-    fn resolved(&self) -> toml::Table {
+    fn resolved(&self) -> registry::Keys {
         registry::resolved(KIND, self)
     }
 

@@ -36,7 +36,7 @@ pub struct MapSpec {
 }
 
 impl LightingSpec for MapSpec {
-    fn resolved(&self) -> toml::Table {
+    fn resolved(&self) -> registry::Keys {
         registry::resolved(KIND, self)
     }
 

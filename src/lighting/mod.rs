@@ -27,7 +27,7 @@ pub trait Lighting: Send + Sync {
 /// A lighting as a config writes it.
 pub trait LightingSpec: std::fmt::Debug + Send + Sync {
     /// The kind and every key with its value, defaults filled in; reading it back gives the same spec.
-    fn resolved(&self) -> toml::Table;
+    fn resolved(&self) -> registry::Keys;
 
     /// A short name for tables and files.
     fn label(&self) -> String;

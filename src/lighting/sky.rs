@@ -61,7 +61,7 @@ impl Default for SkySpec {
 }
 
 impl LightingSpec for SkySpec {
-    fn resolved(&self) -> toml::Table {
+    fn resolved(&self) -> registry::Keys {
         registry::resolved(KIND, self)
     }
 

@@ -3,9 +3,11 @@
 pub mod alta;
 mod file;
 mod merge;
+#[cfg(feature = "schemas")]
 mod record;
 
 pub use file::{About, FlagsError, MeasurementFile, read_measurement, write_measurement};
+#[cfg(feature = "schemas")]
 pub use record::{MeasurementRow, measurement_schema};
 
 use crate::brdf::Channels;

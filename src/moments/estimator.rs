@@ -11,7 +11,7 @@ use std::fmt;
 /// Integrates the moments of a slice. A config names one by `kind`.
 pub trait Estimator: fmt::Debug + Send + Sync {
     /// The kind and every key with its value, defaults filled in.
-    fn resolved(&self) -> toml::Table;
+    fn resolved(&self) -> registry::Keys;
 
     /// A short name for tables.
     fn label(&self) -> String;

@@ -55,7 +55,7 @@ impl Default for PeakResolving {
 }
 
 impl Estimator for PeakResolving {
-    fn resolved(&self) -> toml::Table {
+    fn resolved(&self) -> registry::Keys {
         registry::resolved(Self::KIND, self)
     }
 

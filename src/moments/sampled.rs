@@ -80,7 +80,7 @@ impl Default for ScrambledSobol {
 }
 
 impl Estimator for MonteCarlo {
-    fn resolved(&self) -> toml::Table {
+    fn resolved(&self) -> registry::Keys {
         registry::resolved(Self::KIND, self)
     }
 
@@ -107,7 +107,7 @@ impl Estimator for MonteCarlo {
 }
 
 impl Estimator for ScrambledSobol {
-    fn resolved(&self) -> toml::Table {
+    fn resolved(&self) -> registry::Keys {
         registry::resolved(Self::KIND, self)
     }
 

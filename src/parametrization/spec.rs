@@ -68,7 +68,7 @@ impl ParametrizationSpec {
     }
 
     /// The kind and every key with its value.
-    pub fn resolved(&self) -> toml::Table {
+    pub fn resolved(&self) -> registry::Keys {
         let warp = self.warps.clone();
         registry::resolved(self.kind, &Keys { warp })
     }

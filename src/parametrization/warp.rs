@@ -114,7 +114,7 @@ impl WarpSpec {
     }
 
     /// The kind and every key with its value.
-    pub fn resolved(self) -> toml::Table {
+    pub fn resolved(self) -> registry::Keys {
         match self {
             WarpSpec::Power { exponent } => registry::resolved(POWER, &PowerKeys { exponent }),
             other => registry::resolved(other.kind(), &NoKeys {}),
@@ -219,14 +219,10 @@ impl<'de> Deserialize<'de> for WarpSpec {
                 WarpSpec::of_kind(kind).map_err(E::custom)
             }
             fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<WarpSpec, A::Error> {
-                let table = toml::Table::deserialize(de::value::MapAccessDeserializer::new(map))?;
-                let read = || {
-                    let text = table.to_string();
-                    registry::read("warp", &warps(), toml::de::DeTable::parse(&text)?)
-                };
+                let keys = registry::Keys::deserialize(de::value::MapAccessDeserializer::new(map))?;
                 // Its place is that of the warp: the key is named here.
                 let named = |e: ReadError| e.message.replacen("unknown field", "unknown key", 1);
-                read()
+                registry::read_keys("warp", &warps(), keys)
                     .map(|warp| *warp)
                     .map_err(|e| de::Error::custom(named(e)))
             }

@@ -81,7 +81,7 @@ impl InverseDistance {
 }
 
 impl Reconstruct for InverseDistance {
-    fn resolved(&self) -> toml::Table {
+    fn resolved(&self) -> registry::Keys {
         registry::resolved(KIND, self)
     }
 

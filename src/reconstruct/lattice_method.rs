@@ -58,7 +58,7 @@ impl<R: LatticeRule> LatticeMethod<R> {
 }
 
 impl<R: LatticeRule> Reconstruct for LatticeMethod<R> {
-    fn resolved(&self) -> toml::Table {
+    fn resolved(&self) -> registry::Keys {
         registry::resolved(R::KIND, self)
     }
 

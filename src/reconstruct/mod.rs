@@ -35,7 +35,7 @@ use std::sync::Arc;
 /// Turns a measurement into a BRDF. A config names one by `kind`.
 pub trait Reconstruct: std::fmt::Debug + Send + Sync {
     /// The kind and every key with its value, defaults filled in.
-    fn resolved(&self) -> toml::Table;
+    fn resolved(&self) -> registry::Keys;
 
     /// A short name for tables, the kind unless keys that matter differ from their defaults.
     fn label(&self) -> String;
@@ -166,7 +166,7 @@ pub fn all() -> Vec<Entry<dyn Reconstruct>> {
 /// }
 ///
 /// impl Reconstruct for Flat {
-///     fn resolved(&self) -> toml::Table {
+///     fn resolved(&self) -> registry::Keys {
 ///         registry::resolved("flat", self)
 ///     }
 ///     fn label(&self) -> String {

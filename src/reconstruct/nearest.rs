@@ -73,7 +73,7 @@ impl NearestReading {
 }
 
 impl Reconstruct for NearestReading {
-    fn resolved(&self) -> toml::Table {
+    fn resolved(&self) -> registry::Keys {
         registry::resolved(KIND, self)
     }
 

@@ -95,7 +95,7 @@ impl ThinPlate {
 }
 
 impl Reconstruct for ThinPlate {
-    fn resolved(&self) -> toml::Table {
+    fn resolved(&self) -> registry::Keys {
         registry::resolved(KIND, self)
     }
 

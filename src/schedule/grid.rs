@@ -135,7 +135,7 @@ impl Grid {
 }
 
 impl SampleSet for Grid {
-    fn resolved(&self) -> toml::Table {
+    fn resolved(&self) -> registry::Keys {
         registry::resolved(Self::KIND, self)
     }
 
@@ -263,7 +263,7 @@ impl Stratified {
 }
 
 impl SampleSet for Stratified {
-    fn resolved(&self) -> toml::Table {
+    fn resolved(&self) -> registry::Keys {
         registry::resolved(Self::KIND, self)
     }
 

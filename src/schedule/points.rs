@@ -19,7 +19,7 @@ pub trait PointSet: std::fmt::Debug + Serialize + Send + Sync {
 }
 
 impl<S: PointSet> SampleSet for S {
-    fn resolved(&self) -> toml::Table {
+    fn resolved(&self) -> registry::Keys {
         registry::resolved(Self::KIND, self)
     }
 

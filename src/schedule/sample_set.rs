@@ -12,7 +12,7 @@ use std::sync::Arc;
 /// Chooses the configurations of an acquisition. A config names one by `kind`.
 pub trait SampleSet: std::fmt::Debug + Send + Sync {
     /// The kind and every key with its value.
-    fn resolved(&self) -> toml::Table;
+    fn resolved(&self) -> crate::registry::Keys;
 
     /// A short name for tables: the kind.
     fn label(&self) -> String;

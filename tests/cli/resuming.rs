@@ -217,7 +217,7 @@ fn notes_of_somebody_else_are_not_cut() {
         fs::write(&notes, "my notes").unwrap();
         let refusal = bench.refused(&["run", "c.toml", "-q", "-o", "mine"], 3);
         assert!(refusal.contains("no record"), "{refusal}");
-        bench.refused(&["run", "c.toml", "-q", "-o", "mine", "--force"], 2);
+        bench.refused(&["run", "c.toml", "-q", "-o", "mine", "--force"], 3);
         assert_eq!(fs::read_to_string(&notes).unwrap(), "my notes");
         // Records of another version are in nobody's way, nor what a crash left half written.
         fs::write(&notes, "{\"key\":\"0123\",\"of\":\"old\"}\n").unwrap();

@@ -104,7 +104,7 @@ impl TabulatedSpec {
 }
 
 impl BrdfSpec for TabulatedSpec {
-    fn resolved(&self) -> toml::Table {
+    fn resolved(&self) -> registry::Keys {
         let mut table = registry::resolved(KIND, &self.keys);
         table.insert("of".into(), self.of.resolved().into());
         table

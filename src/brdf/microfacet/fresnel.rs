@@ -139,7 +139,7 @@ impl Default for FresnelSpec {
 
 impl FresnelSpec {
     /// The kind and every key with its value.
-    pub fn resolved(&self) -> toml::Table {
+    pub fn resolved(&self) -> registry::Keys {
         match self {
             FresnelSpec::Conductor(spec) => registry::resolved(CONDUCTOR.kind, spec),
             FresnelSpec::Dielectric(spec) => registry::resolved(DIELECTRIC.kind, spec),

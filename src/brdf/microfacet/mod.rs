@@ -32,8 +32,8 @@ use crate::geometry::{Direction, DirectionPair, Symmetry};
 use crate::numeric::DENOMINATOR_FLOOR;
 use crate::registry::{self, ReadError, Table};
 use glam::DVec3;
-use serde::Deserialize;
 use serde::de::IgnoredAny;
+use serde::{Deserialize, Serialize};
 use std::marker::PhantomData;
 
 /// A distribution of facet normals, with its projected area and sampling.
@@ -108,13 +108,12 @@ impl<D: Distribution> MicrofacetSpec<D> {
 }
 
 impl<D: Distribution> BrdfSpec for MicrofacetSpec<D> {
-    fn resolved(&self) -> toml::Table {
-        let mut table = toml::Table::new();
-        table.insert("kind".into(), D::KIND.into());
-        // A number or two: serialization cannot fail.
-        if let Ok(alpha) = toml::Value::try_from(self.alpha) {
-            table.insert("alpha".into(), alpha);
+    fn resolved(&self) -> registry::Keys {
+        #[derive(Serialize)]
+        struct Written {
+            alpha: Roughness,
         }
+        let mut table = registry::resolved(D::KIND, &Written { alpha: self.alpha });
         table.insert("fresnel".into(), self.fresnel.resolved().into());
         table
     }

@@ -79,10 +79,10 @@ impl RowFile {
         let cut = !first.ends_with('\n') && first.starts_with('{');
         if read.is_err() || !(first.is_empty() || cut || is_record()) {
             let message = format!(
-                "this is no {} of a run; choose another folder with -o",
+                "line 1 is no record of a run; allowed: the {} of one, or another folder with -o",
                 R::FILE
             );
-            return Err(Error::output(&self.path, message));
+            return Err(Error::data(&self.path, message));
         }
         self.file.set_len(0).map_err(unwritable)
     }

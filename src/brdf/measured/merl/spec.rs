@@ -68,7 +68,7 @@ impl MerlSpec {
 }
 
 impl BrdfSpec for MerlSpec {
-    fn resolved(&self) -> toml::Table {
+    fn resolved(&self) -> registry::Keys {
         registry::resolved(KIND, self)
     }
 

@@ -50,7 +50,7 @@ impl UtiaSpec {
 }
 
 impl BrdfSpec for UtiaSpec {
-    fn resolved(&self) -> toml::Table {
+    fn resolved(&self) -> registry::Keys {
         registry::resolved(KIND, self)
     }
 
