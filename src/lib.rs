@@ -20,8 +20,8 @@
 //! struct Blinn(f64);
 //!
 //! impl Brdf for Blinn {
-//!     fn channels(&self) -> Channels {
-//!         Channels::Luminance
+//!     fn channels(&self) -> &Channels {
+//!         &Channels::Luminance
 //!     }
 //!     fn symmetry(&self) -> Symmetry {
 //!         Symmetry::FULL
