@@ -134,9 +134,14 @@ impl Wavelengths {
             );
             return Err(refused(found, allowed));
         }
-        let nm: Vec<f64> = (0..=count as usize)
-            .map(|i| from + i as f64 * step)
-            .collect();
+        let count = count as usize;
+        // Steps of decimals give decimals: a millionth of a nm is far below what is measured.
+        let at = |i: usize| match i {
+            0 => from,
+            i if i == count => to,
+            i => ((from + i as f64 * step) * 1e6).round() / 1e6,
+        };
+        let nm: Vec<f64> = (0..=count).map(at).collect();
         Self::new(&nm)
     }
 }
@@ -232,6 +237,11 @@ mod tests {
         assert_eq!(nm, [400.0, 410.5, 420.0]);
         let steps = read("{ wavelengths_nm = { from = 400, to = 700, step = 10 } }").unwrap();
         let nm = steps.wavelengths().unwrap().nm();
+        let odd = read("{ wavelengths_nm = { from = 362.1, to = 362.4, step = 0.1 } }").unwrap();
+        assert_eq!(
+            odd.wavelengths().unwrap().nm(),
+            [362.1, 362.2, 362.3, 362.4]
+        );
         assert_eq!((nm.len(), nm[0], nm[30]), (31, 400.0, 700.0));
         // What is written is what was read.
         for channels in [list, steps, Channels::Rgb] {

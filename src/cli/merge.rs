@@ -3,10 +3,10 @@
 use super::run::{End, Shown, experiment, manifest};
 use super::{print, read_text, say};
 use crate::error::Error;
-use crate::experiment::{Expected, Record, RowKey, Source, asks_the_same};
+use crate::experiment::{Expected, Record, RowKey, Source, asks_the_same, material_key};
 use crate::report::{CONFIG, MadeFrom, Outcome, RunFolder, read_rows};
 use clap::Args;
-use std::collections::HashMap;
+use std::collections::{BTreeSet, HashMap};
 use std::path::{Path, PathBuf};
 use std::time::SystemTime;
 
@@ -58,15 +58,26 @@ impl Merge {
         let mut others = 0;
         for dir in &self.parts {
             from.extend(MadeFrom::read(dir));
+            let mut rows = Vec::new();
             for row in read_rows::<E::Record>(dir)? {
                 let (material, material_key) = row.material();
                 let place = places.get(&(material.to_owned(), row.label())).copied();
                 // What a folder held before it was of this config is left there.
-                let is_ours = |p: &usize| row.key() == expected[*p].key(material_key);
-                let Some(place) = place.filter(is_ours) else {
+                match place.filter(|p| row.key() == expected[*p].key(material_key)) {
+                    Some(place) => rows.push((place, row)),
+                    None => others += 1,
+                }
+            }
+            let of = |(place, row): &(usize, E::Record)| {
+                (expected[*place].material, row.material().1.to_owned())
+            };
+            let meant = meant(plan, dir, &rows.iter().map(of).collect())?;
+            for (place, row) in rows {
+                let (material, material_key) = row.material();
+                if meant.get(&expected[place].material).map(String::as_str) != Some(material_key) {
                     others += 1;
                     continue;
-                };
+                }
                 let entry = made_from.entry(material.to_owned());
                 let (key, first) = entry.or_insert_with(|| (material_key.to_owned(), dir));
                 if *key != material_key {
@@ -117,6 +128,7 @@ impl Merge {
                 Vec::new()
             },
             seconds: serde_json::to_value(from.seconds).unwrap_or_default(),
+            tuned: from.tuned,
             ..Outcome::default()
         };
         let manifest = manifest(plan, source, from.inputs, outcome, started);
@@ -175,4 +187,34 @@ impl Merge {
             None => Err(Error::Internal("a folder is required".into())),
         }
     }
+}
+
+/// Which of the materials of that name the rows of a part mean: of a formula that of the config; of
+/// files, which may be elsewhere, the only one, or the one whose files are here.
+fn meant<E: Shown>(
+    plan: &E,
+    dir: &Path,
+    found: &BTreeSet<(usize, RowKey)>,
+) -> Result<HashMap<usize, RowKey>, Error> {
+    let mut meant = HashMap::new();
+    for several in found.iter().collect::<Vec<_>>().chunk_by(|a, b| a.0 == b.0) {
+        let position = several[0].0;
+        let material = &plan.materials()[position];
+        if let ([(_, only)], false) = (several, material.spec.tables().files.is_empty()) {
+            meant.insert(position, only.clone());
+            continue;
+        }
+        match material_key(material) {
+            Ok(key) => meant.insert(position, key),
+            Err(_) => {
+                let message = format!(
+                    "it holds rows of several materials called {}, and its files are not here to \
+                     tell which is meant; allowed: parts whose files are here, or of one material",
+                    material.name
+                );
+                return Err(Error::data(dir, message));
+            }
+        };
+    }
+    Ok(meant)
 }

@@ -218,9 +218,11 @@ fn format_names<T: 'static>(
 /// The text of an input file, and the function that reads it.
 fn read_as<T>(path: &Path, wanted: &Use<T>) -> Result<(String, T), Error> {
     let refused = |e| Error::data(path, e);
-    // What is told by its name alone is no text.
-    if let Some(format) = formats::of_name(path).filter(|f| f.recognises.is_none()) {
-        wanted.function(&format).map_err(refused)?;
+    // What is told by its name alone; text that nothing recognises is CSV.
+    let alone = |f: &Format| f.recognises.is_none() && f.name != formats::CSV.name;
+    if let Some(format) = formats::of_name(path).filter(alone) {
+        let read = wanted.function(&format).map_err(refused)?;
+        return Ok((read_text(path)?, read));
     }
     let text = read_text(path)?;
     let format = formats::of_text(&text).unwrap_or(formats::CSV);

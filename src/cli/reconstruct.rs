@@ -11,7 +11,7 @@ use crate::experiment::{AnyPlan, Kind, Source};
 use crate::formats::{Format, READ_READINGS, WRITE_TABLE};
 use crate::geometry::Symmetry;
 use crate::measurement::{Flags, Measurement, Outcome};
-use crate::metrics::{self, Measure, MetricsSpec};
+use crate::metrics::{self, Errors, Measure, MetricsSpec};
 use crate::parametrization;
 use crate::reconstruct;
 use crate::report::Columns;
@@ -279,25 +279,16 @@ fn material_of(measurement: &Measurement) -> String {
 
 /// Prints the errors against a truth under both measures.
 fn compare(brdf: &dyn Brdf, truth: &Truth) -> Result<(), Error> {
-    let mut text = Columns::new(
-        "measure\t>nrmse\t>log_relative\t>log1p\t>cbrt\t>mean_relative\t>max_relative",
-    );
+    let names = Errors::QUANTITIES.map(|(quantity, _)| format!("\t>{}", quantity.name));
+    let mut text = Columns::new(&format!("measure{}", names.concat()));
     for measure in Measure::ALL {
         let pairs = metrics::test_pairs(measure, &truth.metrics)
             .map_err(|e| Error::config("metrics", e))?;
         let values = [&*truth.brdf, brdf].map(|brdf| metrics::evaluate(brdf, &pairs));
         let errors = metrics::compare(&pairs, &values[0], &values[1]);
         let number = |v: Option<f64>| v.map_or("undefined".into(), |v| format!("{v:.4e}"));
-        let values = [
-            errors.nrmse,
-            errors.log_relative,
-            errors.log1p,
-            errors.cbrt,
-            errors.mean_relative,
-            errors.max_relative,
-        ];
-        let name = measure.name();
-        text.row(&format!("{name}\t{}", values.map(number).join("\t")));
+        let values = Errors::QUANTITIES.map(|(_, of)| format!("\t{}", number(of(&errors))));
+        text.row(&format!("{}{}", measure.name(), values.concat()));
     }
     print(&text.to_string())
 }

@@ -8,9 +8,10 @@ mod relations;
 use super::{ConfigArgs, SeedArgs, ThreadArgs, print, say};
 use crate::error::Error;
 use crate::experiment::{
-    AnyPlan, Experiment, Extent, Known, Observer, Record, RowKey, Shard, Source, material_key,
+    AnyPlan, Experiment, Extent, Known, Observer, Record, RowKey, Shard, Source, Tuned,
+    material_key,
 };
-use crate::report::{MadeBy, Manifest, Outcome, RunFolder, read_rows};
+use crate::report::{MadeBy, MadeFrom, Manifest, Outcome, RunFolder, read_rows};
 use clap::Args;
 use consumers::{Consumers, Files, Progress};
 use std::cell::RefCell;
@@ -187,6 +188,8 @@ impl Run {
             print(&format!("{}\n\n", question.trim()))?;
         }
         let known = folder.known();
+        let before = MadeFrom::read(&dir).tuned;
+        let before = if folder.goes_on() { before } else { Vec::new() };
         let folder = RefCell::new(folder);
         let extent = Extent {
             shard: self.shard,
@@ -209,10 +212,12 @@ impl Run {
             return Err(Error::Interrupted { rows, path });
         }
         let rows = folder.sorted(&summary.keys).0.len();
+        let mut tuned = summary.tuned.clone();
+        Tuned::add(&mut tuned, before);
         let outcome = Outcome {
             rows,
             failures: summary.failures.clone(),
-            tuned: summary.tuned.clone(),
+            tuned,
             seconds: serde_json::to_value(summary.seconds).unwrap_or_default(),
             interrupted: summary.interrupted,
             shard: self.shard.map(|s| s.to_string()),
@@ -292,7 +297,8 @@ fn list<E: Experiment>(plan: &E, shard: Option<Shard>, dir: &Path) -> Result<(),
     for job in expected.chunk_by(|a, b| a.job == b.job) {
         let material = job[0].material;
         if let std::collections::hash_map::Entry::Vacant(entry) = keys.entry(material) {
-            entry.insert(material_key(&plan.materials()[material])?);
+            // One that cannot be read fails when it is run; nothing of it is done.
+            entry.insert(material_key(&plan.materials()[material]).unwrap_or_default());
         }
         let mine: Vec<RowKey> = job.iter().map(|e| e.key(&keys[&material])).collect();
         let is_done = mine.iter().all(|k| known.contains_key(k));

@@ -5,7 +5,7 @@
 use super::checks::{below, distinct, name_all};
 use super::choices::Material;
 use super::each::{self, Of, PerMaterial};
-use super::key::{Expected, Input, Part, RowKey, forget_paths, hash};
+use super::key::{Expected, Input, Part, RowKey, forget_paths, hash, of_part};
 use super::keypath::KeyPath;
 use super::kind::Kind;
 use super::materials::build_error;
@@ -345,6 +345,13 @@ impl PerMaterial for RelationsPlan {
             Ok(lighting) => lighting,
             Err(reason) => return Ok(Err(reason)),
         };
+        // Read again: another program may replace its files at any time.
+        if of_part(of.material_key, &self.part(light)) != of.key {
+            return Ok(Err(BuildError::Data {
+                path: light.spec.inputs().into_iter().next().unwrap_or_default(),
+                message: "it was replaced while the run went on".into(),
+            }));
+        }
         let mut relations = Vec::new();
         for &along in &self.along {
             for &view in &self.views {

@@ -14,7 +14,8 @@ use crate::metrics::{self, Values};
 use crate::parametrization::Parametrization;
 use crate::reconstruct::Reconstruct;
 use crate::schedule::{PlanError, SampleSet};
-use serde::Serialize;
+use crate::statistics::EXACT;
+use serde::{Deserialize, Serialize};
 use std::collections::HashMap;
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
@@ -69,7 +70,7 @@ pub(super) struct Memory {
 }
 
 /// A grid whose ratio is asked for.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Wanted {
     /// The parametrization.
     pub parametrization: String,
@@ -100,7 +101,7 @@ impl std::fmt::Debug for Tuning {
 }
 
 /// A ratio that was found.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Tuned {
     /// The grid.
     #[serde(flatten)]
@@ -115,6 +116,17 @@ pub struct Tuned {
     pub nrmse_untuned: f64,
     /// Grids that were measured.
     pub tried: usize,
+}
+
+impl Tuned {
+    /// Adds the ratios of grids that have none yet.
+    pub fn add(to: &mut Vec<Self>, others: Vec<Self>) {
+        for other in others {
+            if to.iter().all(|t| t.grid != other.grid) {
+                to.push(other);
+            }
+        }
+    }
 }
 
 impl Tuning {
@@ -187,6 +199,9 @@ impl Tuning {
             let mut better = false;
             for d in 0..ratio.len() - 1 {
                 for factor in [step, 1.0 / step] {
+                    if search.known.len() >= MOST {
+                        break;
+                    }
                     let mut other = ratio.clone();
                     other[d] *= factor;
                     match search.error(&other) {
@@ -239,7 +254,7 @@ impl Search<'_> {
         if let Some(&error) = self.known.get(&shape) {
             return Ok((shape, error));
         }
-        let mut logs = 0.0;
+        let [mut logs, mut told] = [0.0; 2];
         for truth in &self.truths {
             if (self.cancelled)() {
                 return Err(Untuned::Cancelled);
@@ -253,10 +268,13 @@ impl Search<'_> {
                 }
             };
             let errors = metrics::compare(&self.tuning.pairs, &truth.values, &made);
-            // A black truth, or one that any grid meets, has no say.
-            logs += errors.nrmse.map_or(0.0, |e| e.max(f64::EPSILON).ln());
+            // Below that it is rounding, which has no say; a black truth has no error.
+            if let Some(error) = errors.nrmse {
+                logs += error.max(EXACT).ln();
+                told += 1.0;
+            }
         }
-        let error = (logs / self.truths.len() as f64).exp();
+        let error = (logs / f64::max(told, 1.0)).exp();
         self.known.insert(shape.clone(), error);
         Ok((shape, error))
     }

@@ -106,6 +106,12 @@ fn wavelength_of(column: &str, family: &str) -> Option<f64> {
     number.parse().ok().filter(|_| plain)
 }
 
+/// True of a column of a family, of whatever channels.
+fn is_of(column: &str, family: &str) -> bool {
+    let plain = |channels: Channels| columns_of(family, &channels).iter().any(|c| c == column);
+    plain(Channels::Luminance) || plain(Channels::Rgb) || wavelength_of(column, family).is_some()
+}
+
 /// The columns of a family that name a wavelength: nm and place, from short to long.
 fn spectral_columns(table: &Table, family: &str) -> Vec<(f64, usize)> {
     let columns = table.columns.iter().enumerate();
@@ -421,12 +427,28 @@ impl ValueColumns {
             return Err(refuse(message.into()));
         }
         let (channels, values, with_cosine) = found.swap_remove(0);
+        let [type_a, type_b, both] = [TYPE_A, TYPE_B, UNCERTAINTY].map(|family| {
+            let columns = find(family, &channels);
+            // One that is of no value would be dropped without a word.
+            let of_none = |name: &&String| {
+                is_of(name, family)
+                    && !(columns.iter().flatten()).any(|&c| table.columns[c] == **name)
+            };
+            match table.columns.iter().find(of_none) {
+                None => Ok(columns),
+                Some(name) => Err(refuse(format!(
+                    "column {} does not go with the columns of values; allowed: {} together",
+                    excerpt(name),
+                    columns_of(family, &channels).join(", ")
+                ))),
+            }
+        });
         Ok(Self {
             values,
             with_cosine,
-            type_a: find(TYPE_A, &channels),
-            type_b: find(TYPE_B, &channels),
-            both: find(UNCERTAINTY, &channels),
+            type_a: type_a?,
+            type_b: type_b?,
+            both: both?,
             channels,
         })
     }

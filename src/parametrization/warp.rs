@@ -117,7 +117,9 @@ impl WarpSpec {
     pub fn resolved(self) -> registry::Keys {
         match self {
             WarpSpec::Power { exponent } => registry::resolved(POWER, &PowerKeys { exponent }),
-            other => registry::resolved(other.kind(), &NoKeys {}),
+            WarpSpec::SquareRoot | WarpSpec::Merl | WarpSpec::Arcsine => {
+                registry::resolved(self.kind(), &NoKeys {})
+            }
         }
     }
 
@@ -125,7 +127,7 @@ impl WarpSpec {
     pub fn name(self) -> String {
         match self {
             WarpSpec::Power { exponent } => format!("{POWER}-{exponent}"),
-            other => other.kind().into(),
+            WarpSpec::SquareRoot | WarpSpec::Merl | WarpSpec::Arcsine => self.kind().into(),
         }
     }
 
@@ -202,7 +204,9 @@ impl Serialize for WarpSpec {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         match self {
             WarpSpec::Power { .. } => self.resolved().serialize(serializer),
-            other => serializer.serialize_str(other.kind()),
+            WarpSpec::SquareRoot | WarpSpec::Merl | WarpSpec::Arcsine => {
+                serializer.serialize_str(self.kind())
+            }
         }
     }
 }

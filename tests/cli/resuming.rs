@@ -273,3 +273,30 @@ fn parts_made_elsewhere_are_put_together_and_parts_that_differ_are_not() {
         "{refusal}"
     );
 }
+
+#[test]
+fn rows_of_another_material_of_the_same_name_are_left_out() {
+    let bench = Bench::new();
+    let text = |alpha: f64| {
+        format!(
+            "budgets = [60, 90]\n[[material]]\nname = \"metal\"\nkind = \"ggx\"\nalpha = {alpha}\n\
+             [pictures]\ndraw = false\n"
+        )
+    };
+    for alpha in [0.1, 0.2] {
+        fs::write(bench.path("c.toml"), text(alpha)).unwrap();
+        for (part, folder) in [("1/2", "p"), ("2/2", "q")] {
+            bench.good(&["run", "c.toml", "-q", "-o", folder, "--shard", part]);
+        }
+    }
+    bench.good(&["merge", "p", "q", "-o", "both"]);
+    bench.good(&["run", "c.toml", "-q", "-o", "whole"]);
+    assert_same(&results(&bench, "both"), &results(&bench, "whole"));
+    // The config is that of 0.2 already, the rows are not.
+    let rows = bench.read("p/results.jsonl");
+    let old: String = rows.lines().skip(2).map(|l| format!("{l}\n")).collect();
+    fs::write(bench.path("p/results.jsonl"), old).unwrap();
+    let output = bench.gonio(&["merge", "p", "q", "-o", "some"]);
+    assert_eq!(output.status.code(), Some(5));
+    assert_eq!(bench.rows("some").len(), 2);
+}

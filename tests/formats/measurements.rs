@@ -264,6 +264,25 @@ fn a_reading_beyond_all_bounds_is_refused_with_its_line() {
 }
 
 #[test]
+fn uncertainties_that_go_with_no_value_are_not_dropped() {
+    let angles = "theta_i_deg,phi_i_deg,theta_o_deg,phi_o_deg";
+    for (columns, stray) in [
+        ("value_r,value_g,value_b,uncertainty", "uncertainty"),
+        ("value,type_a,type_a_r", "type_a_r"),
+        ("value_450nm,value_550nm,type_b_450nm", "type_b_450nm"),
+        ("value_450nm,uncertainty_451nm", "uncertainty_451nm"),
+    ] {
+        let cells = "1,".repeat(columns.split(',').count());
+        let cells = cells.trim_end_matches(',');
+        let text = format!("{angles},{columns}\n10,0,20,0,{cells}\n");
+        let e = read_measurement(&text, "m", &Assume::default());
+        let e = e.err().unwrap();
+        let start = format!("column {stray} does not go with");
+        assert!(e.message.starts_with(&start), "{columns}: {e}");
+    }
+}
+
+#[test]
 fn readings_of_one_configuration_become_their_mean() {
     // Light and sensor exchanged, and the sample turned: one configuration to an isotropic and
     // reciprocal material, three to one without symmetries.

@@ -269,8 +269,10 @@ fn how(plan: &Plan) -> String {
     let mut text = RESULTS_REVISION.to_string();
     text += &plan.pictures.resolved().to_string();
     text += &format!("{:?}", plan.seeds.first());
+    text += &format!("{:?}", plan.channels);
     for set in &plan.sample_sets {
         text += &set.set.resolved().to_string();
+        text += &format!("{:?}", set.tuning);
     }
     if let Some(instrument) = plan.instruments.first() {
         text += &instrument.resolved().to_string();

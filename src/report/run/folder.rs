@@ -333,6 +333,11 @@ impl<R: Record> RunFolder<R> {
         fs::read(self.dir.join(below.name()).join(name)).ok()
     }
 
+    /// True if it held a run of the same config before, which goes on.
+    pub fn goes_on(&self) -> bool {
+        self.is_same
+    }
+
     /// True if nothing was changed since the folder was opened: a finished run is still one.
     pub fn is_untouched(&self) -> bool {
         self.is_same && self.files.is_empty() && self.dir.join(MANIFEST).exists()

@@ -64,6 +64,8 @@ pub struct MadeFrom {
     pub failures: Vec<Failure>,
     /// Seconds by stage.
     pub seconds: BTreeMap<String, f64>,
+    /// Ratios of grids that were tuned.
+    pub tuned: Vec<Tuned>,
 }
 
 impl MadeFrom {
@@ -81,6 +83,7 @@ impl MadeFrom {
             }
         }
         self.failures.extend(other.failures);
+        Tuned::add(&mut self.tuned, other.tuned);
         for (stage, seconds) in other.seconds {
             *self.seconds.entry(stage).or_default() += seconds;
         }
