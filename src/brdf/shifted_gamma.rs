@@ -220,13 +220,13 @@ impl ShiftedGamma {
             .collect();
         let albedos = [&spec.rho_d, &spec.rho_s];
         let count = shape.len().max(planes(albedos, &channels).len());
-        let each = |s: &Spectrum, factor: f64| {
-            let rho = (0..count).map(|i| s.plane(i, &channels));
-            rho.map(|rho| rho * factor).collect()
+        let each = |s: &Spectrum| -> Vec<f64> {
+            (0..count).map(|i| s.plane(i, &channels)).collect()
         };
+        let over_pi = |rho: Vec<f64>| rho.into_iter().map(|rho| rho * FRAC_1_PI).collect();
         Self {
-            diffuse: each(&spec.rho_d, FRAC_1_PI),
-            lobe: each(&spec.rho_s, FRAC_1_PI * FRAC_1_PI),
+            diffuse: over_pi(each(&spec.rho_d)),
+            lobe: over_pi(over_pi(each(&spec.rho_s))),
             shape,
             channels,
         }
