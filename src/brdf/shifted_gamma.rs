@@ -220,9 +220,8 @@ impl ShiftedGamma {
             .collect();
         let albedos = [&spec.rho_d, &spec.rho_s];
         let count = shape.len().max(planes(albedos, &channels).len());
-        let each = |s: &Spectrum| -> Vec<f64> {
-            (0..count).map(|i| s.plane(i, &channels)).collect()
-        };
+        let each =
+            |s: &Spectrum| -> Vec<f64> { (0..count).map(|i| s.plane(i, &channels)).collect() };
         let over_pi = |rho: Vec<f64>| rho.into_iter().map(|rho| rho * FRAC_1_PI).collect();
         Self {
             diffuse: over_pi(each(&spec.rho_d)),
