@@ -25,6 +25,12 @@ pub(super) fn unit_half(pair: &DirectionPair) -> (DVec3, f64) {
     }
 }
 
+/// [`unit_half`] of a pair above the horizon; `None` of any other.
+#[inline]
+pub(super) fn half_above(pair: &DirectionPair) -> Option<(DVec3, f64)> {
+    pair.is_above_horizon().then(|| unit_half(pair))
+}
+
 /// `(x/alpha_x)² + (y/alpha_y)²` over `z²`: the squared slope in units of the roughness.
 /// Infinite for a vector in the tangent plane, where every slope density is 0.
 #[inline]

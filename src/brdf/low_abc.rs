@@ -20,7 +20,7 @@
 //! except where h vanishes too (the floor on the denominator holds it there). A is a fitted
 //! height, not a normalisation: energy conservation is not declared.
 
-use super::half_vector::unit_half;
+use super::half_vector::half_above;
 use super::microfacet::fresnel;
 use super::spectrum::scaled;
 use super::{Brdf, BrdfSpec, BuildError, Channels, Favours, Presence, Spectrum, Tables};
@@ -213,11 +213,10 @@ impl Brdf for LowAbc {
 
     #[inline]
     fn eval(&self, pair: &DirectionPair, out: &mut [f64]) -> Presence {
-        if !pair.is_above_horizon() {
+        let Some((h, cos_d)) = half_above(pair) else {
             out.fill(0.0);
             return Presence::Present;
-        }
-        let (h, cos_d) = unit_half(pair);
+        };
         let sin2 = h.x * h.x + h.y * h.y;
         let shape = match self.surface {
             Surface::Microfacet => {

@@ -12,7 +12,7 @@
 //! view); a weight zⁿ that grows with z can then only favour the normal. So the albedo is at most
 //! rho_d + rho_s, and energy is conserved exactly when that is at most 1 in every channel.
 
-use super::half_vector::{Mixture, unit_half};
+use super::half_vector::{Mixture, half_above};
 use super::spectrum::{planes, scaled};
 use super::{
     Brdf, BrdfSpec, BuildError, Channels, Favours, Presence, SampleBrdf, Spectrum, Tables,
@@ -141,11 +141,10 @@ impl Brdf for Phong {
 
     #[inline]
     fn eval(&self, pair: &DirectionPair, out: &mut [f64]) -> Presence {
-        if !pair.is_above_horizon() {
+        let Some((h, _)) = half_above(pair) else {
             out.fill(0.0);
             return Presence::Present;
-        }
-        let (h, _) = unit_half(pair);
+        };
         let power = h.z.min(1.0).powf(self.exponent);
         for ((out, diffuse), lobe) in out.iter_mut().zip(&self.diffuse).zip(&self.lobe) {
             *out = diffuse + lobe * power;

@@ -12,7 +12,7 @@
 //! goes as sqrt(n/2π) from there. So energy conservation is not declared. Where both cosines
 //! vanish V diverges (the floor on the denominator holds it).
 
-use super::half_vector::unit_half;
+use super::half_vector::half_above;
 use super::spectrum::scaled;
 use super::{
     Brdf, BrdfSpec, BuildError, Channels, Favours, Presence, SampleBrdf, Spectrum, Tables,
@@ -122,8 +122,7 @@ impl Brdf for Sheen {
 
     #[inline]
     fn eval(&self, pair: &DirectionPair, out: &mut [f64]) -> Presence {
-        let shape = if pair.is_above_horizon() {
-            let (h, _) = unit_half(pair);
+        let shape = if let Some((h, _)) = half_above(pair) {
             let sin2 = (h.x * h.x + h.y * h.y).min(1.0);
             let (i, o) = (pair.omega_i.cos_theta(), pair.omega_o.cos_theta());
             let visibility = i + o - i * o;

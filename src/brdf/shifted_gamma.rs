@@ -16,7 +16,7 @@
 //! that of the clamped channels. Energy conservation is not declared. Where the shape
 //! parameters are grey, D, F and G are computed once.
 
-use super::half_vector::unit_half;
+use super::half_vector::half_above;
 use super::spectrum::{planes, spread};
 use super::{Brdf, BrdfSpec, BuildError, Channels, Favours, Presence, Spectrum, Tables};
 use crate::geometry::{DirectionPair, Symmetry};
@@ -247,11 +247,10 @@ impl Brdf for ShiftedGamma {
 
     #[inline]
     fn eval(&self, pair: &DirectionPair, out: &mut [f64]) -> Presence {
-        if !pair.is_above_horizon() {
+        let Some((h, cos_d)) = half_above(pair) else {
             out.fill(0.0);
             return Presence::Present;
-        }
-        let (h, cos_d) = unit_half(pair);
+        };
         let z2 = h.z * h.z;
         let angles = Angles {
             theta_i: pair.omega_i.theta(),

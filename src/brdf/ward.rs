@@ -11,7 +11,7 @@
 //! normal to 0.18 or 0.27 at 80°, then grows as 1/sqrt(cos θ_o) and exceeds 1 in the last quarter of a
 //! degree above the horizon, without bound. So energy conservation is not declared.
 
-use super::half_vector::{Mixture, from_scaled_slope, scaled_slope2, unit_half};
+use super::half_vector::{Mixture, from_scaled_slope, half_above, scaled_slope2};
 use super::spectrum::scaled;
 use super::{
     Brdf, BrdfSpec, BuildError, Channels, Favours, Presence, Roughness, SampleBrdf, Spectrum,
@@ -142,11 +142,10 @@ impl Brdf for Ward {
 
     #[inline]
     fn eval(&self, pair: &DirectionPair, out: &mut [f64]) -> Presence {
-        if !pair.is_above_horizon() {
+        let Some((h, _)) = half_above(pair) else {
             out.fill(0.0);
             return Presence::Present;
-        }
-        let (h, _) = unit_half(pair);
+        };
         // The root of each cosine: their product underflows when both graze.
         let root = pair.omega_i.cos_theta().sqrt() * pair.omega_o.cos_theta().sqrt();
         let gaussian = (-scaled_slope2(h, self.inverse_alpha)).exp() / root.max(DENOMINATOR_FLOOR);

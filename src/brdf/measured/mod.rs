@@ -15,6 +15,24 @@ use crate::error::ParameterError;
 use std::fmt;
 use std::path::Path;
 
+/// The values of a table, one list per channel; each kind of table says what they mean.
+#[derive(Clone, Debug)]
+enum Planes {
+    /// One plane.
+    Luminance(Vec<f64>),
+    /// R, G, B.
+    Rgb([Vec<f64>; 3]),
+}
+
+impl Planes {
+    fn channels(&self) -> &'static Channels {
+        match self {
+            Planes::Luminance(_) => &Channels::Luminance,
+            Planes::Rgb(_) => &Channels::Rgb,
+        }
+    }
+}
+
 /// Label of a table: the name of its file, or its kind if that has none.
 fn label_of(path: &Path, kind: &str) -> String {
     let stem = path.file_stem();

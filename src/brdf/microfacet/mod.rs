@@ -24,7 +24,7 @@ pub use beckmann::{Beckmann, ENTRY as BECKMANN};
 pub use fresnel::{Fresnel, FresnelSpec};
 pub use ggx::{ENTRY as GGX, Ggx};
 
-use super::half_vector::{reflect, unit_half};
+use super::half_vector::{half_above, reflect};
 use super::{
     Brdf, BrdfSpec, BuildError, Channels, Favours, Presence, Roughness, SampleBrdf, Tables,
 };
@@ -190,11 +190,10 @@ impl<D: Distribution> Brdf for Microfacet<D> {
 
     #[inline]
     fn eval(&self, pair: &DirectionPair, out: &mut [f64]) -> Presence {
-        if !pair.is_above_horizon() {
+        let Some((h, cos_d)) = half_above(pair) else {
             out.fill(0.0);
             return Presence::Present;
-        }
-        let (h, cos_d) = unit_half(pair);
+        };
         let (i, o) = (pair.omega_i.vector(), pair.omega_o.vector());
         let m = &self.distribution;
         let shadowing = 2.0 * (o.z * m.projected_area(i) + i.z * m.projected_area(o));
@@ -218,10 +217,9 @@ impl<D: Distribution> SampleBrdf for Microfacet<D> {
     }
 
     fn pdf(&self, pair: &DirectionPair) -> f64 {
-        if !pair.is_above_horizon() {
+        let Some((h, cos_d)) = half_above(pair) else {
             return 0.0;
-        }
-        let (h, cos_d) = unit_half(pair);
+        };
         self.distribution
             .reflected_pdf(h, cos_d, pair.omega_o.vector())
     }

@@ -9,7 +9,8 @@
 //! infinite: some converters write those where the instrument saw nothing, and a few lost cells are
 //! no reason to refuse 1.4 million good ones. A file with no data at all is refused.
 
-use super::{Merl, MerlError, MerlGrid, Planes};
+use super::super::Planes;
+use super::{Merl, MerlError, MerlGrid};
 use crate::brdf::Channels;
 use crate::numeric;
 use std::fs::File;

@@ -26,24 +26,17 @@ pub use grid::MerlGrid;
 pub use spec::{ENTRY, Interpolation, MerlSpec};
 pub use write::{write_merl, write_merl_file};
 
+use super::Planes;
 use crate::brdf::{Brdf, Channels, Presence};
 use crate::geometry::{DirectionPair, Symmetry};
 use file::is_data;
 use grid::THETA_CELLS;
 
-/// The planes of a table.
-#[derive(Clone, Debug)]
-enum Planes {
-    /// Luminance in sr⁻¹; negative where any channel has no data.
-    Luminance(Vec<f64>),
-    /// R, G, B as stored, unscaled.
-    Rgb([Vec<f64>; 3]),
-}
-
 /// A MERL table as a BRDF.
 #[derive(Clone, Debug)]
 pub struct Merl {
     grid: MerlGrid,
+    /// Luminance in sr⁻¹, negative where any channel has no data; R, G, B as stored, unscaled.
     planes: Planes,
     interpolation: Interpolation,
     bilateral: bool,
@@ -115,10 +108,7 @@ impl Merl {
 
 impl Brdf for Merl {
     fn channels(&self) -> &Channels {
-        match self.planes {
-            Planes::Luminance(_) => &Channels::Luminance,
-            Planes::Rgb(_) => &Channels::Rgb,
-        }
+        self.planes.channels()
     }
 
     fn symmetry(&self) -> Symmetry {

@@ -12,7 +12,8 @@
 //! Colours are linear. The absolute scale of the database is not documented; `scale` turns stored
 //! values into sr⁻¹.
 
-use super::{NODES, Planes, Utia, pair};
+use super::super::Planes;
+use super::{NODES, Utia, pair};
 use crate::brdf::{Brdf, Channels, Presence};
 use crate::files;
 use crate::geometry::DirectionPair;

@@ -17,6 +17,7 @@ mod spec;
 pub use file::{FILE_LEN, UtiaError, check, write_utia, write_utia_file};
 pub use spec::{ENTRY, UtiaSpec};
 
+use super::Planes;
 use crate::brdf::{Brdf, Channels, Presence};
 use crate::geometry::{Direction, DirectionPair, Symmetry};
 use std::f64::consts::PI;
@@ -36,16 +37,10 @@ const STEP: [f64; 2] = [PI / 12.0, PI / 24.0];
 /// that went through sines and cosines is good to a few 1e-16 rad.
 const SLACK: f64 = 1e-12;
 
-/// The planes of a table, in sr⁻¹; NaN where there is no data.
-#[derive(Clone, Debug)]
-enum Planes {
-    Luminance(Vec<f64>),
-    Rgb([Vec<f64>; 3]),
-}
-
 /// A UTIA table as a BRDF.
 #[derive(Clone, Debug)]
 pub struct Utia {
+    /// In sr⁻¹; NaN where there is no data.
     planes: Planes,
     symmetry: Symmetry,
 }
@@ -153,10 +148,7 @@ fn each<const N: usize>(
 
 impl Brdf for Utia {
     fn channels(&self) -> &Channels {
-        match self.planes {
-            Planes::Luminance(_) => &Channels::Luminance,
-            Planes::Rgb(_) => &Channels::Rgb,
-        }
+        self.planes.channels()
     }
 
     fn symmetry(&self) -> Symmetry {
