@@ -2,6 +2,7 @@
 //! errors that are known.
 
 use gonio::Error;
+use gonio::experiment::relations::{MaterialRelations, RelationsPlan};
 use gonio::experiment::{
     Event, Experiment, Extent, Findings, Known, Metric, Observer, Plan, RESULTS_REVISION, Row,
     RowKey, Shard, Source, Wish, material_key,
@@ -419,6 +420,72 @@ fn a_file_that_is_replaced_under_way_is_told() {
     );
     // Nothing of the table, everything of the other material.
     assert_eq!((2 * swap.2, summary.failures.len()), (plan.rows(), 1));
+}
+
+#[test]
+fn a_lighting_is_that_of_its_key() {
+    /// Replaces the panorama before a material, or after it.
+    struct Swap {
+        path: std::path::PathBuf,
+        before: usize,
+        materials: usize,
+        failures: Vec<String>,
+        records: usize,
+    }
+    impl Observer<MaterialRelations> for Swap {
+        fn tell(&mut self, event: &Event<'_, MaterialRelations>) -> Result<(), Error> {
+            match event {
+                Event::Doing(_) => {
+                    if self.materials == self.before {
+                        fs::write(&self.path, panorama(200)).unwrap();
+                    }
+                    self.materials += 1;
+                }
+                Event::Failed(failure) => self.failures.push(failure.reason.clone()),
+                Event::Made(records) => self.records += records.len(),
+                _ => {}
+            }
+            Ok(())
+        }
+    }
+    /// A Radiance picture of 4 × 2 pixels of one grey.
+    fn panorama(grey: u8) -> Vec<u8> {
+        let head = "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 2 +X 4\n";
+        let pixels = [grey, grey, grey, 128].repeat(8);
+        [head.as_bytes(), &pixels].concat()
+    }
+    let dir = tempfile::tempdir().unwrap();
+    let path = dir.path().join("a.hdr");
+    // Before the first material both are of other light than their keys; before the second the
+    // light that they mean is there.
+    for (before, records) in [(0, 0), (1, 2)] {
+        fs::write(&path, panorama(100)).unwrap();
+        let text = format!(
+            "experiment = \"relations\"\n\
+             [moments]\norder = 2\nviews = 5\n\
+             estimator = {{ kind = \"peak-resolving\", tolerance = 1e-2 }}\n\
+             [relations]\nviews_deg = [30]\ntolerance = 1e-2\n\
+             [[lighting]]\nkind = \"map\"\npath = {:?}\n\
+             [[material]]\nkind = \"ggx\"\nalpha = 0.6\n[[material]]\nkind = \"ggx\"\nalpha = 0.5\n",
+            path.display().to_string()
+        );
+        let plan = RelationsPlan::read(&Source::new("c.toml", text)).unwrap();
+        let mut swap = Swap {
+            path: path.clone(),
+            before,
+            materials: 0,
+            failures: Vec::new(),
+            records: 0,
+        };
+        let (extent, known) = (Extent::default(), Known::new());
+        plan.run(&extent, &known, &mut swap).unwrap();
+        assert_eq!((swap.records, swap.failures.len()), (records, 2 - records));
+        assert!(
+            swap.failures
+                .iter()
+                .all(|reason| reason.contains("replaced"))
+        );
+    }
 }
 
 #[test]

@@ -219,8 +219,7 @@ fn format_names<T: 'static>(
 fn read_as<T>(path: &Path, wanted: &Use<T>) -> Result<(String, T), Error> {
     let refused = |e| Error::data(path, e);
     // What is told by its name alone; text that nothing recognises is CSV.
-    let alone = |f: &Format| f.recognises.is_none() && f.name != formats::CSV.name;
-    if let Some(format) = formats::of_name(path).filter(alone) {
+    if let Some(format) = formats::of_name(path).filter(|f| f.recognises.is_none()) {
         let read = wanted.function(&format).map_err(refused)?;
         return Ok((read_text(path)?, read));
     }

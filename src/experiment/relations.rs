@@ -16,11 +16,13 @@ use super::source::Source;
 use super::tables::{Named, insert_list, named, refuse_unknown, section, take_list, with_name};
 use crate::brdf::{Brdf, BuildError, Channels};
 use crate::error::{Error, ParameterError};
-use crate::lighting::{self, LightingSpec};
+use crate::lighting::{self, Lighting, LightingSpec};
 use crate::moments::Profile;
 use crate::moments::relations::{Along, Relation, RelationSpec, compare};
 use crate::registry::{self, ReadError, Table};
 use serde::{Deserialize, Serialize};
+use std::fmt;
+use std::sync::{Arc, Mutex, PoisonError};
 
 /// Keys that a config of this kind has.
 const KEYS: [&str; 10] = [
@@ -65,12 +67,19 @@ impl Default for Keys {
 }
 
 /// A lighting with its name in results.
-#[derive(Debug)]
 pub struct PlannedLight {
     /// The name, unique in its plan.
     pub name: String,
     /// Specification it is built from.
     pub spec: Box<dyn LightingSpec>,
+    /// The lighting that was built last, with the hash of what determines it.
+    built: Mutex<Option<(blake3::Hash, Arc<dyn Lighting>)>>,
+}
+
+impl fmt::Debug for PlannedLight {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        write!(f, "{} {:?}", self.name, self.spec)
+    }
 }
 
 /// An experiment of this kind that can be run.
@@ -154,7 +163,11 @@ impl RelationsPlan {
         {
             let path = KeyPath::of("lighting").index(i);
             spec.check().map_err(|e| build_error(source, &path, e))?;
-            lightings.push(PlannedLight { name, spec });
+            lightings.push(PlannedLight {
+                name,
+                spec,
+                built: Mutex::default(),
+            });
         }
         let mut resolved = base.resolved.clone();
         resolved.remove("analysis");
@@ -263,15 +276,17 @@ impl Experiment for RelationsPlan {
     }
 
     fn expected(&self, shard: Option<Shard>) -> Vec<Expected> {
+        // Their files are read once, not for every material.
+        let lights: Vec<_> = self.lightings.iter().map(|l| (l, self.part(l))).collect();
         let mut all = Vec::new();
         for (material, m) in self.base.materials.iter().enumerate() {
             // A material's profile serves all its lightings.
             if shard.is_none_or(|s| s.has(material)) {
-                all.extend(self.lightings.iter().map(|light| Expected {
+                all.extend(lights.iter().map(|(light, part)| Expected {
                     material,
                     label: light.name.clone(),
                     job: format!("{}, {}", m.name, light.name),
-                    part: self.part(light),
+                    part: *part,
                 }));
             }
         }
@@ -305,6 +320,30 @@ impl RelationsPlan {
         let keys = self.resolved.get("relations").map(|k| k.to_string());
         part.feed(&keys.unwrap_or_default());
         part.finish()
+    }
+
+    /// A lighting, built from the files that the key of its record holds.
+    fn lighting(
+        &self,
+        light: &PlannedLight,
+        of: &Of<'_, Profile>,
+    ) -> Result<Arc<dyn Lighting>, BuildError> {
+        let is_meant = |part| of_part(of.material_key, part) == of.key;
+        let mut held = light.built.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some((_, built)) = held.as_ref().filter(|(part, _)| is_meant(part)) {
+            return Ok(Arc::clone(built));
+        }
+        let built: Arc<dyn Lighting> = Arc::from(light.spec.build()?);
+        // Read again: another program may replace its files at any time.
+        let part = self.part(light);
+        if !is_meant(&part) {
+            return Err(BuildError::Data {
+                path: light.spec.inputs().into_iter().next().unwrap_or_default(),
+                message: "it was replaced while the run went on".into(),
+            });
+        }
+        *held = Some((part, Arc::clone(&built)));
+        Ok(built)
     }
 }
 
@@ -341,17 +380,10 @@ impl PerMaterial for RelationsPlan {
         teller: &mut Teller<'_, MaterialRelations>,
     ) -> Result<Result<MaterialRelations, BuildError>, Stop> {
         let light = &self.lightings[place];
-        let lighting = match light.spec.build() {
+        let lighting = match self.lighting(light, &of) {
             Ok(lighting) => lighting,
             Err(reason) => return Ok(Err(reason)),
         };
-        // Read again: another program may replace its files at any time.
-        if of_part(of.material_key, &self.part(light)) != of.key {
-            return Ok(Err(BuildError::Data {
-                path: light.spec.inputs().into_iter().next().unwrap_or_default(),
-                message: "it was replaced while the run went on".into(),
-            }));
-        }
         let mut relations = Vec::new();
         for &along in &self.along {
             for &view in &self.views {

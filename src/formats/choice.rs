@@ -39,6 +39,11 @@ pub enum FormatError {
 }
 
 impl<T> Use<T> {
+    /// A use and who does it.
+    pub(super) const fn new(what: &'static str, of: fn(&Format) -> Option<T>) -> Self {
+        Self { what, of }
+    }
+
     /// The formats that do this.
     pub fn formats(&self) -> impl Iterator<Item = Format> {
         let of = self.of;

@@ -46,46 +46,26 @@ pub type WriteReadings = fn(&Measurement, &About, Sequence<'_>, &mut dyn Write) 
 pub type ReadEnvironment = fn(PathBuf) -> Box<dyn LightingSpec>;
 
 /// Formats that tables are read from.
-pub const READ_TABLE: Use<ReadTable> = Use {
-    what: "tables",
-    of: |f| f.read_table,
-};
+pub const READ_TABLE: Use<ReadTable> = Use::new("tables", |f| f.read_table);
 
 /// Formats that tables are written in.
-pub const WRITE_TABLE: Use<WriteTable> = Use {
-    what: "tables",
-    of: |f| f.write_table,
-};
+pub const WRITE_TABLE: Use<WriteTable> = Use::new("tables", |f| f.write_table);
 
 /// Formats that schedules are read from.
-pub const READ_SCHEDULE: Use<ReadSchedule> = Use {
-    what: "schedules",
-    of: |f| f.read_schedule,
-};
+pub const READ_SCHEDULE: Use<ReadSchedule> = Use::new("schedules", |f| f.read_schedule);
 
 /// Formats that schedules are written in.
-pub const WRITE_SCHEDULE: Use<WriteSchedule> = Use {
-    what: "schedules",
-    of: |f| f.write_schedule,
-};
+pub const WRITE_SCHEDULE: Use<WriteSchedule> = Use::new("schedules", |f| f.write_schedule);
 
 /// Formats that readings are read from.
-pub const READ_READINGS: Use<ReadReadings> = Use {
-    what: "readings",
-    of: |f| f.read_readings,
-};
+pub const READ_READINGS: Use<ReadReadings> = Use::new("readings", |f| f.read_readings);
 
 /// Formats that readings are written in.
-pub const WRITE_READINGS: Use<WriteReadings> = Use {
-    what: "readings",
-    of: |f| f.write_readings,
-};
+pub const WRITE_READINGS: Use<WriteReadings> = Use::new("readings", |f| f.write_readings);
 
 /// Formats that environment maps are read from.
-pub const READ_ENVIRONMENT: Use<ReadEnvironment> = Use {
-    what: "environment maps",
-    of: |f| f.read_environment,
-};
+pub const READ_ENVIRONMENT: Use<ReadEnvironment> =
+    Use::new("environment maps", |f| f.read_environment);
 
 /// One file format; a use without a function is one that it has not.
 #[derive(Clone, Copy)]

@@ -9,9 +9,9 @@
 //! Ill-conditioned (floor about 3e-8 rad) where both directions are on the horizon.
 //! Degenerate: phi_h at h_bar = 0, phi_k at k = 0.
 
-use super::orthographic::{length, lengths_and_delta, polar};
+use super::orthographic::{Orthographic, length, lengths_and_delta, polar};
 use super::spherical::azimuth;
-use super::{Azimuth, Chart, Form, ParametrizationSpec, Quantity, Radial, Unit, entry};
+use super::{Azimuth, Chart, Form, ParametrizationSpec, Radial, entry};
 use crate::geometry::{Direction, DirectionPair};
 use crate::numeric::safe_sqrt;
 use crate::registry::Entry;
@@ -34,35 +34,15 @@ const HEIGHT_SQUARED_SLACK: f64 = 1e-15;
 impl Chart for Hybrid {
     const NAME: &'static str = "hybrid";
     const RADIAL: [Radial; 2] = [
-        Radial {
-            symbol: "h_bar",
-            label: "|h\u{304}|",
-            unit: Unit::One,
-            max: 1.0,
-            quantity: Quantity::Length,
-        },
+        Orthographic::RADIAL[0],
         Radial {
             symbol: "k",
             label: "|k|",
-            unit: Unit::One,
-            max: 1.0,
-            quantity: Quantity::Length,
+            ..Orthographic::RADIAL[1]
         },
     ];
-    const AZIMUTH: [Azimuth; 2] = [
-        Azimuth {
-            symbol: "phi_h",
-            label: "φ_h",
-        },
-        Azimuth {
-            symbol: "phi_k",
-            label: "φ_k",
-        },
-    ];
-    const RELATIVE: Azimuth = Azimuth {
-        symbol: "delta",
-        label: "δ",
-    };
+    const AZIMUTH: [Azimuth; 2] = Orthographic::AZIMUTH;
+    const RELATIVE: Azimuth = Orthographic::RELATIVE;
     const EXCHANGE: bool = false;
     const NESTED: bool = false;
     const PEAK_AT_START: bool = true;

@@ -40,20 +40,8 @@ impl Chart for Stark {
             quantity: Quantity::Other,
         },
     ];
-    const AZIMUTH: [Azimuth; 2] = [
-        Azimuth {
-            symbol: "phi_h",
-            label: "φ_h",
-        },
-        Azimuth {
-            symbol: "phi_k",
-            label: "φ_k",
-        },
-    ];
-    const RELATIVE: Azimuth = Azimuth {
-        symbol: "delta",
-        label: "δ",
-    };
+    const AZIMUTH: [Azimuth; 2] = Hybrid::AZIMUTH;
+    const RELATIVE: Azimuth = Hybrid::RELATIVE;
     const EXCHANGE: bool = false;
     const NESTED: bool = false;
     const PEAK_AT_START: bool = true;

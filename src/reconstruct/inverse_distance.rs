@@ -11,7 +11,6 @@ use crate::error::{ParameterError, in_left_open};
 use crate::registry::{self, Entry};
 use serde::{Deserialize, Serialize};
 use std::num::NonZeroUsize;
-use std::sync::Arc;
 
 const KIND: &str = "inverse-distance";
 
@@ -93,16 +92,7 @@ impl Reconstruct for InverseDistance {
         false
     }
 
-    fn coordinates(&self) -> Option<&Coordinates> {
-        self.coordinates.as_ref()
-    }
-
-    fn within(&self, coordinates: &Coordinates) -> Option<Arc<dyn Reconstruct>> {
-        Some(Arc::new(Self {
-            coordinates: Some(coordinates.clone()),
-            ..self.clone()
-        }))
-    }
+    chooses_coordinates!();
 
     fn check(&self) -> Result<(), ParameterError> {
         self.values.check(self.epsilon)?;

@@ -1,5 +1,25 @@
 //! A measurement becomes a BRDF again. For one of your own see [`join`].
 
+/// The methods of [`Reconstruct`] about coordinates, for a struct whose field `coordinates` holds
+/// them if they are not those of the schedule.
+macro_rules! chooses_coordinates {
+    () => {
+        fn coordinates(&self) -> Option<&crate::reconstruct::Coordinates> {
+            self.coordinates.as_ref()
+        }
+
+        fn within(
+            &self,
+            coordinates: &crate::reconstruct::Coordinates,
+        ) -> Option<std::sync::Arc<dyn Reconstruct>> {
+            Some(std::sync::Arc::new(Self {
+                coordinates: Some(coordinates.clone()),
+                ..self.clone()
+            }))
+        }
+    };
+}
+
 mod coordinates;
 mod cubic;
 mod grid;

@@ -9,7 +9,6 @@ use super::{Interpolant, Readings, Reconstruct, ReconstructError, STRETCH};
 use crate::error::ParameterError;
 use crate::registry::{self, Entry};
 use serde::{Deserialize, Serialize};
-use std::sync::Arc;
 
 const KIND: &str = "nearest";
 
@@ -85,16 +84,7 @@ impl Reconstruct for NearestReading {
         false
     }
 
-    fn coordinates(&self) -> Option<&Coordinates> {
-        self.coordinates.as_ref()
-    }
-
-    fn within(&self, coordinates: &Coordinates) -> Option<Arc<dyn Reconstruct>> {
-        Some(Arc::new(Self {
-            coordinates: Some(coordinates.clone()),
-            ..self.clone()
-        }))
-    }
+    chooses_coordinates!();
 
     fn check(&self) -> Result<(), ParameterError> {
         self.search().check()

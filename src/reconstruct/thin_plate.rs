@@ -29,7 +29,6 @@ use crate::registry::{self, Entry};
 use nalgebra::{Cholesky, DMatrix, DVector};
 use serde::{Deserialize, Serialize};
 use std::num::NonZeroUsize;
-use std::sync::Arc;
 
 const KIND: &str = "thin-plate";
 
@@ -107,16 +106,7 @@ impl Reconstruct for ThinPlate {
         false
     }
 
-    fn coordinates(&self) -> Option<&Coordinates> {
-        self.coordinates.as_ref()
-    }
-
-    fn within(&self, coordinates: &Coordinates) -> Option<Arc<dyn Reconstruct>> {
-        Some(Arc::new(Self {
-            coordinates: Some(coordinates.clone()),
-            ..self.clone()
-        }))
-    }
+    chooses_coordinates!();
 
     fn check(&self) -> Result<(), ParameterError> {
         self.values.check(self.epsilon)?;

@@ -66,6 +66,22 @@ kind = "inverse-distance"
 pairs = 500
 "#;
 
+/// Materials of experiments on moments.
+const MATERIALS: &str = r#"
+[[material]]
+kind = "lambert"
+
+[[material]]
+kind = "ggx"
+alpha = 0.4
+fresnel = { kind = "none" }
+
+[[material]]
+kind = "ggx"
+alpha = 0.6
+fresnel = { kind = "none" }
+"#;
+
 impl Bench {
     fn new() -> Self {
         let dir = TempDir::new().unwrap();

@@ -1,6 +1,6 @@
 //! Runs of the experiments `moments` and `relations`.
 
-use super::{Bench, assert_same, results};
+use super::{Bench, MATERIALS, assert_same, results};
 use gonio::experiment::moments::ProfileRow;
 use std::fs;
 use std::path::Path;
@@ -18,19 +18,6 @@ estimator = { kind = "peak-resolving", tolerance = 1e-2 }
 
 [analysis]
 horizon = true
-
-[[material]]
-kind = "lambert"
-
-[[material]]
-kind = "ggx"
-alpha = 0.4
-fresnel = { kind = "none" }
-
-[[material]]
-kind = "ggx"
-alpha = 0.6
-fresnel = { kind = "none" }
 "#;
 
 /// What a run of that kind leaves at the top of its folder.
@@ -49,7 +36,8 @@ const COARSE: &str = "moments.estimator={kind=\"peak-resolving\",tolerance=1e-2}
 
 fn bench() -> Bench {
     let bench = Bench::new();
-    fs::write(bench.path("study.toml"), STUDY).unwrap();
+    let text = format!("{STUDY}{MATERIALS}");
+    fs::write(bench.path("study.toml"), text).unwrap();
     bench
 }
 

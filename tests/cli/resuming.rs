@@ -1,6 +1,6 @@
 //! Runs of every kind go on where they were, in parts or whole, and end the same.
 
-use super::{Bench, SMALL, assert_same, results};
+use super::{Bench, MATERIALS, SMALL, assert_same, results};
 use std::fs;
 
 /// A kind of run: its config, the file of its records, how many there are, and of how many jobs.
@@ -16,24 +16,10 @@ fn kinds() -> Vec<Kind> {
     let small = SMALL.replace("budgets = [60, 150]", "budgets = [60]");
     let study = small.replace("seeds = ", "experiment = \"study\"\nseeds = ");
     let acquisition = format!("{small}\n[output]\nschedules = \"csv\"\nslices = true\n");
-    let materials = r#"
-[[material]]
-kind = "lambert"
-
-[[material]]
-kind = "ggx"
-alpha = 0.4
-fresnel = { kind = "none" }
-
-[[material]]
-kind = "ggx"
-alpha = 0.6
-fresnel = { kind = "none" }
-"#;
     let moments = |order: usize| {
         format!(
             "[moments]\nviews = 9\norder = {order}\n\
-             estimator = {{ kind = \"peak-resolving\", tolerance = 1e-2 }}\n{materials}"
+             estimator = {{ kind = \"peak-resolving\", tolerance = 1e-2 }}\n{MATERIALS}"
         )
     };
     let lights = r#"
