@@ -4,8 +4,8 @@
 use glam::DVec3;
 use gonio::brdf::{Brdf, Channels};
 use gonio::geometry::{Direction, DirectionPair, Symmetry, angle_between};
-use gonio::parametrization::{self, WarpSpec};
-use gonio::registry;
+use gonio::parametrization::{self, Layout, ParametrizationSpec, WarpSpec};
+use gonio::registry::{self, Entry};
 use gonio::sampling::{Random, cosine_hemisphere};
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
@@ -147,6 +147,13 @@ pub fn symmetries() -> Vec<Symmetry> {
             bilateral: bits & 4 != 0,
         })
         .collect()
+}
+
+/// The parametrizations whose coordinates are radii and azimuths: the others have no poles.
+pub fn polar() -> impl Iterator<Item = Entry<ParametrizationSpec>> {
+    let is_polar =
+        |e: &Entry<ParametrizationSpec>| e.form(Symmetry::NONE).facts().layout != Layout::Straight;
+    parametrization::all().into_iter().filter(is_polar)
 }
 
 /// Every example of every warp.

@@ -8,7 +8,7 @@ mod local_spline;
 mod reproduction;
 mod symmetric;
 
-use common::symmetries;
+use common::{polar, symmetries};
 use gonio::brdf::{Brdf, Channels, Presence};
 use gonio::geometry::{DirectionPair, Symmetry};
 use gonio::instrument::{Ideal, Instrument};
@@ -89,10 +89,10 @@ fn smooth_material(symmetry: Symmetry) -> impl Brdf {
     material(symmetry, move |pair| smooth(symmetry, pair))
 }
 
-/// Every parametrization under the symmetries, plain and with a square root on the first axis.
+/// Every polar parametrization under the symmetries, plain and with a square root on the first axis.
 fn forms(symmetries: &[Symmetry]) -> Vec<Arc<dyn Parametrization>> {
     let mut forms = Vec::new();
-    for entry in parametrization::all() {
+    for entry in polar() {
         for &symmetry in symmetries {
             forms.push(entry.form(symmetry));
             let first = entry.axes(symmetry)[0].symbol.to_owned();
