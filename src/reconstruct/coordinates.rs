@@ -53,15 +53,17 @@ impl Coordinates {
 pub(super) struct ReconstructionCoordinates<'a> {
     /// Coordinates to interpolate in; `None`: those of the schedule.
     pub coordinates: Option<&'a Coordinates>,
-    /// Weight of the first radial axis against the second.
-    pub stretch: f64,
+    /// Weight of the first radial axis against the second, if it is not the default.
+    pub stretch: Option<f64>,
 }
 
 impl ReconstructionCoordinates<'_> {
     /// Checks what can be checked without a schedule.
     pub fn check(&self) -> Result<(), ParameterError> {
         // Smaller or larger, neighbours collapse into clusters or sheets thinner than rounding.
-        in_closed("stretch", self.stretch, 1e-3, 1e3)?;
+        if let Some(stretch) = self.stretch {
+            in_closed("stretch", stretch, 1e-3, 1e3)?;
+        }
         if let Some(coordinates) = self.coordinates {
             coordinates.form(Symmetry::FULL)?;
         }

@@ -3,10 +3,11 @@
 //! y(x) = Σ w_j y_j / Σ w_j, w_j = d_j^−power, d the distance in the embedding of
 //! [`super::scattered`]. At a reading the weight is infinite and the reading is returned.
 
+use super::cloud::{Cloud, Found};
 use super::coordinates::{Coordinates, ReconstructionCoordinates};
-use super::scattered::{Cloud, Nearest, ScatteredInterpolant, ScatteredRule};
+use super::scattered::{Embedded, ScatteredInterpolant, ScatteredRule};
 use super::transform::{EPSILON, Values};
-use super::{Interpolant, Readings, Reconstruct, ReconstructError, STRETCH, check_neighbours};
+use super::{Interpolant, Readings, Reconstruct, ReconstructError, check_neighbours};
 use crate::error::{ParameterError, in_left_open};
 use crate::registry::{self, Entry};
 use serde::{Deserialize, Serialize};
@@ -40,8 +41,11 @@ pub struct InverseDistance {
     /// Coordinates to interpolate in; by default those of the schedule.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub coordinates: Option<Coordinates>,
-    /// Weight of the first radial axis against the second.
-    pub stretch: f64,
+    /// Weight of the first radial axis against the second; by default [`super::STRETCH`], or
+    /// [`super::STRETCH_OF_SHEETS`] if the readings lie in sheets. A grid in its own coordinates has
+    /// none.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub stretch: Option<f64>,
 }
 
 impl Default for InverseDistance {
@@ -52,7 +56,7 @@ impl Default for InverseDistance {
             neighbours: 12,
             power: 2.0,
             coordinates: None,
-            stretch: STRETCH,
+            stretch: None,
         }
     }
 }
@@ -70,12 +74,14 @@ impl InverseDistance {
         r: &Readings<'_>,
     ) -> Result<Box<dyn Interpolant>, ReconstructError> {
         let transform = self.values.with(self.epsilon);
-        let cloud = Cloud::<K>::new(KIND, r, &self.search(), transform, 1)?;
+        let readings = Embedded::<K>::new(KIND, r, &self.search(), transform, 1)?;
         let rule = Shepard {
             neighbours: check_neighbours(self.neighbours, 1)?,
             power: self.power,
         };
-        Ok(Box::new(ScatteredInterpolant::new(rule, cloud, transform)))
+        Ok(Box::new(ScatteredInterpolant::new(
+            rule, readings, transform,
+        )))
     }
 }
 
@@ -117,27 +123,27 @@ pub(super) struct Shepard {
 }
 
 impl<const K: usize> ScatteredRule<K> for Shepard {
-    type Scratch = ();
+    type Scratch = Found;
 
-    fn scratch(&self) {}
+    fn scratch(&self) -> Found {
+        Found::default()
+    }
 
     #[inline]
-    fn interpolate(
-        &self,
-        cloud: &Cloud<K>,
-        tree: &Nearest<K>,
-        x: &[f64; K],
-        _scratch: &mut (),
-        out: &mut [f64],
-    ) {
+    fn interpolate(&self, cloud: &Cloud<K>, x: &[f64; K], found: &mut Found, out: &mut [f64]) {
+        cloud.find(x, self.neighbours, found);
+        Self::mean(self.power, cloud, found, out);
+    }
+}
+
+impl Shepard {
+    /// The weighted mean of the neighbours that were found.
+    pub fn mean<const K: usize>(power: f64, cloud: &Cloud<K>, found: &Found, out: &mut [f64]) {
         out.fill(0.0);
         let mut total = 0.0;
-        let mut nearest = 0.0;
-        let exponent = -0.5 * self.power;
-        tree.find_many(x, self.neighbours, |i, d2| {
-            if total == 0.0 {
-                nearest = d2;
-            }
+        let nearest = found.distance2[0];
+        let exponent = -0.5 * power;
+        for (&i, &d2) in found.index.iter().zip(&found.distance2) {
             // Relative to the nearest one: no overflow however close it is, and exactly that
             // reading where the distance is 0.
             let w = if d2 == nearest {
@@ -150,7 +156,7 @@ impl<const K: usize> ScatteredRule<K> for Shepard {
             for (out, y) in out.iter_mut().zip(cloud.value(i)) {
                 *out += w * y;
             }
-        });
+        }
         for out in out {
             *out /= total;
         }

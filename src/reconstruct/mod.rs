@@ -20,15 +20,18 @@ macro_rules! chooses_coordinates {
     };
 }
 
+mod cloud;
 mod coordinates;
 mod cubic;
 mod grid;
 mod interpolant;
 mod inverse_distance;
 mod lattice_method;
+mod local_spline;
 mod multilinear;
 mod nearest;
 mod scattered;
+mod sheets;
 mod thin_plate;
 mod transform;
 
@@ -39,6 +42,7 @@ pub use inverse_distance::InverseDistance;
 pub use lattice_method::{LatticeMethod, LatticeRule};
 pub use multilinear::{Multilinear, MultilinearRule};
 pub use nearest::NearestReading;
+pub use sheets::Sheets;
 pub use thin_plate::ThinPlate;
 pub use transform::{Transform, Values};
 
@@ -132,6 +136,23 @@ pub enum ReconstructError {
         /// The sample set of the readings.
         sample_set: String,
     },
+    /// The readings are of a material that is not declared isotropic.
+    #[error("{method} needs an isotropic material")]
+    Anisotropic {
+        /// The method.
+        method: &'static str,
+    },
+    /// Most readings lie in no sheet of constant incidence.
+    #[error(
+        "{method} needs readings on sheets of constant incidence, at least 8 on each and not in a line; of \
+         {readings} readings less than 90 % are"
+    )]
+    NoSheets {
+        /// The method.
+        method: &'static str,
+        /// Number of readings.
+        readings: usize,
+    },
     /// A parameter is outside its range.
     #[error(transparent)]
     Parameter(#[from] ParameterError),
@@ -146,6 +167,7 @@ fn built_in() -> Vec<Entry<dyn Reconstruct>> {
         Cubic::ENTRY,
         inverse_distance::ENTRY,
         thin_plate::ENTRY,
+        sheets::ENTRY,
     ]
 }
 
@@ -235,7 +257,11 @@ pub fn read(table: Table<'_>) -> Result<Box<dyn Reconstruct>, ReadError> {
 
 /// Default weight of the first radial axis of an embedding against the second: lobes are narrower
 /// along it.
-const STRETCH: f64 = 1.5;
+pub const STRETCH: f64 = 1.5;
+
+/// Default weight for readings in sheets: they resolve lobes along the sheet, and what connects two
+/// sheets is that lobes change little along the second axis.
+pub const STRETCH_OF_SHEETS: f64 = 3.0;
 
 /// The kind, with the keys that are not at their defaults.
 fn label(kind: &str, values: Values, coordinates: Option<&Coordinates>) -> String {

@@ -1,11 +1,12 @@
 //! The nearest reading: on a grid the nearest node in index units (below the horizon the reading
 //! of a next node), else the nearest point of the embedding (see [`super::scattered`]).
 
+use super::cloud::Cloud;
 use super::coordinates::{Coordinates, ReconstructionCoordinates};
 use super::grid::{Continuation, GridInterpolant, Padded, Rule};
-use super::scattered::{Cloud, Nearest, ScatteredInterpolant, ScatteredRule};
+use super::scattered::{Embedded, ScatteredInterpolant, ScatteredRule};
 use super::transform::{Transform, Values};
-use super::{Interpolant, Readings, Reconstruct, ReconstructError, STRETCH};
+use super::{Interpolant, Readings, Reconstruct, ReconstructError};
 use crate::error::ParameterError;
 use crate::registry::{self, Entry};
 use serde::{Deserialize, Serialize};
@@ -27,15 +28,18 @@ pub struct NearestReading {
     /// Coordinates of the search; by default those of the schedule.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub coordinates: Option<Coordinates>,
-    /// Weight of the first radial axis against the second; a grid in its own coordinates has none.
-    pub stretch: f64,
+    /// Weight of the first radial axis against the second; by default [`super::STRETCH`], or
+    /// [`super::STRETCH_OF_SHEETS`] if the readings lie in sheets. A grid in its own coordinates has
+    /// none.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub stretch: Option<f64>,
 }
 
 impl Default for NearestReading {
     fn default() -> Self {
         Self {
             coordinates: None,
-            stretch: STRETCH,
+            stretch: None,
         }
     }
 }
@@ -66,8 +70,10 @@ impl NearestReading {
         r: &Readings<'_>,
     ) -> Result<Box<dyn Interpolant>, ReconstructError> {
         let transform = Transform::Linear;
-        let cloud = Cloud::<K>::new(KIND, r, &self.search(), transform, 1)?;
-        Ok(Box::new(ScatteredInterpolant::new(First, cloud, transform)))
+        let readings = Embedded::<K>::new(KIND, r, &self.search(), transform, 1)?;
+        Ok(Box::new(ScatteredInterpolant::new(
+            First, readings, transform,
+        )))
     }
 }
 
@@ -131,14 +137,7 @@ impl<const K: usize> ScatteredRule<K> for First {
     fn scratch(&self) {}
 
     #[inline]
-    fn interpolate(
-        &self,
-        cloud: &Cloud<K>,
-        tree: &Nearest<K>,
-        x: &[f64; K],
-        _scratch: &mut (),
-        out: &mut [f64],
-    ) {
-        out.copy_from_slice(cloud.value(tree.find(x)));
+    fn interpolate(&self, cloud: &Cloud<K>, x: &[f64; K], _scratch: &mut (), out: &mut [f64]) {
+        out.copy_from_slice(cloud.value(cloud.nearest(x)));
     }
 }

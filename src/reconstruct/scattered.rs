@@ -10,14 +10,13 @@
 //! it, so that neighbours surround a point near a fold as they do inside. A reading *at* the first
 //! pole is, in 3-D, the same at every azimuth and stands all around the circle.
 
+use super::cloud::Cloud;
 use super::interpolant::{Interpolant, Readings};
 use super::transform::Transform;
-use super::{ReconstructError, ReconstructionCoordinates};
+use super::{ReconstructError, ReconstructionCoordinates, STRETCH, STRETCH_OF_SHEETS};
 use crate::geometry::DirectionPair;
 use crate::parametrization::{Coords, Layout, Parametrization};
-use kiddo::{ImmutableKdTree, SquaredEuclidean};
 use std::f64::consts::{PI, TAU};
-use std::num::NonZeroUsize;
 use std::sync::Arc;
 
 /// Share of the first radial axis within which readings also stand on the other side of its pole,
@@ -34,51 +33,9 @@ const ON_POLE: f64 = 1e-9;
 /// local systems singular, and the value is the same.
 const SAME: f64 = 1e-6;
 
-/// The nearest of a set of points.
-pub(super) struct Nearest<const K: usize>(ImmutableKdTree<f64, K>);
-
-impl<const K: usize> Nearest<K> {
-    /// The tree of at least one point, finite.
-    pub fn new(points: &[[f64; K]]) -> Self {
-        match ImmutableKdTree::new_from_slice(points) {
-            Ok(tree) => Self(tree),
-            Err(e) => unreachable!("a tree over {} finite points: {e}", points.len()),
-        }
-    }
-
-    /// Number of the point nearest to `x`.
-    #[inline]
-    pub fn find(&self, x: &[f64; K]) -> usize {
-        self.0
-            .query(x)
-            .nearest_one::<SquaredEuclidean<f64>>()
-            .execute()
-            .item as usize
-    }
-
-    /// Numbers and squared distances of the `k` nearest points, nearest first.
-    #[inline]
-    pub fn find_many(&self, x: &[f64; K], k: NonZeroUsize, mut visit: impl FnMut(usize, f64)) {
-        let found = self
-            .0
-            .query(x)
-            .nearest_n::<SquaredEuclidean<f64>>(k)
-            .execute();
-        for item in found {
-            visit(item.item as usize, item.distance);
-        }
-    }
-}
-
-/// Readings and their images as points.
-pub(super) struct Cloud<const K: usize> {
-    /// Places of the readings and of their images.
-    pub points: Vec<[f64; K]>,
-    /// Transformed values, point-major (`points × channels`).
-    pub values: Vec<f64>,
-    /// Values per point.
-    pub channels: usize,
-    tree: Nearest<K>,
+/// Readings and their images as points of an embedding, with transformed values.
+pub(super) struct Embedded<const K: usize> {
+    cloud: Cloud<K>,
     embedding: Embedding,
 }
 
@@ -138,7 +95,7 @@ impl Embedding {
     }
 }
 
-impl<const K: usize> Cloud<K> {
+impl<const K: usize> Embedded<K> {
     /// The readings in the given coordinates.
     pub fn new(
         method: &'static str,
@@ -147,9 +104,6 @@ impl<const K: usize> Cloud<K> {
         transform: Transform,
         needed: usize,
     ) -> Result<Self, ReconstructError> {
-        let schedule = readings.schedule;
-        let parametrization = coordinates.resolve(&schedule.parametrization)?;
-        let own = Arc::ptr_eq(&parametrization, &schedule.parametrization);
         let count = readings.count();
         if count < needed {
             return Err(ReconstructError::TooFew {
@@ -158,15 +112,38 @@ impl<const K: usize> Cloud<K> {
                 needed,
             });
         }
-        let embedding = Embedding::new(&parametrization, coordinates.stretch);
+        let parametrization = coordinates.resolve(&readings.schedule.parametrization)?;
+        let of = |stretch| Self::stretched(readings, &parametrization, stretch, transform);
+        if let Some(stretch) = coordinates.stretch {
+            return Ok(of(stretch));
+        }
+        let embedded = of(STRETCH);
+        Ok(if embedded.cloud.is_in_sheets() {
+            of(STRETCH_OF_SHEETS)
+        } else {
+            embedded
+        })
+    }
+
+    /// The readings in an embedding.
+    fn stretched(
+        readings: &Readings<'_>,
+        parametrization: &Arc<dyn Parametrization>,
+        stretch: f64,
+        transform: Transform,
+    ) -> Self {
+        let schedule = readings.schedule;
+        let own = Arc::ptr_eq(parametrization, &schedule.parametrization);
+        let count = readings.count();
+        let embedding = Embedding::new(parametrization, stretch);
         let copies = parametrization.images(&[0.0; 4]).len();
         // In 3-D all points fill a cylinder of radius 1 and height `stretch`.
-        let volume = PI * coordinates.stretch / (count * copies) as f64;
+        let volume = PI * stretch / (count * copies) as f64;
         let spacing = volume.cbrt();
         let first_range = parametrization.axes()[0].range[1];
         // In 4-D the embedding closes the pole by itself, and a straight one has none.
         let has_pole = K == 3 && embedding.layout != Layout::Straight;
-        let reach = first_range * (POLE_SPACINGS * spacing / coordinates.stretch).max(POLE_REACH);
+        let reach = first_range * (POLE_SPACINGS * spacing / stretch).max(POLE_REACH);
         let channels = readings.width;
         let mut points: Vec<[f64; K]> = Vec::with_capacity((copies + 1) * count);
         let mut values = Vec::with_capacity(points.capacity() * channels);
@@ -207,19 +184,10 @@ impl<const K: usize> Cloud<K> {
                 }
             }
         }
-        Ok(Self {
-            tree: Nearest::new(&points),
-            points,
-            values,
-            channels,
+        Self {
+            cloud: Cloud::new(points, values, channels),
             embedding,
-        })
-    }
-
-    /// The value of point `i`.
-    #[inline]
-    pub fn value(&self, i: usize) -> &[f64] {
-        &self.values[i * self.channels..(i + 1) * self.channels]
+        }
     }
 }
 
@@ -235,17 +203,16 @@ pub(super) trait ScatteredRule<const K: usize>: Send + Sync {
     fn interpolate(
         &self,
         cloud: &Cloud<K>,
-        tree: &Nearest<K>,
         x: &[f64; K],
         scratch: &mut Self::Scratch,
         out: &mut [f64],
     );
 }
 
-/// A rule over a cloud.
+/// A rule over readings.
 pub(super) struct ScatteredInterpolant<R, const K: usize> {
     rule: R,
-    cloud: Cloud<K>,
+    readings: Embedded<K>,
     transform: Transform,
 }
 
@@ -253,11 +220,11 @@ pub(super) struct ScatteredInterpolant<R, const K: usize> {
 const BATCH: usize = 128;
 
 impl<R: ScatteredRule<K>, const K: usize> ScatteredInterpolant<R, K> {
-    /// The interpolant of `rule` on a cloud.
-    pub fn new(rule: R, cloud: Cloud<K>, transform: Transform) -> Self {
+    /// The interpolant of `rule` on readings.
+    pub fn new(rule: R, readings: Embedded<K>, transform: Transform) -> Self {
         Self {
             rule,
-            cloud,
+            readings,
             transform,
         }
     }
@@ -268,9 +235,9 @@ impl<R: ScatteredRule<K>, const K: usize> ScatteredInterpolant<R, K> {
             out.fill(0.0);
             return;
         }
-        let x = self.cloud.embedding.point(c);
-        let cloud = &self.cloud;
-        self.rule.interpolate(cloud, &cloud.tree, &x, scratch, out);
+        let x = self.readings.embedding.point(c);
+        self.rule
+            .interpolate(&self.readings.cloud, &x, scratch, out);
         for y in out {
             *y = self.transform.inverse(*y);
         }
@@ -279,21 +246,21 @@ impl<R: ScatteredRule<K>, const K: usize> ScatteredInterpolant<R, K> {
 
 impl<R: ScatteredRule<K>, const K: usize> Interpolant for ScatteredInterpolant<R, K> {
     fn width(&self) -> usize {
-        self.cloud.channels
+        self.readings.cloud.channels
     }
 
     fn eval(&self, pair: &DirectionPair, out: &mut [f64]) {
-        let coords = self.cloud.embedding.parametrization.forward(pair);
+        let coords = self.readings.embedding.parametrization.forward(pair);
         self.value(pair, &coords, &mut self.rule.scratch(), out);
     }
 
     fn eval_batch(&self, pairs: &[DirectionPair], out: &mut [f64]) {
-        let n = self.cloud.channels;
+        let n = self.readings.cloud.channels;
         let mut scratch = self.rule.scratch();
         let mut coords = [[0.0; 4]; BATCH];
         for (pairs, out) in pairs.chunks(BATCH).zip(out.chunks_mut(BATCH * n)) {
             let coords = &mut coords[..pairs.len()];
-            let parametrization = &self.cloud.embedding.parametrization;
+            let parametrization = &self.readings.embedding.parametrization;
             parametrization.forward_batch(pairs, coords);
             for ((pair, coords), out) in pairs.iter().zip(coords).zip(out.chunks_exact_mut(n)) {
                 self.value(pair, coords, &mut scratch, out);

@@ -4,6 +4,7 @@
 mod common;
 
 mod edges;
+mod layouts;
 mod local_spline;
 mod reproduction;
 mod symmetric;
@@ -114,7 +115,7 @@ fn methods() -> Vec<Box<dyn Reconstruct>> {
         methods.push(registry::read_text(&entry, "").unwrap());
         methods.extend(registry::read_text(&entry, "values = \"linear\""));
     }
-    assert_eq!(methods.len(), 9);
+    assert_eq!(methods.len(), 11);
     methods
 }
 

@@ -1,0 +1,301 @@
+//! Clouds of points with values, of any layout, and the neighbours of a point in them.
+//!
+//! The nearest points of a reading on a sheet all lie in that sheet: they say nothing of what lies
+//! across it. Where the nearest points are flat, the nearest points of ever thinner copies of the cloud
+//! are added, until those of one copy fill space about the point, or no thinner copy is left. So
+//! dense sheets, lines and clusters stand beside what lies between them, and a cloud that fills space
+//! evenly never needs a copy.
+
+use kiddo::{ImmutableKdTree, SquaredEuclidean};
+use rustc_hash::FxHashSet;
+use std::num::NonZeroUsize;
+use std::sync::OnceLock;
+
+/// Neighbours are flat if their variance along some direction, given the others, is below this share
+/// of that along the widest. Of a ball it is 1, of half a ball 0.3, of a sheet of curvature 1 and
+/// radius r about r² / 10.
+const FLAT: f64 = 0.02;
+
+/// Length of the mean direction to neighbours above which they lie on one side: it is 1/2 for a half
+/// space.
+const ONE_SIDE: f64 = 0.6;
+
+/// Neighbours from each thinner copy: enough to surround a point in 4-D.
+const PER_COPY: NonZeroUsize = NonZeroUsize::new(12).unwrap();
+
+/// Points of a copy that is not thinned further.
+const FEWEST: usize = 2 * PER_COPY.get();
+
+/// Smallest cubes of a copy: the range of a coordinate is about 1.
+const SMALLEST: f64 = 1e-3;
+
+/// Points whose neighbours tell spacing and layout.
+const PROBES: usize = 128;
+
+/// The nearest of a set of points.
+struct Nearest<const K: usize>(ImmutableKdTree<f64, K>);
+
+impl<const K: usize> Nearest<K> {
+    /// The tree of at least one point, finite.
+    fn new(points: &[[f64; K]]) -> Self {
+        match ImmutableKdTree::new_from_slice(points) {
+            Ok(tree) => Self(tree),
+            Err(e) => unreachable!("a tree over {} finite points: {e}", points.len()),
+        }
+    }
+
+    /// Number of the point nearest to `x`.
+    #[inline]
+    fn find(&self, x: &[f64; K]) -> usize {
+        self.0
+            .query(x)
+            .nearest_one::<SquaredEuclidean<f64>>()
+            .execute()
+            .item as usize
+    }
+
+    /// Numbers and squared distances of the `k` nearest points, nearest first.
+    #[inline]
+    fn find_many(&self, x: &[f64; K], k: NonZeroUsize, mut visit: impl FnMut(usize, f64)) {
+        let found = self
+            .0
+            .query(x)
+            .nearest_n::<SquaredEuclidean<f64>>(k)
+            .execute();
+        for item in found {
+            visit(item.item as usize, item.distance);
+        }
+    }
+}
+
+/// A part of the cloud: one point per cube.
+struct Copy<const K: usize> {
+    tree: Nearest<K>,
+    /// Numbers of its points in the cloud.
+    index: Vec<usize>,
+}
+
+/// Points with a value per channel.
+pub(super) struct Cloud<const K: usize> {
+    /// Places.
+    pub points: Vec<[f64; K]>,
+    /// Values, point-major (`points × channels`).
+    values: Vec<f64>,
+    /// Values per point.
+    pub channels: usize,
+    tree: Nearest<K>,
+    /// Thinner copies, made when first asked for.
+    copies: OnceLock<Vec<Copy<K>>>,
+}
+
+/// What was found about a point.
+#[derive(Default)]
+pub(super) struct Found {
+    /// Numbers of the neighbours; the nearest is the first.
+    pub index: Vec<usize>,
+    /// Their squared distances.
+    pub distance2: Vec<f64>,
+    /// Where they are from.
+    pub reach: Reach,
+}
+
+/// How far neighbours had to be looked for.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(super) enum Reach {
+    /// They are the nearest points, and fill space in every direction.
+    #[default]
+    Nearest,
+    /// With some of thinner copies they fill space.
+    Far,
+    /// They are the nearest points; neither they nor those of thinner copies fill space.
+    Flat,
+}
+
+impl Found {
+    fn push(&mut self, i: usize, d2: f64) {
+        self.index.push(i);
+        self.distance2.push(d2);
+    }
+
+    /// Distance of the farthest.
+    pub fn size(&self) -> f64 {
+        self.distance2.iter().copied().fold(0.0, f64::max).sqrt()
+    }
+}
+
+impl<const K: usize> Cloud<K> {
+    /// Of at least one point, finite; `values` is point-major.
+    pub fn new(points: Vec<[f64; K]>, values: Vec<f64>, channels: usize) -> Self {
+        Self {
+            tree: Nearest::new(&points),
+            points,
+            values,
+            channels,
+            copies: OnceLock::new(),
+        }
+    }
+
+    /// The values of point `i`.
+    #[inline]
+    pub fn value(&self, i: usize) -> &[f64] {
+        &self.values[i * self.channels..(i + 1) * self.channels]
+    }
+
+    /// Number of the point nearest to `x`.
+    #[inline]
+    pub fn nearest(&self, x: &[f64; K]) -> usize {
+        self.tree.find(x)
+    }
+
+    /// The `k` points nearest to `x`, and more where they are flat.
+    pub fn find(&self, x: &[f64; K], k: NonZeroUsize, found: &mut Found) {
+        let points = &self.points;
+        found.index.clear();
+        found.distance2.clear();
+        self.tree.find_many(x, k, |i, d2| found.push(i, d2));
+        found.reach = Reach::Nearest;
+        if fills_space(points, &found.index) {
+            return;
+        }
+        let nearest = found.index.len();
+        let mut of_copy = Vec::with_capacity(PER_COPY.get());
+        for copy in self.copies.get_or_init(|| self.thinned()) {
+            of_copy.clear();
+            copy.tree.find_many(x, PER_COPY, |i, d2| {
+                let i = copy.index[i];
+                of_copy.push(i);
+                if !found.index.contains(&i) {
+                    found.push(i, d2);
+                }
+            });
+            if fills_space(points, &of_copy) && surrounds(points, &of_copy, x) {
+                found.reach = Reach::Far;
+                return;
+            }
+        }
+        found.reach = Reach::Flat;
+        found.index.truncate(nearest);
+        found.distance2.truncate(nearest);
+    }
+
+    /// True if most readings lie in sheets, lines or clusters: their neighbours do not fill space.
+    pub fn is_in_sheets(&self) -> bool {
+        let points = &self.points;
+        let step = points.len().div_ceil(PROBES);
+        let mut near = Vec::with_capacity(PER_COPY.get());
+        let is_flat = |x: &&[f64; K]| {
+            near.clear();
+            self.tree.find_many(x, PER_COPY, |i, _| near.push(i));
+            !fills_space(points, &near)
+        };
+        let flat = points.iter().step_by(step).filter(is_flat).count();
+        2 * flat > points.len().div_ceil(step)
+    }
+
+    /// Copies of the cloud, each with cubes twice as large as the one before.
+    fn thinned(&self) -> Vec<Copy<K>> {
+        let points = &self.points;
+        let two = NonZeroUsize::MIN.saturating_add(1);
+        let step = points.len().div_ceil(PROBES);
+        let mut gaps = Vec::with_capacity(PROBES);
+        for x in points.iter().step_by(step) {
+            self.tree.find_many(x, two, |_, d2| {
+                if d2 > 0.0 {
+                    gaps.push(d2.sqrt());
+                }
+            });
+        }
+        gaps.sort_by(f64::total_cmp);
+        let gap = gaps.get(gaps.len() / 2).copied();
+        let mut edge = gap.unwrap_or(SMALLEST).max(SMALLEST);
+        let mut copies: Vec<Copy<K>> = Vec::new();
+        let mut index: Vec<usize> = (0..points.len()).collect();
+        while index.len() > FEWEST {
+            edge *= 2.0;
+            index = one_per_cube(points, &index, edge);
+            let of: Vec<[f64; K]> = index.iter().map(|&i| points[i]).collect();
+            copies.push(Copy {
+                tree: Nearest::new(&of),
+                index: index.clone(),
+            });
+        }
+        copies
+    }
+}
+
+/// The first of `index` in each cube of edge `edge`.
+fn one_per_cube<const K: usize>(points: &[[f64; K]], index: &[usize], edge: f64) -> Vec<usize> {
+    let mut taken = FxHashSet::default();
+    let cube = |i: usize| points[i].map(|x| (x / edge).floor() as i64);
+    let first = |&i: &usize| taken.insert(cube(i));
+    index.iter().copied().filter(first).collect()
+}
+
+/// True if the variance of the points is alike in every direction, to a factor of [`FLAT`].
+fn fills_space<const K: usize>(points: &[[f64; K]], index: &[usize]) -> bool {
+    let mut c = covariance(points, index);
+    let widest = (0..K).map(|d| c[d][d]).fold(0.0, f64::max);
+    // Pivoted elimination: what is left of a variance, given those before it.
+    let mut done = [false; K];
+    for _ in 0..K {
+        let Some(p) = (0..K)
+            .filter(|&d| !done[d])
+            .max_by(|&a, &b| c[a][a].total_cmp(&c[b][b]))
+        else {
+            break;
+        };
+        if !(c[p][p] > FLAT * widest) {
+            return false;
+        }
+        done[p] = true;
+        for a in 0..K {
+            if done[a] {
+                continue;
+            }
+            let share = c[a][p] / c[p][p];
+            for b in 0..K {
+                c[a][b] -= share * c[p][b];
+            }
+        }
+    }
+    true
+}
+
+/// True if the points do not all lie on one side of `x`: their directions from it differ.
+fn surrounds<const K: usize>(points: &[[f64; K]], index: &[usize], x: &[f64; K]) -> bool {
+    let mut mean = [0.0; K];
+    for &i in index {
+        let towards: [f64; K] = std::array::from_fn(|d| points[i][d] - x[d]);
+        let length = towards.iter().map(|c| c * c).sum::<f64>().sqrt();
+        for (mean, c) in mean.iter_mut().zip(towards) {
+            *mean += c / length / index.len() as f64;
+        }
+    }
+    mean.iter().map(|c| c * c).sum::<f64>() < ONE_SIDE * ONE_SIDE
+}
+
+/// Covariance of some points.
+pub(super) fn covariance<const K: usize>(points: &[[f64; K]], index: &[usize]) -> [[f64; K]; K] {
+    let n = index.len() as f64;
+    let mut mean = [0.0; K];
+    for &i in index {
+        for (mean, x) in mean.iter_mut().zip(&points[i]) {
+            *mean += x / n;
+        }
+    }
+    let mut c = [[0.0; K]; K];
+    for &i in index {
+        let x: [f64; K] = std::array::from_fn(|d| points[i][d] - mean[d]);
+        for a in 0..K {
+            for b in 0..=a {
+                c[a][b] += x[a] * x[b] / n;
+            }
+        }
+    }
+    for a in 0..K {
+        for b in 0..a {
+            c[b][a] = c[a][b];
+        }
+    }
+    c
+}

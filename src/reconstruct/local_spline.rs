@@ -1,0 +1,421 @@
+//! Local splines: the rule of [`super::ThinPlate`], about each query a spline through its neighbours.
+//!
+//! The k nearest points x_j of the embedding (see [`super::scattered`]) and, where these are flat, some
+//! farther ones (see [`super::cloud`]) are interpolated by Σ c_j φ(|x − x_j|) plus a linear
+//! polynomial, φ(r) = r² ln r (Duchon 1977), under the usual side conditions. r² ln r is conditionally
+//! positive definite of order 2 in every dimension, so with d + 1 of the points taken as Lagrange
+//! points ξ_i of the polynomial part p_i, the *reduced* kernel
+//!
+//! κ(x, y) = φ(x − y) − Σ p_i(x) φ(ξ_i − y) − Σ p_j(y) φ(x − ξ_j) + ΣΣ p_i(x) p_j(y) φ(ξ_i − ξ_j)
+//!
+//! is positive definite on the others (Wendland, *Scattered Data Approximation*, §8.5) and one
+//! Cholesky factorisation of size k − d − 1 gives the weights of the k readings: half the work of
+//! the indefinite system, and no pivoting.
+//!
+//! Neighbours that lie near a plane, a line or a point say nothing of the slope across it. The
+//! polynomial then is linear along the directions they determine and constant across, and φ(r) = −r,
+//! for which a constant is enough (conditionally positive definite of order 1).
+//!
+//! The weights of a value far from what surrounds it grow without bound. If the sum of their sizes
+//! exceeds [`LARGEST_WEIGHTS`], points that almost coincide are let miss their values a little
+//! ([`NUGGETS`]); if that is not the cause the query is moved towards its nearest neighbour until the
+//! sum is small enough. And no value leaves the range of its neighbours by more than [`OVERSHOOT`] of
+//! it, nor a logarithm by more than [`Values::largest_rise`](super::Values).
+
+use super::cloud::{Cloud, Found, Reach, covariance};
+use super::inverse_distance::Shepard;
+use super::scattered::ScatteredRule;
+use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
+use std::num::NonZeroUsize;
+
+/// Polynomials of the 4-D embedding, the most there are.
+const MOST: usize = 5;
+
+/// A pivot below this share of the neighbourhood's size determines no slope: rounding of the embedded
+/// coordinates is 1e-16 of 1 (1e-9 near poles of other coordinates than the schedule's).
+const SMALLEST_PIVOT: f64 = 1e-6;
+
+/// Share of the largest variance above which neighbours that are flat determine a direction.
+const DETERMINED: f64 = 0.02;
+
+/// Largest sum of the sizes of the weights; of a value that is surrounded it is 1 to 3. For neighbours
+/// that are the nearest points and fill space, that are from thinner copies too, and that are flat.
+const LARGEST_WEIGHTS: [f64; 3] = [6.0, 2.5, 1.5];
+
+/// Variances of the readings that are tried in turn, in units of the kernel at distance 1 of a
+/// neighbourhood of size 1.
+const NUGGETS: [f64; 3] = [0.0, 1e-6, 1e-3];
+
+/// Largest distance of a value from the range of its neighbours, as a share of that range; 0 where
+/// these are flat.
+const OVERSHOOT: f64 = 0.5;
+
+/// Steps of the search along the way to the nearest neighbour: the place to 1 in 64.
+const STEPS: u32 = 6;
+
+/// Local splines as a rule over neighbours.
+pub(super) struct Local {
+    pub neighbours: NonZeroUsize,
+    /// Largest distance above the range of the neighbours, in the transformed value: ln of a factor.
+    pub above: f64,
+}
+
+/// A kernel of the squared distance.
+type Kernel = fn(f64) -> f64;
+
+/// φ(r) = r² ln r from r², as ½ r² ln r²; 0 at 0.
+#[inline]
+fn thin_plate(r2: f64) -> f64 {
+    if r2 > 0.0 { 0.5 * r2 * r2.ln() } else { 0.0 }
+}
+
+/// φ(r) = −r from r².
+#[inline]
+fn linear(r2: f64) -> f64 {
+    -r2.sqrt()
+}
+
+#[inline]
+fn distance2<const K: usize>(a: &[f64; K], b: &[f64; K]) -> f64 {
+    let mut sum = 0.0;
+    for (a, b) in a.iter().zip(b) {
+        sum += (a - b) * (a - b);
+    }
+    sum
+}
+
+/// Buffers of one thread.
+pub(super) struct Scratch<const K: usize> {
+    found: Found,
+    /// The neighbours relative to the query, in units of the farthest.
+    points: Vec<[f64; K]>,
+    /// The query: 0, or its place in the plane of neighbours that are flat.
+    query: [f64; K],
+    /// Largest sum of the sizes of the weights that is taken.
+    largest: f64,
+    /// Values of the polynomials at each neighbour; Lagrange ones after elimination.
+    basis: Vec<[f64; MOST]>,
+    /// Lagrange polynomials in terms of 1 and the components of a point: a row per component.
+    polynomials: [[f64; MOST]; MOST],
+    /// φ to the Lagrange points minus half their own correction, per neighbour.
+    to_lagrange: Vec<[f64; MOST]>,
+    /// φ between the Lagrange points.
+    own: [[f64; MOST]; MOST],
+    /// Neighbours that are Lagrange points, each with its column of `basis`.
+    lagrange: Vec<(usize, usize)>,
+    /// The other neighbours.
+    free: Vec<usize>,
+    /// Storage of the reduced system.
+    matrix: Vec<f64>,
+    /// Right-hand side, then weights of the free neighbours.
+    of_free: Vec<f64>,
+    /// A weight per neighbour.
+    weights: Vec<f64>,
+}
+
+impl<const K: usize> ScatteredRule<K> for Local {
+    type Scratch = Box<Scratch<K>>;
+
+    fn scratch(&self) -> Self::Scratch {
+        Box::new(Scratch {
+            query: [0.0; K],
+            found: Found::default(),
+            largest: 0.0,
+            points: Vec::new(),
+            basis: Vec::new(),
+            polynomials: [[0.0; MOST]; MOST],
+            to_lagrange: Vec::new(),
+            own: [[0.0; MOST]; MOST],
+            lagrange: Vec::new(),
+            free: Vec::new(),
+            matrix: Vec::new(),
+            of_free: Vec::new(),
+            weights: Vec::new(),
+        })
+    }
+
+    fn interpolate(
+        &self,
+        cloud: &Cloud<K>,
+        x: &[f64; K],
+        scratch: &mut Self::Scratch,
+        out: &mut [f64],
+    ) {
+        let s = &mut **scratch;
+        cloud.find(x, self.neighbours, &mut s.found);
+        if s.found.distance2[0] == 0.0 {
+            out.copy_from_slice(cloud.value(s.found.index[0]));
+        } else if s.weigh(cloud, x) {
+            self.combine(cloud, s, out);
+        } else {
+            Shepard::mean(2.0, cloud, &s.found, out);
+        }
+    }
+}
+
+impl Local {
+    /// Σ weight · value, kept near the range of the values.
+    fn combine<const K: usize>(&self, cloud: &Cloud<K>, s: &Scratch<K>, out: &mut [f64]) {
+        out.fill(0.0);
+        for (&i, &w) in s.found.index.iter().zip(&s.weights) {
+            for (out, y) in out.iter_mut().zip(cloud.value(i)) {
+                *out += w * y;
+            }
+        }
+        for (channel, out) in out.iter_mut().enumerate() {
+            let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
+            for &i in &s.found.index {
+                let y = cloud.value(i)[channel];
+                (low, high) = (low.min(y), high.max(y));
+            }
+            let slack = match s.found.reach {
+                Reach::Flat => 0.0,
+                Reach::Nearest | Reach::Far => OVERSHOOT * (high - low),
+            };
+            *out = out.clamp(low - slack, high + slack.min(self.above));
+        }
+    }
+}
+
+impl<const K: usize> Scratch<K> {
+    /// Finds the weights of the neighbours; false if there are none.
+    fn weigh(&mut self, cloud: &Cloud<K>, x: &[f64; K]) -> bool {
+        self.localise(cloud, x);
+        self.eliminate();
+        let kernel = if self.lagrange.len() == K + 1 {
+            thin_plate
+        } else {
+            linear
+        };
+        let query = self.query;
+        self.largest = LARGEST_WEIGHTS[self.found.reach as usize];
+        let mut found = false;
+        for nugget in NUGGETS {
+            let Some(factor) = self.factor(kernel, nugget) else {
+                continue;
+            };
+            found = true;
+            if self.weights_at(&query, kernel, &factor) <= self.largest {
+                self.matrix = factor.unpack_dirty().data.into();
+                return true;
+            }
+            if nugget == NUGGETS[NUGGETS.len() - 1] {
+                self.approach(kernel, &factor);
+            }
+            self.matrix = factor.unpack_dirty().data.into();
+        }
+        found && self.weights.iter().all(|w| w.is_finite())
+    }
+
+    /// Moves the query towards its nearest neighbour until its weights are small enough.
+    fn approach(&mut self, kernel: Kernel, factor: &Cholesky<f64, Dyn>) {
+        let [query, nearest] = [self.query, self.points[0]];
+        let between = |t: f64| -> [f64; K] {
+            std::array::from_fn(|d| query[d] + t * (nearest[d] - query[d]))
+        };
+        let [mut outside, mut inside] = [0.0, 1.0];
+        for _ in 0..STEPS {
+            let t = 0.5 * (outside + inside);
+            if self.weights_at(&between(t), kernel, factor) <= self.largest {
+                inside = t;
+            } else {
+                outside = t;
+            }
+        }
+        self.weights_at(&between(inside), kernel, factor);
+    }
+
+    /// Moves the query to 0 and the farthest neighbour to distance 1.
+    fn localise(&mut self, cloud: &Cloud<K>, x: &[f64; K]) {
+        let size = self.found.size();
+        self.points.clear();
+        self.basis.clear();
+        self.query = [0.0; K];
+        for &i in &self.found.index {
+            let p = &cloud.points[i];
+            let local: [f64; K] = std::array::from_fn(|d| (p[d] - x[d]) / size);
+            let mut row = [0.0; MOST];
+            row[0] = 1.0;
+            row[1..=K].copy_from_slice(&local);
+            self.points.push(local);
+            self.basis.push(row);
+        }
+        self.polynomials = [[0.0; MOST]; MOST];
+        for (i, row) in self.polynomials.iter_mut().enumerate() {
+            row[i] = 1.0;
+        }
+        if self.found.reach == Reach::Flat {
+            self.determine();
+        }
+    }
+
+    /// Polynomials along the directions that the neighbours determine, 0 for the others.
+    fn determine(&mut self) {
+        let all: Vec<usize> = (0..self.points.len()).collect();
+        let c = covariance(&self.points, &all);
+        let eigen = DMatrix::from_fn(K, K, |a, b| c[a][b]).symmetric_eigen();
+        let least = DETERMINED * eigen.eigenvalues.max();
+        for d in 0..K {
+            let is_kept = eigen.eigenvalues[d] > least;
+            for a in 0..K {
+                self.polynomials[a + 1][d + 1] = if is_kept {
+                    eigen.eigenvectors[(a, d)]
+                } else {
+                    0.0
+                };
+            }
+        }
+        // From the mean of the neighbours towards 0, along the directions that are kept.
+        let n = self.points.len() as f64;
+        let mean: [f64; K] =
+            std::array::from_fn(|d| self.points.iter().map(|p| p[d]).sum::<f64>() / n);
+        self.query = mean;
+        for d in 0..K {
+            let along: f64 = (0..K)
+                .map(|a| -mean[a] * self.polynomials[a + 1][d + 1])
+                .sum();
+            for a in 0..K {
+                self.query[a] += along * self.polynomials[a + 1][d + 1];
+            }
+        }
+        for (row, p) in self.basis.iter_mut().zip(&self.points) {
+            for d in 0..K {
+                row[d + 1] = (0..K).map(|a| p[a] * self.polynomials[a + 1][d + 1]).sum();
+            }
+        }
+    }
+
+    /// Column elimination with full pivoting: picks the Lagrange points and turns the rows of
+    /// `basis` into values of their cardinal polynomials.
+    fn eliminate(&mut self) {
+        self.lagrange.clear();
+        for _ in 0..=K {
+            let mut best = (0.0, 0, 0);
+            for (a, row) in self.basis.iter().enumerate() {
+                if self.lagrange.iter().any(|l| l.0 == a) {
+                    continue;
+                }
+                for (c, value) in row[..=K].iter().enumerate() {
+                    if value.abs() > best.0 && self.lagrange.iter().all(|l| l.1 != c) {
+                        best = (value.abs(), a, c);
+                    }
+                }
+            }
+            let (size, a, c) = best;
+            if size < SMALLEST_PIVOT {
+                break;
+            }
+            let pivot_row = self.basis[a];
+            let inverse = 1.0 / pivot_row[c];
+            for row in self.basis.iter_mut().chain(&mut self.polynomials) {
+                let scaled = row[c] * inverse;
+                for (d, value) in row[..=K].iter_mut().enumerate() {
+                    if d != c {
+                        *value -= scaled * pivot_row[d];
+                    }
+                }
+                row[c] = scaled;
+            }
+            self.lagrange.push((a, c));
+        }
+        let lagrange = &self.lagrange;
+        let is_free = |a: &usize| lagrange.iter().all(|l| l.0 != *a);
+        self.free.clear();
+        self.free.extend((0..self.points.len()).filter(is_free));
+    }
+
+    /// κ of two places from φ between them, their polynomials and their `to_lagrange`.
+    #[inline]
+    fn reduced(phi: f64, [pa, ta]: [&[f64; MOST]; 2], [pb, tb]: [&[f64; MOST]; 2]) -> f64 {
+        let mut sum = phi;
+        for i in 0..=K {
+            sum -= pa[i] * tb[i] + pb[i] * ta[i];
+        }
+        sum
+    }
+
+    /// φ from a place to the Lagrange points minus half their own correction.
+    #[inline]
+    fn towards_lagrange(
+        &self,
+        kernel: Kernel,
+        place: &[f64; K],
+        row: &[f64; MOST],
+        at: impl Fn(usize) -> f64,
+    ) -> [f64; MOST] {
+        let mut t = [0.0; MOST];
+        for &(b, i) in &self.lagrange {
+            let correction: f64 = self
+                .lagrange
+                .iter()
+                .map(|&(_, j)| row[j] * self.own[i][j])
+                .sum();
+            t[i] = kernel(distance2(place, &self.points[b])) + at(b) - 0.5 * correction;
+        }
+        t
+    }
+
+    /// The factored reduced system; `None` if it is not positive definite.
+    fn factor(&mut self, kernel: Kernel, nugget: f64) -> Option<Cholesky<f64, Dyn>> {
+        let at = |a: usize, b: usize| if a == b { nugget } else { 0.0 };
+        self.own = [[0.0; MOST]; MOST];
+        for &(a, i) in &self.lagrange {
+            for &(b, j) in &self.lagrange {
+                self.own[i][j] = kernel(distance2(&self.points[a], &self.points[b])) + at(a, b);
+            }
+        }
+        let mut to_lagrange = std::mem::take(&mut self.to_lagrange);
+        to_lagrange.clear();
+        for (a, (row, point)) in self.basis.iter().zip(&self.points).enumerate() {
+            to_lagrange.push(self.towards_lagrange(kernel, point, row, |b| at(a, b)));
+        }
+        self.to_lagrange = to_lagrange;
+        let n = self.free.len();
+        let mut matrix = std::mem::take(&mut self.matrix);
+        matrix.clear();
+        matrix.resize(n * n, 0.0);
+        let of = |a: usize| [&self.basis[a], &self.to_lagrange[a]];
+        for (column, &a) in self.free.iter().enumerate() {
+            let pa = &self.points[a];
+            // Cholesky reads the lower triangle; storage is column-major.
+            for (row, &b) in self.free.iter().enumerate().skip(column) {
+                let phi = kernel(distance2(pa, &self.points[b])) + at(a, b);
+                matrix[column * n + row] = Self::reduced(phi, of(a), of(b));
+            }
+        }
+        Cholesky::new(DMatrix::from_vec(n, n, matrix))
+    }
+
+    /// Sets the weights of the neighbours at a place; the sum of their sizes, NaN if they overflow.
+    fn weights_at(&mut self, q: &[f64; K], kernel: Kernel, factor: &Cholesky<f64, Dyn>) -> f64 {
+        let mut p = self.polynomials[0];
+        for (q, row) in q.iter().zip(&self.polynomials[1..]) {
+            for (p, row) in p.iter_mut().zip(row) {
+                *p += q * row;
+            }
+        }
+        let t = self.towards_lagrange(kernel, q, &p, |_| 0.0);
+        let mut rhs = std::mem::take(&mut self.of_free);
+        rhs.clear();
+        for &a in &self.free {
+            let phi = kernel(distance2(q, &self.points[a]));
+            let of = [&self.basis[a], &self.to_lagrange[a]];
+            rhs.push(Self::reduced(phi, of, [&p, &t]));
+        }
+        let mut rhs = DVector::from_vec(rhs);
+        factor.solve_mut(&mut rhs);
+        self.weights.clear();
+        self.weights.resize(self.points.len(), 0.0);
+        for (&a, &w) in self.free.iter().zip(&rhs) {
+            self.weights[a] = w;
+            for &(_, i) in &self.lagrange {
+                p[i] -= w * self.basis[a][i];
+            }
+        }
+        for &(a, i) in &self.lagrange {
+            self.weights[a] = p[i];
+        }
+        self.of_free = rhs.data.into();
+        self.weights.iter().map(|w| w.abs()).sum()
+    }
+}

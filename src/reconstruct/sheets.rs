@@ -1,0 +1,294 @@
+//! A spline per sheet of constant incidence, and lines of constant half vector between the sheets.
+//!
+//! Laboratories take readings on a few sheets: the light stands still while the sensor scans. A highlight
+//! moves from sheet to sheet, and its half vector stays. So a reading stands at the place of its half
+//! vector, θ_h (cos ψ, sin ψ) with ψ its azimuth from that of the light, and each sheet has its own local
+//! spline (see [`super::local_spline`]) over these places. A pair takes the values of two sheets at its own
+//! place, and of these the one that is linear in ln cos θ_i: between the sheets, and some way past the last.
+//! Where the material is reciprocal the pair turned round is another one with another θ_i: both are taken,
+//! each with a weight that falls with the distance from its next sheet.
+//!
+//! The same after exchanging light and sensor if it is the sensor that stood still. For isotropic
+//! materials.
+
+use super::cloud::Cloud;
+use super::local_spline::{Local, Scratch};
+use super::scattered::ScatteredRule;
+use super::transform::{EPSILON, Transform, Values};
+use super::{Interpolant, Readings, Reconstruct, ReconstructError, check_neighbours};
+use crate::error::ParameterError;
+use crate::geometry::DirectionPair;
+use crate::registry::{self, Entry};
+use serde::{Deserialize, Serialize};
+
+const KIND: &str = "sheets";
+
+/// The registry entry.
+pub(super) const ENTRY: Entry<dyn Reconstruct> = Entry {
+    kind: KIND,
+    summary: "a spline per sheet of constant incidence, half vectors kept between sheets",
+    examples: &["neighbours = 16", "values = \"linear\""],
+    read: |table| Ok(Box::new(registry::parse::<Sheets>(table)?)),
+};
+
+/// The splines of sheets, as a config writes them.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Sheets {
+    /// Function of f_r that is interpolated.
+    pub values: Values,
+    /// Offset of the logarithm, sr⁻¹.
+    pub epsilon: f64,
+    /// Number of neighbours in a sheet (readings and their mirror images).
+    pub neighbours: usize,
+}
+
+impl Default for Sheets {
+    fn default() -> Self {
+        Self {
+            values: Values::Log,
+            epsilon: EPSILON,
+            neighbours: 16,
+        }
+    }
+}
+
+/// Fewest neighbours that are asked for: one more than the polynomials of a plane.
+const FEWEST_NEIGHBOURS: usize = 4;
+
+/// Incidences of a sheet differ by at most this, rad: 0.3°, what a machine misses.
+const WIDTH: f64 = 5e-3;
+
+/// Fewest readings of a sheet.
+const FEWEST: usize = 8;
+
+/// Share of the readings that must lie in sheets.
+const IN_SHEETS: f64 = 0.9;
+
+/// Distance from a sheet within which its value counts as a reading's, rad.
+const ON_SHEET: f64 = 1e-3;
+
+/// Longest extrapolation past the first and the last sheet, in steps between the last two.
+const REACH: f64 = 1.0;
+
+/// Smallest cosine that is told from 0 in [`fall`]: 87°.
+const LOWEST: f64 = 0.05;
+
+/// Sheets nearer to the normal than this, rad: their readings depend on θ_h alone.
+const NORMAL: f64 = 1e-6;
+
+impl Reconstruct for Sheets {
+    fn resolved(&self) -> registry::Keys {
+        registry::resolved(KIND, self)
+    }
+
+    fn label(&self) -> String {
+        super::label(KIND, self.values, None)
+    }
+
+    fn needs_grid(&self) -> bool {
+        false
+    }
+
+    fn check(&self) -> Result<(), ParameterError> {
+        self.values.check(self.epsilon)?;
+        check_neighbours(self.neighbours, FEWEST_NEIGHBOURS).map(drop)
+    }
+
+    fn interpolate(&self, r: &Readings<'_>) -> Result<Box<dyn Interpolant>, ReconstructError> {
+        self.check()?;
+        let symmetry = r.schedule.parametrization.symmetry();
+        if !symmetry.isotropic {
+            return Err(ReconstructError::Anisotropic { method: KIND });
+        }
+        let transform = self.values.with(self.epsilon);
+        let poses = r.schedule.poses.iter().zip(0..);
+        let as_they_are: Vec<(DirectionPair, &[f64])> = poses
+            .filter_map(|(pose, i)| Some((pose.pair, r.value(i)?)))
+            .collect();
+        let turned = as_they_are.iter().map(|&(p, v)| (p.swapped(), v)).collect();
+        let sides = [(as_they_are, false), (turned, true)];
+        let mut sides = sides.into_iter().filter_map(|(readings, swapped)| {
+            let sheets = sheets(&readings, r.width, transform, symmetry.bilateral)?;
+            Some((sheets, swapped))
+        });
+        let Some((sheets, swapped)) = sides.next() else {
+            return Err(ReconstructError::NoSheets {
+                method: KIND,
+                readings: r.count(),
+            });
+        };
+        Ok(Box::new(SheetInterpolant {
+            sheets,
+            swapped,
+            reciprocal: symmetry.reciprocal,
+            width: r.width,
+            transform,
+            rule: Local {
+                neighbours: check_neighbours(self.neighbours, FEWEST_NEIGHBOURS)?,
+                above: self.values.largest_rise(),
+            },
+        }))
+    }
+}
+
+/// Readings of one incidence.
+struct Sheet {
+    /// Incidence, rad.
+    theta: f64,
+    /// Places of half vectors with transformed values.
+    cloud: Cloud<2>,
+}
+
+/// The sheets of some readings by incidence; `None` if most lie in none.
+fn sheets(
+    readings: &[(DirectionPair, &[f64])],
+    width: usize,
+    transform: Transform,
+    bilateral: bool,
+) -> Option<Vec<Sheet>> {
+    let mut order: Vec<usize> = (0..readings.len()).collect();
+    let theta = |i: usize| readings[i].0.omega_i.theta();
+    order.sort_by(|&a, &b| theta(a).total_cmp(&theta(b)).then(a.cmp(&b)));
+    let mut sheets = Vec::new();
+    let mut taken = 0;
+    for group in order.chunk_by(|&a, &b| theta(b) - theta(a) < WIDTH) {
+        // A chain of small steps is no sheet.
+        let spread = theta(group[group.len() - 1]) - theta(group[0]);
+        if group.len() < FEWEST || spread > WIDTH {
+            continue;
+        }
+        let mean = group.iter().map(|&i| theta(i)).sum::<f64>() / group.len() as f64;
+        let (mut points, mut values) = (Vec::new(), Vec::new());
+        for &i in group {
+            let (pair, reading) = &readings[i];
+            let [x, y] = place(pair, mean);
+            let mirrored = if mean < NORMAL { [-x, y] } else { [x, -y] };
+            points.push([x, y]);
+            if (bilateral || mean < NORMAL) && mirrored != [x, y] {
+                points.push(mirrored);
+            }
+            while values.len() < points.len() * width {
+                values.extend(reading.iter().map(|&f| transform.forward(f)));
+            }
+        }
+        let cloud = Cloud::new(points, values, width);
+        // A scan along a line is no sheet.
+        if mean >= NORMAL && cloud.is_in_sheets() {
+            continue;
+        }
+        taken += group.len();
+        sheets.push(Sheet { theta: mean, cloud });
+    }
+    (taken as f64 >= IN_SHEETS * readings.len() as f64 && taken > 0).then_some(sheets)
+}
+
+/// −ln cos θ: what values are linear in from sheet to sheet. With the half vector kept, f_r varies with
+/// the cosines of both directions, as a factor and most towards grazing.
+fn fall(theta: f64) -> f64 {
+    -theta.cos().max(LOWEST).ln()
+}
+
+/// Place of the half vector of a pair on the sheet of incidence `theta`, rad.
+fn place(pair: &DirectionPair, theta: f64) -> [f64; 2] {
+    let light = pair.omega_i.vector();
+    let h = light + pair.omega_o.vector();
+    let across = h.truncate().length();
+    let polar = across.atan2(h.z);
+    let towards = light.truncate();
+    if theta < NORMAL || across == 0.0 || towards.length() == 0.0 {
+        return [polar, 0.0];
+    }
+    let scale = polar / (across * towards.length());
+    let [cos, sin] = [h.truncate().dot(towards), towards.perp_dot(h.truncate())];
+    [scale * cos, scale * sin]
+}
+
+struct SheetInterpolant {
+    sheets: Vec<Sheet>,
+    /// True if it was the sensor that stood still.
+    swapped: bool,
+    reciprocal: bool,
+    width: usize,
+    transform: Transform,
+    rule: Local,
+}
+
+impl SheetInterpolant {
+    /// Adds the weighted value of a pair whose first direction is that of the sheets; returns the weight.
+    /// `values` is a buffer.
+    fn add(
+        &self,
+        pair: &DirectionPair,
+        scratch: &mut Box<Scratch<2>>,
+        values: &mut [Vec<f64>; 2],
+        out: &mut [f64],
+    ) -> f64 {
+        let theta = pair.omega_i.theta();
+        let above = self.sheets.partition_point(|s| s.theta < theta);
+        let last = self.sheets.len() - 1;
+        let high = above.clamp(last.min(1), last);
+        let low = high.saturating_sub(1);
+        let [a, b] = [self.sheets[low].theta, self.sheets[high].theta];
+        let t = if b > a {
+            (fall(theta) - fall(a)) / (fall(b) - fall(a))
+        } else {
+            0.0
+        };
+        let t = t.clamp(-REACH, 1.0 + REACH);
+        let distance = (theta - a).abs().min((theta - b).abs());
+        let weight = (distance + ON_SHEET).powi(-2);
+        let [on_low, on_high] = values;
+        for (sheet, value) in [(low, &mut *on_low), (high, &mut *on_high)] {
+            let sheet = &self.sheets[sheet];
+            let x = place(pair, sheet.theta);
+            self.rule.interpolate(&sheet.cloud, &x, scratch, value);
+        }
+        for ((out, &a), &b) in out.iter_mut().zip(&**on_low).zip(&**on_high) {
+            let y = a + t * (b - a);
+            *out += weight * y.min(a.max(b) + self.rule.above);
+        }
+        weight
+    }
+
+    fn value(
+        &self,
+        pair: &DirectionPair,
+        scratch: &mut Box<Scratch<2>>,
+        values: &mut [Vec<f64>; 2],
+        out: &mut [f64],
+    ) {
+        out.fill(0.0);
+        if !pair.is_above_horizon() {
+            return;
+        }
+        let mut total = 0.0;
+        for swapped in [false, true] {
+            if swapped == self.swapped || self.reciprocal {
+                let pair = if swapped { pair.swapped() } else { *pair };
+                total += self.add(&pair, scratch, values, out);
+            }
+        }
+        for y in out {
+            *y = self.transform.inverse(*y / total);
+        }
+    }
+}
+
+impl Interpolant for SheetInterpolant {
+    fn width(&self) -> usize {
+        self.width
+    }
+
+    fn eval(&self, pair: &DirectionPair, out: &mut [f64]) {
+        self.eval_batch(std::slice::from_ref(pair), out);
+    }
+
+    fn eval_batch(&self, pairs: &[DirectionPair], out: &mut [f64]) {
+        let mut scratch = self.rule.scratch();
+        let mut values = [(); 2].map(|()| vec![0.0; self.width]);
+        for (pair, out) in pairs.iter().zip(out.chunks_exact_mut(self.width)) {
+            self.value(pair, &mut scratch, &mut values, out);
+        }
+    }
+}

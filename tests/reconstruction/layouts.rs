@@ -1,0 +1,411 @@
+//! Readings that nobody planned: sheets, lines, a plane, points that almost coincide, gaps, two densities.
+
+use super::{material, method};
+use gonio::brdf::{self, Brdf, Channels};
+use gonio::geometry::{Direction, DirectionPair, Symmetry};
+use gonio::metrics::{self, Measure, MetricsSpec};
+use gonio::parametrization;
+use gonio::reconstruct::{self, Coordinates, Readings, Reconstruct, ReconstructError};
+use gonio::registry;
+use gonio::sampling::{Random, Sobol};
+use gonio::schedule::{Pose, Schedule};
+use std::sync::Arc;
+
+/// theta_i, theta_o and the azimuth between them, degrees.
+type Angles = [f64; 3];
+
+/// Readings at constant incidences, every `step` in theta_o to 80° and every `turn` in azimuth.
+fn sheets(incidences: &[f64], step: usize, turn: usize) -> Vec<Angles> {
+    let mut angles = Vec::new();
+    for &theta_i in incidences {
+        angles.push([theta_i, 0.0, 0.0]);
+        for theta_o in (step..=80).step_by(step) {
+            angles.extend(
+                (0..=180)
+                    .step_by(turn)
+                    .map(|phi| [theta_i, theta_o as f64, phi as f64]),
+            );
+        }
+    }
+    angles
+}
+
+/// Scans in the plane of incidence.
+fn lines(incidences: &[f64], step: usize) -> Vec<Angles> {
+    let scan = |theta_i: f64| {
+        [0.0, 180.0].map(|phi| {
+            (0..=80)
+                .step_by(step)
+                .map(move |o| [theta_i, o as f64, phi])
+        })
+    };
+    incidences.iter().flat_map(|&i| scan(i)).flatten().collect()
+}
+
+fn scattered(count: u64) -> Vec<Angles> {
+    let mut sobol = Sobol::new(3);
+    let mut next = |i| {
+        let u: [f64; 3] = sobol.point(i);
+        let theta = |u: f64| (u.sqrt() * 85_f64.to_radians().sin()).asin().to_degrees();
+        [theta(u[0]), theta(u[1]), 180.0 * u[2]]
+    };
+    (0..count).map(&mut next).collect()
+}
+
+fn layouts() -> Vec<(&'static str, Vec<Angles>)> {
+    let planes: Vec<f64> = (0..=16).map(|i| 5.0 * f64::from(i)).collect();
+    let mut twice = scattered(300);
+    for (i, [theta_i, theta_o, phi]) in scattered(300).into_iter().enumerate() {
+        let off = 10_f64.powi(-1 - (i % 12) as i32);
+        twice.push([theta_i + off, theta_o, phi]);
+    }
+    let mut gap = scattered(1200);
+    gap.retain(|[theta_i, theta_o, phi]| (theta_i - theta_o).abs() > 12.0 || *phi < 150.0);
+    let mut two = scattered(300);
+    let near = |[i, o, phi]: Angles| [30.0 + 0.2 * i, 35.0 + 0.2 * o, 180.0 - 0.15 * phi];
+    two.extend(scattered(1500).into_iter().map(near));
+    vec![
+        ("sheets", sheets(&[15.0, 30.0, 60.0], 4, 6)),
+        ("sheet", sheets(&[45.0], 4, 6)),
+        ("lines", lines(&[15.0, 30.0, 60.0], 2)),
+        ("line", lines(&[45.0], 2)),
+        ("plane", lines(&planes, 5)),
+        ("point", vec![[45.0, 40.0, 170.0]]),
+        ("coincident", twice),
+        ("gap", gap),
+        ("two densities", two),
+    ]
+}
+
+fn pair([theta_i, theta_o, phi]: Angles) -> DirectionPair {
+    let direction =
+        |theta: f64, phi: f64| Direction::from_spherical(theta.to_radians(), phi.to_radians());
+    DirectionPair::new(direction(theta_i, 0.0), direction(theta_o, phi))
+}
+
+fn schedule(angles: &[Angles]) -> Arc<Schedule> {
+    let form = parametrization::find("half-difference")
+        .unwrap()
+        .form(Symmetry::FULL);
+    let mut poses: Vec<Pose> = Vec::new();
+    for &angles in angles {
+        let pair = pair(angles);
+        let coords = form.forward(&pair);
+        if poses.iter().all(|p| p.coords != coords) {
+            poses.push(Pose { coords, pair });
+        }
+    }
+    Arc::new(Schedule {
+        parametrization: form,
+        sample_set: "list".into(),
+        poses,
+        lattice: None,
+        unphysical_share: 0.0,
+    })
+}
+
+/// Every example of every model with all symmetries.
+fn models() -> Vec<(String, Box<dyn Brdf>)> {
+    let mut models = Vec::new();
+    for entry in brdf::all() {
+        for text in entry.examples {
+            let built = registry::read_text(&entry, text).map(|s| s.build(Channels::Luminance));
+            let Ok(Ok(model)) = built else {
+                continue;
+            };
+            if model.symmetry() == Symmetry::FULL {
+                models.push((format!("{} {text}", entry.kind), model));
+            }
+        }
+    }
+    assert!(models.len() > 20);
+    models
+}
+
+/// Every scattered method in every parametrization it can work in, with its name.
+fn methods() -> Vec<(String, &'static str, Arc<dyn Reconstruct>)> {
+    let mut methods: Vec<(String, &'static str, Arc<dyn Reconstruct>)> = Vec::new();
+    for entry in reconstruct::all() {
+        let method: Arc<dyn Reconstruct> = registry::read_text(&entry, "").unwrap().into();
+        if method.needs_grid() {
+            continue;
+        }
+        for kind in parametrization::all().iter().map(|e| e.kind) {
+            let coordinates = Coordinates {
+                kind: kind.into(),
+                warp: Default::default(),
+            };
+            if let Some(method) = method.within(&coordinates) {
+                methods.push((kind.into(), entry.kind, method));
+            }
+        }
+        if method
+            .within(&Coordinates {
+                kind: "hybrid".into(),
+                warp: Default::default(),
+            })
+            .is_none()
+        {
+            methods.push(("half-difference".into(), entry.kind, method));
+        }
+    }
+    methods
+}
+
+/// Truths at readings of a layout and at test pairs.
+struct Bench {
+    pairs: Vec<DirectionPair>,
+    /// By model, then pair.
+    truths: Vec<Vec<f64>>,
+    models: Vec<(String, Box<dyn Brdf>)>,
+}
+
+impl Bench {
+    fn new(models: Vec<(String, Box<dyn Brdf>)>, pairs: usize) -> Self {
+        let spec = MetricsSpec {
+            pairs,
+            ..MetricsSpec::default()
+        };
+        let pairs = metrics::test_pairs(Measure::Cosine, &spec).unwrap();
+        let truth = |(_, m): &(String, Box<dyn Brdf>)| metrics::evaluate(&**m, &pairs).luminance;
+        Self {
+            truths: models.iter().map(truth).collect(),
+            pairs,
+            models,
+        }
+    }
+
+    /// Readings of all models, pose-major.
+    fn readings(&self, schedule: &Schedule) -> Vec<f64> {
+        let mut values = vec![0.0; schedule.poses.len() * self.models.len()];
+        for (pose, row) in schedule
+            .poses
+            .iter()
+            .zip(values.chunks_mut(self.models.len()))
+        {
+            for ((_, model), value) in self.models.iter().zip(row) {
+                let _ = model.eval(&pose.pair, std::slice::from_mut(value));
+            }
+        }
+        values
+    }
+
+    /// Values at the pairs, pair-major; `None` if the method does not take the layout.
+    fn values(
+        &self,
+        method: &dyn Reconstruct,
+        schedule: &Arc<Schedule>,
+        readings: &[f64],
+    ) -> Option<Vec<f64>> {
+        let width = self.models.len();
+        let present = vec![true; schedule.poses.len()];
+        let readings = Readings {
+            schedule,
+            width,
+            values: readings,
+            present: &present,
+        };
+        match method.interpolate(&readings) {
+            Ok(interpolant) => {
+                let mut out = vec![0.0; self.pairs.len() * width];
+                interpolant.eval_batch(&self.pairs, &mut out);
+                Some(out)
+            }
+            Err(ReconstructError::NoSheets { .. }) => None,
+            Err(e) => panic!("{e}"),
+        }
+    }
+
+    /// Squared errors of a model times the squared cosine, per pair.
+    fn errors(&self, values: &[f64], model: usize) -> Vec<f64> {
+        let width = self.models.len();
+        let at = |(k, pair): (usize, &DirectionPair)| {
+            let error = values[k * width + model] - self.truths[model][k];
+            (error * pair.omega_i.cos_theta()).powi(2)
+        };
+        self.pairs.iter().enumerate().map(at).collect()
+    }
+
+    fn nrmse(&self, values: &[f64], model: usize) -> f64 {
+        let truth: f64 = self.errors(&vec![0.0; values.len()], model).iter().sum();
+        (self.errors(values, model).iter().sum::<f64>() / truth).sqrt()
+    }
+}
+
+/// Ratio of two root mean squares and its standard error (bootstrap over pairs).
+fn ratio(a: &[f64], b: &[f64]) -> (f64, f64) {
+    let random = Random::new(7);
+    let ratios: Vec<f64> = (0..25_u64)
+        .map(|draw| {
+            let (mut above, mut below) = (0.0, 0.0);
+            for k in 0..a.len() as u64 {
+                let u: [f64; 1] = random.point(draw * a.len() as u64 + k);
+                let k = (u[0] * a.len() as f64) as usize;
+                above += a[k];
+                below += b[k];
+            }
+            (above / below).sqrt()
+        })
+        .collect();
+    let mean = ratios.iter().sum::<f64>() / ratios.len() as f64;
+    let variance = ratios.iter().map(|r| (r - mean).powi(2)).sum::<f64>() / 24.0;
+    let ratio = (a.iter().sum::<f64>() / b.iter().sum::<f64>()).sqrt();
+    (ratio, variance.sqrt())
+}
+
+/// epsilon of the logarithm.
+const EPSILON: f64 = 1e-3;
+
+#[test]
+fn values_stay_near_the_range_of_the_readings() {
+    let bench = Bench::new(models(), 1500);
+    let width = bench.models.len();
+    for (layout, angles) in layouts() {
+        let schedule = schedule(&angles);
+        let readings = bench.readings(&schedule);
+        for (coordinates, kind, method) in methods() {
+            let Some(values) = bench.values(&*method, &schedule, &readings) else {
+                continue;
+            };
+            // A spline rises to at most 4 times its neighbours, between sheets to 4 times that, and
+            // falls by half the range of the logarithm, past the last sheet by as much again.
+            let (rise, fall) = match kind {
+                "thin-plate" => (4.0, 0.5),
+                "sheets" => (16.0, 2.5),
+                _ => (1.0, 0.0),
+            };
+            for m in 0..width {
+                let of = readings.iter().skip(m).step_by(width);
+                let log = of.map(|f| (f + EPSILON).ln());
+                let low = log.clone().fold(f64::INFINITY, f64::min);
+                let high = log.fold(f64::NEG_INFINITY, f64::max);
+                let floor = (low - fall * (high - low)).exp();
+                for f in values.iter().skip(m).step_by(width) {
+                    let what = || format!("{layout} {coordinates} {kind} {}", bench.models[m].0);
+                    assert!(
+                        *f >= 0.0 && f + EPSILON <= rise * 1.000_001 * high.exp(),
+                        "{} {f:e}",
+                        what()
+                    );
+                    assert!(f + EPSILON >= floor * 0.999_999, "{} {f:e}", what());
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn one_bright_reading_does_not_spoil_the_others() {
+    let mut angles = scattered(400);
+    angles.push([40.0, 40.0, 180.0]);
+    let schedule = schedule(&angles);
+    let mut readings = vec![1e-30; schedule.poses.len()];
+    readings[schedule.poses.len() - 1] = 1e12;
+    let present = vec![true; readings.len()];
+    let bench = Bench::new(Vec::new(), 2000);
+    for (coordinates, kind, method) in methods() {
+        let interpolant = method.interpolate(&Readings {
+            schedule: &schedule,
+            width: 1,
+            values: &readings,
+            present: &present,
+        });
+        let Ok(interpolant) = interpolant else {
+            assert_eq!(kind, "sheets");
+            continue;
+        };
+        let mut out = vec![0.0; bench.pairs.len()];
+        interpolant.eval_batch(&bench.pairs, &mut out);
+        let largest = out.iter().fold(0.0, |a: f64, b| a.max(*b));
+        assert!(largest <= 4.0e12, "{coordinates} {kind} {largest:e}");
+    }
+}
+
+/// Largest ratio of a method's error to that of the nearest reading in the same coordinates, beyond two
+/// standard errors. Where a layout says nothing of most pairs (a line, a plane, a gap about the mirror
+/// direction), one guess is as good as another, and these are what the guesses cost.
+fn allowed(layout: &str, kind: &str, model: &str) -> f64 {
+    match (layout, kind) {
+        ("lines" | "line" | "plane", "thin-plate") => 2.2,
+        ("sheet" | "lines" | "line" | "plane" | "gap", "inverse-distance") => 1.35,
+        // The highlight of these does not keep its half vector.
+        ("sheets", "sheets") if model.starts_with("retro") || model.starts_with("sheen") => 2.5,
+        ("sheet", "sheets") => 1.25,
+        _ => 1.05,
+    }
+}
+
+#[test]
+fn no_method_is_much_worse_than_the_nearest_reading() {
+    let bench = Bench::new(models(), 2500);
+    for (layout, angles) in layouts() {
+        let schedule = schedule(&angles);
+        let readings = bench.readings(&schedule);
+        let methods = methods();
+        for (coordinates, kind, method) in &methods {
+            let is_nearest = |m: &&(String, _, _)| m.0 == *coordinates && m.1 == "nearest";
+            let nearest = methods.iter().find(is_nearest).unwrap();
+            let nearest = bench.values(&*nearest.2, &schedule, &readings).unwrap();
+            let Some(values) = bench.values(&**method, &schedule, &readings) else {
+                continue;
+            };
+            for (m, (model, _)) in bench.models.iter().enumerate() {
+                if bench.nrmse(&nearest, m) < 1e-10 {
+                    continue;
+                }
+                let (ratio, error) = ratio(&bench.errors(&values, m), &bench.errors(&nearest, m));
+                let allowed = allowed(layout, kind, model);
+                assert!(
+                    ratio <= allowed + 2.0 * error,
+                    "{layout} {coordinates} {kind} {model}: {ratio:.3} ± {error:.3}"
+                );
+            }
+        }
+    }
+}
+
+#[test]
+fn three_sheets_make_a_glossy_brdf() {
+    let ggx = registry::read_text(
+        &brdf::all().into_iter().find(|e| e.kind == "ggx").unwrap(),
+        "alpha = 0.3",
+    );
+    let ggx = ggx.unwrap().build(Channels::Luminance).unwrap();
+    let bench = Bench::new(vec![("ggx".into(), ggx)], 10_000);
+    let schedule = schedule(&sheets(&[15.0, 30.0, 60.0], 4, 6));
+    assert_eq!(schedule.poses.len(), 1863);
+    let readings = bench.readings(&schedule);
+    for (coordinates, kind, method) in methods() {
+        let level = match (kind, coordinates.as_str()) {
+            ("thin-plate", "half-difference") => 0.05,
+            ("thin-plate", "orthographic" | "hybrid") => 0.08,
+            ("thin-plate", "spherical") => 0.20,
+            // It keeps the highlight where it is.
+            ("sheets", _) => 0.025,
+            _ => continue,
+        };
+        let values = bench.values(&*method, &schedule, &readings).unwrap();
+        let error = bench.nrmse(&values, 0);
+        assert!(error < level, "{kind} {coordinates} {error}");
+    }
+}
+
+#[test]
+fn sheets_may_be_of_the_sensor() {
+    let brdf = material(Symmetry::FULL, |p: &DirectionPair| {
+        let h = p.omega_i.vector() + p.omega_o.vector();
+        (-20.0 * h.truncate().length_squared() / h.length_squared()).exp()
+    });
+    let bench = Bench::new(vec![("lobe".into(), Box::new(brdf))], 1000);
+    let light = sheets(&[15.0, 30.0, 60.0], 4, 6);
+    let sensor: Vec<Angles> = light.iter().map(|&[i, o, phi]| [o, i, phi]).collect();
+    let method = method("sheets", "");
+    let [a, b] = [light, sensor].map(|angles| {
+        let schedule = schedule(&angles);
+        let readings = bench.readings(&schedule);
+        bench.values(&*method, &schedule, &readings).unwrap()
+    });
+    for (a, b) in a.iter().zip(&b) {
+        assert!((a - b).abs() <= 1e-9 * (a.abs() + EPSILON), "{a} {b}");
+    }
+}
