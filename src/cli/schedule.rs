@@ -97,7 +97,7 @@ impl Schedule {
             let route = self.make(key, &mut Router::default())?;
             let mut out = BufWriter::new(io::stdout().lock());
             let write = self.writer(self.format.or(Some(CSV)))?;
-            let result = write(&route.schedule, route.itinerary(), &mut out);
+            let result = write(&route.schedule, route.itinerary().into(), &mut out);
             return written(Path::new("stdout"), result.and_then(|()| out.flush()));
         }
         let write = self.writer(self.format)?;
@@ -263,7 +263,9 @@ impl Schedule {
         let route = self.make(key, router)?;
         written(
             path,
-            write_atomically(path, |out| write(&route.schedule, route.itinerary(), out)),
+            write_atomically(path, |out| {
+                write(&route.schedule, route.itinerary().into(), out)
+            }),
         )
     }
 

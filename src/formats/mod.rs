@@ -20,7 +20,7 @@ pub use sheet::CSV;
 use crate::brdf::{Brdf, BrdfSpec};
 use crate::lighting::LightingSpec;
 use crate::measurement::{About, Measurement};
-use crate::schedule::{Assume, FileError, Itinerary, Schedule, ScheduleFile, Sequence};
+use crate::schedule::{Assume, FileError, Schedule, ScheduleFile, Sequence};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
@@ -33,8 +33,8 @@ pub type WriteTable = fn(&dyn Brdf, &Path) -> Result<(), TableError>;
 /// Text, its name in messages, and what is taken for granted.
 pub type ReadSchedule = fn(&str, &str, &Assume) -> Result<ScheduleFile, FileError>;
 
-/// Poses as they were generated, or the visits of an itinerary in the order of time.
-pub type WriteSchedule = fn(&Schedule, Option<&Itinerary>, &mut dyn Write) -> io::Result<()>;
+/// Poses, which of them, and the order of the rows.
+pub type WriteSchedule = fn(&Schedule, Sequence<'_>, &mut dyn Write) -> io::Result<()>;
 
 /// Text, its name in messages, and what is taken for granted.
 pub type ReadReadings = fn(&str, &str, &Assume) -> Result<Readings, FileError>;

@@ -11,8 +11,8 @@ pub const CSV: Format = Format {
     summary: "comma-separated values with a commented header",
     recognises: Some(|_| true),
     read_schedule: Some(read_schedule),
-    write_schedule: Some(|schedule, itinerary, out| {
-        write_schedule(schedule, itinerary, ScheduleFormat::Csv, out)
+    write_schedule: Some(|schedule, sequence, out| {
+        write_schedule(schedule, sequence, ScheduleFormat::Csv, out)
     }),
     read_readings: Some(read),
     write_readings: Some(|measurement, about, sequence, out| {
@@ -28,8 +28,8 @@ pub const JSON_LINES: Format = Format {
     summary: "one JSON object a line, the first one the header",
     recognises: Some(|text| ScheduleFormat::of_text(text) == ScheduleFormat::JsonLines),
     read_schedule: Some(read_schedule),
-    write_schedule: Some(|schedule, itinerary, out| {
-        write_schedule(schedule, itinerary, ScheduleFormat::JsonLines, out)
+    write_schedule: Some(|schedule, sequence, out| {
+        write_schedule(schedule, sequence, ScheduleFormat::JsonLines, out)
     }),
     read_readings: Some(read),
     write_readings: Some(|measurement, about, sequence, out| {

@@ -23,7 +23,7 @@ use std::io::{self, Write};
 /// The fact that holds the hash of a schedule's rows.
 pub(crate) const SCHEDULE_HASH: &str = "schedule_hash";
 
-/// Order of the rows of a file.
+/// The poses of a file, and the order of its rows.
 #[derive(Clone, Copy, Debug)]
 pub enum Sequence<'a> {
     /// Poses in the order of their generation.
@@ -34,24 +34,30 @@ pub enum Sequence<'a> {
     Visits(&'a Itinerary),
 }
 
-/// Writes a schedule; with an itinerary the visits in the order of time.
+impl<'a> From<Option<&'a Itinerary>> for Sequence<'a> {
+    fn from(itinerary: Option<&'a Itinerary>) -> Self {
+        itinerary.map_or(Self::Generated, Self::Visits)
+    }
+}
+
+/// Writes the poses of a schedule that a sequence names.
 ///
 /// # Errors
 /// Whatever `out` reports.
 pub fn write_schedule(
     schedule: &Schedule,
-    itinerary: Option<&Itinerary>,
+    sequence: Sequence<'_>,
     format: ScheduleFormat,
     out: &mut dyn Write,
 ) -> io::Result<()> {
-    let rows = PoseRows::of(schedule, itinerary);
+    let rows = PoseRows::new(schedule, sequence, false);
     let row = |i: usize, cells: &mut Vec<Cell>| rows.fill(i, cells);
     rows.sheet(&row).write(format, SCHEDULE_HASH, out)
 }
 
 /// The hash that [`write_schedule`] gives the file: of the values in its rows, in either format.
-pub fn schedule_hash(schedule: &Schedule, itinerary: Option<&Itinerary>) -> String {
-    let rows = PoseRows::of(schedule, itinerary);
+pub fn schedule_hash(schedule: &Schedule, sequence: Sequence<'_>) -> String {
+    let rows = PoseRows::new(schedule, sequence, false);
     let row = |i: usize, cells: &mut Vec<Cell>| rows.fill(i, cells);
     rows.sheet(&row).hash()
 }
@@ -132,11 +138,6 @@ impl<'a> PoseRows<'a> {
             all,
             axes: axes.map(|(d, axis)| (d, *axis)).collect(),
         }
-    }
-
-    fn of(schedule: &'a Schedule, itinerary: Option<&'a Itinerary>) -> Self {
-        let sequence = itinerary.map_or(Sequence::Generated, Sequence::Visits);
-        Self::new(schedule, sequence, false)
     }
 
     /// Number of rows.
@@ -280,6 +281,9 @@ impl<'a> PoseRows<'a> {
                 i.unreachable.len(),
             ));
         }
+        if let Sequence::Order(order) = self.sequence {
+            about.push(format!("rows: {} of these poses", order.len()));
+        }
         Sheet {
             about,
             facts: self.facts(),
@@ -317,7 +321,7 @@ mod tests {
 
     fn text(schedule: &Schedule, format: ScheduleFormat) -> String {
         let mut bytes = Vec::new();
-        write_schedule(schedule, None, format, &mut bytes).unwrap();
+        write_schedule(schedule, Sequence::Generated, format, &mut bytes).unwrap();
         String::from_utf8(bytes).unwrap()
     }
 
@@ -432,7 +436,7 @@ mod tests {
             let entry = parametrization::find(name).unwrap();
             let p = entry.warped(Symmetry::FULL, &warps).unwrap();
             let schedule = SobolSet::default().plan(&p, 1, 0).unwrap();
-            let names: Vec<_> = PoseRows::of(&schedule, None)
+            let names: Vec<_> = PoseRows::new(&schedule, Sequence::Generated, false)
                 .columns()
                 .into_iter()
                 .map(|(name, _)| name)

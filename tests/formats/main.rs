@@ -122,7 +122,7 @@ fn backwards(schedule: &Schedule) -> Itinerary {
 
 fn text(schedule: &Schedule, itinerary: Option<&Itinerary>, format: ScheduleFormat) -> String {
     let mut bytes = Vec::new();
-    write_schedule(schedule, itinerary, format, &mut bytes).unwrap();
+    write_schedule(schedule, itinerary.into(), format, &mut bytes).unwrap();
     String::from_utf8(bytes).unwrap()
 }
 

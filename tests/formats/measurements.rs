@@ -67,7 +67,10 @@ pub fn about(measurement: &Measurement, itinerary: &Itinerary) -> About {
         instrument: Some(itinerary.instrument.clone()),
         realisation: Some(3),
         seed: Some(u64::MAX),
-        schedule_hash: Some(schedule_hash(&measurement.schedule, Some(itinerary))),
+        schedule_hash: Some(schedule_hash(
+            &measurement.schedule,
+            Sequence::Visits(itinerary),
+        )),
     }
 }
 

@@ -82,7 +82,8 @@ fn every_text_is_recognised_and_read_by_what_wrote_it() {
     let measurement = Ideal.measure(&*truth, &schedule);
     for format in WRITE_SCHEDULE.formats() {
         let mut bytes = Vec::new();
-        WRITE_SCHEDULE.function(&format).unwrap()(&schedule, None, &mut bytes).unwrap();
+        WRITE_SCHEDULE.function(&format).unwrap()(&schedule, Sequence::Generated, &mut bytes)
+            .unwrap();
         let written = String::from_utf8(bytes).unwrap();
         assert_eq!(formats::of_text(&written), Some(format));
         let read = READ_SCHEDULE.function(&format).unwrap();

@@ -3,7 +3,8 @@
 use super::{FORMATS, backwards, chord, cuts, planned, schedules, text};
 use gonio::geometry::{DirectionPair, Symmetry};
 use gonio::parametrization;
-use gonio::schedule::{Assume, ScheduleFormat, Unreachable, read_schedule, schedule_hash};
+use gonio::schedule::{Assume, ScheduleFormat, Sequence, Unreachable};
+use gonio::schedule::{read_schedule, schedule_hash};
 use std::collections::HashSet;
 
 fn assumed() -> Assume {
@@ -14,7 +15,7 @@ fn assumed() -> Assume {
 fn a_schedule_comes_back_from_both_formats() {
     for schedule in schedules() {
         let form = &schedule.parametrization;
-        let hash = schedule_hash(&schedule, None);
+        let hash = schedule_hash(&schedule, Sequence::Generated);
         for format in FORMATS {
             let text = text(&schedule, None, format);
             let back = read_schedule(&text, "s", &assumed()).unwrap();
@@ -116,9 +117,9 @@ fn an_itinerary_is_in_the_file_and_what_it_leaves_out_too() {
             assert_eq!(named, itinerary.unreachable);
             hashes.insert(back.hash);
         }
-        hashes.insert(schedule_hash(&schedule, Some(&itinerary)));
+        hashes.insert(schedule_hash(&schedule, Sequence::Visits(&itinerary)));
         assert_eq!(hashes.len(), 1);
-        assert!(!hashes.contains(&schedule_hash(&schedule, None)));
+        assert!(!hashes.contains(&schedule_hash(&schedule, Sequence::Generated)));
     }
 }
 

@@ -143,7 +143,7 @@ impl Observer<Row> for Asked<'_> {
                     return Ok(());
                 };
                 folder.write_below(Below::Schedules, &name, |out| {
-                    write(schedule, *itinerary, out)
+                    write(schedule, (*itinerary).into(), out)
                 })
             }
             Event::Reconstructed(job, truth, copy) if self.plan.output.slices => {
