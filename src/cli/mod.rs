@@ -14,6 +14,7 @@ mod merge;
 mod moments;
 mod output;
 mod picture;
+mod reading;
 mod reconstruct;
 mod run;
 mod schedule;

@@ -2,9 +2,8 @@
 
 use super::brdf_args::{BrdfArgs, is_config};
 use super::check::words;
-use super::{
-    ThreadArgs, build, choose_material, format_names, print, read_as, refuse_existing, tabulate,
-};
+use super::reading::ReadingArgs;
+use super::{ThreadArgs, build, choose_material, format_names, print, refuse_existing, tabulate};
 use crate::brdf::Brdf;
 use crate::error::{Error, ParameterError, excerpt};
 use crate::experiment::{AnyPlan, Kind, Source};
@@ -30,10 +29,13 @@ const SAMPLES: usize = 64;
 #[derive(Debug, Args)]
 #[command(after_help = "\
 The readings are those that `gonio measure` wrote, any CSV with the columns theta_i_deg, phi_i_deg,
-theta_o_deg, phi_o_deg and value (f_r in 1/sr, without the cosine), or an ALTA text file.
+theta_o_deg, phi_o_deg and value (f_r in 1/sr, without the cosine), or an ALTA text file. The options
+at the end read tables that say the same in other ways.
 
   gonio reconstruct readings.csv --reconstruction thin-plate --set neighbours=40 -o copy.binary
-  gonio reconstruct readings.csv --against ggx")]
+  gonio reconstruct readings.csv --against ggx
+  gonio reconstruct lab.csv --columns theta_i=in,theta_o=out,phi_o=az,value=R --angles deg \\
+    --azimuth mirror --quantity percent")]
 pub(super) struct Reconstruct {
     #[arg(help = format!("The readings ({}); text of another name is told by its first lines",
         READ_READINGS.extensions(".")))]
@@ -72,6 +74,8 @@ pub(super) struct Reconstruct {
     force: bool,
     #[command(flatten)]
     threads: ThreadArgs,
+    #[command(flatten)]
+    reading: ReadingArgs,
 }
 
 fn symmetry(text: &str) -> Result<Symmetry, ParameterError> {
@@ -152,15 +156,14 @@ impl Reconstruct {
 
     /// The measurement, and notes on its file.
     fn read(&self) -> Result<(Measurement, String), Error> {
-        let (text, read) = read_as(&self.measurements, &READ_READINGS)?;
-        let name = self.measurements.display().to_string();
         let assume = Assume {
             parametrization: self.parametrization.clone(),
             symmetry: self.symmetry,
             otherwise: Symmetry::FULL,
             axes: super::axis_names()?,
+            ..Assume::default()
         };
-        let readings = read(&text, &name, &assume)?;
+        let readings = self.reading.read(&self.measurements, assume)?;
         let notes = readings.notes.into_iter().map(|note| note + "\n");
         Ok((readings.measurement, notes.collect()))
     }

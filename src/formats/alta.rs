@@ -16,6 +16,8 @@ pub const FORMAT: Format = Format {
             file.input, file.below_horizon, file.repeated
         );
         Ok(Readings {
+            rows: file.measurement.schedule.poses.len() + file.below_horizon + file.repeated,
+            intact: false,
             measurement: file.measurement,
             notes: vec![note],
         })

@@ -10,11 +10,13 @@ mod alta;
 mod choice;
 mod merl;
 mod panorama;
+mod readings;
 mod sheet;
 mod utia;
 
 pub use choice::{FormatError, Use, files_in, of_name, of_text};
 pub use merl::FORMAT as MERL;
+pub use readings::{Readings, read_readings};
 pub use sheet::CSV;
 
 use crate::brdf::{Brdf, BrdfSpec};
@@ -36,7 +38,7 @@ pub type ReadSchedule = fn(&str, &str, &Assume) -> Result<ScheduleFile, FileErro
 /// Poses, which of them, and the order of the rows.
 pub type WriteSchedule = fn(&Schedule, Sequence<'_>, &mut dyn Write) -> io::Result<()>;
 
-/// Text, its name in messages, and what is taken for granted.
+/// Text, its name in messages, and what is taken for granted; see [`read_readings`].
 pub type ReadReadings = fn(&str, &str, &Assume) -> Result<Readings, FileError>;
 
 /// Readings, where they come from, and the order of the rows.
@@ -158,14 +160,6 @@ impl std::fmt::Debug for Format {
     fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
         f.write_str(self.name)
     }
-}
-
-/// Readings of a file.
-pub struct Readings {
-    /// What was measured.
-    pub measurement: Measurement,
-    /// What was peculiar about the file, a sentence each.
-    pub notes: Vec<String>,
 }
 
 /// Why a table was not written.

@@ -42,6 +42,10 @@ fn read(text: &str, name: &str, assume: &Assume) -> Result<Readings, FileError> 
     let file = read_measurement(text, name, assume)?;
     let (measurement, merged) = file.measurement.merged();
     let mut notes = Vec::new();
+    if !file.passed_over.is_empty() {
+        let columns = file.passed_over.join(", ");
+        notes.push(format!("columns that were passed over: {columns}"));
+    }
     if file.replaced > 0 {
         notes.push(format!("{} rows replaced by later attempts", file.replaced));
     }
@@ -50,5 +54,10 @@ fn read(text: &str, name: &str, assume: &Assume) -> Result<Readings, FileError> 
             "{merged} poses are others under these symmetries: averaged"
         ));
     }
-    Ok(Readings { measurement, notes })
+    Ok(Readings {
+        rows: file.rows,
+        intact: file.intact,
+        measurement,
+        notes,
+    })
 }

@@ -25,68 +25,121 @@
 //! no bilateral BRDF shows.
 //!
 //! Values are f_r in sr⁻¹ (`INV_STERADIAN`, `RGB_COLOR`), or times cos theta_V
-//! (`INV_STERADIAN_COSINE_FACTOR`, documented as "the cosine factor of the output direction"), one luminance or three colours. Where
+//! (`INV_STERADIAN_COSINE_FACTOR`, documented as "the cosine factor of the output direction"), one luminance or three colours;
+//! without `#PARAM_OUT` the reader is told by [`Conventions::quantity`], which goes before the line too. Where
 //! `#WAVELENGTHS_NM 450 550 650` names as many wavelengths as there are values, which is a comment to
 //! ALTA, they are those. `#VS 1` gives the radius of a
 //! symmetric interval, of the first value or of each: it is taken for a standard uncertainty that
 //! readings share. The two ends that `#VS 2` gives are passed over.
 
-use super::{Details, Flags, Measurement, Outcome, without_cosine};
+use super::{Details, Flags, Measurement, Outcome, reading_of};
 use crate::brdf::{Channels, Wavelengths};
 use crate::error::excerpt;
 use crate::geometry::{Direction, DirectionPair, Symmetry};
 use crate::numeric::{GRAZING_COS, safe_sqrt};
+use crate::schedule::convention::names;
 use crate::schedule::import::form;
 use crate::schedule::table::Table;
-use crate::schedule::{Assume, FileError, Pose, Schedule};
+use crate::schedule::{Assume, Azimuth, Conventions, FileError, Pose, Quantity, Schedule};
 use glam::DVec3;
-use std::f64::consts::FRAC_PI_2;
+use std::f64::consts::{FRAC_PI_2, PI};
 use std::sync::Arc;
 
 /// Tolerance of the length of a `CARTESIAN` vector, which is 1 up to four printed digits.
 const LENGTH_SLACK: f64 = 1e-3;
 
-/// Light and view, not above the horizon if the coordinates are outside their domain.
-type Inverse = fn(&[f64]) -> [DVec3; 2];
+/// What coordinates say.
+#[derive(Clone, Copy)]
+enum Inverse {
+    /// Elevations and azimuths of light and view.
+    Angles(fn(&[f64]) -> [f64; 4]),
+    /// Light and view, not above the horizon if the coordinates are outside their domain.
+    Vectors(fn(&[f64]) -> [DVec3; 2]),
+}
 
 /// Values of `#PARAM_IN`: name, number of coordinates, true if they fix the orientation of the
 /// sample, and their directions.
 const INPUTS: [(&str, usize, bool, Inverse); 11] = [
-    ("SPHERICAL_TL_PL_TV_PV", 4, true, |x| {
-        [unit(x[0], x[1]), unit(x[2], x[3])]
-    }),
-    ("ISOTROPIC_TV_TL_DPHI", 3, false, |x| {
-        [unit(x[1], x[2]), unit(x[0], 0.0)]
-    }),
-    ("ISOTROPIC_TL_TV_PROJ_DPHI", 3, false, |x| {
-        let azimuth = -x[2].atan2(x[1]);
-        [unit(x[0], 0.0), unit(x[1].hypot(x[2]), azimuth)]
-    }),
-    ("RUSIN_TH_PH_TD_PD", 4, true, |x| {
-        rusinkiewicz(x[0], x[1], x[2], x[3])
-    }),
-    ("RUSIN_TH_TD_PD", 3, false, |x| {
-        rusinkiewicz(x[0], 0.0, x[1], x[2])
-    }),
-    ("RUSIN_TH_TD", 2, false, |x| {
-        rusinkiewicz(x[0], 0.0, x[1], FRAC_PI_2)
-    }),
-    ("STARK_3D", 3, false, |x| stark(x[0], x[1], x[2])),
-    ("STARK_2D", 2, false, |x| stark(x[0], x[1], FRAC_PI_2)),
-    ("NEUMANN_3D", 3, false, |x| neumann(x[0], x[1], x[2])),
-    ("NEUMANN_2D", 2, false, |x| neumann(x[0], x[1], FRAC_PI_2)),
-    ("CARTESIAN", 6, true, |x| {
-        [DVec3::new(x[3], x[4], x[5]), DVec3::new(x[0], x[1], x[2])]
-    }),
+    (
+        "SPHERICAL_TL_PL_TV_PV",
+        4,
+        true,
+        Inverse::Angles(|x| [x[0], x[1], x[2], x[3]]),
+    ),
+    (
+        "ISOTROPIC_TV_TL_DPHI",
+        3,
+        false,
+        Inverse::Angles(|x| [x[1], 0.0, x[0], -x[2]]),
+    ),
+    (
+        "ISOTROPIC_TL_TV_PROJ_DPHI",
+        3,
+        false,
+        Inverse::Angles(|x| [x[0], 0.0, x[1].hypot(x[2]), -x[2].atan2(x[1])]),
+    ),
+    (
+        "RUSIN_TH_PH_TD_PD",
+        4,
+        true,
+        Inverse::Vectors(|x| rusinkiewicz(x[0], x[1], x[2], x[3])),
+    ),
+    (
+        "RUSIN_TH_TD_PD",
+        3,
+        false,
+        Inverse::Vectors(|x| rusinkiewicz(x[0], 0.0, x[1], x[2])),
+    ),
+    (
+        "RUSIN_TH_TD",
+        2,
+        false,
+        Inverse::Vectors(|x| rusinkiewicz(x[0], 0.0, x[1], FRAC_PI_2)),
+    ),
+    (
+        "STARK_3D",
+        3,
+        false,
+        Inverse::Vectors(|x| stark(x[0], x[1], x[2])),
+    ),
+    (
+        "STARK_2D",
+        2,
+        false,
+        Inverse::Vectors(|x| stark(x[0], x[1], FRAC_PI_2)),
+    ),
+    (
+        "NEUMANN_3D",
+        3,
+        false,
+        Inverse::Vectors(|x| neumann(x[0], x[1], x[2])),
+    ),
+    (
+        "NEUMANN_2D",
+        2,
+        false,
+        Inverse::Vectors(|x| neumann(x[0], x[1], FRAC_PI_2)),
+    ),
+    (
+        CARTESIAN,
+        6,
+        true,
+        Inverse::Vectors(|x| [DVec3::new(x[3], x[4], x[5]), DVec3::new(x[0], x[1], x[2])]),
+    ),
 ];
 
-/// What `#PARAM_OUT` may say: name, numbers of values without wavelengths, whether they hold
-/// cos theta_V.
-const OUTPUTS: [(&str, &[usize], bool); 3] = [
-    ("INV_STERADIAN", &[1, 3], false),
-    ("INV_STERADIAN_COSINE_FACTOR", &[1, 3], true),
-    (RGB_COLOR, &[3], false),
+/// What has vectors in its columns.
+const CARTESIAN: &str = "CARTESIAN";
+
+/// What `#PARAM_OUT` may say: name, numbers of values without wavelengths, what they are.
+const OUTPUTS: [(&str, &[usize], Quantity); 3] = [
+    ("INV_STERADIAN", &[1, 3], Quantity::Brdf),
+    ("INV_STERADIAN_COSINE_FACTOR", &[1, 3], Quantity::BrdfCosine),
+    (RGB_COLOR, &[3], Quantity::Brdf),
 ];
+
+/// What `#PARAM_OUT` says if it says nothing.
+const UNKNOWN_OUTPUT: &str = "UNKNOWN_OUTPUT";
 
 /// What is not known by wavelength.
 const RGB_COLOR: &str = "RGB_COLOR";
@@ -169,7 +222,7 @@ pub fn is_alta(text: &str) -> bool {
 struct Header {
     input: (&'static str, usize, bool, Inverse),
     channels: Channels,
-    with_cosine: bool,
+    quantity: Quantity,
     intervals: usize,
 }
 
@@ -180,9 +233,21 @@ struct Header {
 /// One sentence with the line: a header that lacks a line or holds an unsupported value, a row with
 /// another number of cells, or with one that is no finite number or no reading.
 pub fn read(text: &str, name: &str, assume: &Assume) -> Result<AltaFile, FileError> {
-    let header = Header::read(text, name)?;
+    let conventions = &assume.conventions;
+    for (option, given) in [
+        ("--columns", !conventions.columns.is_empty()),
+        ("--angles", conventions.angles.is_some()),
+        ("--elevation", conventions.elevation),
+    ] {
+        if given {
+            let message = format!("{option}: the header of an ALTA file says what its columns are");
+            return Err(FileError::whole(name, message));
+        }
+    }
+    let header = Header::read(text, name, conventions)?;
     let (input, dimension, fixes_sample, inverse) = header.input;
     let n = header.channels.count();
+    let azimuth = conventions.azimuth.unwrap_or(Azimuth::Sample);
     let (mut pairs, mut values, mut radii) = (Vec::new(), Vec::new(), Vec::new());
     let mut below_horizon = 0;
     for (i, line) in text.lines().enumerate() {
@@ -191,8 +256,15 @@ pub fn read(text: &str, name: &str, assume: &Assume) -> Result<AltaFile, FileErr
             continue;
         }
         let cells = header.row(content, name, i + 1)?;
-        let [light, view] = inverse(&cells[..dimension]);
-        if input == "CARTESIAN" {
+        let [light, view] = match inverse {
+            Inverse::Vectors(of) => of(&cells[..dimension]),
+            Inverse::Angles(of) => {
+                let [theta_l, phi_l, theta_v, phi_v] = of(&cells[..dimension]);
+                let turned = azimuth.about_axis(!fixes_sample, PI, [phi_l, phi_v]);
+                [unit(theta_l, turned[0]), unit(theta_v, turned[1])]
+            }
+        };
+        if input == CARTESIAN {
             for v in [light, view] {
                 if (v.length() - 1.0).abs() > LENGTH_SLACK {
                     let message = format!("a direction of length {}: allowed is 1", v.length());
@@ -206,14 +278,11 @@ pub fn read(text: &str, name: &str, assume: &Assume) -> Result<AltaFile, FileErr
             below_horizon += 1;
             continue;
         };
-        let cos = if header.with_cosine {
-            view.cos_theta()
-        } else {
-            1.0
-        };
-        pairs.push(DirectionPair::new(light, view));
+        let pair = DirectionPair::new(light, view);
+        let of_one = header.quantity.of_one(&pair);
+        pairs.push(pair);
         let add = |to: &mut Vec<f64>, value: f64| {
-            let reading = without_cosine(value, cos);
+            let reading = reading_of(value, of_one);
             let refused =
                 |e| FileError::at(name, i + 1, format!("{value:e} is no reading")).because(e);
             to.push(reading.map_err(refused)?);
@@ -286,7 +355,7 @@ fn wavelengths(words: &[&str], name: &str, line: usize) -> Result<Wavelengths, F
 }
 
 impl Header {
-    fn read(text: &str, name: &str) -> Result<Self, FileError> {
+    fn read(text: &str, name: &str, conventions: &Conventions) -> Result<Self, FileError> {
         let fact = |key: &str| {
             let lines = text.lines().enumerate();
             let mut found = lines.filter_map(|(i, line)| {
@@ -314,15 +383,36 @@ impl Header {
             );
             return Err(FileError::at(name, line, message));
         };
-        let (line, words) = needed("PARAM_OUT")?;
-        let Some(output) = OUTPUTS.into_iter().find(|output| words == [output.0]) else {
-            let allowed = OUTPUTS.map(|output| output.0).join(", ");
+        if conventions.azimuth.is_some() && matches!(input.3, Inverse::Vectors(_)) {
             let message = format!(
-                "#PARAM_OUT {}: allowed are {allowed}",
-                excerpt(&words.join(" "))
+                "--azimuth: #PARAM_IN {} has no azimuths of its own",
+                input.0
             );
             return Err(FileError::at(name, line, message));
+        }
+        let said = fact("PARAM_OUT").filter(|(_, words)| *words != [UNKNOWN_OUTPUT]);
+        let output = match (&said, conventions.quantity) {
+            // Without a name as many values as that of a BRDF has.
+            (None, Some(_)) => OUTPUTS[0],
+            (None, None) => {
+                let message = format!(
+                    "the line #PARAM_OUT is missing, which says what the values are; allowed: \
+                     --quantity with one of {}",
+                    names(&Quantity::ALL)
+                );
+                return Err(FileError::whole(name, message));
+            }
+            (Some((line, words)), _) => {
+                let known = OUTPUTS.into_iter().find(|output| *words == [output.0]);
+                known.ok_or_else(|| {
+                    let allowed = OUTPUTS.map(|output| output.0).join(", ");
+                    let words = words.join(" ");
+                    let message = format!("#PARAM_OUT {}: allowed are {allowed}", excerpt(&words));
+                    FileError::at(name, *line, message)
+                })?
+            }
         };
+        let quantity = conventions.quantity.unwrap_or(output.2);
         let wavelengths = match fact(WAVELENGTHS) {
             None => None,
             Some((line, _)) if output.0 == RGB_COLOR => {
@@ -377,7 +467,7 @@ impl Header {
         Ok(Self {
             input,
             channels,
-            with_cosine: output.2,
+            quantity,
             intervals,
         })
     }
@@ -407,6 +497,7 @@ impl Header {
             cells.len(),
             allowed[0]
         );
-        Err(FileError::at(name, line, message))
+        let e = FileError::at(name, line, message);
+        Err(if cells.len() < allowed[0] { e.cut() } else { e })
     }
 }

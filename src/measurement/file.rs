@@ -14,18 +14,22 @@
 //! `unreachable:<reason>` or `not-visited`. Nothing of a measurement is lost on the way through a
 //! file, and its numbers keep every bit.
 //!
-//! Of a table by others the four angles and the values are enough. There `uncertainty` alone is
+//! Of a table by others the angles and the values are enough, under the names and in the units of
+//! [`Conventions`](crate::schedule::Conventions). There `uncertainty` alone is
 //! taken for what all readings share (type B), the cautious reading; `value_cos…` is taken for the
-//! value times cos theta_i and divided by it, with its uncertainties; an empty value without a
+//! value times cos theta_i and divided by it, with its uncertainties; `wavelength_nm` says that a
+//! row has one of several wavelengths; an empty value without a
 //! reason is `no-data`. A later attempt at a pose replaces an earlier one.
 
-use super::{Details, Flags, Measurement, Outcome, without_cosine};
-use crate::brdf::{Channels, Wavelengths};
+use super::columns::{self, TYPE_A, TYPE_B, UNCERTAINTY, VALUE, ValueColumns, columns_of};
+use super::merge::Pool;
+use super::{Flags, Measurement, Outcome};
 use crate::error::excerpt;
 use crate::schedule::export::{PoseRows, description};
 use crate::schedule::import::{Rows, known_columns};
 use crate::schedule::table::{Cell, Sheet, Table, WORDS};
 use crate::schedule::{Assume, FileError, ScheduleFormat, Sequence, Unreachable};
+use rustc_hash::FxHashMap;
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 use std::io::{self, Write};
@@ -34,19 +38,8 @@ use std::sync::Arc;
 /// The fact that holds the hash of the rows.
 const MEASUREMENT_HASH: &str = "measurement_hash";
 
-/// Families of columns; each is one column, three with the ends of [`ENDS`], or one a wavelength.
-const VALUE: &str = "value";
-const VALUE_COS: &str = "value_cos";
-const TYPE_A: &str = "type_a";
-const TYPE_B: &str = "type_b";
-const UNCERTAINTY: &str = "uncertainty";
+/// The column that numbers the tries at a pose.
 const ATTEMPT: &str = "attempt";
-
-/// Every family.
-const FAMILIES: [&str; 5] = [VALUE, VALUE_COS, TYPE_A, TYPE_B, UNCERTAINTY];
-
-/// Ends of the columns of colours.
-const ENDS: [&str; 3] = ["_r", "_g", "_b"];
 
 const NO_DATA: &str = "no-data";
 const OCCLUDED: &str = "occluded";
@@ -83,43 +76,12 @@ pub struct MeasurementFile {
     pub about: About,
     /// Rows that a later attempt replaced.
     pub replaced: usize,
-}
-
-/// Names of the columns of a family.
-fn columns_of(family: &str, channels: &Channels) -> Vec<String> {
-    match channels {
-        Channels::Luminance => vec![family.to_owned()],
-        Channels::Rgb => ENDS.map(|end| format!("{family}{end}")).to_vec(),
-        Channels::Wavelengths(w) => {
-            let nm = w.nm().iter();
-            nm.map(|nm| format!("{family}_{nm}nm")).collect()
-        }
-    }
-}
-
-/// The wavelength (nm) of a column of a family, if it names one.
-fn wavelength_of(column: &str, family: &str) -> Option<f64> {
-    let rest = column.strip_prefix(family)?.strip_prefix('_')?;
-    let number = rest.strip_suffix("nm")?;
-    // Digits alone: no sign, no exponent, no NaN.
-    let plain = number.bytes().all(|b| b.is_ascii_digit() || b == b'.');
-    number.parse().ok().filter(|_| plain)
-}
-
-/// True of a column of a family, of whatever channels.
-fn is_of(column: &str, family: &str) -> bool {
-    let plain = |channels: Channels| columns_of(family, &channels).iter().any(|c| c == column);
-    plain(Channels::Luminance) || plain(Channels::Rgb) || wavelength_of(column, family).is_some()
-}
-
-/// The columns of a family that name a wavelength: nm and place, from short to long.
-fn spectral_columns(table: &Table, family: &str) -> Vec<(f64, usize)> {
-    let columns = table.columns.iter().enumerate();
-    let mut found: Vec<_> = columns
-        .filter_map(|(i, column)| Some((wavelength_of(column, family)?, i)))
-        .collect();
-    found.sort_by(|a, b| a.0.total_cmp(&b.0));
-    found
+    /// Rows that were read.
+    pub rows: usize,
+    /// True if the header has the hash of the rows, which we wrote.
+    pub intact: bool,
+    /// Columns that were not read, by their names in the file.
+    pub passed_over: Vec<String>,
 }
 
 /// Writes a measurement, every pose of its schedule that `sequence` names.
@@ -269,67 +231,65 @@ pub fn read_measurement(
     name: &str,
     assume: &Assume,
 ) -> Result<MeasurementFile, FileError> {
-    let mut further = vec![WORDS.to_owned(), ATTEMPT.to_owned()];
-    for family in FAMILIES {
-        for channels in [Channels::Luminance, Channels::Rgb] {
-            further.extend(columns_of(family, &channels));
-        }
-    }
-    let table = Table::read(text, name, MEASUREMENT_HASH, |table| {
-        let spectral = |column: &&String| {
-            let mut families = FAMILIES.iter();
-            families.any(|family| wavelength_of(column, family).is_some())
-        };
-        let further = further.iter().chain(table.columns.iter().filter(spectral));
-        let further: Vec<&str> = further.map(String::as_str).collect();
+    let conventions = &assume.conventions;
+    let table = Table::read(text, name, MEASUREMENT_HASH, conventions, |table| {
+        let further = columns::known(table);
+        let further = further.iter().map(String::as_str);
+        let further: Vec<&str> = further.chain([WORDS, ATTEMPT]).collect();
         known_columns(table, &assume.axes, &further)
     })?;
-    let rows = Rows::read(&table)?;
-    let kept = latest(&table, &rows)?;
+    let rows = Rows::read(&table, conventions)?;
+    let columns = ValueColumns::of(&table, conventions)?;
+    let used = used(&table, &rows, &columns)?;
+    // The first row of each pose stands for it.
+    let mut place = vec![usize::MAX; table.lines.len()];
+    let mut kept = Vec::new();
+    for &(row, first) in &used {
+        if place[first] == usize::MAX {
+            place[first] = kept.len();
+            kept.push(row);
+        }
+    }
     let (schedule, order) = rows.schedule(&table, &kept, assume, MEASUREMENT_HASH)?;
-    let columns = ValueColumns::of(&table)?;
-    let (poses, n) = (schedule.poses.len(), columns.channels.count());
-    let mut measurement = Measurement {
-        channels: columns.channels.clone(),
-        values: vec![0.0; poses * n],
-        outcomes: vec![Outcome::NotVisited; poses],
-        details: None,
-        schedule: Arc::new(schedule),
-    };
-    let mut details = Details {
-        type_a: vec![0.0; poses * n],
-        type_b: vec![0.0; poses * n],
-        flags: vec![Flags::NONE; poses],
-    };
-    let mut flagged = false;
-    for (&row, &pose) in kept.iter().zip(&order) {
-        let pose = pose as usize;
+    let mut pool = Pool::new(schedule.poses.len(), columns.channels.count());
+    for &(row, first) in &used {
+        let pose = order[place[first]] as usize;
         let (reason, flags) = parse_words(table.words(row)).map_err(|e| {
             let message = format!("flags = {:?} cannot be read", excerpt(table.words(row)));
             table.row_error(row, message).because(e)
         })?;
-        let cos = rows.pairs[row].omega_i.cos_theta();
-        let at = pose * n..(pose + 1) * n;
-        let read = columns.read(&table, row, cos, &mut measurement.values[at.clone()])?;
-        measurement.outcomes[pose] = match (read, reason) {
-            (true, None) => Outcome::Reading,
-            (false, reason) => reason.unwrap_or(Outcome::NoData),
-            (true, Some(_)) => {
+        let pair = &rows.pairs[row];
+        let values = columns.read(&table, row, pair)?;
+        let outcome = match (&values, reason) {
+            (Some(_), None) => Outcome::Reading,
+            (None, reason) => reason.unwrap_or(Outcome::NoData),
+            (Some(_), Some(_)) => {
                 let words = excerpt(table.words(row));
                 let message = format!("there is a value, and flags = {words:?} says there is none");
                 return Err(table.row_error(row, message));
             }
         };
-        details.flags[pose] = flags;
-        flagged |= flags != Flags::NONE;
-        if read {
-            let [a, b] = [&mut details.type_a[at.clone()], &mut details.type_b[at]];
-            columns.read_uncertainties(&table, row, cos, a, b)?;
+        pool.see(pose, outcome, flags);
+        if let Some(values) = values {
+            let [a, b] = columns.read_uncertainties(&table, row, pair)?;
+            let channels = columns.span(&table, row);
+            for ((channel, value), (a, b)) in channels.zip(values).zip(a.into_iter().zip(b)) {
+                pool.add(pose, channel, value, a, b);
+            }
         }
     }
-    if flagged || columns.has_uncertainties() {
-        measurement.details = Some(details);
+    for (&row, &pose) in kept.iter().zip(&order) {
+        if let Some(missing) = pool.missing(pose as usize) {
+            let nm = columns.channels.wavelengths().map(|w| w.nm()[missing]);
+            let message = format!(
+                "this pose has no reading at {} nm; allowed: one at every wavelength of the file",
+                nm.unwrap_or_default()
+            );
+            return Err(table.row_error(row, message));
+        }
     }
+    let detailed = columns.has_uncertainties();
+    let measurement = pool.measurement(Arc::new(schedule), columns.channels, detailed);
     Ok(MeasurementFile {
         measurement,
         order,
@@ -340,182 +300,47 @@ pub fn read_measurement(
             seed: table.fact("seed")?,
             schedule_hash: table.fact("schedule_hash")?,
         },
-        replaced: table.lines.len() - kept.len(),
+        replaced: table.lines.len() - used.len(),
+        rows: table.lines.len(),
+        intact: table.fact::<String>(MEASUREMENT_HASH)?.is_some(),
+        passed_over: table.passed_over().into_iter().map(String::from).collect(),
     })
 }
 
-/// The row of the latest attempt at each pose, in the order of the file.
-fn latest(table: &Table, rows: &Rows) -> Result<Vec<usize>, FileError> {
+/// The rows that count, in the order of the file, and of each the first row of its pose: the latest
+/// attempt at each pose and channel.
+fn used(
+    table: &Table,
+    rows: &Rows,
+    columns: &ValueColumns,
+) -> Result<Vec<(usize, usize)>, FileError> {
     let column = table.column(ATTEMPT);
-    let attempt = |row: usize| match column {
+    let attempt = |row: usize| match column.and_then(|c| table.number(row, c)) {
         None => Ok(1.0),
-        Some(column) => match table.number(row, column) {
-            None => Ok(1.0),
-            Some(value) if value >= 1.0 && value.fract() == 0.0 => Ok(value),
-            Some(value) => {
-                let message = format!("attempt = {value}: allowed is a whole number from 1");
-                Err(table.row_error(row, message))
-            }
-        },
+        Some(value) if value >= 1.0 && value.fract() == 0.0 => Ok(value),
+        Some(value) => {
+            let message = format!("{ATTEMPT} = {value}: allowed is a whole number from 1");
+            Err(table.row_error(row, message))
+        }
     };
-    let mut best: Vec<Option<usize>> = vec![None; table.lines.len()];
+    let mut best: FxHashMap<(usize, usize), (usize, f64)> = FxHashMap::default();
     for again in rows.again() {
-        let best = &mut best[again.first];
-        *best = match *best {
-            None => Some(again.row),
-            Some(_) if again.is_another_pose() => return Err(again.refuse(table)),
-            Some(earlier) => {
-                let (a, b) = (attempt(earlier)?, attempt(again.row)?);
-                if a == b {
-                    return Err(again.refuse(table));
-                }
-                Some(if a > b { earlier } else { again.row })
-            }
-        };
-        attempt(again.row)?;
-    }
-    let mut kept: Vec<usize> = best.into_iter().flatten().collect();
-    kept.sort_unstable();
-    Ok(kept)
-}
-
-/// Positions of the columns of values and uncertainties.
-struct ValueColumns {
-    channels: Channels,
-    values: Vec<usize>,
-    /// True if the values are times cos theta_i.
-    with_cosine: bool,
-    type_a: Option<Vec<usize>>,
-    type_b: Option<Vec<usize>>,
-    both: Option<Vec<usize>>,
-}
-
-impl ValueColumns {
-    fn of(table: &Table) -> Result<Self, FileError> {
-        let find = |family: &str, channels: &Channels| -> Option<Vec<usize>> {
-            if let Channels::Wavelengths(w) = channels {
-                let (nm, columns): (Vec<_>, _) =
-                    spectral_columns(table, family).into_iter().unzip();
-                return (nm == w.nm()).then_some(columns);
-            }
-            let names = columns_of(family, channels).into_iter();
-            names.map(|name| table.column(&name)).collect()
-        };
-        let refuse = |message: String| FileError::at(&table.name, table.head, message);
-        let mut found = Vec::new();
-        for (family, with_cosine) in [(VALUE, false), (VALUE_COS, true)] {
-            let mut kinds = vec![Channels::Luminance, Channels::Rgb];
-            let nm: Vec<f64> = spectral_columns(table, family)
-                .iter()
-                .map(|c| c.0)
-                .collect();
-            if !nm.is_empty() {
-                let wavelengths = Wavelengths::new(&nm);
-                let wavelengths = wavelengths.map_err(|e| refuse(format!("columns of {e}")))?;
-                kinds.push(Channels::Wavelengths(wavelengths));
-            }
-            for channels in kinds {
-                let columns = find(family, &channels);
-                found.extend(columns.map(|values| (channels, values, with_cosine)));
-            }
+        if again.is_another_pose() {
+            return Err(again.refuse(table));
         }
-        if found.len() != 1 {
-            let message = "there must be one kind of values (a schedule has none: measure it \
-                           first); allowed: value, or value_r, value_g and value_b, or \
-                           value_450nm and so on (f_r in 1/sr, without the cosine), or the same \
-                           as value_cos… (times cos theta_i)";
-            return Err(refuse(message.into()));
+        let (row, number) = (again.row, attempt(again.row)?);
+        let channel = columns.span(table, row).start;
+        let best = best.entry((again.first, channel)).or_insert((row, number));
+        if best.0 != row && best.1 == number {
+            return Err(again.refuse(table));
         }
-        let (channels, values, with_cosine) = found.swap_remove(0);
-        let [type_a, type_b, both] = [TYPE_A, TYPE_B, UNCERTAINTY].map(|family| {
-            let columns = find(family, &channels);
-            // One that is of no value would be dropped without a word.
-            let of_none = |name: &&String| {
-                is_of(name, family)
-                    && !(columns.iter().flatten()).any(|&c| table.columns[c] == **name)
-            };
-            match table.columns.iter().find(of_none) {
-                None => Ok(columns),
-                Some(name) => Err(refuse(format!(
-                    "column {} does not go with the columns of values; allowed: {} together",
-                    excerpt(name),
-                    columns_of(family, &channels).join(", ")
-                ))),
-            }
-        });
-        Ok(Self {
-            values,
-            with_cosine,
-            type_a: type_a?,
-            type_b: type_b?,
-            both: both?,
-            channels,
-        })
-    }
-
-    fn has_uncertainties(&self) -> bool {
-        self.type_a.is_some() || self.type_b.is_some() || self.both.is_some()
-    }
-
-    /// The reading (sr⁻¹, without the cosine) of a number in a cell.
-    fn reading(
-        &self,
-        table: &Table,
-        row: usize,
-        column: usize,
-        value: f64,
-        cos: f64,
-    ) -> Result<f64, FileError> {
-        without_cosine(value, if self.with_cosine { cos } else { 1.0 }).map_err(|e| {
-            let message = format!("{} = {value:e} is no reading", table.columns[column]);
-            table.row_error(row, message).because(e)
-        })
-    }
-
-    /// Reads the values of a row; false if there are none.
-    fn read(
-        &self,
-        table: &Table,
-        row: usize,
-        cos: f64,
-        out: &mut [f64],
-    ) -> Result<bool, FileError> {
-        let mut found = 0;
-        for (out, &column) in out.iter_mut().zip(&self.values) {
-            if let Some(value) = table.number(row, column) {
-                *out = self.reading(table, row, column, value, cos)?;
-                found += 1;
-            }
+        if number > best.1 {
+            *best = (row, number);
         }
-        if found == 0 || found == out.len() {
-            return Ok(found > 0);
-        }
-        let message = "some of the values are empty; allowed: all or none";
-        Err(table.row_error(row, message))
     }
-
-    /// Reads the uncertainties of a row; an empty one is 0.
-    fn read_uncertainties(
-        &self,
-        table: &Table,
-        row: usize,
-        cos: f64,
-        type_a: &mut [f64],
-        type_b: &mut [f64],
-    ) -> Result<(), FileError> {
-        let alone = self.type_a.is_none() && self.type_b.is_none();
-        let of_b = if alone { &self.both } else { &self.type_b };
-        for (columns, out) in [(&self.type_a, type_a), (of_b, type_b)] {
-            for (&column, out) in columns.iter().flatten().zip(out) {
-                let value = table.number(row, column).unwrap_or(0.0);
-                if value < 0.0 {
-                    let name = &table.columns[column];
-                    let message = format!("{name} = {value}: allowed is a number from 0");
-                    return Err(table.row_error(row, message));
-                }
-                *out = self.reading(table, row, column, value, cos)?;
-            }
-        }
-        Ok(())
-    }
+    let mut used: Vec<_> = (best.into_iter())
+        .map(|((first, _), (row, _))| (row, first))
+        .collect();
+    used.sort_unstable();
+    Ok(used)
 }

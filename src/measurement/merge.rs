@@ -1,9 +1,109 @@
 //! Merging of all readings of one configuration into one.
 
 use super::{Details, Flags, Measurement, Outcome};
-use crate::schedule::Schedule;
+use crate::brdf::Channels;
 use crate::schedule::grid::Distinct;
+use crate::schedule::{Pose, Schedule};
 use std::sync::Arc;
+
+/// Readings of one channel of one configuration.
+#[derive(Clone, Copy, Default)]
+struct Mean {
+    count: u32,
+    mean: f64,
+    /// Root of the sum of the squared type A.
+    type_a: f64,
+    /// Sum of type B.
+    type_b: f64,
+}
+
+impl Mean {
+    fn add(&mut self, value: f64, type_a: f64, type_b: f64) {
+        self.count += 1;
+        if self.count == 1 {
+            self.mean = value;
+        } else {
+            let step = value - self.mean;
+            self.mean += step / f64::from(self.count);
+        }
+        self.type_a = self.type_a.hypot(type_a);
+        self.type_b += type_b;
+    }
+
+    fn type_a(&self) -> f64 {
+        self.type_a / f64::from(self.count.max(1))
+    }
+
+    fn type_b(&self) -> f64 {
+        self.type_b / f64::from(self.count.max(1))
+    }
+}
+
+/// Configurations, and all readings of each.
+pub(super) struct Pool {
+    channels: usize,
+    outcomes: Vec<Option<Outcome>>,
+    flags: Vec<Flags>,
+    means: Vec<Mean>,
+}
+
+impl Pool {
+    /// So many configurations, none of which was visited.
+    pub fn new(poses: usize, channels: usize) -> Self {
+        Self {
+            channels,
+            outcomes: vec![None; poses],
+            flags: vec![Flags::NONE; poses],
+            means: vec![Mean::default(); poses * channels],
+        }
+    }
+
+    /// Adds an outcome. A reading goes before every reason why there is none, the first reason
+    /// before others; every flag stays.
+    pub fn see(&mut self, pose: usize, outcome: Outcome, flags: Flags) {
+        let before = &mut self.outcomes[pose];
+        if before.is_none() || outcome == Outcome::Reading {
+            *before = Some(outcome);
+        }
+        self.flags[pose] = self.flags[pose].with(flags);
+    }
+
+    /// Adds a reading of one channel.
+    pub fn add(&mut self, pose: usize, channel: usize, value: f64, type_a: f64, type_b: f64) {
+        self.means[pose * self.channels + channel].add(value, type_a, type_b);
+    }
+
+    /// The first channel of a configuration that was read, but not in this channel.
+    pub fn missing(&self, pose: usize) -> Option<usize> {
+        let read = self.outcomes[pose] == Some(Outcome::Reading);
+        let means = &self.means[pose * self.channels..(pose + 1) * self.channels];
+        means.iter().position(|m| read && m.count == 0)
+    }
+
+    /// The measurement; it has details if `detailed`, or if there are flags.
+    pub fn measurement(
+        self,
+        schedule: Arc<Schedule>,
+        channels: Channels,
+        detailed: bool,
+    ) -> Measurement {
+        let flagged = self.flags.iter().any(|f| *f != Flags::NONE);
+        let detailed = detailed || flagged;
+        let means = &self.means;
+        let outcomes = self.outcomes.iter();
+        Measurement {
+            schedule,
+            channels,
+            values: means.iter().map(|m| m.mean).collect(),
+            outcomes: outcomes.map(|o| o.unwrap_or(Outcome::NotVisited)).collect(),
+            details: detailed.then(|| Details {
+                type_a: means.iter().map(Mean::type_a).collect(),
+                type_b: means.iter().map(Mean::type_b).collect(),
+                flags: self.flags,
+            }),
+        }
+    }
+}
 
 impl Measurement {
     /// The measurement with each configuration once, and the number of poses that were dropped:
@@ -17,67 +117,40 @@ impl Measurement {
         if schedule.lattice.is_some() {
             return (self, 0);
         }
-        let n = self.channels.count();
         let mut distinct = Distinct::new(schedule.parametrization.axes());
         let mut poses = Vec::new();
-        let mut outcomes: Vec<Outcome> = Vec::new();
-        let (mut values, mut rows): (Vec<f64>, Vec<f64>) = (Vec::new(), Vec::new());
-        let mut details = self.details.as_ref().map(|_| Details::default());
-        for (i, pose) in schedule.poses.iter().enumerate() {
+        let mut place = |pose: &Pose| {
             let at = distinct.first(&pose.coords, poses.len() as u32) as usize;
             if at == poses.len() {
                 poses.push(*pose);
-                outcomes.push(self.outcomes[i]);
-                rows.push(0.0);
-                values.resize(values.len() + n, 0.0);
-                if let Some(details) = &mut details {
-                    details.type_a.resize(values.len(), 0.0);
-                    details.type_b.resize(values.len(), 0.0);
-                    details.flags.push(Flags::NONE);
-                }
             }
-            if let (Some(to), Some(from)) = (&mut details, &self.details) {
-                to.flags[at] = to.flags[at].with(from.flags[i]);
-            }
-            let Some(reading) = self.value(i) else {
-                continue;
-            };
-            outcomes[at] = Outcome::Reading;
-            rows[at] += 1.0;
-            for (c, value) in reading.iter().enumerate() {
-                values[at * n + c] += value;
-                if let (Some(to), Some(from)) = (&mut details, &self.details) {
-                    let a = &mut to.type_a[at * n + c];
-                    *a = a.hypot(from.type_a[i * n + c]);
-                    to.type_b[at * n + c] += from.type_b[i * n + c];
-                }
-            }
-        }
-        let merged = schedule.poses.len() - poses.len();
+            at
+        };
+        let places: Vec<usize> = schedule.poses.iter().map(&mut place).collect();
+        let merged = places.len() - poses.len();
         if merged == 0 {
             return (self, 0);
         }
-        let divide = |sums: &mut [f64]| {
-            for (sums, rows) in sums.chunks_exact_mut(n).zip(&rows) {
-                sums.iter_mut().for_each(|sum| *sum /= rows.max(1.0));
+        let n = self.channels.count();
+        let mut pool = Pool::new(poses.len(), n);
+        for (i, at) in places.into_iter().enumerate() {
+            let details = self.details.as_ref();
+            pool.see(
+                at,
+                self.outcomes[i],
+                details.map_or(Flags::NONE, |d| d.flags[i]),
+            );
+            for (c, &value) in self.value(i).into_iter().flatten().enumerate() {
+                let of = |types: &[f64]| types[i * n + c];
+                let [a, b] = details.map_or([0.0; 2], |d| [of(&d.type_a), of(&d.type_b)]);
+                pool.add(at, c, value, a, b);
             }
-        };
-        divide(&mut values);
-        if let Some(details) = &mut details {
-            divide(&mut details.type_a);
-            divide(&mut details.type_b);
         }
         let schedule = Arc::new(Schedule {
             poses,
             ..Schedule::clone(schedule)
         });
-        let measurement = Self {
-            schedule,
-            channels: self.channels.clone(),
-            values,
-            outcomes,
-            details,
-        };
-        (measurement, merged)
+        let detailed = self.details.is_some();
+        (pool.measurement(schedule, self.channels, detailed), merged)
     }
 }

@@ -1,6 +1,7 @@
 //! Measurements: readings and outcomes of the poses of a schedule, and their files.
 
 pub mod alta;
+mod columns;
 mod file;
 mod merge;
 #[cfg(feature = "schemas")]
@@ -29,12 +30,12 @@ pub enum ReadingError {
     },
 }
 
-/// A value or uncertainty of a file without the cosine that it holds (1: none), sr⁻¹.
+/// The reading (f_r, sr⁻¹) of a value or uncertainty of a file, in which 1 sr⁻¹ is `of_one`.
 ///
 /// # Errors
 /// If the reading is larger than [`LARGEST_READING`].
-fn without_cosine(value: f64, cos: f64) -> Result<f64, ReadingError> {
-    let reading = value / cos;
+fn reading_of(value: f64, of_one: f64) -> Result<f64, ReadingError> {
+    let reading = value / of_one;
     if reading.abs() <= LARGEST_READING {
         return Ok(reading);
     }

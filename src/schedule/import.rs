@@ -1,7 +1,7 @@
 //! Schedules back from files: ours in both formats, and tables that others wrote.
 //!
-//! The four angles of the arms are all a file must have; every other column is optional, none is
-//! unknown. Facts of the header are kept as far as the rows confirm them: with an intact
+//! The angles of the arms are all a file must have; every other column is optional, none is
+//! unknown. Those that others wrote may follow [`Conventions`] of their own. Facts of the header are kept as far as the rows confirm them: with an intact
 //! `schedule_hash` coordinates are those of their columns, else they follow from the angles; a
 //! lattice is laid out again from its axes, and its poses are then exact to the bit.
 //!
@@ -9,6 +9,8 @@
 //! (of the rows, if there is none). With a lattice it has all of the lattice's poses under their own
 //! numbers, whether they have a row or not.
 
+use super::arms::read_pairs;
+use super::convention::{ANGLES, Conventions};
 use super::export::{ARMS, FROM_FILE, SCHEDULE_HASH, TIMES, coordinate_axes};
 use super::grid;
 use super::itinerary::{MAX_AXES, Positions, Unreachable};
@@ -17,7 +19,6 @@ use super::table::{FileError, Table};
 use super::{Pose, Schedule};
 use crate::error::excerpt;
 use crate::geometry::{Direction, DirectionPair, Symmetry};
-use crate::numeric::GRAZING_COS;
 use crate::parametrization::{self, Axis, Coords, Parametrization, Unit, WarpSpec, warps};
 use crate::registry;
 use std::collections::{BTreeMap, VecDeque};
@@ -46,6 +47,8 @@ pub struct Assume {
     /// Names of axes whose columns may be there without a header that names them, as in a table that
     /// went through a program that drops comments. Their values are not used then.
     pub axes: Vec<String>,
+    /// How the file says what ours say.
+    pub conventions: Conventions,
 }
 
 impl Default for Assume {
@@ -55,6 +58,7 @@ impl Default for Assume {
             symmetry: None,
             otherwise: Symmetry::NONE,
             axes: Vec::new(),
+            conventions: Conventions::default(),
         }
     }
 }
@@ -83,10 +87,11 @@ pub struct ScheduleFile {
 /// One sentence with the line: a column that is not known or not there, an angle that is none or
 /// out of range, a pose twice, a file that was cut.
 pub fn read_schedule(text: &str, name: &str, assume: &Assume) -> Result<ScheduleFile, FileError> {
-    let table = Table::read(text, name, SCHEDULE_HASH, |table| {
+    let conventions = &assume.conventions;
+    let table = Table::read(text, name, SCHEDULE_HASH, conventions, |table| {
         known_columns(table, &assume.axes, &[])
     })?;
-    let rows = Rows::read(&table)?;
+    let rows = Rows::read(&table, conventions)?;
     if let Some(again) = rows.again().find(|again| again.row != again.first) {
         return Err(again.refuse(&table));
     }
@@ -138,6 +143,8 @@ pub(crate) fn known_columns(
     columns.extend(axes.iter().map(|name| format!("{name}_deg")));
     columns.extend(axes.iter().map(|name| format!("axis_{name}_deg")));
     columns.extend(coordinate_columns());
+    let radians = ANGLES.map(|angle| format!("{angle}_rad"));
+    columns.extend(radians);
     Ok(columns)
 }
 
@@ -174,6 +181,8 @@ pub(crate) fn coordinate_columns() -> Vec<String> {
 pub(crate) struct Rows {
     /// The directions.
     pub pairs: Vec<DirectionPair>,
+    /// True if nothing fixes the light's azimuth.
+    isotropic: bool,
     /// The column `index`, if there is one.
     index: Option<Vec<u64>>,
 }
@@ -208,40 +217,8 @@ impl Again {
 
 impl Rows {
     /// The angles and numbers of every row.
-    pub fn read(table: &Table) -> Result<Self, FileError> {
-        let mut arms = [0; 4];
-        for (column, arm) in arms.iter_mut().zip(ARMS) {
-            *column = table.column(arm).ok_or_else(|| {
-                let message = format!("column {arm} is missing; needed are {}", ARMS.join(", "));
-                FileError::at(&table.name, table.head, message)
-            })?;
-        }
-        let mut pairs = Vec::with_capacity(table.lines.len());
-        for row in 0..table.lines.len() {
-            let mut angles = [0.0; 4];
-            for (d, angle) in angles.iter_mut().enumerate() {
-                let name = ARMS[d];
-                let Some(degrees) = table.number(row, arms[d]) else {
-                    return Err(table.row_error(row, format!("{name} is empty")));
-                };
-                let (good, allowed) = if d % 2 == 0 {
-                    ((0.0..90.0).contains(&degrees), "[0, 90): above the horizon")
-                } else {
-                    ((-360.0..=360.0).contains(&degrees), "[-360, 360]")
-                };
-                *angle = degrees.to_radians();
-                // Closer to the horizon than any instrument sees.
-                if !good || (d % 2 == 0 && angle.cos() <= GRAZING_COS) {
-                    let message = format!("{name} = {degrees}: allowed is a number in {allowed}");
-                    return Err(table.row_error(row, message));
-                }
-            }
-            let [ti, pi, to, po] = angles;
-            pairs.push(DirectionPair::from_spherical(ti, pi, to, po));
-        }
-        if pairs.is_empty() {
-            return Err(FileError::whole(&table.name, "there is no row"));
-        }
+    pub fn read(table: &Table, conventions: &Conventions) -> Result<Self, FileError> {
+        let (pairs, isotropic) = read_pairs(table, conventions)?;
         let index = table.column("index").map(|column| {
             let rows = 0..pairs.len();
             rows.map(|row| match table.number(row, column) {
@@ -259,7 +236,11 @@ impl Rows {
             .collect::<Result<Vec<_>, _>>()
         });
         let index = index.transpose()?;
-        Ok(Self { pairs, index })
+        Ok(Self {
+            pairs,
+            isotropic,
+            index,
+        })
     }
 
     /// For each row the first row of its pose: of its index, or else of its directions.
@@ -292,12 +273,14 @@ impl Rows {
         assume: &Assume,
         hash_key: &str,
     ) -> Result<(Schedule, Vec<u32>), FileError> {
+        let mut assume = assume.clone();
+        assume.otherwise.isotropic |= self.isotropic;
         let header = Assume {
             otherwise: assume.otherwise,
             ..Assume::default()
         };
         let declared = form(table, &header)?;
-        let parametrization = form(table, assume)?;
+        let parametrization = form(table, &assume)?;
         let as_declared = parametrization.name() == declared.name()
             && parametrization.symmetry() == declared.symmetry()
             && parametrization.warp_name() == declared.warp_name();

@@ -1,5 +1,7 @@
 //! Schedules: the configurations of an acquisition, in the order of measuring.
 
+mod arms;
+pub(crate) mod convention;
 pub(crate) mod export;
 mod format;
 pub(crate) mod grid;
@@ -12,6 +14,7 @@ pub(crate) mod record;
 mod sample_set;
 pub(crate) mod table;
 
+pub use convention::{AngleUnit, Azimuth, Choice, Conventions, Quantity};
 pub use export::{Sequence, schedule_hash, write_schedule};
 pub use format::ScheduleFormat;
 pub use grid::{Grid, Ratio, Stratified};

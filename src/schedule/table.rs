@@ -32,6 +32,8 @@ pub struct FileError {
     /// Why, if the sentence does not say it.
     #[source]
     pub source: Option<Cause>,
+    /// True if the end of the file may be missing.
+    pub is_cut: bool,
 }
 
 impl FileError {
@@ -42,6 +44,7 @@ impl FileError {
             line: Some(line),
             message: message.into(),
             source: None,
+            is_cut: false,
         }
     }
 
@@ -52,12 +55,19 @@ impl FileError {
             line: None,
             message: message.into(),
             source: None,
+            is_cut: false,
         }
     }
 
     /// The same with the error behind it.
     pub(crate) fn because(mut self, cause: impl std::error::Error + Send + Sync + 'static) -> Self {
         self.source = Some(Box::new(cause));
+        self
+    }
+
+    /// The same, of a file whose end may be missing.
+    pub(crate) fn cut(mut self) -> Self {
+        self.is_cut = true;
         self
     }
 

@@ -18,6 +18,7 @@ mod slice;
 mod spectral;
 mod study;
 mod symmetry;
+mod tables;
 
 use gonio::experiment::Row;
 use std::fs;

@@ -5,6 +5,7 @@
 mod common;
 
 mod alta;
+mod conventions;
 mod measurements;
 mod registry;
 mod schedules;

@@ -9,7 +9,7 @@ use gonio::formats::{
 use gonio::geometry::Symmetry;
 use gonio::instrument::{Ideal, Instrument};
 use gonio::measurement::About;
-use gonio::schedule::{Assume, Sequence};
+use gonio::schedule::{AngleUnit, Assume, Azimuth, Quantity, Sequence};
 use gonio::{parametrization, registry};
 use std::collections::BTreeSet;
 use std::path::Path;
@@ -50,6 +50,20 @@ fn the_page_has_every_format() {
     });
     let table = "|---|---|---|---|\n".to_owned() + &rows.collect::<String>() + "\n";
     assert!(page.contains(&table), "the page should have\n{table}");
+}
+
+#[test]
+fn the_page_has_every_convention() {
+    let page = include_str!("../../src/docs/formats.md");
+    let options = (AngleUnit::ALL.iter().map(|c| ("angles", c.name)))
+        .chain(Azimuth::ALL.iter().map(|c| ("azimuth", c.name)))
+        .chain(Quantity::ALL.iter().map(|c| ("quantity", c.name)));
+    for (option, name) in options {
+        let row = page.lines().find(|line| {
+            line.starts_with(&format!("| `--{option} ")) && line.contains(&format!("{name}` |"))
+        });
+        assert!(row.is_some(), "no row of --{option} {name}");
+    }
 }
 
 #[test]

@@ -4,6 +4,7 @@
 //! mark, CRLF, blank lines, spaces, quotes, semicolons or tabs between cells, and with semicolons a
 //! comma in place of the decimal point are all taken as they are.
 
+use super::super::convention::Conventions;
 use super::super::format::ScheduleFormat;
 use super::{FileError, RowHash, WORDS};
 use crate::error::excerpt;
@@ -19,8 +20,10 @@ const HEADER: &str = "header";
 pub(crate) struct Table {
     /// The file, for messages.
     pub name: String,
-    /// Names of the columns, in the order of the file.
+    /// Our names of the columns, in the order of the file; none of one that is passed over.
     pub columns: Vec<String>,
+    /// Their names in the file.
+    pub labels: Vec<String>,
     /// The line that names them.
     pub head: usize,
     /// Line of each row.
@@ -43,7 +46,7 @@ impl Table {
     }
 
     /// Reads a text; `name` stands for it in messages. The columns are checked by `allowed`, which
-    /// gets the facts and gives the names of all columns that may be there.
+    /// gets the facts and gives our names of all columns that may be there.
     ///
     /// # Errors
     /// A line that is no row of this table: cut, with a cell that is no finite number, or against
@@ -52,15 +55,19 @@ impl Table {
         text: &str,
         name: &str,
         hash_key: &str,
+        conventions: &Conventions,
         allowed: impl Fn(&Table) -> Result<Vec<String>, FileError>,
     ) -> Result<Self, FileError> {
         let mut table = Self::named(name);
         let content = text.strip_prefix('\u{feff}').unwrap_or(text);
+        let name_columns = |table: &mut Table, columns, line| {
+            table.name_columns(columns, line, conventions, &allowed)
+        };
         match ScheduleFormat::of_text(text) {
-            ScheduleFormat::JsonLines => table.read_json(content, allowed)?,
-            ScheduleFormat::Csv => table.read_csv(content, allowed)?,
+            ScheduleFormat::JsonLines => table.read_json(content, name_columns)?,
+            ScheduleFormat::Csv => table.read_csv(content, name_columns)?,
         }
-        table.keeps_promises(hash_key)?;
+        table.keeps_promises(hash_key, conventions.partial, text.ends_with('\n'))?;
         Ok(table)
     }
 
@@ -107,7 +114,7 @@ impl Table {
 
     /// The hash of the rows.
     pub fn hash(&self) -> String {
-        let mut hash = RowHash::new(self.columns.iter().map(String::as_str));
+        let mut hash = RowHash::new(self.labels.iter().map(String::as_str));
         for row in 0..self.lines.len() {
             for (d, name) in self.columns.iter().enumerate() {
                 match (name.as_str(), self.number(row, d)) {
@@ -124,13 +131,26 @@ impl Table {
         FileError::at(&self.name, line, message)
     }
 
-    fn keeps_promises(&self, hash_key: &str) -> Result<(), FileError> {
-        if let Some(rows) = self.fact::<usize>("rows")?
-            && rows != self.lines.len()
-        {
-            let found = self.lines.len();
-            let message = format!("{found} rows where the header promises {rows}: the file is cut");
-            return Err(FileError::whole(&self.name, message));
+    /// Checks the rows against the facts; of a part of them there is no hash. Of the last row digits
+    /// may be missing, unless it `ended`.
+    fn keeps_promises(
+        &mut self,
+        hash_key: &str,
+        partial: bool,
+        ended: bool,
+    ) -> Result<(), FileError> {
+        let found = self.lines.len();
+        match self.fact::<usize>("rows")? {
+            Some(rows) if partial && found < rows => {
+                self.facts.remove(hash_key);
+            }
+            Some(rows) if found != rows => {
+                let message =
+                    format!("{found} rows where the header promises {rows}: the file is cut");
+                let e = FileError::whole(&self.name, message);
+                return Err(if found < rows { e.cut() } else { e });
+            }
+            _ => {}
         }
         if let Some(hash) = self.fact::<String>(hash_key)?
             && hash != self.hash()
@@ -139,31 +159,52 @@ impl Table {
                 "the rows are not those that {hash_key} was made of: the file was cut or edited; \
                  allowed: the rows as they were, or a header without {hash_key}"
             );
-            return Err(self.fact_error(hash_key, message));
+            return Err(match ended {
+                true => self.fact_error(hash_key, message),
+                false => FileError::whole(&self.name, message).cut(),
+            });
         }
         Ok(())
+    }
+
+    /// Columns that are passed over, by their names in the file.
+    pub fn passed_over(&self) -> Vec<&str> {
+        let columns = self.columns.iter().zip(&self.labels);
+        let over = columns.filter(|(ours, _)| ours.is_empty());
+        over.map(|(_, label)| label.as_str()).collect()
     }
 
     /// Names the columns, each once and each known.
     fn name_columns(
         &mut self,
-        columns: Vec<String>,
+        labels: Vec<String>,
         line: usize,
+        conventions: &Conventions,
         allowed: impl Fn(&Table) -> Result<Vec<String>, FileError>,
     ) -> Result<(), FileError> {
+        let ours = conventions.our_names(&labels);
+        (self.labels, self.head) = (labels, line);
         // What is allowed may depend on what there is.
-        (self.columns, self.head) = (columns, line);
+        self.columns = ours.map_err(|message| self.error(line, message))?;
         let known = allowed(self)?;
-        for (i, column) in self.columns.iter().enumerate() {
-            if !known.contains(column) {
-                let (column, known) = (excerpt(column), known.join(", "));
-                let message = format!("column {column:?} is not known; allowed: {known}");
-                return Err(self.error(line, message));
-            }
-            if self.columns[..i].contains(column) {
+        for i in 0..self.columns.len() {
+            let (column, label) = (&self.columns[i], &self.labels[i]);
+            if !column.is_empty() && self.columns[..i].contains(column) {
                 let column = excerpt(column);
                 return Err(self.error(line, format!("column {column:?} is there twice")));
             }
+            if column.is_empty() || known.contains(column) {
+                continue;
+            }
+            if conventions.columns.is_empty() || column != label {
+                let (column, known) = (excerpt(column), known.join(", "));
+                let message = format!(
+                    "column {column:?} is not known; allowed: {known}; with --columns, which says \
+                     their names in the file, others are passed over"
+                );
+                return Err(self.error(line, message));
+            }
+            self.columns[i].clear();
         }
         Ok(())
     }
@@ -171,7 +212,7 @@ impl Table {
     fn read_csv(
         &mut self,
         text: &str,
-        allowed: impl Fn(&Table) -> Result<Vec<String>, FileError>,
+        name_columns: impl Fn(&mut Self, Vec<String>, usize) -> Result<(), FileError>,
     ) -> Result<(), FileError> {
         let name = self.name.clone();
         let mut cells: Option<Cells> = None;
@@ -193,7 +234,7 @@ impl Table {
             if content.chars().all(|c| matches!(c, ',' | ';' | '\t' | ' ')) {
                 continue;
             }
-            let unclosed = || FileError::at(&name, line, "a quote is not closed");
+            let unclosed = || FileError::at(&name, line, "a quote is not closed").cut();
             let Some(cells) = &mut cells else {
                 let found = [b';', b'\t', b',']
                     .into_iter()
@@ -201,7 +242,7 @@ impl Table {
                 let cells = cells.insert(Cells::new(found.unwrap_or(b',')));
                 let columns = cells.of(content).ok_or_else(unclosed)?;
                 let columns = columns.map(String::from).collect();
-                self.name_columns(columns, line, &allowed)?;
+                name_columns(self, columns, line)?;
                 continue;
             };
             let comma = cells.separator == b';';
@@ -209,14 +250,15 @@ impl Table {
             let (found, expected) = (cells.len(), self.columns.len());
             if found != expected {
                 let message = format!("{found} cells where there are {expected} columns");
-                return Err(self.error(line, message));
+                let e = self.error(line, message);
+                return Err(if found < expected { e.cut() } else { e });
             }
             self.lines.push(line);
             for (d, cell) in cells.enumerate() {
                 let value = if self.columns[d] == WORDS {
                     self.words.push(cell.to_owned());
                     Ok(f64::NAN)
-                } else if cell.is_empty() {
+                } else if cell.is_empty() || self.columns[d].is_empty() {
                     Ok(f64::NAN)
                 } else if comma && !cell.contains('.') {
                     self.parse(&cell.replacen(',', ".", 1), d, line)
@@ -237,7 +279,7 @@ impl Table {
         match cell.parse::<f64>() {
             Ok(value) if value.is_finite() => Ok(value),
             _ => {
-                let (column, cell) = (&self.columns[column], excerpt(cell));
+                let (column, cell) = (&self.labels[column], excerpt(cell));
                 let message = format!("{column} = {cell}: allowed is a finite number");
                 Err(self.error(line, message))
             }
@@ -269,7 +311,7 @@ impl Table {
     fn read_json(
         &mut self,
         text: &str,
-        allowed: impl Fn(&Table) -> Result<Vec<String>, FileError>,
+        name_columns: impl Fn(&mut Self, Vec<String>, usize) -> Result<(), FileError>,
     ) -> Result<(), FileError> {
         for (i, content) in text.lines().enumerate() {
             let line = i + 1;
@@ -281,6 +323,7 @@ impl Table {
                     line,
                     "this is no JSON object; allowed: one whole object a line",
                 )
+                .cut()
             })?;
             if let Some(key) = twice {
                 let message = format!("key {:?} is there twice; allowed: once", excerpt(&key));
@@ -294,12 +337,12 @@ impl Table {
                 self.facts = header;
                 if let Some(columns) = self.fact::<Map<String, Value>>("columns")? {
                     let columns = columns.into_iter().map(|(name, _)| name).collect();
-                    self.name_columns(columns, line, &allowed)?;
+                    name_columns(self, columns, line)?;
                 }
                 continue;
             }
             if self.columns.is_empty() {
-                self.name_columns(map.keys().cloned().collect(), line, &allowed)?;
+                name_columns(self, map.keys().cloned().collect(), line)?;
             }
             self.read_object(map, line)?;
         }
@@ -316,11 +359,12 @@ impl Table {
     ) -> Result<(), FileError> {
         self.lines.push(line);
         for d in 0..self.columns.len() {
-            let column = &self.columns[d];
+            let column = &self.labels[d];
             let Some(value) = object.remove(column) else {
                 return Err(self.error(line, format!("{column} is missing")));
             };
-            let number = match (&value, column == WORDS) {
+            let number = match (&value, self.columns[d] == WORDS) {
+                _ if self.columns[d].is_empty() => f64::NAN,
                 (Value::String(words), true) => {
                     self.words.push(words.clone());
                     f64::NAN
@@ -345,7 +389,7 @@ impl Table {
         }
         match object.keys().next() {
             Some(stray) => {
-                let (stray, known) = (excerpt(stray), self.columns.join(", "));
+                let (stray, known) = (excerpt(stray), self.labels.join(", "));
                 let message =
                     format!("{stray:?} is no column of the rows before; allowed: {known}");
                 Err(self.error(line, message))

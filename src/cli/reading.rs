@@ -1,0 +1,76 @@
+//! How files of readings by others are read.
+
+use super::read_as;
+use crate::error::{Error, ParameterError};
+use crate::formats::{READ_READINGS, Readings, read_readings};
+use crate::schedule::{AngleUnit, Assume, Azimuth, Choice, Conventions, Quantity};
+use clap::Args;
+use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
+use std::path::Path;
+
+/// What readings by others say in another way than ours; the page `docs::formats` has an example of
+/// each.
+#[derive(Clone, Debug, Args)]
+#[command(next_help_heading = "Readings that gonio did not write")]
+pub(super) struct ReadingArgs {
+    /// Names of columns in the file, e.g. theta_i=thetaIn,phi_o=phi,value_450nm=R450; columns that
+    /// nobody knows are passed over then
+    #[arg(long, value_name = "OURS=NAME,…", value_delimiter = ',', value_parser = column)]
+    columns: Vec<(String, String)>,
+    /// Unit of the angles whose columns do not end in _deg or _rad
+    #[arg(long, value_name = "UNIT", value_parser = choice(&AngleUnit::ALL))]
+    angles: Option<AngleUnit>,
+    /// theta_i and theta_o are counted from the surface, not from the normal
+    #[arg(long)]
+    elevation: bool,
+    /// Where azimuths are counted from [default: sample; differences: light]
+    #[arg(long, value_name = "FROM", value_parser = choice(&Azimuth::ALL))]
+    azimuth: Option<Azimuth>,
+    /// What the values are, and their uncertainties [default: what the file says, else brdf]
+    #[arg(long, value_name = "WHAT", value_parser = choice(&Quantity::ALL))]
+    quantity: Option<Quantity>,
+    /// Read a file that was cut up to the cut
+    #[arg(long)]
+    partial: bool,
+}
+
+/// Reads one of the values of an option by its name.
+fn choice<T: Copy + Send + Sync>(
+    all: &'static [Choice<T>],
+) -> impl TypedValueParser<Value = T> + use<T> {
+    let value = |c: &Choice<T>| PossibleValue::new(c.name).help(c.meaning);
+    let names = PossibleValuesParser::new(all.iter().map(value));
+    names.try_map(|name| {
+        let found = all.iter().find(|c| c.name == name).map(|c| c.value);
+        found.ok_or_else(|| ParameterError::new("value", name, "one of the list"))
+    })
+}
+
+fn column(text: &str) -> Result<(String, String), ParameterError> {
+    match text.split_once('=') {
+        Some((ours, theirs)) if !ours.is_empty() && !theirs.is_empty() => {
+            Ok((ours.trim().into(), theirs.trim().into()))
+        }
+        _ => Err(ParameterError::new("column", text, "e.g. theta_i=thetaIn")),
+    }
+}
+
+impl ReadingArgs {
+    /// The readings of a file.
+    pub fn read(&self, path: &Path, assume: Assume) -> Result<Readings, Error> {
+        let (text, read) = read_as(path, &READ_READINGS)?;
+        let name = path.display().to_string();
+        let assume = Assume {
+            conventions: Conventions {
+                columns: self.columns.clone(),
+                angles: self.angles,
+                elevation: self.elevation,
+                azimuth: self.azimuth,
+                quantity: self.quantity,
+                partial: self.partial,
+            },
+            ..assume
+        };
+        Ok(read_readings(read, &text, &name, &assume)?)
+    }
+}

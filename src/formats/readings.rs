@@ -1,0 +1,81 @@
+//! Readings of a file, and what is peculiar about it.
+
+use super::ReadReadings;
+use crate::measurement::Measurement;
+use crate::schedule::{Assume, FileError};
+
+/// Readings of a file.
+pub struct Readings {
+    /// What was measured.
+    pub measurement: Measurement,
+    /// What was peculiar about the file, a sentence each.
+    pub notes: Vec<String>,
+    /// Rows that were read.
+    pub rows: usize,
+    /// True if the file vouches for being whole.
+    pub intact: bool,
+}
+
+/// The text before its last line, and the number of that line.
+fn without_last_line(text: &str) -> (&str, usize) {
+    let text = text.trim_end();
+    let end = text.rfind('\n').map_or(0, |i| i + 1);
+    (&text[..end], text.lines().count())
+}
+
+/// Reads a text by the function of its format. One that was cut is read up to the cut if `assume`
+/// says so; its last line is left out if it does not end, as digits may be missing from it.
+///
+/// # Errors
+/// Those of `read`.
+pub fn read_readings(
+    read: ReadReadings,
+    text: &str,
+    name: &str,
+    assume: &Assume,
+) -> Result<Readings, FileError> {
+    let is_last = |e: &FileError, text: &str| {
+        e.is_cut && e.line.is_none_or(|line| line == without_last_line(text).1)
+    };
+    let mut strict = assume.clone();
+    strict.conventions.partial = false;
+    let ended = text.ends_with('\n');
+    let whole = read(text, name, &strict);
+    if !assume.conventions.partial {
+        return whole.map_err(|mut e| {
+            if is_last(&e, text) {
+                e.message += "; --partial reads up to the cut";
+            }
+            e
+        });
+    }
+    if let Ok(mut readings) = whole
+        && (ended || readings.intact)
+    {
+        let rows = readings.rows;
+        readings
+            .notes
+            .push(format!("not cut: {rows} rows were read"));
+        return Ok(readings);
+    }
+    let (mut part, mut left_out) = (text, None);
+    if !ended {
+        let (before, line) = without_last_line(text);
+        (part, left_out) = (before, Some(line));
+    }
+    let read_part = match read(part, name, assume) {
+        Err(e) if is_last(&e, part) => {
+            let (before, line) = without_last_line(part);
+            left_out = Some(line);
+            read(before, name, assume)
+        }
+        result => result,
+    };
+    let mut readings = read_part?;
+    let line = left_out.map_or(String::new(), |line| format!(", line {line} is left out"));
+    let rows = readings.rows;
+    readings
+        .notes
+        .push(format!("cut: {rows} rows were read{line}"));
+    Ok(readings)
+}

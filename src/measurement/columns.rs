@@ -1,0 +1,276 @@
+//! Columns of values and uncertainties: their names, and what their cells say.
+
+use super::reading_of;
+use crate::brdf::{Channels, Wavelengths};
+use crate::error::excerpt;
+use crate::geometry::DirectionPair;
+use crate::schedule::table::Table;
+use crate::schedule::{Conventions, FileError, Quantity};
+use std::ops::Range;
+
+/// Families of columns; each is one column, three with the ends of [`ENDS`], or one a wavelength.
+pub(super) const VALUE: &str = "value";
+const VALUE_COS: &str = "value_cos";
+pub(super) const TYPE_A: &str = "type_a";
+pub(super) const TYPE_B: &str = "type_b";
+pub(super) const UNCERTAINTY: &str = "uncertainty";
+
+/// Every family.
+const FAMILIES: [&str; 5] = [VALUE, VALUE_COS, TYPE_A, TYPE_B, UNCERTAINTY];
+
+/// Ends of the columns of colours.
+const ENDS: [&str; 3] = ["_r", "_g", "_b"];
+
+/// The column with the wavelength of a row, nm.
+const WAVELENGTH: &str = "wavelength_nm";
+
+/// Names of the columns of a family.
+pub(super) fn columns_of(family: &str, channels: &Channels) -> Vec<String> {
+    match channels {
+        Channels::Luminance => vec![family.to_owned()],
+        Channels::Rgb => ENDS.map(|end| format!("{family}{end}")).to_vec(),
+        Channels::Wavelengths(w) => {
+            let nm = w.nm().iter();
+            nm.map(|nm| format!("{family}_{nm}nm")).collect()
+        }
+    }
+}
+
+/// Names of the columns of every family: those without wavelengths, and those of a table with them.
+pub(super) fn known(table: &Table) -> Vec<String> {
+    let mut known = vec![WAVELENGTH.to_owned()];
+    for family in FAMILIES {
+        for channels in [Channels::Luminance, Channels::Rgb] {
+            known.extend(columns_of(family, &channels));
+        }
+    }
+    let spectral = |column: &&String| {
+        let mut families = FAMILIES.iter();
+        families.any(|family| wavelength_of(column, family).is_some())
+    };
+    known.extend(table.columns.iter().filter(spectral).cloned());
+    known
+}
+
+/// The wavelength (nm) of a column of a family, if it names one.
+fn wavelength_of(column: &str, family: &str) -> Option<f64> {
+    let rest = column.strip_prefix(family)?.strip_prefix('_')?;
+    let number = rest.strip_suffix("nm")?;
+    // Digits alone: no sign, no exponent, no NaN.
+    let plain = number.bytes().all(|b| b.is_ascii_digit() || b == b'.');
+    number.parse().ok().filter(|_| plain)
+}
+
+/// True of a column of a family, of whatever channels.
+fn is_of(column: &str, family: &str) -> bool {
+    let plain = |channels: Channels| columns_of(family, &channels).iter().any(|c| c == column);
+    plain(Channels::Luminance) || plain(Channels::Rgb) || wavelength_of(column, family).is_some()
+}
+
+/// The columns of a family that name a wavelength: nm and place, from short to long.
+fn spectral_columns(table: &Table, family: &str) -> Vec<(f64, usize)> {
+    let columns = table.columns.iter().enumerate();
+    let mut found: Vec<_> = columns
+        .filter_map(|(i, column)| Some((wavelength_of(column, family)?, i)))
+        .collect();
+    found.sort_by(|a, b| a.0.total_cmp(&b.0));
+    found
+}
+
+/// Positions of the columns of values and uncertainties.
+pub(super) struct ValueColumns {
+    /// Channels of the measurement.
+    pub channels: Channels,
+    values: Vec<usize>,
+    /// The column that says which channel a row is of; without it a row has all of them.
+    wavelength: Option<usize>,
+    quantity: Quantity,
+    type_a: Option<Vec<usize>>,
+    type_b: Option<Vec<usize>>,
+    both: Option<Vec<usize>>,
+}
+
+impl ValueColumns {
+    pub fn of(table: &Table, conventions: &Conventions) -> Result<Self, FileError> {
+        let find = |family: &str, channels: &Channels| -> Option<Vec<usize>> {
+            if let Channels::Wavelengths(w) = channels {
+                let (nm, columns): (Vec<_>, _) =
+                    spectral_columns(table, family).into_iter().unzip();
+                return (nm == w.nm()).then_some(columns);
+            }
+            let names = columns_of(family, channels).into_iter();
+            names.map(|name| table.column(&name)).collect()
+        };
+        let refuse = |message: String| FileError::at(&table.name, table.head, message);
+        let mut found = Vec::new();
+        for family in [VALUE, VALUE_COS] {
+            let mut kinds = vec![Channels::Luminance, Channels::Rgb];
+            let nm: Vec<f64> = spectral_columns(table, family)
+                .iter()
+                .map(|c| c.0)
+                .collect();
+            if !nm.is_empty() {
+                let wavelengths = Wavelengths::new(&nm);
+                let wavelengths = wavelengths.map_err(|e| refuse(format!("columns of {e}")))?;
+                kinds.push(Channels::Wavelengths(wavelengths));
+            }
+            for channels in kinds {
+                let columns = find(family, &channels);
+                found.extend(columns.map(|values| (channels, values, family)));
+            }
+        }
+        if found.len() != 1 {
+            let message = "there must be one kind of values (a schedule has none: measure it \
+                           first); allowed: value, or value_r, value_g and value_b, or \
+                           value_450nm and so on (f_r in 1/sr, without the cosine, unless \
+                           --quantity says another), or the same as value_cos… (times cos \
+                           theta_i); under another name: --columns value=NAME";
+            return Err(refuse(message.into()));
+        }
+        let (mut channels, values, family) = found.swap_remove(0);
+        let quantity = match (family, conventions.quantity) {
+            (VALUE, said) => said.unwrap_or(Quantity::Brdf),
+            (_, None | Some(Quantity::BrdfCosineLight)) => Quantity::BrdfCosineLight,
+            (..) => {
+                let message = "columns value_cos… say what they are; allowed: no --quantity, or \
+                               --columns value=value_cos";
+                return Err(refuse(message.into()));
+            }
+        };
+        let [type_a, type_b, both] = [TYPE_A, TYPE_B, UNCERTAINTY].map(|family| {
+            let columns = find(family, &channels);
+            // One that is of no value would be dropped without a word.
+            let of_none = |name: &&String| {
+                is_of(name, family)
+                    && !(columns.iter().flatten()).any(|&c| table.columns[c] == **name)
+            };
+            match table.columns.iter().find(of_none) {
+                None => Ok(columns),
+                Some(name) => Err(refuse(format!(
+                    "column {} does not go with the columns of values; allowed: {} together",
+                    excerpt(name),
+                    columns_of(family, &channels).join(", ")
+                ))),
+            }
+        });
+        let wavelength = table.column(WAVELENGTH);
+        if let Some(column) = wavelength {
+            if values.len() != 1 || channels != Channels::Luminance {
+                let message = format!(
+                    "column {WAVELENGTH} goes with one column of values; allowed: {family}"
+                );
+                return Err(refuse(message));
+            }
+            channels = Channels::Wavelengths(row_wavelengths(table, column)?);
+        }
+        Ok(Self {
+            values,
+            wavelength,
+            quantity,
+            type_a: type_a?,
+            type_b: type_b?,
+            both: both?,
+            channels,
+        })
+    }
+
+    pub fn has_uncertainties(&self) -> bool {
+        self.type_a.is_some() || self.type_b.is_some() || self.both.is_some()
+    }
+
+    /// The channels that a row has values of.
+    pub fn span(&self, table: &Table, row: usize) -> Range<usize> {
+        let nm = self.wavelength.and_then(|column| table.number(row, column));
+        match (nm, self.channels.wavelengths()) {
+            (Some(nm), Some(all)) => {
+                let at = all.nm().partition_point(|w| *w < nm);
+                at..at + 1
+            }
+            _ => 0..self.values.len(),
+        }
+    }
+
+    /// The reading (f_r, sr⁻¹) of a number in a cell.
+    fn reading(
+        &self,
+        table: &Table,
+        row: usize,
+        column: usize,
+        value: f64,
+        pair: &DirectionPair,
+    ) -> Result<f64, FileError> {
+        reading_of(value, self.quantity.of_one(pair)).map_err(|e| {
+            let message = format!("{} = {value:e} is no reading", table.labels[column]);
+            table.row_error(row, message).because(e)
+        })
+    }
+
+    /// The values of a row; `None` if there are none.
+    pub fn read(
+        &self,
+        table: &Table,
+        row: usize,
+        pair: &DirectionPair,
+    ) -> Result<Option<Vec<f64>>, FileError> {
+        let mut found = Vec::with_capacity(self.values.len());
+        for &column in &self.values {
+            if let Some(value) = table.number(row, column) {
+                found.push(self.reading(table, row, column, value, pair)?);
+            }
+        }
+        match found.len() {
+            0 => Ok(None),
+            n if n == self.values.len() => Ok(Some(found)),
+            _ => {
+                let message = "some of the values are empty; allowed: all or none";
+                Err(table.row_error(row, message))
+            }
+        }
+    }
+
+    /// The uncertainties of a row of type A and type B; an empty one is 0.
+    pub fn read_uncertainties(
+        &self,
+        table: &Table,
+        row: usize,
+        pair: &DirectionPair,
+    ) -> Result<[Vec<f64>; 2], FileError> {
+        let alone = self.type_a.is_none() && self.type_b.is_none();
+        let of_b = if alone { &self.both } else { &self.type_b };
+        let mut types = [&self.type_a, of_b].map(|_| vec![0.0; self.values.len()]);
+        for (columns, out) in [&self.type_a, of_b].into_iter().zip(&mut types) {
+            for (&column, out) in columns.iter().flatten().zip(out) {
+                let value = table.number(row, column).unwrap_or(0.0);
+                if value < 0.0 {
+                    let name = &table.labels[column];
+                    let message = format!("{name} = {value}: allowed is a number from 0");
+                    return Err(table.row_error(row, message));
+                }
+                *out = self.reading(table, row, column, value, pair)?;
+            }
+        }
+        Ok(types)
+    }
+}
+
+/// The wavelengths of a column that has one a row.
+fn row_wavelengths(table: &Table, column: usize) -> Result<Wavelengths, FileError> {
+    let name = &table.labels[column];
+    let (mut nm, mut all) = (Vec::new(), None);
+    for row in 0..table.lines.len() {
+        let Some(value) = table.number(row, column) else {
+            return Err(table.row_error(row, format!("{name} is empty")));
+        };
+        let at = nm.partition_point(|w| *w < value);
+        if nm.get(at) != Some(&value) {
+            nm.insert(at, value);
+            let refused = |e| {
+                table
+                    .row_error(row, format!("{name} = {value} cannot be"))
+                    .because(e)
+            };
+            all = Some(Wavelengths::new(&nm).map_err(refused)?);
+        }
+    }
+    all.ok_or_else(|| FileError::whole(&table.name, "there is no row"))
+}

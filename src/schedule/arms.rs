@@ -1,0 +1,115 @@
+//! The directions of the rows of a table.
+
+use super::convention::{AngleUnit, Azimuth, Conventions};
+use super::table::{FileError, Table};
+use crate::geometry::DirectionPair;
+use crate::numeric::GRAZING_COS;
+
+/// Largest azimuth, degrees: a turn, and what its printed digits may add.
+const TURN: f64 = 360.001;
+
+/// A column of angles.
+struct Angles {
+    column: usize,
+    unit: AngleUnit,
+}
+
+impl Angles {
+    fn find(table: &Table, name: &str) -> Option<Self> {
+        AngleUnit::ALL.into_iter().find_map(|unit| {
+            let column = table.column(&format!("{name}_{}", unit.name))?;
+            let unit = unit.value;
+            Some(Self { column, unit })
+        })
+    }
+
+    fn needed(table: &Table, name: &str) -> Result<Self, FileError> {
+        Self::find(table, name).ok_or_else(|| {
+            let message = format!(
+                "column {name}_deg is missing; needed are theta_i_deg, theta_o_deg, phi_o_deg (or \
+                 delta_phi_deg = phi_i - phi_o) and, unless the sample is isotropic, phi_i_deg; \
+                 under other names: --columns {name}=NAME"
+            );
+            FileError::at(&table.name, table.head, message)
+        })
+    }
+
+    /// The angle of a row in degrees, if `good`.
+    fn degrees(
+        &self,
+        table: &Table,
+        row: usize,
+        good: impl Fn(f64) -> bool,
+        allowed: [&str; 2],
+    ) -> Result<f64, FileError> {
+        let name = &table.labels[self.column];
+        let Some(angle) = table.number(row, self.column) else {
+            return Err(table.row_error(row, format!("{name} is empty")));
+        };
+        let degrees = self.unit.degrees(angle);
+        if good(degrees) {
+            return Ok(degrees);
+        }
+        let allowed = allowed[usize::from(self.unit == AngleUnit::Radians)];
+        let message = format!("{name} = {angle}: allowed is a number in {allowed}");
+        Err(table.row_error(row, message))
+    }
+}
+
+/// The light and the sensor of every row; true if nothing fixes the light's azimuth, which is 0
+/// then, as of an isotropic sample.
+pub(super) fn read_pairs(
+    table: &Table,
+    conventions: &Conventions,
+) -> Result<(Vec<DirectionPair>, bool), FileError> {
+    let polar = |name| Angles::needed(table, name);
+    let [theta_i, theta_o] = [polar("theta_i")?, polar("theta_o")?];
+    let phi_i = Angles::find(table, "phi_i");
+    let difference = match Angles::find(table, "phi_o") {
+        Some(_) => None,
+        None => Angles::find(table, "delta_phi"),
+    };
+    let relative = difference.is_some();
+    let phi_o = match difference {
+        Some(difference) => difference,
+        None => Angles::needed(table, "phi_o")?,
+    };
+    let azimuth = conventions.azimuth.unwrap_or(Azimuth::Sample);
+    let up = conventions.elevation;
+    let mut pairs = Vec::with_capacity(table.lines.len());
+    for row in 0..table.lines.len() {
+        let polar = |angles: &Angles| {
+            let from_normal = |degrees| if up { 90.0 - degrees } else { degrees };
+            // Closer to the horizon than any instrument sees is below it.
+            let good = |degrees| {
+                let theta: f64 = from_normal(degrees);
+                (0.0..90.0).contains(&theta) && theta.to_radians().cos() > GRAZING_COS
+            };
+            let allowed = if up {
+                ["(0, 90]: above the horizon", "(0, pi/2]: above the horizon"]
+            } else {
+                ["[0, 90): above the horizon", "[0, pi/2): above the horizon"]
+            };
+            let degrees = angles.degrees(table, row, good, allowed)?;
+            Ok::<_, FileError>(from_normal(degrees).to_radians())
+        };
+        let turn = |angles: &Angles| {
+            let good = |degrees: f64| degrees.abs() <= TURN;
+            angles.degrees(table, row, good, ["[-360, 360]", "[-2 pi, 2 pi]"])
+        };
+        let (theta_i, theta_o) = (polar(&theta_i)?, polar(&theta_o)?);
+        let i = phi_i.as_ref().map_or(Ok(0.0), turn)?;
+        let o = if relative {
+            -turn(&phi_o)?
+        } else {
+            turn(&phi_o)?
+        };
+        let [i, o] = azimuth.about_axis(relative, 180.0, [i, o]);
+        let [i, o] = [i, o].map(f64::to_radians);
+        pairs.push(DirectionPair::from_spherical(theta_i, i, theta_o, o));
+    }
+    if pairs.is_empty() {
+        return Err(FileError::whole(&table.name, "there is no row"));
+    }
+    Ok((pairs, phi_i.is_none()))
+}

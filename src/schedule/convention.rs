@@ -1,0 +1,240 @@
+//! Conventions of files that others wrote: names and units of their columns, where they count
+//! azimuths from, what they call a value.
+
+use crate::error::excerpt;
+use crate::geometry::DirectionPair;
+use std::f64::consts::PI;
+
+/// One of the values of an option.
+#[derive(Clone, Copy, Debug)]
+pub struct Choice<T: 'static> {
+    /// The value.
+    pub value: T,
+    /// What the command line calls it.
+    pub name: &'static str,
+    /// One line for help texts and the docs.
+    pub meaning: &'static str,
+}
+
+const fn choice<T>(value: T, name: &'static str, meaning: &'static str) -> Choice<T> {
+    Choice {
+        value,
+        name,
+        meaning,
+    }
+}
+
+/// Names of choices, joined by commas.
+pub(crate) fn names<T>(all: &[Choice<T>]) -> String {
+    let names: Vec<_> = all.iter().map(|c| c.name).collect();
+    names.join(", ")
+}
+
+/// Unit of angles.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum AngleUnit {
+    /// Degrees.
+    Degrees,
+    /// Radians.
+    Radians,
+}
+
+impl AngleUnit {
+    /// Every unit; a column that ends in `_` and its name is in it.
+    pub const ALL: [Choice<Self>; 2] = [
+        choice(Self::Degrees, "deg", "degrees"),
+        choice(Self::Radians, "rad", "radians"),
+    ];
+
+    /// The angle in degrees.
+    pub fn degrees(self, angle: f64) -> f64 {
+        match self {
+            Self::Degrees => angle,
+            Self::Radians => angle.to_degrees(),
+        }
+    }
+}
+
+/// Where azimuths are counted from. Counted about the normal, between directions that point away
+/// from the sample, the mirror direction is 180° from the light.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Azimuth {
+    /// Both from an axis of the sample.
+    Sample,
+    /// The sensor's from the light's.
+    Light,
+    /// The sensor's from that of the mirror direction.
+    Mirror,
+    /// Both from an axis of the sample, the light's where it goes to.
+    Propagation,
+}
+
+impl Azimuth {
+    /// Every convention.
+    pub const ALL: [Choice<Self>; 4] = [
+        choice(
+            Self::Sample,
+            "sample",
+            "both from an axis of the sample: equal ones are retro, 180° apart is mirror",
+        ),
+        choice(
+            Self::Light,
+            "light",
+            "the sensor's from the light's: 0 is retro, 180° mirror",
+        ),
+        choice(
+            Self::Mirror,
+            "mirror",
+            "the sensor's from the mirror direction's: 0 is mirror, 180° retro",
+        ),
+        choice(
+            Self::Propagation,
+            "propagation",
+            "both from an axis of the sample, the light's is where it goes to: equal ones are mirror",
+        ),
+    ];
+
+    /// Azimuths of light and sensor from an axis of the sample. `relative`: the sensor's is a
+    /// difference to the light's, whatever its zero is.
+    pub(crate) fn about_axis(self, relative: bool, half_turn: f64, [i, o]: [f64; 2]) -> [f64; 2] {
+        let by_light = relative || matches!(self, Self::Light | Self::Mirror);
+        let o = if by_light { i + o } else { o };
+        match self {
+            Self::Sample | Self::Light => [i, o],
+            Self::Mirror => [i, o + half_turn],
+            Self::Propagation => [i + half_turn, o],
+        }
+    }
+}
+
+/// What a value of a file is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Quantity {
+    /// f_r, sr⁻¹.
+    Brdf,
+    /// f_r cos theta_o, sr⁻¹.
+    BrdfCosine,
+    /// f_r cos theta_i, sr⁻¹.
+    BrdfCosineLight,
+    /// π f_r.
+    ReflectanceFactor,
+    /// 100 π f_r.
+    Percent,
+}
+
+impl Quantity {
+    /// Every quantity.
+    pub const ALL: [Choice<Self>; 5] = [
+        choice(Self::Brdf, "brdf", "f_r, 1/sr, without any cosine"),
+        choice(
+            Self::BrdfCosine,
+            "brdf-cosine",
+            "f_r cos theta_o, 1/sr: the cosine of the sensor (ALTA's INV_STERADIAN_COSINE_FACTOR, \
+             the cosine-corrected BRDF of scatterometers)",
+        ),
+        choice(
+            Self::BrdfCosineLight,
+            "brdf-cosine-light",
+            "f_r cos theta_i, 1/sr: the cosine of the light (our columns value_cos)",
+        ),
+        choice(
+            Self::ReflectanceFactor,
+            "reflectance-factor",
+            "pi f_r: 1 is a perfect matte white",
+        ),
+        choice(
+            Self::Percent,
+            "percent",
+            "100 pi f_r: percent of a perfect matte white",
+        ),
+    ];
+
+    /// The number for a BRDF of 1 sr⁻¹.
+    pub(crate) fn of_one(self, pair: &DirectionPair) -> f64 {
+        match self {
+            Self::Brdf => 1.0,
+            Self::BrdfCosine => pair.omega_o.cos_theta(),
+            Self::BrdfCosineLight => pair.omega_i.cos_theta(),
+            Self::ReflectanceFactor => PI,
+            Self::Percent => 100.0 * PI,
+        }
+    }
+}
+
+/// How a file says what ours say. What is not said is as in ours.
+#[derive(Clone, Debug, Default)]
+pub struct Conventions {
+    /// Our names of columns and those in the file. With any, columns that nobody knows are passed
+    /// over.
+    pub columns: Vec<(String, String)>,
+    /// The unit of angles whose column does not say it.
+    pub angles: Option<AngleUnit>,
+    /// True if polar angles count from the surface and not from the normal.
+    pub elevation: bool,
+    /// Where azimuths count from; by default from the sample, differences from the light.
+    pub azimuth: Option<Azimuth>,
+    /// What the values are; by default what the file says, else f_r.
+    pub quantity: Option<Quantity>,
+    /// True if a file that was cut is read up to the cut.
+    pub partial: bool,
+}
+
+/// Angles of a pose, as the names of their columns begin.
+pub(crate) const ANGLES: [&str; 5] = ["theta_i", "phi_i", "theta_o", "phi_o", "delta_phi"];
+
+/// A name without the unit of an angle.
+fn role(name: &str) -> &str {
+    let mut units = AngleUnit::ALL.iter();
+    let bare = units.find_map(|unit| name.strip_suffix(unit.name)?.strip_suffix('_'));
+    bare.filter(|bare| ANGLES.contains(bare)).unwrap_or(name)
+}
+
+impl Conventions {
+    /// Our names of these columns, with units; none of one whose name another column was given.
+    ///
+    /// # Errors
+    /// A sentence: a name that is not there or there twice, an angle without a unit.
+    pub(crate) fn our_names(&self, columns: &[String]) -> Result<Vec<String>, String> {
+        for (i, (ours, theirs)) in self.columns.iter().enumerate() {
+            let option = format!("--columns {}={}", excerpt(ours), excerpt(theirs));
+            if !columns.contains(theirs) {
+                let there = columns.join(", ");
+                return Err(format!(
+                    "{option}: there is no such column; allowed: {there}"
+                ));
+            }
+            let mut earlier = self.columns[..i].iter();
+            if earlier.any(|(o, t)| role(o) == role(ours) || t == theirs) {
+                return Err(format!(
+                    "{option}: one of them is named before; allowed: each once"
+                ));
+            }
+        }
+        let name = |column: &String| {
+            let mut given = self.columns.iter();
+            let name = match given.find(|(_, theirs)| theirs == column) {
+                Some((ours, _)) => ours,
+                None if self.columns.iter().any(|(o, _)| role(o) == role(column)) => {
+                    return Ok(String::new());
+                }
+                None => column,
+            };
+            if !ANGLES.contains(&name.as_str()) {
+                return Ok(name.clone());
+            }
+            let said = |unit: &&Choice<AngleUnit>| column.ends_with(&format!("_{}", unit.name));
+            let given = |unit: &&Choice<AngleUnit>| Some(unit.value) == self.angles;
+            let units = AngleUnit::ALL;
+            match units.iter().find(said).or(units.iter().find(given)) {
+                Some(unit) => Ok(format!("{name}_{}", unit.name)),
+                None => Err(format!(
+                    "column {:?} does not say its unit; allowed: a name that ends in _deg or \
+                     _rad, or --angles with one of {}",
+                    excerpt(column),
+                    names(&units)
+                )),
+            }
+        };
+        columns.iter().map(name).collect()
+    }
+}

@@ -1,0 +1,106 @@
+//! Readings of others.
+
+use super::Bench;
+use std::fs;
+
+/// A matte layer below a lobe at the mirror direction, 1/sr.
+fn f_r(theta_i: f64, theta_o: f64, az_from_mirror: f64) -> f64 {
+    let [i, o, a] = [theta_i, theta_o, az_from_mirror].map(f64::to_radians);
+    let cos = i.cos() * o.cos() + i.sin() * o.sin() * a.cos();
+    0.1 + 2.0 * (40.0 * (cos - 1.0)).exp()
+}
+
+/// Sheets at three incidences: a row of cells for each pose.
+fn sheets(cells: impl Fn(f64, f64, f64) -> String) -> String {
+    let mut text = String::new();
+    for theta_i in [20.0, 40.0, 60.0] {
+        for theta_o in (0..80).step_by(8) {
+            for az in (0..360).step_by(15) {
+                text += &(cells(theta_i, f64::from(theta_o), f64::from(az)) + "\n");
+            }
+        }
+    }
+    text
+}
+
+#[test]
+fn a_laboratory_s_table_is_read_as_its_options_say() {
+    let bench = Bench::new();
+    let ours = sheets(|i, o, a| format!("{i},0,{o},{},{}", (a + 180.0) % 360.0, f_r(i, o, a)));
+    let head = "theta_i_deg,phi_i_deg,theta_o_deg,phi_o_deg,value\n";
+    fs::write(bench.path("ours.csv"), head.to_owned() + &ours).unwrap();
+    // Percent of a white tile, azimuths from the mirror direction, decimal commas.
+    let percent = 100.0 * std::f64::consts::PI;
+    let lab = sheets(|i, o, a| {
+        let row = format!("{i};{o};{a};{};0.1;on", percent * f_r(i, o, a));
+        row.replace('.', ",")
+    });
+    let lab = "\u{feff}in;out;az;R;u;lamp\n".to_owned() + &lab;
+    fs::write(bench.path("lab.csv"), &lab).unwrap();
+    // The command of the page.
+    let page = include_str!("../../src/docs/formats.md");
+    let line = page
+        .lines()
+        .find(|l| l.starts_with("gonio reconstruct lab.csv "))
+        .unwrap();
+    let command: Vec<&str> = line.split(' ').skip(1).collect();
+    let with = |file: &str, more: &[&str]| {
+        let truth = ["--reconstruction", "nearest", "-o", file, "--symmetry"];
+        let truth = [&truth[..], &["isotropic,bilateral,reciprocal"]].concat();
+        bench
+            .command(&[&command[..1], more, &truth].concat())
+            .output()
+            .unwrap()
+    };
+    let of_ours = with("ours.binary", &["ours.csv"]);
+    assert!(of_ours.status.success() && of_ours.stderr.is_empty());
+    let of_lab = with("lab.binary", &command[1..]);
+    let told = String::from_utf8(of_lab.stderr).unwrap();
+    assert!(of_lab.status.success() && told.is_empty(), "{told}");
+    let said = String::from_utf8(of_lab.stdout).unwrap();
+    assert!(
+        said.contains("columns that were passed over: lamp\n"),
+        "{said}"
+    );
+    let tables = ["ours.binary", "lab.binary"].map(|name| fs::read(bench.path(name)).unwrap());
+    let numbers = tables.map(|bytes| {
+        let cells = bytes[12..].chunks_exact(8);
+        cells
+            .map(|c| f64::from_le_bytes(c.try_into().unwrap()))
+            .collect::<Vec<_>>()
+    });
+    assert!(numbers[0].iter().any(|v| *v > 100.0));
+    for (a, b) in numbers[0].iter().zip(&numbers[1]) {
+        assert!((a - b).abs() <= 1e-9 * a.abs(), "{a} {b}");
+    }
+    // A file that was cut.
+    let cut: String = lab.chars().take(lab.chars().count() - 8).collect();
+    fs::write(bench.path("lab.csv"), cut).unwrap();
+    let sentence = bench.refused(&command, 3);
+    assert!(
+        sentence.contains("--partial reads up to the cut"),
+        "{sentence}"
+    );
+    let said = bench.good(&[&command[..], &["--partial"]].concat());
+    assert!(
+        said.contains("cut: 719 rows were read, line 721 is left out"),
+        "{said}"
+    );
+    // What the options cannot mean.
+    for (more, part) in [
+        (
+            ["--columns", "value"],
+            "column = value: allowed is e.g. theta_i=thetaIn",
+        ),
+        (
+            ["--azimuth", "north"],
+            "possible values: sample, light, mirror, propagation",
+        ),
+        (["--quantity", "dsf"], "reflectance-factor, percent"),
+    ] {
+        let output = bench.gonio(&[&["reconstruct", "ours.csv"], &more[..]].concat());
+        assert_eq!(output.status.code(), Some(2));
+        let told = String::from_utf8(output.stderr).unwrap();
+        assert!(told.contains(part), "{told}");
+    }
+}

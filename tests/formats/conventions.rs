@@ -1,0 +1,589 @@
+//! Readings of others: a file of ours, written in each of their conventions, is the same readings.
+
+use super::common::{distance, random_pair};
+use super::{chain, chord, cuts, measurements, planned};
+use gonio::brdf::Channels;
+use gonio::formats::{READ_READINGS, Readings, of_text, read_readings};
+use gonio::geometry::{DirectionPair, Symmetry};
+use gonio::measurement::Measurement;
+use gonio::parametrization;
+use gonio::sampling::Random;
+use gonio::schedule::Sequence;
+use gonio::schedule::{AngleUnit, Assume, Azimuth, Conventions, FileError, Quantity};
+use std::f64::consts::PI;
+
+const ISOTROPIC: Symmetry = Symmetry {
+    isotropic: true,
+    reciprocal: false,
+    bilateral: false,
+};
+
+fn try_read(text: &str, conventions: Conventions) -> Result<Readings, FileError> {
+    let assume = Assume {
+        conventions,
+        ..Assume::default()
+    };
+    let read = READ_READINGS.function(&of_text(text).unwrap()).unwrap();
+    read_readings(read, text, "m.csv", &assume)
+}
+
+fn read(text: &str, conventions: Conventions) -> Readings {
+    try_read(text, conventions).unwrap_or_else(|e| panic!("{}\n{text}", chain(&e)))
+}
+
+fn names(text: &str) -> Vec<(String, String)> {
+    let pairs = text.split(',').filter_map(|pair| pair.split_once('='));
+    pairs.map(|(a, b)| (a.into(), b.into())).collect()
+}
+
+/// Pairs above the horizon, none of them on the normal.
+fn pairs() -> Vec<DirectionPair> {
+    let random = Random::new(3);
+    let good = |d: f64| (0.05..0.999).contains(&d);
+    (0..60)
+        .map(|i| random_pair(&random, i))
+        .filter(|p| good(p.omega_i.cos_theta()) && good(p.omega_o.cos_theta()))
+        .collect()
+}
+
+fn value(i: usize) -> f64 {
+    0.01 + i as f64 * 0.37
+}
+
+/// How a table is written.
+#[derive(Clone, Copy, Debug)]
+enum Text {
+    Csv,
+    /// Semicolons, decimal commas, a byte-order mark and CRLF.
+    Spreadsheet,
+    JsonLines,
+}
+
+fn table(columns: &[&str], rows: &[Vec<f64>], text: Text) -> String {
+    let cells = |row: &Vec<f64>| row.iter().map(f64::to_string).collect::<Vec<_>>();
+    let mut out = String::new();
+    match text {
+        Text::Csv => {
+            out += &(columns.join(",") + "\n");
+            rows.iter()
+                .for_each(|r| out += &(cells(r).join(",") + "\n"));
+        }
+        Text::Spreadsheet => {
+            out += &format!("\u{feff}{}\r\n", columns.join(";"));
+            let row = |r| cells(r).join(";").replace('.', ",") + "\r\n";
+            rows.iter().for_each(|r| out += &row(r));
+        }
+        Text::JsonLines => {
+            for row in rows {
+                let object = columns
+                    .iter()
+                    .map(|c| c.to_string())
+                    .zip(row.iter().copied());
+                let object: std::collections::BTreeMap<String, f64> = object.collect();
+                out += &(serde_json::to_string(&object).unwrap() + "\n");
+            }
+        }
+    }
+    out
+}
+
+/// An angle within a turn either way.
+fn wrapped(degrees: f64) -> f64 {
+    degrees % 360.0
+}
+
+fn assert_same(m: &Measurement, pairs: &[DirectionPair], isotropic: bool, what: &str) {
+    assert_eq!(m.readings(), pairs.len(), "{what}");
+    for (i, pair) in pairs.iter().enumerate() {
+        let back = &m.schedule.poses[i].pair;
+        let off = match isotropic {
+            true => distance(back, pair, ISOTROPIC),
+            false => chord(back, pair),
+        };
+        assert!(off < 1e-12, "{what}: {off:e}");
+        let found = m.value(i).unwrap()[0];
+        assert!((found / value(i) - 1.0).abs() < 1e-12, "{what}: {found}");
+    }
+}
+
+#[test]
+fn angles_in_every_convention_are_the_same_poses() {
+    let pairs = pairs();
+    let mut told = 0;
+    for unit in AngleUnit::ALL {
+        for elevation in [false, true] {
+            for azimuth in [None]
+                .into_iter()
+                .chain(Azimuth::ALL.map(|a| Some(a.value)))
+            {
+                // Both azimuths, the sensor's alone, and the difference of ours, phi_i - phi_o.
+                for (columns, which) in [
+                    ("theta_i,phi_i,theta_o,phi_o", 0),
+                    ("theta_i,theta_o,phi_o", 1),
+                    ("theta_i,theta_o,delta_phi", 2),
+                ] {
+                    let row = |(i, pair): (usize, &DirectionPair)| {
+                        let polar = |theta: f64| match elevation {
+                            true => 90.0 - theta.to_degrees(),
+                            false => theta.to_degrees(),
+                        };
+                        let (l, s) = (pair.omega_i, pair.omega_o);
+                        let [mut a, mut b] = [l.phi().to_degrees(), s.phi().to_degrees()];
+                        if which > 0 {
+                            (a, b) = (0.0, b - a);
+                        }
+                        match azimuth {
+                            None | Some(Azimuth::Sample) => {}
+                            Some(Azimuth::Light) => b -= a,
+                            Some(Azimuth::Mirror) => b -= a + 180.0,
+                            Some(Azimuth::Propagation) if which == 0 => a += 180.0,
+                            // The light goes to 0, so it comes from 180°.
+                            Some(Azimuth::Propagation) => b += 180.0,
+                        }
+                        let [a, b] = [a, b].map(wrapped);
+                        let angles = match which {
+                            0 => vec![polar(l.theta()), a, polar(s.theta()), b],
+                            1 => vec![polar(l.theta()), polar(s.theta()), b],
+                            _ => vec![polar(l.theta()), polar(s.theta()), -b],
+                        };
+                        let in_unit = angles.iter().map(|a| match unit.value {
+                            AngleUnit::Degrees => *a,
+                            AngleUnit::Radians => a.to_radians(),
+                        });
+                        in_unit.chain([value(i)]).collect::<Vec<_>>()
+                    };
+                    let rows: Vec<Vec<f64>> = pairs.iter().enumerate().map(row).collect();
+                    let ours: Vec<&str> = columns.split(',').chain(["value"]).collect();
+                    let suffixed = |ending: &str| -> Vec<String> {
+                        let of =
+                            |c: &&str| format!("{c}{}", if *c == "value" { "" } else { ending });
+                        ours.iter().map(of).collect()
+                    };
+                    let unit_said = suffixed(&format!("_{}", unit.name));
+                    let theirs = suffixed("In");
+                    let map = |from: &[String]| {
+                        let pairs = ours.iter().zip(from);
+                        pairs
+                            .map(|(a, b)| (a.to_string(), b.clone()))
+                            .collect::<Vec<_>>()
+                    };
+                    for (header, columns, angles) in [
+                        (unit_said.clone(), vec![], None),
+                        (suffixed(""), vec![], Some(unit.value)),
+                        (theirs.clone(), map(&theirs), Some(unit.value)),
+                    ] {
+                        for text in [Text::Csv, Text::Spreadsheet, Text::JsonLines] {
+                            let header: Vec<&str> = header.iter().map(String::as_str).collect();
+                            let conventions = Conventions {
+                                columns: columns.clone(),
+                                angles,
+                                elevation,
+                                azimuth,
+                                ..Conventions::default()
+                            };
+                            let what = format!("{header:?} {conventions:?} {text:?}");
+                            let back = read(&table(&header, &rows, text), conventions);
+                            let isotropic = back
+                                .measurement
+                                .schedule
+                                .parametrization
+                                .symmetry()
+                                .isotropic;
+                            assert_eq!(isotropic, which > 0, "{what}");
+                            assert_same(&back.measurement, &pairs, isotropic, &what);
+                            told += 1;
+                        }
+                    }
+                }
+            }
+        }
+    }
+    assert_eq!(told, 2 * 2 * 5 * 3 * 3 * 3);
+}
+
+#[test]
+fn values_of_every_quantity_are_the_same_readings() {
+    let pairs = pairs();
+    let angles = "theta_i_deg,phi_i_deg,theta_o_deg,phi_o_deg";
+    for quantity in Quantity::ALL {
+        let of_one = |pair: &DirectionPair| match quantity.name {
+            "brdf" => 1.0,
+            "brdf-cosine" => pair.omega_o.vector().z,
+            "brdf-cosine-light" => pair.omega_i.vector().z,
+            "reflectance-factor" => PI,
+            "percent" => 100.0 * PI,
+            other => panic!("{other}"),
+        };
+        let conventions = || Conventions {
+            quantity: Some(quantity.value),
+            ..Conventions::default()
+        };
+        let rows = |degrees: bool, more: usize| -> Vec<Vec<f64>> {
+            let row = |(i, pair): (usize, &DirectionPair)| {
+                let (l, s) = (pair.omega_i, pair.omega_o);
+                let angles = [l.theta(), l.phi(), s.theta(), s.phi()];
+                let angles = angles.map(|a| if degrees { a.to_degrees() } else { a });
+                let mut row = angles.to_vec();
+                row.extend(std::iter::repeat_n(value(i) * of_one(pair), 1 + more));
+                row
+            };
+            pairs.iter().enumerate().map(row).collect()
+        };
+        let header: Vec<&str> = angles.split(',').chain(["value", "type_a"]).collect();
+        for text in [Text::Csv, Text::Spreadsheet, Text::JsonLines] {
+            let back = read(&table(&header, &rows(true, 1), text), conventions());
+            assert_same(&back.measurement, &pairs, false, quantity.name);
+            // Uncertainties are of the same quantity.
+            let details = back.measurement.details.unwrap();
+            for (i, a) in details.type_a.iter().enumerate() {
+                assert!((a / value(i) - 1.0).abs() < 1e-12, "{}", quantity.name);
+            }
+        }
+        // An ALTA file that does not say it, or says something else.
+        let cells = rows(false, 0).into_iter().map(|row| {
+            let cells: Vec<_> = row.iter().map(f64::to_string).collect();
+            cells.join(" ") + "\n"
+        });
+        let cells: String = cells.collect();
+        for line in [
+            "",
+            "#PARAM_OUT UNKNOWN_OUTPUT\n",
+            "#PARAM_OUT INV_STERADIAN\n",
+        ] {
+            let text = format!("#DIM 4 1\n#PARAM_IN SPHERICAL_TL_PL_TV_PV\n{line}{cells}");
+            let back = read(&text, conventions());
+            assert_same(&back.measurement, &pairs, false, quantity.name);
+            let unsaid = try_read(&text, Conventions::default());
+            match line.ends_with("INV_STERADIAN\n") {
+                true => assert!(unsaid.is_ok()),
+                false => {
+                    let message = unsaid.err().unwrap().message;
+                    assert!(
+                        message.contains("--quantity with one of brdf, "),
+                        "{message}"
+                    );
+                }
+            }
+        }
+    }
+    // ALTA's own word for a cosine, and ours, are quantities.
+    for (word, quantity) in [
+        ("INV_STERADIAN", Quantity::Brdf),
+        ("INV_STERADIAN_COSINE_FACTOR", Quantity::BrdfCosine),
+    ] {
+        let text = |line: &str| {
+            format!("#DIM 4 1\n#PARAM_IN SPHERICAL_TL_PL_TV_PV\n{line}0.4 0.1 1.1 0.2 3\n")
+        };
+        let said = read(
+            &text(&format!("#PARAM_OUT {word}\n")),
+            Conventions::default(),
+        );
+        let given = Conventions {
+            quantity: Some(quantity),
+            ..Conventions::default()
+        };
+        let given = read(&text(""), given);
+        assert_eq!(said.measurement.values, given.measurement.values);
+    }
+    let cos = read(
+        &format!("{angles},value_cos\n20,0,70,0,3\n"),
+        Conventions::default(),
+    );
+    let light = Conventions {
+        quantity: Some(Quantity::BrdfCosineLight),
+        ..Conventions::default()
+    };
+    let given = read(&format!("{angles},value\n20,0,70,0,3\n"), light);
+    assert_eq!(cos.measurement.values, given.measurement.values);
+}
+
+#[test]
+fn azimuths_of_alta_are_counted_like_others() {
+    let pairs = pairs();
+    for (input, which) in [
+        ("SPHERICAL_TL_PL_TV_PV", 0),
+        ("ISOTROPIC_TV_TL_DPHI", 1),
+        ("ISOTROPIC_TL_TV_PROJ_DPHI", 2),
+    ] {
+        for azimuth in Azimuth::ALL {
+            let mut text = format!("#DIM {} 1\n#PARAM_IN {input}\n", 4 - usize::from(which > 0));
+            text += "#PARAM_OUT INV_STERADIAN\n";
+            for (i, pair) in pairs.iter().enumerate() {
+                let (l, s) = (pair.omega_i, pair.omega_o);
+                let (mut a, mut b) = (l.phi(), s.phi());
+                if which > 0 {
+                    (a, b) = (0.0, b - a);
+                }
+                match azimuth.name {
+                    "sample" => {}
+                    "light" => b -= a,
+                    "mirror" => b -= a + PI,
+                    _ => a += PI,
+                }
+                // The difference is that of light and view.
+                let d = a - b;
+                let x = match which {
+                    0 => vec![l.theta(), a, s.theta(), b],
+                    1 => vec![s.theta(), l.theta(), d],
+                    _ => vec![l.theta(), s.theta() * d.cos(), s.theta() * d.sin()],
+                };
+                let x: Vec<_> = x.iter().map(f64::to_string).collect();
+                text += &format!("{} {}\n", x.join(" "), value(i));
+            }
+            let conventions = Conventions {
+                azimuth: Some(azimuth.value),
+                ..Conventions::default()
+            };
+            let back = read(&text, conventions);
+            let what = format!("{input} {}", azimuth.name);
+            assert_same(&back.measurement, &pairs, which > 0, &what);
+        }
+    }
+}
+
+#[test]
+fn wavelengths_by_row_are_those_by_column() {
+    let angles = "theta_i_deg,phi_i_deg,theta_o_deg,phi_o_deg";
+    let wide = "10,0,20,30,0.1,0.2,0.3,0.01,0.02,0.03\n40,0,50,60,0.4,0.5,0.6,0.04,0.05,0.06\n";
+    let header = "value_450nm,value_550.5nm,value_1064nm,type_a_450nm,type_a_550.5nm,type_a_1064nm";
+    let wide = read(
+        &format!("{angles},{header}\n{wide}"),
+        Conventions::default(),
+    );
+    // In any order.
+    let long = "40,0,50,60,1064,0.6,0.06\n10,0,20,30,450,0.1,0.01\n10,0,20,30,1064,0.3,0.03\n\
+                40,0,50,60,450,0.4,0.04\n10,0,20,-330,550.5,0.2,0.02\n40,0,50,60,550.5,0.5,0.05\n";
+    for (name, columns) in [("wavelength_nm", ""), ("lambda", "wavelength_nm=lambda")] {
+        let conventions = || Conventions {
+            columns: names(columns),
+            ..Conventions::default()
+        };
+        let text = format!("{angles},{name},value,type_a\n{long}");
+        let back = read(&text, conventions());
+        let m = &back.measurement;
+        assert_eq!(m.channels, wide.measurement.channels);
+        assert_eq!(back.rows, 6);
+        for (pose, other) in [(0, 1), (1, 0)] {
+            assert_eq!(m.value(pose), wide.measurement.value(other));
+        }
+        let a = &m.details.as_ref().unwrap().type_a;
+        assert_eq!(a, &[0.04, 0.05, 0.06, 0.01, 0.02, 0.03]);
+        let missing = text.replace("40,0,50,60,550.5,0.5,0.05\n", "");
+        let e = try_read(&missing, conventions()).err().unwrap();
+        assert_eq!(e.line, Some(2), "{e}");
+        assert!(e.message.contains("no reading at 550.5 nm"), "{e}");
+    }
+    // A later attempt at one wavelength replaces that one only.
+    let text = format!(
+        "{angles},wavelength_nm,value,attempt\n10,0,20,30,450,1,1\n10,0,20,30,550,2,1\n\
+         10,0,20,30,450,3,2\n"
+    );
+    assert_eq!(
+        read(&text, Conventions::default()).measurement.values,
+        [3.0, 2.0]
+    );
+    // Other names for each.
+    let text = format!("{angles},R450,R550,u450,u550,lamp\n10,0,20,30,1,2,0.1,0.2,off\n");
+    let columns = "value_450nm=R450,value_550nm=R550,uncertainty_450nm=u450,uncertainty_550nm=u550";
+    let conventions = Conventions {
+        columns: names(columns),
+        ..Conventions::default()
+    };
+    let back = read(&text, conventions);
+    assert_eq!(back.measurement.values, [1.0, 2.0]);
+    assert_eq!(back.measurement.details.unwrap().type_b, [0.1, 0.2]);
+    assert_eq!(back.notes, ["columns that were passed over: lamp"]);
+}
+
+#[test]
+fn a_cut_file_is_read_up_to_the_cut() {
+    let form = parametrization::find("hybrid")
+        .unwrap()
+        .form(Symmetry::FULL);
+    let (m, itinerary) = measurements::measured(planned(&form, "grid", 60), Channels::Rgb, true);
+    let about = measurements::about(&m, &itinerary);
+    let partial = || Conventions {
+        partial: true,
+        ..Conventions::default()
+    };
+    let mut texts: Vec<String> = super::FORMATS
+        .map(|format| measurements::text(&m, &about, Sequence::Generated, format))
+        .to_vec();
+    // The same without a header, whose rows nobody counted.
+    let bare = texts[0].lines().filter(|l| !l.starts_with('#'));
+    texts.push(bare.map(|l| l.to_owned() + "\n").collect());
+    for text in texts {
+        let whole = read(&text, Conventions::default());
+        let note = format!("not cut: {} rows were read", whole.rows);
+        assert_eq!(read(&text, partial()).notes, [note]);
+        let lines = text.lines().count();
+        for cut in cuts(&text) {
+            let back = read(cut, partial());
+            // Every line that ends is read.
+            let ended = cut.matches('\n').count();
+            assert_eq!(back.rows, whole.rows - (lines - ended), "{cut}");
+            // Whether rows are missing that nobody counted is not known.
+            let seems_whole = cut.ends_with('\n') && !text.starts_with(['#', '{']);
+            let start = if seems_whole { "not cut" } else { "cut" };
+            let note = back.notes.last().unwrap();
+            assert!(
+                note.starts_with(&format!("{start}: {} rows", back.rows)),
+                "{note}"
+            );
+            for i in 0..back.measurement.schedule.poses.len() {
+                if let Some(value) = back.measurement.value(i) {
+                    assert_eq!(Some(value), whole.measurement.value(i));
+                }
+            }
+            match try_read(cut, Conventions::default()) {
+                Err(e) => assert!(e.message.ends_with("--partial reads up to the cut"), "{e}"),
+                // Nobody can tell whether the last number is whole.
+                Ok(_) => assert!(whole.rows > back.rows && !text.starts_with(['#', '{'])),
+            }
+        }
+    }
+    let alta = "#DIM 4 1\n#PARAM_IN SPHERICAL_TL_PL_TV_PV\n#PARAM_OUT INV_STERADIAN\n\
+                0.1 0 0.2 0 1\n0.3 0 0.2 0 4\n";
+    for (cut, rows) in [
+        ("0.5 0 0.2\n", 2),
+        ("0.5 0 0.2", 2),
+        ("0.5 0 0.2 0 1", 2),
+        ("", 2),
+    ] {
+        let text = format!("{alta}{cut}");
+        assert_eq!(read(&text, partial()).rows, rows);
+        let strict = try_read(&text, Conventions::default());
+        assert_eq!(
+            strict.is_err(),
+            cut.starts_with("0.5") && !cut.ends_with('1')
+        );
+    }
+    // What is wrong elsewhere is wrong still.
+    for text in [
+        alta.replace("0.1 0 0.2 0 1", "0.1 0 0.2"),
+        alta.replace("0.2 0 4", "0.2 0 x"),
+    ] {
+        assert!(try_read(&text, partial()).is_err());
+        let e = try_read(&text, Conventions::default()).err().unwrap();
+        assert!(!e.message.contains("--partial"), "{e}");
+    }
+}
+
+#[test]
+fn what_cannot_be_meant_is_refused_in_a_sentence() {
+    let four = "theta_i_deg,phi_i_deg,theta_o_deg,phi_o_deg";
+    let none = Conventions::default;
+    let columns = |text: &str| Conventions {
+        columns: names(text),
+        ..none()
+    };
+    let alta = "#DIM 2 1\n#PARAM_IN RUSIN_TH_TD\n#PARAM_OUT INV_STERADIAN\n0.1 0.2 0.3\n";
+    for (text, conventions, part) in [
+        (
+            format!("{four},value\n1,2,3,4,5\n"),
+            columns("theta_i=thetaIn"),
+            "--columns theta_i=thetaIn: there is no such column; allowed: theta_i_deg, phi_i_deg",
+        ),
+        (
+            "a,b,c,d,e\n1,2,3,4,5\n".into(),
+            columns("theta_i_deg=a,tetha_o_deg=b"),
+            "column \"tetha_o_deg\" is not known; allowed: index, theta_i_deg",
+        ),
+        (
+            "a,b,c,d,e\n1,2,3,4,5\n".into(),
+            columns("theta_i_deg=a,theta_i_rad=b"),
+            "--columns theta_i_rad=b: one of them is named before",
+        ),
+        (
+            "a,b,c,d,e\n1,2,3,4,5\n".into(),
+            columns("theta_i=a"),
+            "column \"a\" does not say its unit; allowed: a name that ends in _deg or _rad, or \
+             --angles with one of deg, rad",
+        ),
+        (
+            "theta_i,theta_o_deg,phi_o_deg,value\n1,2,3,4\n".into(),
+            none(),
+            "column \"theta_i\" does not say its unit",
+        ),
+        (
+            "a,b,c,v\n1,2,3,5\n".into(),
+            columns("theta_i_deg=a,theta_o_deg=b,value=v"),
+            "column phi_o_deg is missing; needed are theta_i_deg",
+        ),
+        (
+            "a,b,c,v\n1,2,3,5\n".into(),
+            columns("theta_i_deg=a,theta_o_deg=b,phi_o_deg=c"),
+            "under another name: --columns value=NAME",
+        ),
+        (
+            "theta_i_rad,theta_o_rad,phi_o_rad,value\n1,1.6,3,4\n".into(),
+            none(),
+            "theta_o_rad = 1.6: allowed is a number in [0, pi/2): above the horizon",
+        ),
+        (
+            "a,theta_o_rad,phi_o_rad,value\n1,1.5,7,4\n".into(),
+            columns("theta_i_rad=a"),
+            "phi_o_rad = 7: allowed is a number in [-2 pi, 2 pi]",
+        ),
+        (
+            format!("{four},value\n1,2,0,4,5\n"),
+            Conventions {
+                elevation: true,
+                ..none()
+            },
+            "theta_o_deg = 0: allowed is a number in (0, 90]: above the horizon",
+        ),
+        (
+            format!("{four},value_cos\n1,2,0,4,5\n"),
+            Conventions {
+                quantity: Some(Quantity::Percent),
+                ..none()
+            },
+            "columns value_cos… say what they are",
+        ),
+        (
+            format!("{four},value_r,value_g,value_b,wavelength_nm\n1,2,0,4,5,6,7,550\n"),
+            none(),
+            "column wavelength_nm goes with one column of values",
+        ),
+        (
+            format!("{four},value,wavelength_nm\n1,2,0,4,5,0.55\n"),
+            none(),
+            "wavelength_nm = 0.55 cannot be",
+        ),
+        (
+            format!("{four},value,wavelength_nm\n1,2,0,4,5,\n"),
+            none(),
+            "wavelength_nm is empty",
+        ),
+        (
+            format!("{four},temperature,value\n1,2,0,4,21,5\n"),
+            none(),
+            "with --columns, which says their names in the file, others are passed over",
+        ),
+        (
+            format!("{four},value\n1,2,0,4,1e-3\n1,2,0,4\n"),
+            none(),
+            "4 cells where there are 5 columns; --partial reads up to the cut",
+        ),
+        (
+            alta.into(),
+            columns("value=x"),
+            "--columns: the header of an ALTA file says what its columns are",
+        ),
+        (
+            alta.into(),
+            Conventions {
+                azimuth: Some(Azimuth::Mirror),
+                ..none()
+            },
+            "--azimuth: #PARAM_IN RUSIN_TH_TD has no azimuths of its own",
+        ),
+    ] {
+        let e = try_read(&text, conventions)
+            .err()
+            .unwrap_or_else(|| panic!("{part}"));
+        let told = chain(&e);
+        assert!(told.contains(part), "{told}\n{part}");
+    }
+}
