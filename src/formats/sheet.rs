@@ -49,6 +49,12 @@ fn read(text: &str, name: &str, assume: &Assume) -> Result<Readings, FileError> 
     if file.replaced > 0 {
         notes.push(format!("{} rows replaced by later attempts", file.replaced));
     }
+    if file.averaged > 0 {
+        notes.push(format!(
+            "{} rows repeat a pose: averaged, with the standard error of the mean",
+            file.averaged
+        ));
+    }
     if merged > 0 {
         notes.push(format!(
             "{merged} poses are others under these symmetries: averaged"

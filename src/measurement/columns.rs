@@ -178,6 +178,11 @@ impl ValueColumns {
         self.type_a.is_some() || self.type_b.is_some() || self.both.is_some()
     }
 
+    /// Values of a row.
+    pub fn width(&self) -> usize {
+        self.values.len()
+    }
+
     /// The channels that a row has values of.
     pub fn span(&self, table: &Table, row: usize) -> Range<usize> {
         let nm = self.wavelength.and_then(|column| table.number(row, column));

@@ -19,14 +19,16 @@
 //! taken for what all readings share (type B), the cautious reading; `value_cos…` is taken for the
 //! value times cos theta_i and divided by it, with its uncertainties; `wavelength_nm` says that a
 //! row has one of several wavelengths; an empty value without a
-//! reason is `no-data`. A later attempt at a pose replaces an earlier one.
+//! reason is `no-data`. Where there is a column `attempt`, a later attempt at a pose replaces an
+//! earlier one; where there is none, rows of one pose are repeats and are averaged, see
+//! [`Measurement::merged`].
 
 use super::columns::{self, TYPE_A, TYPE_B, UNCERTAINTY, VALUE, ValueColumns, columns_of};
 use super::merge::Pool;
 use super::{Flags, Measurement, Outcome};
 use crate::error::excerpt;
 use crate::schedule::export::{PoseRows, description};
-use crate::schedule::import::{Rows, known_columns};
+use crate::schedule::import::{Again, Rows, known_columns};
 use crate::schedule::table::{Cell, Sheet, Table, WORDS};
 use crate::schedule::{Assume, FileError, ScheduleFormat, Sequence, Unreachable};
 use rustc_hash::FxHashMap;
@@ -76,6 +78,8 @@ pub struct MeasurementFile {
     pub about: About,
     /// Rows that a later attempt replaced.
     pub replaced: usize,
+    /// Rows that repeat the reading of another one and were averaged with it.
+    pub averaged: usize,
     /// Rows that were read.
     pub rows: usize,
     /// True if the header has the hash of the rows, which we wrote.
@@ -288,6 +292,7 @@ pub fn read_measurement(
             return Err(table.row_error(row, message));
         }
     }
+    let averaged = pool.repeats() / columns.width();
     let detailed = columns.has_uncertainties();
     let measurement = pool.measurement(Arc::new(schedule), columns.channels, detailed);
     Ok(MeasurementFile {
@@ -301,25 +306,33 @@ pub fn read_measurement(
             schedule_hash: table.fact("schedule_hash")?,
         },
         replaced: table.lines.len() - used.len(),
+        averaged,
         rows: table.lines.len(),
         intact: table.fact::<String>(MEASUREMENT_HASH)?.is_some(),
         passed_over: table.passed_over().into_iter().map(String::from).collect(),
     })
 }
 
-/// The rows that count, in the order of the file, and of each the first row of its pose: the latest
-/// attempt at each pose and channel.
+/// The rows that count, in the order of the file, and of each the first row of its pose. In a file
+/// that numbers attempts it is the latest at each pose and channel, in any other every row.
 fn used(
     table: &Table,
     rows: &Rows,
     columns: &ValueColumns,
 ) -> Result<Vec<(usize, usize)>, FileError> {
-    let column = table.column(ATTEMPT);
-    let attempt = |row: usize| match column.and_then(|c| table.number(row, c)) {
+    let Some(column) = table.column(ATTEMPT) else {
+        let check = |again: Again| match again.is_another_pose() {
+            true => Err(again.refuse(table)),
+            false => Ok((again.row, again.first)),
+        };
+        return rows.again().map(check).collect();
+    };
+    let attempt = |row: usize| match table.number(row, column) {
         None => Ok(1.0),
         Some(value) if value >= 1.0 && value.fract() == 0.0 => Ok(value),
         Some(value) => {
-            let message = format!("{ATTEMPT} = {value}: allowed is a whole number from 1");
+            let name = &table.labels[column];
+            let message = format!("{name} = {value}: allowed is a whole number from 1");
             Err(table.row_error(row, message))
         }
     };
@@ -332,7 +345,12 @@ fn used(
         let channel = columns.span(table, row).start;
         let best = best.entry((again.first, channel)).or_insert((row, number));
         if best.0 != row && best.1 == number {
-            return Err(again.refuse(table));
+            let message = format!(
+                "this pose is that of line {} with the same {ATTEMPT}; allowed: each once, or no \
+                 column {ATTEMPT}, without which rows of one pose are averaged",
+                table.lines[best.0]
+            );
+            return Err(table.row_error(row, message));
         }
         if number > best.1 {
             *best = (row, number);

@@ -1,4 +1,12 @@
 //! Merging of all readings of one configuration into one.
+//!
+//! Of readings x_1 … x_n of one configuration with uncertainties a_j (type A) and b_j (type B)
+//!
+//! - the value is their mean;
+//! - type A is the larger of √(Σ a_j²) / n, which the rows claim, and of the standard error of the
+//!   mean, √(Σ (x_j − mean)² / (n (n − 1))), which they show (0 if n = 1). Their scatter holds what
+//!   they claim already, so the two are not added;
+//! - type B, which all readings share, is the mean of b_j.
 
 use super::{Details, Flags, Measurement, Outcome};
 use crate::brdf::Channels;
@@ -11,6 +19,8 @@ use std::sync::Arc;
 struct Mean {
     count: u32,
     mean: f64,
+    /// Sum of the squared differences to the mean.
+    squares: f64,
     /// Root of the sum of the squared type A.
     type_a: f64,
     /// Sum of type B.
@@ -25,13 +35,16 @@ impl Mean {
         } else {
             let step = value - self.mean;
             self.mean += step / f64::from(self.count);
+            self.squares += step * (value - self.mean);
         }
         self.type_a = self.type_a.hypot(type_a);
         self.type_b += type_b;
     }
 
     fn type_a(&self) -> f64 {
-        self.type_a / f64::from(self.count.max(1))
+        let n = f64::from(self.count.max(1));
+        let shown = (self.squares / (n * (n - 1.0).max(1.0))).sqrt();
+        shown.max(self.type_a / n)
     }
 
     fn type_b(&self) -> f64 {
@@ -80,7 +93,13 @@ impl Pool {
         means.iter().position(|m| read && m.count == 0)
     }
 
-    /// The measurement; it has details if `detailed`, or if there are flags.
+    /// Readings beyond the first of each channel of each configuration.
+    pub fn repeats(&self) -> usize {
+        let beyond = self.means.iter().map(|m| m.count.saturating_sub(1));
+        beyond.map(|n| n as usize).sum()
+    }
+
+    /// The measurement; it has details if `detailed`, or if there are flags or repeats.
     pub fn measurement(
         self,
         schedule: Arc<Schedule>,
@@ -88,7 +107,7 @@ impl Pool {
         detailed: bool,
     ) -> Measurement {
         let flagged = self.flags.iter().any(|f| *f != Flags::NONE);
-        let detailed = detailed || flagged;
+        let detailed = detailed || flagged || self.repeats() > 0;
         let means = &self.means;
         let outcomes = self.outcomes.iter();
         Measurement {
@@ -109,8 +128,8 @@ impl Measurement {
     /// The measurement with each configuration once, and the number of poses that were dropped:
     /// those that name the configuration of an earlier one under the symmetries of the schedule,
     /// as in tables by others (light and sensor exchanged, the sample turned). Readings become
-    /// their mean; scatter (type A) averages out, shared errors (type B) do not; every flag stays.
-    /// A schedule on a lattice has no such poses.
+    /// their mean with the larger of the type A that they claim and that they show; shared errors
+    /// (type B) stay, and so does every flag. A schedule on a lattice has no such poses.
     #[must_use]
     pub fn merged(self) -> (Self, usize) {
         let schedule = &self.schedule;

@@ -396,6 +396,96 @@ fn wavelengths_by_row_are_those_by_column() {
 }
 
 #[test]
+fn repeats_of_a_pose_show_their_scatter() {
+    // Two channels, four poses with 1 to 4 readings each, in any order of rows.
+    let readings = |pose: usize, k: usize| {
+        let [a, b]: [f64; 2] = Random::new(5).point((pose * 10 + k) as u64);
+        [1.0 + 0.1 * a, 5.0 - 0.1 * b]
+    };
+    let claimed = 0.02;
+    let angles = "theta_i_deg,phi_i_deg,theta_o_deg,phi_o_deg";
+    for (columns, own) in [
+        ("value_450nm,value_550nm", 0.0),
+        (
+            "value_450nm,value_550nm,type_a_450nm,type_a_550nm,type_b_450nm,type_b_550nm",
+            claimed,
+        ),
+    ] {
+        let mut rows = Vec::new();
+        for pose in 0..4 {
+            for k in 0..=pose {
+                let [a, b] = readings(pose, k);
+                let angles = format!("{},0,20,{}", 10 + pose, 360 * (k % 2));
+                let more = if own > 0.0 {
+                    format!(",{own},{own},{},{}", 0.1 * k as f64, 0.3)
+                } else {
+                    String::new()
+                };
+                rows.push(format!("{angles},{a},{b}{more}"));
+            }
+        }
+        // Repeats come one after the other, or in turns.
+        let turns: Vec<String> = [0, 2, 5, 9, 1, 8, 4, 7, 3, 6]
+            .map(|i| rows[i].clone())
+            .to_vec();
+        let mut first = None;
+        for rows in [rows, turns] {
+            let text = format!("{angles},{columns}\n{}\n", rows.join("\n"));
+            let back = read(&text, Conventions::default());
+            assert_eq!(back.notes.len(), 1);
+            assert!(
+                back.notes[0].starts_with("6 rows repeat a pose"),
+                "{:?}",
+                back.notes
+            );
+            let m = back.measurement;
+            let details = m.details.as_ref().unwrap();
+            for (at, pose) in m.schedule.poses.iter().enumerate() {
+                let number = (pose.pair.omega_i.theta().to_degrees() - 10.0).round() as usize;
+                let n = (number + 1) as f64;
+                for c in 0..2 {
+                    let all: Vec<f64> = (0..=number).map(|k| readings(number, k)[c]).collect();
+                    let mean = all.iter().sum::<f64>() / n;
+                    let squares: f64 = all.iter().map(|x| (x - mean).powi(2)).sum();
+                    let shown = if number > 0 {
+                        (squares / (n - 1.0) / n).sqrt()
+                    } else {
+                        0.0
+                    };
+                    let claims = own / n.sqrt();
+                    let of = |list: &[f64]| list[2 * at + c];
+                    assert!((of(&m.values) - mean).abs() < 1e-14);
+                    assert!((of(&details.type_a) - shown.max(claims)).abs() < 1e-14);
+                    // What readings share does not average out.
+                    let shared = match (own > 0.0, c) {
+                        (false, _) => 0.0,
+                        (true, 0) => 0.1 * number as f64 / 2.0,
+                        (true, _) => 0.3,
+                    };
+                    assert!((of(&details.type_b) - shared).abs() < 1e-14);
+                }
+            }
+            let mut values = m.values.clone();
+            values.sort_by(f64::total_cmp);
+            let same = |a: &Vec<f64>| a.iter().zip(&values).all(|(a, b)| (a - b).abs() < 1e-14);
+            assert!(first.get_or_insert(values.clone()).len() == 8);
+            assert!(first.as_ref().is_some_and(same));
+        }
+    }
+    // The same through ALTA.
+    let text = "#DIM 4 1\n#PARAM_IN SPHERICAL_TL_PL_TV_PV\n#PARAM_OUT INV_STERADIAN\n\
+                0.1 0 0.2 0 1\n0.1 0 0.2 0 2\n0.1 0 0.2 0 6\n0.3 0 0.2 0 4\n";
+    let m = read(text, Conventions::default()).measurement;
+    assert_eq!(m.values, [3.0, 4.0]);
+    let a = m.details.unwrap().type_a;
+    // Squares 4, 1 and 9 over 2 · 3.
+    assert!(
+        (a[0] - (14.0_f64 / 6.0).sqrt()).abs() < 1e-14 && a[1] == 0.0,
+        "{a:?}"
+    );
+}
+
+#[test]
 fn a_cut_file_is_read_up_to_the_cut() {
     let form = parametrization::find("hybrid")
         .unwrap()

@@ -310,10 +310,22 @@ fn readings_of_one_configuration_become_their_mean() {
         (&[2.0, 9.0][..], 2)
     );
     let details = m.details.unwrap();
-    // Scatter averages out as the root of the number, what readings share does not.
-    assert!((details.type_a[0] - 0.25).abs() < 1e-15);
+    // 1 and 3 scatter more than they claim: by 1, the standard error of their mean, and not by the
+    // 0.25 of 0.3 and 0.4. What readings share does not average out.
+    assert!((details.type_a[0] - 1.0).abs() < 1e-15);
     assert!((details.type_b[0] - 0.6).abs() < 1e-15);
     assert_eq!(details.flags, [Flags::CLIPPED, Flags::NONE]);
+    // Where they scatter less, it is as much as they claim.
+    let close = text.replace("10,0,20,70,1,", "10,0,20,70,2.9,");
+    let assume = Assume {
+        otherwise: Symmetry::FULL,
+        ..Assume::default()
+    };
+    let (m, _) = read_measurement(&close, "m", &assume)
+        .unwrap()
+        .measurement
+        .merged();
+    assert!((m.details.unwrap().type_a[0] - 0.25).abs() < 1e-15);
     // The nodes of a lattice are told apart already.
     let form = parametrization::find("hybrid")
         .unwrap()
@@ -384,7 +396,7 @@ fn what_is_no_measurement_is_refused_with_its_line() {
             ",value,attempt",
             "1,2,3,4,5,2\n1,2,3,4,6,2",
             3,
-            "this pose is that of line 2",
+            "this pose is that of line 2 with the same attempt",
         ),
         (
             ",value,index",
