@@ -1,6 +1,6 @@
 //! How files of readings by others are read.
 
-use super::read_as;
+use super::{read_as, say};
 use crate::error::{Error, ParameterError};
 use crate::formats::{READ_READINGS, Readings, read_readings};
 use crate::schedule::{AngleUnit, Assume, Azimuth, Choice, Conventions, Quantity};
@@ -56,7 +56,7 @@ fn column(text: &str) -> Result<(String, String), ParameterError> {
 }
 
 impl ReadingArgs {
-    /// The readings of a file.
+    /// The readings of a file; warnings about it go to stderr.
     pub fn read(&self, path: &Path, assume: Assume) -> Result<Readings, Error> {
         let (text, read) = read_as(path, &READ_READINGS)?;
         let name = path.display().to_string();
@@ -71,6 +71,10 @@ impl ReadingArgs {
             },
             ..assume
         };
-        Ok(read_readings(read, &text, &name, &assume)?)
+        let readings = read_readings(read, &text, &name, &assume)?;
+        for warning in &readings.warnings {
+            say(&format!("gonio: {name}: {warning}"));
+        }
+        Ok(readings)
     }
 }

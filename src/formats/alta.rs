@@ -2,6 +2,7 @@
 
 use super::{Format, Readings};
 use crate::measurement::alta::{is_alta, read};
+use crate::measurement::retro_peak;
 
 /// Readings in the coordinates that `#PARAM_IN` names.
 pub const FORMAT: Format = Format {
@@ -15,7 +16,10 @@ pub const FORMAT: Format = Format {
             "ALTA {}: {} rows below the horizon, {} rows averaged with earlier ones",
             file.input, file.below_horizon, file.repeated
         );
+        let doubt = file.has_azimuths && assume.conventions.azimuth.is_none();
+        let peak = retro_peak(&file.measurement).filter(|_| doubt);
         Ok(Readings {
+            warnings: peak.iter().map(ToString::to_string).collect(),
             rows: file.measurement.schedule.poses.len() + file.below_horizon + file.repeated,
             intact: false,
             measurement: file.measurement,

@@ -10,6 +10,8 @@ pub struct Readings {
     pub measurement: Measurement,
     /// What was peculiar about the file, a sentence each.
     pub notes: Vec<String>,
+    /// What may be wrong about it, a sentence each.
+    pub warnings: Vec<String>,
     /// Rows that were read.
     pub rows: usize,
     /// True if the file vouches for being whole.

@@ -1,7 +1,7 @@
 //! Rows with named columns, one a pose: CSV and JSON Lines.
 
 use super::{Format, Readings};
-use crate::measurement::{read_measurement, write_measurement};
+use crate::measurement::{read_measurement, retro_peak, write_measurement};
 use crate::schedule::{Assume, FileError, ScheduleFormat, read_schedule, write_schedule};
 
 /// Comma-separated values.
@@ -60,7 +60,11 @@ fn read(text: &str, name: &str, assume: &Assume) -> Result<Readings, FileError> 
             "{merged} poses are others under these symmetries: averaged"
         ));
     }
+    // Our own files count azimuths from the sample.
+    let doubt = !file.intact && assume.conventions.azimuth.is_none();
+    let peak = retro_peak(&measurement).filter(|_| doubt);
     Ok(Readings {
+        warnings: peak.iter().map(ToString::to_string).collect(),
         rows: file.rows,
         intact: file.intact,
         measurement,

@@ -202,6 +202,8 @@ pub struct AltaFile {
     pub measurement: Measurement,
     /// Value of `#PARAM_IN`.
     pub input: &'static str,
+    /// True if its coordinates are azimuths, which others count from elsewhere.
+    pub has_azimuths: bool,
     /// Rows without a pose: a direction is not above the horizon.
     pub below_horizon: usize,
     /// Rows of a configuration that came before: their values are averaged, see
@@ -336,6 +338,7 @@ pub fn read(text: &str, name: &str, assume: &Assume) -> Result<AltaFile, FileErr
     Ok(AltaFile {
         measurement,
         input,
+        has_azimuths: matches!(inverse, Inverse::Angles(_)),
         below_horizon,
         repeated,
     })

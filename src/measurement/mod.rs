@@ -6,10 +6,12 @@ mod file;
 mod merge;
 #[cfg(feature = "schemas")]
 mod record;
+mod retro;
 
 pub use file::{About, FlagsError, MeasurementFile, read_measurement, write_measurement};
 #[cfg(feature = "schemas")]
 pub use record::{MeasurementRow, measurement_schema};
+pub use retro::{RetroPeak, retro_peak};
 
 use crate::brdf::Channels;
 use crate::numeric::LARGEST_READING;

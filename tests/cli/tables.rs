@@ -73,6 +73,22 @@ fn a_laboratory_s_table_is_read_as_its_options_say() {
     for (a, b) in numbers[0].iter().zip(&numbers[1]) {
         assert!((a - b).abs() <= 1e-9 * a.abs(), "{a} {b}");
     }
+    // Without its azimuths the peak is at the light, and the program says what that may be.
+    let mut unturned = command[1..].to_vec();
+    let at = unturned.iter().position(|a| *a == "--azimuth").unwrap();
+    unturned.drain(at..at + 2);
+    let doubted = with("doubted.binary", &unturned);
+    let told = String::from_utf8(doubted.stderr).unwrap();
+    assert!(doubted.status.success());
+    assert!(
+        told.contains("lab.csv: readings within 10° of the light have a mean of "),
+        "{told}"
+    );
+    assert!(
+        told.contains("if the sample is no retro-reflector"),
+        "{told}"
+    );
+    assert_eq!(told.lines().count(), 1);
     // A file that was cut.
     let cut: String = lab.chars().take(lab.chars().count() - 8).collect();
     fs::write(bench.path("lab.csv"), cut).unwrap();

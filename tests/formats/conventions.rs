@@ -2,15 +2,18 @@
 
 use super::common::{distance, random_pair};
 use super::{chain, chord, cuts, measurements, planned};
-use gonio::brdf::Channels;
+use gonio::brdf::{self, Brdf, Channels};
 use gonio::formats::{READ_READINGS, Readings, of_text, read_readings};
 use gonio::geometry::{DirectionPair, Symmetry};
-use gonio::measurement::Measurement;
-use gonio::parametrization;
+use gonio::instrument::{Ideal, Instrument};
+use gonio::measurement::{About, Measurement, retro_peak, write_measurement};
+use gonio::parametrization::{self, Parametrization};
+use gonio::registry;
 use gonio::sampling::Random;
-use gonio::schedule::Sequence;
-use gonio::schedule::{AngleUnit, Assume, Azimuth, Conventions, FileError, Quantity};
+use gonio::schedule::{AngleUnit, Assume, Azimuth, Conventions, FileError, Pose, Quantity};
+use gonio::schedule::{Schedule, ScheduleFormat, Sequence};
 use std::f64::consts::PI;
+use std::sync::Arc;
 
 const ISOTROPIC: Symmetry = Symmetry {
     isotropic: true,
@@ -556,6 +559,134 @@ fn a_cut_file_is_read_up_to_the_cut() {
         assert!(try_read(&text, partial()).is_err());
         let e = try_read(&text, Conventions::default()).err().unwrap();
         assert!(!e.message.contains("--partial"), "{e}");
+    }
+}
+
+/// Sheets of constant incidence.
+fn sheets(form: &Arc<dyn Parametrization>, elevations: &[f64], step: usize) -> Arc<Schedule> {
+    let mut poses = Vec::new();
+    for &theta_i in elevations {
+        for theta_o in (2..90).step_by(step) {
+            for phi in (0..360).step_by(2 * step) {
+                let [a, b, c] = [theta_i, theta_o as f64, phi as f64].map(f64::to_radians);
+                let pair = DirectionPair::from_spherical(a, 0.0, b, c);
+                let coords = form.forward(&pair);
+                poses.push(Pose { coords, pair });
+            }
+        }
+    }
+    Arc::new(Schedule {
+        parametrization: Arc::clone(form),
+        sample_set: "file".into(),
+        poses,
+        lattice: None,
+        unphysical_share: 0.0,
+    })
+}
+
+fn model(kind: &str, keys: &str) -> Box<dyn Brdf> {
+    let all = brdf::all();
+    let entry = all.iter().find(|e| e.kind == kind).unwrap();
+    let spec = registry::read_text(entry, keys).unwrap_or_else(|e| panic!("{kind} {keys}: {e}"));
+    spec.build(Channels::Luminance).unwrap()
+}
+
+#[test]
+fn only_a_single_peak_at_the_light_is_doubted() {
+    let form = parametrization::find("spherical")
+        .unwrap()
+        .form(Symmetry::NONE);
+    let layouts = [
+        sheets(&form, &[15.0, 30.0, 60.0], 4),
+        sheets(&form, &[0.0, 20.0, 40.0, 60.0, 80.0], 10),
+        Arc::new(planned(&form, "sobol", 20_000)),
+    ];
+    let mut doubted = 0;
+    for layout in &layouts {
+        let peak = |brdf: &dyn Brdf| retro_peak(&Ideal.measure(brdf, layout));
+        for entry in brdf::all() {
+            for example in entry.examples {
+                let Ok(spec) = registry::read_text(&entry, example) else {
+                    panic!("{} {example}", entry.kind);
+                };
+                // Tables of files are not there.
+                let Ok(brdf) = spec.build(Channels::Luminance) else {
+                    continue;
+                };
+                let found = peak(&*brdf);
+                assert!(
+                    found.is_none() || entry.kind == "retro-reflective",
+                    "{} {example}: {found:?}",
+                    entry.kind
+                );
+                doubted += usize::from(found.is_some());
+            }
+        }
+        let retro = |of: &str| format!("of = {{ {of} }}");
+        for of in [
+            "kind = \"ggx\", alpha = 0.1",
+            "kind = \"ggx\", alpha = 0.3",
+            "kind = \"phong\"",
+        ] {
+            let found = peak(&*model("retro-reflective", &retro(of))).unwrap_or_else(|| {
+                panic!("{of}: a lobe turned to the light is seen");
+            });
+            assert!(found.retro >= 3.0 * found.mirror);
+        }
+        // Both peaks, of any weights; a matte one with a lobe at the light.
+        for (mirror, back) in [(1.0, 1.0), (0.1, 0.9), (0.5, 0.5)] {
+            let both = format!(
+                "component = [{{ weight = {back}, brdf = {{ kind = \"retro-reflective\", \
+                 of = {{ kind = \"ggx\", alpha = 0.2 }} }} }}, \
+                 {{ weight = {mirror}, brdf = {{ kind = \"ggx\", alpha = 0.1 }} }}]"
+            );
+            let found = peak(&*model("sum", &both));
+            assert!(found.is_none(), "{mirror} {back}: {found:?}");
+        }
+    }
+    assert!(doubted >= layouts.len(), "{doubted}");
+    // A file whose azimuths were turned says so; one that was told does not, nor ours.
+    let m = Ideal.measure(
+        &*model("retro-reflective", "of = { kind = \"ggx\", alpha = 0.2 }"),
+        &layouts[0],
+    );
+    let mut bytes = Vec::new();
+    let about = About::default();
+    write_measurement(
+        &m,
+        &about,
+        Sequence::Generated,
+        ScheduleFormat::Csv,
+        &mut bytes,
+    )
+    .unwrap();
+    let ours = String::from_utf8(bytes).unwrap();
+    let bare: String = ours
+        .lines()
+        .filter(|l| !l.starts_with('#'))
+        .map(|l| l.to_owned() + "\n")
+        .collect();
+    assert!(read(&ours, Conventions::default()).warnings.is_empty());
+    let warnings = read(&bare, Conventions::default()).warnings;
+    assert_eq!(warnings.len(), 1);
+    let peak = retro_peak(&m).unwrap();
+    for part in [
+        format!("{:.3e} 1/sr", peak.retro),
+        "--azimuth mirror".into(),
+        "if ".into(),
+    ] {
+        assert!(warnings[0].contains(&part), "{}", warnings[0]);
+    }
+    for azimuth in Azimuth::ALL {
+        let told = Conventions {
+            azimuth: Some(azimuth.value),
+            ..Conventions::default()
+        };
+        let back = read(&bare, told);
+        assert!(back.warnings.is_empty());
+        // Turned, the peak is at the mirror direction.
+        let turned = matches!(azimuth.name, "mirror" | "propagation");
+        assert_eq!(retro_peak(&back.measurement).is_none(), turned);
     }
 }
 

@@ -1,0 +1,119 @@
+//! A peak that is where the light is: of a retro-reflector, or of azimuths that are counted from
+//! elsewhere.
+
+use super::Measurement;
+use crate::geometry::angle_between;
+use glam::DVec3;
+use std::fmt;
+
+/// Readings this close to a direction are near it, degrees.
+const NEAR: f64 = 10.0;
+
+/// Readings further away, up to this, are around it, degrees.
+const AROUND: f64 = 20.0;
+
+/// Elevations of the light (degrees) that tell: below, both directions are too close together;
+/// above, matte materials of rough facets send back several times what they mirror.
+const TELLING: [f64; 2] = [20.0, 60.5];
+
+/// Readings that a mean needs.
+const ENOUGH: usize = 3;
+
+/// How much higher readings are towards the light than towards its mirror direction, at least.
+const HIGHER: f64 = 3.0;
+
+/// How much higher readings near a direction are than around it where there is a peak, at least.
+const PEAK: f64 = 1.1;
+
+/// Means of readings, sr⁻¹, that have their only peak at the light.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RetroPeak {
+    /// Within 10° of the light.
+    pub retro: f64,
+    /// Within 10° of its mirror direction.
+    pub mirror: f64,
+}
+
+impl fmt::Display for RetroPeak {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        write!(
+            f,
+            "readings within {NEAR}° of the light have a mean of {:.3e} 1/sr, those within {NEAR}° of \
+             its mirror direction one of {:.3e} 1/sr: if the sample is no retro-reflector, azimuths \
+             count from the mirror direction, which --azimuth mirror takes into account (--azimuth \
+             sample, if they are right)",
+            self.retro, self.mirror
+        )
+    }
+}
+
+#[derive(Default)]
+struct Mean {
+    sum: f64,
+    count: usize,
+}
+
+impl Mean {
+    fn add(&mut self, value: f64) {
+        self.sum += value;
+        self.count += 1;
+    }
+
+    fn get(&self) -> Option<f64> {
+        (self.count >= ENOUGH).then(|| self.sum / self.count as f64)
+    }
+}
+
+/// Readings near a direction, and around it: nearer to the normal than the light, and further away.
+#[derive(Default)]
+struct Place {
+    near: Mean,
+    around: [Mean; 2],
+}
+
+impl Place {
+    fn add(&mut self, degrees: f64, is_further: bool, value: f64) {
+        if degrees <= NEAR {
+            self.near.add(value);
+        } else if degrees <= AROUND {
+            self.around[usize::from(is_further)].add(value);
+        }
+    }
+
+    /// The mean near the direction, and whether it is a peak: readings that only grow towards the
+    /// horizon have none.
+    fn peak(&self) -> Option<(f64, bool)> {
+        let near = self.near.get()?;
+        let around = self.around[0].get()?.max(self.around[1].get()?);
+        Some((near, near > 0.0 && near >= PEAK * around))
+    }
+}
+
+/// The peak at the light. Lights count between 20° and 60° from the normal. Readings near the light
+/// (within 10°) are on average at least three times those near its mirror direction, and there is
+/// a peak at the light and none at the mirror direction. A peak is 1.1 times the mean of the readings
+/// around it (10° to 20°) that are nearer to the normal, and of those that are further away.
+/// Matte readings and sheen have no such peak.
+pub fn retro_peak(measurement: &Measurement) -> Option<RetroPeak> {
+    let (mut at_light, mut at_mirror) = (Place::default(), Place::default());
+    let telling = TELLING[0]..=TELLING[1];
+    for (i, pose) in measurement.schedule.poses.iter().enumerate() {
+        let (light, sensor) = (pose.pair.omega_i, pose.pair.omega_o);
+        let Some(reading) = measurement.value(i) else {
+            continue;
+        };
+        if !telling.contains(&light.theta().to_degrees()) {
+            continue;
+        }
+        let value = measurement.channels.luminance(reading);
+        let mirrored = light.vector() * DVec3::new(-1.0, -1.0, 1.0);
+        let off = |v: DVec3| angle_between(sensor.vector(), v).to_degrees();
+        let is_further = sensor.cos_theta() < light.cos_theta();
+        at_light.add(off(light.vector()), is_further, value);
+        at_mirror.add(off(mirrored), is_further, value);
+    }
+    let (retro, is_peak) = at_light.peak()?;
+    let (mirror, is_mirror) = at_mirror.peak()?;
+    let doubtful = is_peak && !is_mirror && retro >= HIGHER * mirror;
+    doubtful.then_some(RetroPeak { retro, mirror })
+}
