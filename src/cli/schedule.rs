@@ -1,17 +1,20 @@
 //! `gonio schedule`.
 
-use super::{ConfigArgs, SeedArgs, format_names, refuse_existing, written};
-use crate::error::{Error, excerpt};
-use crate::experiment::{Allowance, Plan, PlannedInstrument, Route, Router, ScheduleKey};
+use super::reading::ReadingArgs;
+use super::{ConfigArgs, SeedArgs, axis_names, format_names, refuse_existing, say, written};
+use crate::error::{Error, ParameterError, excerpt, in_left_open};
+use crate::experiment::{Allowance, Plan, PlannedInstrument, Router, ScheduleKey};
 use crate::files::write_atomically;
 use crate::formats::{CSV, Format, WRITE_SCHEDULE, WriteSchedule};
+use crate::geometry::DirectionPair;
 use crate::instrument::Order;
 use crate::report::schedule_stem;
-use crate::schedule::Itinerary;
+use crate::schedule::{Assume, Itinerary, Sequence, Unvisited, unvisited};
 use clap::Args;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 /// One row a pose: index, coordinates, and the elevation and azimuth of both arms in degrees
 #[derive(Debug, Args)]
@@ -21,7 +24,13 @@ materials has several schedules. Choose one with the options, which take the nam
 results.csv has in its columns; or give a folder (-o DIR/) and get a file for each:
 
   gonio schedule configs/quickstart.toml --parametrization hybrid --budget 1000 -o hybrid.csv
-  gonio schedule configs/quickstart.toml -o schedules/ --format json-lines")]
+  gonio schedule configs/quickstart.toml -o schedules/ --format json-lines
+
+After an acquisition that was broken off:
+
+  gonio schedule configs/quickstart.toml --parametrization hybrid --budget 1000 \\
+    --append readings.csv --partial -o left.csv")]
+#[command(mut_group("ReadingArgs", |group| group.requires("append")))]
 pub(super) struct Schedule {
     #[command(flatten)]
     config: ConfigArgs,
@@ -67,6 +76,40 @@ pub(super) struct Schedule {
     /// Replace files that exist
     #[arg(long)]
     force: bool,
+    /// Leave out the poses that have a reading in this file: what is still to be visited, under the
+    /// same numbers
+    #[arg(long, value_name = "READINGS")]
+    append: Option<PathBuf>,
+    /// How far light and sensor of a reading may be from the pose that it counts for, degrees
+    #[arg(long, value_name = "DEG", default_value_t = 0.05, requires = "append",
+        value_parser = tolerance)]
+    tolerance: f64,
+    #[command(flatten)]
+    reading: ReadingArgs,
+}
+
+fn tolerance(text: &str) -> Result<f64, ParameterError> {
+    let degrees = text.parse().unwrap_or(f64::NAN);
+    in_left_open("tolerance", degrees, 0.0, 10.0)
+        .map_err(|e| ParameterError::new(e.key, text, e.allowed))
+}
+
+/// A schedule, and the poses of it that are visited.
+struct Made {
+    schedule: Arc<crate::schedule::Schedule>,
+    itinerary: Option<Itinerary>,
+    /// Poses that have no reading yet; `None`: nobody asked.
+    left: Option<Vec<u32>>,
+}
+
+impl Made {
+    fn write(&self, write: WriteSchedule, out: &mut dyn Write) -> io::Result<()> {
+        let sequence = match (&self.itinerary, &self.left) {
+            (None, Some(left)) => Sequence::Order(left),
+            (itinerary, _) => itinerary.as_ref().into(),
+        };
+        write(&self.schedule, sequence, out)
+    }
 }
 
 /// Reads an [`Order`] by its name.
@@ -83,9 +126,15 @@ impl Schedule {
         let plan = super::plan(&source)?;
         let instruments = self.instruments(&plan)?;
         let keys = self.choose(&plan, &instruments)?;
+        let done = self.read()?;
+        let mut maker = Maker {
+            options: &self,
+            done: done.as_deref(),
+            router: Router::default(),
+        };
         let stdout = self.output == Path::new("-");
         if !stdout && (names_folder(&self.output) || self.output.is_dir()) {
-            return self.export_all(&keys);
+            return self.export_all(&keys, &mut maker);
         }
         let [key] = keys.as_slice() else {
             return Err(Error::config(
@@ -94,15 +143,37 @@ impl Schedule {
             ));
         };
         if stdout {
-            let route = self.make(key, &mut Router::default())?;
-            let mut out = BufWriter::new(io::stdout().lock());
             let write = self.writer(self.format.or(Some(CSV)))?;
-            let result = write(&route.schedule, route.itinerary().into(), &mut out);
+            let Some(made) = maker.make(key)? else {
+                return Ok(());
+            };
+            let mut out = BufWriter::new(io::stdout().lock());
+            let result = made.write(write, &mut out);
             return written(Path::new("stdout"), result.and_then(|()| out.flush()));
         }
         let write = self.writer(self.format)?;
         refuse_existing(&self.output, self.force)?;
-        self.write(key, write, &self.output, &mut Router::default())
+        maker.write(key, write, &self.output)
+    }
+
+    /// The pairs that were read already; `None` without `--append`.
+    fn read(&self) -> Result<Option<Vec<DirectionPair>>, Error> {
+        let Some(path) = &self.append else {
+            return Ok(None);
+        };
+        let assume = Assume {
+            axes: axis_names()?,
+            ..Assume::default()
+        };
+        let readings = self.reading.read(path, assume)?;
+        readings
+            .notes
+            .iter()
+            .for_each(|note| say(&format!("gonio: {}: {note}", path.display())));
+        let measurement = readings.measurement;
+        let poses = measurement.schedule.poses.iter().enumerate();
+        let read = poses.filter(|(i, _)| measurement.value(*i).is_some());
+        Ok(Some(read.map(|(_, pose)| pose.pair).collect()))
     }
 
     fn writer(&self, format: Option<Format>) -> Result<WriteSchedule, Error> {
@@ -243,33 +314,7 @@ impl Schedule {
         Ok(vec![instrument])
     }
 
-    fn make(&self, key: &ScheduleKey<'_>, router: &mut Router) -> Result<Route, Error> {
-        let route = router.find(key)?;
-        match route.itinerary() {
-            Some(itinerary) if !itinerary.unreachable.is_empty() && !self.skip_unreachable => {
-                Err(Error::infeasible("--instrument", out_of_reach(itinerary)))
-            }
-            _ => Ok(route),
-        }
-    }
-
-    fn write(
-        &self,
-        key: &ScheduleKey<'_>,
-        write: WriteSchedule,
-        path: &Path,
-        router: &mut Router,
-    ) -> Result<(), Error> {
-        let route = self.make(key, router)?;
-        written(
-            path,
-            write_atomically(path, |out| {
-                write(&route.schedule, route.itinerary().into(), out)
-            }),
-        )
-    }
-
-    fn export_all(&self, keys: &[ScheduleKey<'_>]) -> Result<(), Error> {
+    fn export_all(&self, keys: &[ScheduleKey<'_>], maker: &mut Maker<'_>) -> Result<(), Error> {
         let dir = &self.output;
         let format = self.format.unwrap_or(CSV);
         let write = self.writer(Some(format))?;
@@ -279,9 +324,77 @@ impl Schedule {
         for key in keys {
             refuse_existing(&path(key), self.force)?;
         }
-        let mut router = Router::default();
         keys.iter()
-            .try_for_each(|key| self.write(key, write, &path(key), &mut router))
+            .try_for_each(|key| maker.write(key, write, &path(key)))
+    }
+}
+
+/// Makes schedules, and keeps what they share.
+struct Maker<'a> {
+    options: &'a Schedule,
+    /// Pairs that were read already.
+    done: Option<&'a [DirectionPair]>,
+    router: Router,
+}
+
+impl Maker<'_> {
+    /// The schedule of a key, `None` if nothing of it is left to be visited.
+    fn make(&mut self, key: &ScheduleKey<'_>) -> Result<Option<Made>, Error> {
+        let route = self.router.find(key)?;
+        let mut made = Made {
+            itinerary: route.itinerary().cloned(),
+            schedule: route.schedule,
+            left: None,
+        };
+        if let Some(done) = self.done {
+            let degrees = self.options.tolerance;
+            let Unvisited { poses, elsewhere } =
+                unvisited(&made.schedule, done, degrees.to_radians());
+            let all = made.schedule.poses.len();
+            let mut counts = format!(
+                "gonio: {} of {all} poses have a reading within {degrees}°, {} are left",
+                all - poses.len(),
+                poses.len()
+            );
+            if elsewhere > 0 {
+                counts += &format!("; readings of no pose: {elsewhere}");
+            }
+            say(&counts);
+            if let Some(instrument) = key.instrument {
+                let bench = instrument.bench(instrument.use_of.parts(), key.seed);
+                let bench = bench.map_err(|e| Error::Internal(e.to_string()))?;
+                let order = instrument.use_of.order;
+                made.itinerary = Some(bench.plan_of(&made.schedule, &poses, order));
+            }
+            made.left = Some(poses);
+        }
+        let skip = self.options.skip_unreachable;
+        match (&made.itinerary, &made.left) {
+            (Some(i), _) if !i.unreachable.is_empty() && !skip => {
+                Err(Error::infeasible("--instrument", out_of_reach(i)))
+            }
+            (Some(Itinerary { visits, .. }), Some(_)) if visits.is_empty() => Ok(None),
+            (None, Some(left)) if left.is_empty() => Ok(None),
+            _ => Ok(Some(made)),
+        }
+    }
+
+    fn write(
+        &mut self,
+        key: &ScheduleKey<'_>,
+        write: WriteSchedule,
+        path: &Path,
+    ) -> Result<(), Error> {
+        match self.make(key)? {
+            Some(made) => written(path, write_atomically(path, |out| made.write(write, out))),
+            None => {
+                say(&format!(
+                    "gonio: {}: nothing is left, no file is written",
+                    path.display()
+                ));
+                Ok(())
+            }
+        }
     }
 }
 

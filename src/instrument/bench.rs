@@ -166,6 +166,12 @@ impl Bench {
             .itinerary(&self.machine, &self.spec.name, schedule, order)
     }
 
+    /// [`plan`](Self::plan) for the poses with these numbers.
+    pub fn plan_of(&self, schedule: &Schedule, poses: &[u32], order: Order) -> Itinerary {
+        self.motion
+            .itinerary_of(&self.machine, &self.spec.name, schedule, poses, order)
+    }
+
     /// [`plan`](Self::plan) for the poses with these numbers, in this order.
     pub fn plan_given(&self, schedule: &Schedule, poses: &[u32]) -> Itinerary {
         self.motion

@@ -13,6 +13,7 @@ mod points;
 pub(crate) mod record;
 mod sample_set;
 pub(crate) mod table;
+mod visited;
 
 pub use convention::{AngleUnit, Azimuth, Choice, Conventions, Quantity};
 pub use export::{Sequence, schedule_hash, write_schedule};
@@ -26,6 +27,7 @@ pub use points::{PointSet, RandomSet, SobolSet};
 pub use record::{ScheduleRow, schedule_schema};
 pub use sample_set::{PlanError, SampleSet};
 pub use table::FileError;
+pub use visited::{Unvisited, unvisited};
 
 use crate::geometry::DirectionPair;
 use crate::parametrization::{Coords, Parametrization};

@@ -1,4 +1,4 @@
-//! Readings of others.
+//! Readings of others, and what is still to be read.
 
 use super::Bench;
 use std::fs;
@@ -119,4 +119,120 @@ fn a_laboratory_s_table_is_read_as_its_options_say() {
         let told = String::from_utf8(output.stderr).unwrap();
         assert!(told.contains(part), "{told}");
     }
+}
+
+#[test]
+fn what_is_left_of_a_schedule_is_written() {
+    let bench = Bench::new();
+    let choice = [
+        "--budget",
+        "150",
+        "--warp",
+        "none",
+        "--sample-set",
+        "grid",
+        "--seed",
+        "1",
+    ];
+    let schedule = |more: &[&str]| {
+        let all = [&["schedule", "small.toml"], &choice[..], more].concat();
+        let output = bench.gonio(&all);
+        let told = String::from_utf8(output.stderr).unwrap();
+        assert_eq!(output.status.code(), Some(0), "{told}");
+        told
+    };
+    let measure = |schedule: &str, readings: &str| {
+        let of = ["--config", "small.toml", "--material", "ggx-0.4"];
+        bench.good(&[&["measure", schedule, "-o", readings], &of[..]].concat());
+    };
+    let rows = |name: &str| -> Vec<String> {
+        let text = bench.read(name);
+        let rows = text.lines().filter(|l| !l.starts_with('#')).skip(1);
+        rows.map(String::from).collect()
+    };
+    for instrument in [&[][..], &["--instrument", "utia", "--skip-unreachable"]] {
+        let with = |more: &[&str]| schedule(&[instrument, &["--force"], more].concat());
+        assert!(with(&["-o", "all.csv"]).is_empty());
+        measure("all.csv", "readings.csv");
+        let all = rows("all.csv");
+        // Broken off in the middle of a row.
+        let text = bench.read("readings.csv");
+        let start = text.find("\nindex,").unwrap();
+        let half = start + (text.len() - start) / 3;
+        fs::write(bench.path("part.csv"), &text[..half]).unwrap();
+        let done = text[..half].lines().filter(|l| !l.starts_with('#')).count() - 2;
+        assert!((1..all.len()).contains(&done), "{done}");
+        let told = with(&["--append", "part.csv", "--partial", "-o", "left.csv"]);
+        assert!(
+            told.contains(&format!("cut: {done} rows were read")),
+            "{told}"
+        );
+        assert!(told.contains(&format!("gonio: {done} of ")), "{told}");
+        let left = rows("left.csv");
+        assert_eq!(left.len(), all.len() - done);
+        let index = |row: &String| row.split(',').next().unwrap().to_owned();
+        let mut numbers: Vec<String> = left.iter().map(index).collect();
+        let mut expected: Vec<String> = all[done..].iter().map(index).collect();
+        numbers.sort();
+        expected.sort();
+        assert_eq!(numbers, expected);
+        // The rest is measured like any schedule, and then nothing is left.
+        measure("left.csv", "rest.csv");
+        let head = text.lines().find(|l| !l.starts_with('#')).unwrap();
+        let mut both = vec![head.to_owned()];
+        both.extend(rows("readings.csv").into_iter().take(done));
+        both.extend(rows("rest.csv"));
+        let columns = |row: &String| row.split(',').count();
+        assert!(both.iter().all(|row| columns(row) == columns(&both[0])));
+        fs::write(bench.path("both.csv"), both.join("\n") + "\n").unwrap();
+        fs::remove_file(bench.path("left.csv")).unwrap();
+        let told = with(&["--append", "both.csv", "-o", "left.csv"]);
+        assert!(
+            told.contains("left.csv: nothing is left, no file is written"),
+            "{told}"
+        );
+        assert!(!bench.path("left.csv").exists());
+        let to_stdout = bench.good(
+            &[
+                &["schedule", "small.toml"],
+                &choice[..],
+                instrument,
+                &["--append", "both.csv"],
+            ]
+            .concat(),
+        );
+        assert!(to_stdout.is_empty());
+        for name in ["readings.csv", "rest.csv"] {
+            fs::remove_file(bench.path(name)).unwrap();
+        }
+    }
+    // How near is near.
+    fs::write(
+        bench.path("off.csv"),
+        "theta_i_deg,phi_i_deg,theta_o_deg,phi_o_deg,value\n10,0,20,0,1\n",
+    )
+    .unwrap();
+    let told = schedule(&["--append", "off.csv", "-o", "left.csv"]);
+    assert!(
+        told.contains("gonio: 0 of ") && told.contains("; readings of no pose: 1"),
+        "{told}"
+    );
+    for more in [["--tolerance", "0.1"], ["--quantity", "percent"]] {
+        let output = bench.gonio(&[&["schedule", "small.toml"], &more[..]].concat());
+        assert_eq!(output.status.code(), Some(2));
+        assert!(
+            String::from_utf8(output.stderr)
+                .unwrap()
+                .contains("--append <READINGS>")
+        );
+    }
+    let far = [
+        "schedule",
+        "small.toml",
+        "--append",
+        "off.csv",
+        "--tolerance",
+        "-1",
+    ];
+    assert_eq!(bench.gonio(&far).status.code(), Some(2));
 }

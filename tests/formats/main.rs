@@ -10,6 +10,7 @@ mod measurements;
 mod registry;
 mod schedules;
 mod schema;
+mod visited;
 
 use gonio::brdf::{Channels, Wavelengths};
 use gonio::geometry::{DirectionPair, Symmetry};

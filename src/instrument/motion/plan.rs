@@ -67,7 +67,19 @@ impl Motion {
         order: Order,
     ) -> Itinerary {
         let all: Vec<u32> = (0..schedule.poses.len() as u32).collect();
-        let (stops, unreachable) = placed(machine, schedule, &all);
+        self.itinerary_of(machine, instrument, schedule, &all, order)
+    }
+
+    /// [`itinerary`](Self::itinerary) of the poses with these numbers.
+    pub fn itinerary_of(
+        &self,
+        machine: &Machine,
+        instrument: &str,
+        schedule: &Schedule,
+        poses: &[u32],
+        order: Order,
+    ) -> Itinerary {
+        let (stops, unreachable) = placed(machine, schedule, poses);
         let positions: Vec<Positions> = stops.iter().map(|s| s.1).collect();
         let tour = order.tour(&self.travel, &self.rest, &positions);
         let stops: Vec<Stop> = tour.into_iter().map(|i| stops[i as usize]).collect();

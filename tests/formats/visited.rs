@@ -1,0 +1,98 @@
+//! What is left of a schedule when some of it was read.
+
+use super::common::{distance, random_pair, symmetries};
+use super::{FORMATS, planned};
+use glam::{DMat3, DVec3};
+use gonio::geometry::{Direction, DirectionPair};
+use gonio::parametrization;
+use gonio::sampling::Random;
+use gonio::schedule::{Assume, Sequence, read_schedule, unvisited, write_schedule};
+
+const TOLERANCE: f64 = 1e-3;
+
+#[test]
+fn a_reading_counts_for_the_pose_it_is_of() {
+    let random = Random::new(9);
+    for symmetry in symmetries() {
+        for (name, kind) in [("half-difference", "grid"), ("spherical", "sobol")] {
+            let form = parametrization::find(name).unwrap().form(symmetry);
+            let schedule = planned(&form, kind, 150);
+            let seen =
+                |d: Direction, f: &dyn Fn(DVec3) -> DVec3| Direction::from_unit(f(d.vector()));
+            // Every third pose is read, a little off and as any of its images.
+            let mut read = Vec::new();
+            for (i, pose) in schedule.poses.iter().enumerate().step_by(3) {
+                let [a, b, c, d]: [f64; 4] = random.point(i as u64);
+                let aside = |v: DVec3, x: f64| {
+                    (v + 0.3 * TOLERANCE * DVec3::new(x, 1.0 - x, 0.0)).normalize()
+                };
+                let off = |p: &DirectionPair, f: &dyn Fn(DVec3) -> DVec3| {
+                    DirectionPair::new(seen(p.omega_i, f), seen(p.omega_o, f))
+                };
+                let mut pair = DirectionPair::new(
+                    seen(pose.pair.omega_i, &|v| aside(v, a)),
+                    seen(pose.pair.omega_o, &|v| aside(v, b)),
+                );
+                if symmetry.reciprocal && c > 0.5 {
+                    pair = pair.swapped();
+                }
+                if symmetry.bilateral && d > 0.5 {
+                    pair = off(&pair, &|v| v * DVec3::new(1.0, -1.0, 1.0));
+                }
+                if symmetry.isotropic {
+                    let turn = DMat3::from_rotation_z(7.0 * a);
+                    pair = off(&pair, &|v| turn * v);
+                }
+                read.push(pair);
+            }
+            let nearest = |pair: &DirectionPair| {
+                let all = schedule
+                    .poses
+                    .iter()
+                    .map(|pose| distance(&pose.pair, pair, symmetry));
+                all.fold(f64::INFINITY, f64::min)
+            };
+            // Readings of other places count for none.
+            let own = read.len();
+            let others = (0..50).map(|i| random_pair(&Random::new(4), i));
+            read.extend(others.filter(|p| nearest(p) > 2.0 * TOLERANCE));
+            let left = unvisited(&schedule, &read, TOLERANCE);
+            let expected: Vec<u32> = (0..schedule.poses.len() as u32)
+                .filter(|i| i % 3 > 0)
+                .collect();
+            assert_eq!(left.poses, expected, "{name} {symmetry:?}");
+            assert_eq!(left.elsewhere, read.len() - own);
+            // What is left is a schedule, under the same numbers.
+            for format in FORMATS {
+                let mut bytes = Vec::new();
+                let rows = Sequence::Order(&left.poses);
+                write_schedule(&schedule, rows, format, &mut bytes).unwrap();
+                let text = String::from_utf8(bytes).unwrap();
+                let back = read_schedule(&text, "s", &Assume::default()).unwrap();
+                assert_eq!(back.order.len(), expected.len());
+                for (number, &pose) in back.order.iter().zip(&expected) {
+                    let back = &back.schedule.poses[*number as usize].pair;
+                    assert!(super::chord(back, &schedule.poses[pose as usize].pair) < 1e-12);
+                    if schedule.lattice.is_some() {
+                        assert_eq!(*number, pose);
+                    }
+                }
+            }
+        }
+    }
+    // Of two poses within reach the nearer one is visited.
+    let form = parametrization::find("spherical")
+        .unwrap()
+        .form(symmetries()[0]);
+    let mut schedule = planned(&form, "sobol", 2);
+    let at = |theta: f64| DirectionPair::from_spherical(0.5, 0.0, theta, 0.0);
+    for (pose, theta) in schedule.poses.iter_mut().zip([0.7, 0.7004]) {
+        pose.pair = at(theta);
+    }
+    assert_eq!(unvisited(&schedule, &[at(0.7003)], TOLERANCE).poses, [0]);
+    assert_eq!(
+        unvisited(&schedule, &[at(0.7001), at(0.7003)], TOLERANCE).poses,
+        [0; 0]
+    );
+    assert_eq!(unvisited(&schedule, &[at(0.7015)], TOLERANCE).elsewhere, 1);
+}
