@@ -108,13 +108,7 @@ impl Checked for Plan {
 fn source(args: &ConfigArgs) -> Result<Source, Error> {
     let named = |preset: &instrument::Preset| args.config.as_os_str() == preset.name;
     match instrument::presets().into_iter().find(named) {
-        Some(preset) if !args.config.exists() => {
-            let mut source = Source::new(preset.name, preset.text);
-            for assignment in &args.set {
-                source.set(assignment, format!("--set {assignment}"))?;
-            }
-            Ok(source)
-        }
+        Some(preset) if !args.config.exists() => args.apply(Source::new(preset.name, preset.text)),
         _ => args.source(),
     }
 }

@@ -7,6 +7,7 @@ mod bench;
 mod brdf_args;
 mod check;
 mod claims;
+mod config_args;
 mod distortion;
 mod list;
 mod measure;
@@ -32,8 +33,9 @@ use crate::formats::{self, Format, Use, WRITE_TABLE};
 use crate::instrument;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::{Args, Parser, Subcommand};
+use config_args::ConfigArgs;
 use std::io::{self, ErrorKind, Write};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 /// A virtual gonio-reflectometer: measure, reconstruct and compare BRDFs.
 #[derive(Debug, Parser)]
@@ -110,27 +112,6 @@ impl Cli {
             Command::Tabulate(command) => command.run(),
             Command::Bench(command) => command.run(),
         }
-    }
-}
-
-/// A config and what overrides it.
-#[derive(Debug, Args)]
-struct ConfigArgs {
-    /// The experiment, a TOML file (for `check` also an instrument: file or preset)
-    config: PathBuf,
-    /// Override a key: dotted path, numbers for positions in arrays; a TOML value, else a bare string
-    #[arg(long = "set", value_name = "KEY=VALUE")]
-    set: Vec<String>,
-}
-
-impl ConfigArgs {
-    /// The text with every override.
-    fn source(&self) -> Result<Source, Error> {
-        let mut source = Source::read(&self.config)?;
-        for assignment in &self.set {
-            source.set(assignment, format!("--set {assignment}"))?;
-        }
-        Ok(source)
     }
 }
 

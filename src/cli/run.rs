@@ -252,11 +252,10 @@ impl Run {
 
     /// Default name of this run's folder.
     fn stem(&self) -> String {
-        let stem = self.config.config.file_stem().unwrap_or("run".as_ref());
-        let stem = stem.to_string_lossy();
+        let stem = self.config.stem();
         match self.shard {
             Some(Shard { part, of }) => format!("{stem}.shard-{part}-of-{of}"),
-            None => stem.into_owned(),
+            None => stem,
         }
     }
 }

@@ -4,6 +4,7 @@
 mod analysis;
 mod bench;
 mod configs;
+mod door;
 mod files;
 mod instruments;
 mod moment_study;
