@@ -16,6 +16,40 @@ pub(crate) fn excerpt(text: &str) -> Cow<'_, str> {
     }
 }
 
+/// What is allowed where `found` is none of `names`: the names, and the one that may be meant.
+///
+/// ```
+/// let allowed = gonio::error::one_of("hybird", ["spherical", "hybrid"]);
+/// assert_eq!(allowed, "spherical, hybrid; did you mean hybrid?");
+/// assert_eq!(gonio::error::one_of("polar", ["spherical", "hybrid"]), "spherical, hybrid");
+/// ```
+pub fn one_of<S: AsRef<str>>(found: &str, names: impl IntoIterator<Item = S>) -> String {
+    let names: Vec<S> = names.into_iter().collect();
+    let list: Vec<&str> = names.iter().map(AsRef::as_ref).collect();
+    list.join(", ") + &meant(found, &list)
+}
+
+/// Ends a sentence on a name that is not allowed: `; did you mean NAME?`, or nothing if none is near.
+pub fn meant<S: AsRef<str>>(found: &str, names: &[S]) -> String {
+    let plain = |text: &str| text.to_lowercase().replace(['_', ' '], "-");
+    // Of a long text only the start can be a name.
+    let found: String = plain(found).chars().take(EXCERPT).collect();
+    let letters = |text: &str| text.chars().count();
+    let near = names.iter().map(AsRef::as_ref).filter_map(|name| {
+        let name = (name, plain(name));
+        let wrong = strsim::osa_distance(&found, &name.1);
+        let length = letters(&found).max(letters(&name.1));
+        // One slip in three letters; of two letters one.
+        (wrong <= (length / 3).max(1) && wrong < length).then_some((wrong, name.0))
+    });
+    let begins = |name: &&str| letters(&found) > 2 && plain(name).starts_with(&found);
+    let nearest = near.min_by_key(|(wrong, _)| *wrong).map(|(_, name)| name);
+    match nearest.or_else(|| names.iter().map(AsRef::as_ref).find(begins)) {
+        Some(name) => format!("; did you mean {name}?"),
+        None => String::new(),
+    }
+}
+
 /// A parameter outside its range.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("{key} = {value}: allowed is {allowed}")]

@@ -13,7 +13,7 @@
 //! first and the rest is deserialized into the member's own struct, whose
 //! `deny_unknown_fields` then sees every key with its position.
 
-use crate::error::excerpt;
+use crate::error::{excerpt, one_of};
 use serde::Serialize;
 use std::ops::Range;
 use std::sync::{PoisonError, RwLock};
@@ -131,7 +131,7 @@ pub fn take_kind(what: &str, kinds: &[&str], table: &mut Table<'_>) -> Result<us
             } else {
                 "a"
             };
-            let name = excerpt(&name);
+            let (name, allowed) = (excerpt(&name), one_of(&name, kinds));
             let message = format!("kind = \"{name}\" is not {a} {what}; allowed: {allowed}");
             ReadError::at(kind.span, message)
         }),

@@ -1,8 +1,8 @@
 //! The argument CONFIG|BRDF of commands that look at materials.
 
-use super::say;
+use super::{say, unknown};
 use crate::brdf::{self, Brdf, Channels};
-use crate::error::{Error, excerpt};
+use crate::error::{Error, excerpt, one_of};
 use crate::experiment::moments::MomentsPlan;
 use crate::experiment::{AnyPlan, Kind, Material, Source};
 use crate::formats::{self, READ_TABLE};
@@ -69,12 +69,11 @@ impl BrdfArgs {
                 single(format!("kind = \"{}\"", self.target))
             }
             None => {
-                let kinds: Vec<_> = kinds().collect();
                 let message = format!(
                     "this is neither a config (*.toml), a table ({}) nor a kind of material; \
                      allowed kinds: {}",
                     READ_TABLE.extensions("*."),
-                    kinds.join(", ")
+                    one_of(&self.target, kinds())
                 );
                 return Err(Error::config(excerpt(&self.target), message));
             }
@@ -141,10 +140,7 @@ impl BrdfArgs {
         let names: Vec<_> = plan.materials.iter().map(|m| m.name.clone()).collect();
         plan.materials.retain(|m| m.name == *name);
         if plan.materials.is_empty() {
-            let allowed = names.join(", ");
-            let name = excerpt(name);
-            let message = format!("{name:?} is not in this config; allowed: {allowed}");
-            return Err(Error::config("--material", message));
+            return Err(unknown("--material", name, names));
         }
         Ok(plan)
     }

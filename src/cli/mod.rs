@@ -26,11 +26,12 @@ mod symmetry;
 mod tabulate;
 
 use crate::brdf::{Brdf, BuildError, Channels};
-use crate::error::{Error, excerpt};
+use crate::error::{Error, excerpt, one_of};
 use crate::experiment::{Material, Plan, Source};
 use crate::files;
 use crate::formats::{self, Format, Use, WRITE_TABLE};
 use crate::instrument;
+use crate::registry::Entry;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::{Args, Parser, Subcommand};
 use config_args::ConfigArgs;
@@ -161,23 +162,51 @@ fn choose_material<'a>(
     materials: &'a [Material],
     name: Option<&str>,
 ) -> Result<&'a Material, Error> {
-    let chosen = match (name, materials) {
-        (None, [only]) => Some(only),
-        (None, _) => None,
-        (Some(name), all) => all.iter().find(|m| m.name == name),
-    };
-    chosen.ok_or_else(|| {
-        let names: Vec<_> = materials.iter().map(|m| m.name.as_str()).collect();
-        let allowed = names.join(", ");
-        let message = match name {
-            Some(name) => {
-                let name = excerpt(name);
-                format!("\"{name}\" is not in this config; allowed: {allowed}")
-            }
-            None => format!("this config has several materials; allowed: one of {allowed}"),
-        };
-        Error::config("--material", message)
+    let names = || materials.iter().map(|m| m.name.clone());
+    match (name, materials) {
+        (None, [only]) => Ok(only),
+        (None, _) => {
+            let allowed = names().collect::<Vec<_>>().join(", ");
+            let message = format!("this config has several materials; allowed: one of {allowed}");
+            Err(Error::config("--material", message))
+        }
+        (Some(name), all) => {
+            let chosen = all.iter().find(|m| m.name == name);
+            chosen.ok_or_else(|| unknown("--material", name, names()))
+        }
+    }
+}
+
+/// The member of a family that an option names.
+fn member<T: ?Sized>(
+    option: &str,
+    what: &str,
+    name: &str,
+    family: &[Entry<T>],
+) -> Result<Entry<T>, Error> {
+    let found = family.iter().find(|e| e.kind == name);
+    found.copied().ok_or_else(|| {
+        let allowed = one_of(name, family.iter().map(|e| e.kind));
+        let name = excerpt(name);
+        Error::config(option, format!("{name:?} is no {what}; allowed: {allowed}"))
     })
+}
+
+/// The error for a name that the config has not; each of `allowed` is told once.
+fn unknown(option: &str, name: &str, allowed: impl IntoIterator<Item = String>) -> Error {
+    let mut names: Vec<String> = Vec::new();
+    for name in allowed {
+        if !names.contains(&name) {
+            names.push(name);
+        }
+    }
+    let allowed = match names.is_empty() {
+        true => "another option, as the config has none of these".into(),
+        false => one_of(name, names),
+    };
+    let name = excerpt(name);
+    let message = format!("\"{name}\" is not in this config; allowed: {allowed}");
+    Error::config(option, message)
 }
 
 /// The BRDF of a material.

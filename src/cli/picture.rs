@@ -1,9 +1,9 @@
 //! `gonio picture`.
 
 use super::brdf_args::BrdfArgs;
-use super::{ThreadArgs, build, choose_material, print, refuse_existing, say};
+use super::{ThreadArgs, build, choose_material, member, print, refuse_existing, say};
 use crate::brdf::{Brdf, BuildError, Channels};
-use crate::error::{Error, excerpt};
+use crate::error::{Error, excerpt, one_of};
 use crate::files::write_atomically;
 use crate::formats::{self, READ_ENVIRONMENT};
 use crate::instrument::{Ideal, Instrument};
@@ -111,16 +111,8 @@ impl Charts {
 }
 
 fn entry(name: &str) -> Result<Entry<ParametrizationSpec>, Error> {
-    parametrization::find(name).ok_or_else(|| {
-        let all = parametrization::all();
-        let all: Vec<_> = all.iter().map(|e| e.kind).collect();
-        let message = format!(
-            "{:?} is no parametrization; allowed: {}",
-            excerpt(name),
-            all.join(", ")
-        );
-        Error::config("--parametrization", message)
-    })
+    let all = parametrization::all();
+    member("--parametrization", "parametrization", name, &all)
 }
 
 /// View elevations, each a picture in a row.
@@ -281,13 +273,12 @@ impl Scene {
                 let mut named = all.iter().filter(|e| !e.examples.is_empty());
                 let Some(entry) = named.find(|e| e.kind == self.lighting) else {
                     let kinds = all.iter().filter(|e| !e.examples.is_empty());
-                    let kinds: Vec<_> = kinds.map(|e| e.kind).collect();
                     let message = format!(
                         "{:?} is neither a panorama ({}) nor a kind of light; allowed \
                          kinds: {}",
                         excerpt(&self.lighting),
                         READ_ENVIRONMENT.extensions("*."),
-                        kinds.join(", ")
+                        one_of(&self.lighting, kinds.map(|e| e.kind))
                     );
                     return Err(Error::config("--lighting", message));
                 };
@@ -357,17 +348,10 @@ impl Compare {
         self.scene.threads.apply()?;
         let chart = entry(&self.parametrization)?;
         let methods = reconstruct::all();
-        let Some(method) = methods.iter().find(|e| e.kind == self.reconstruction) else {
-            let kinds: Vec<_> = methods.iter().map(|e| e.kind).collect();
-            let message = format!(
-                "{:?} is no reconstruction; allowed: {}",
-                excerpt(&self.reconstruction),
-                kinds.join(", ")
-            );
-            return Err(Error::config("--reconstruction", message));
-        };
+        let name = &self.reconstruction;
+        let method = member("--reconstruction", "reconstruction", name, &methods)?;
         let internal = |e: registry::ReadError| Error::Internal(e.to_string());
-        let method = registry::read_text(method, "").map_err(internal)?;
+        let method = registry::read_text(&method, "").map_err(internal)?;
         let light = self.scene.light()?;
         let (name, truth) = material(&self.brdf)?;
         let (chart_name, budget) = (chart.kind, self.budget);

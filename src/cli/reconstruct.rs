@@ -5,7 +5,7 @@ use super::check::words;
 use super::reading::ReadingArgs;
 use super::{ThreadArgs, build, choose_material, format_names, print, refuse_existing, tabulate};
 use crate::brdf::Brdf;
-use crate::error::{Error, ParameterError, excerpt};
+use crate::error::{Error, ParameterError, excerpt, one_of};
 use crate::experiment::{AnyPlan, Kind, Source};
 use crate::formats::{Format, READ_READINGS, WRITE_TABLE};
 use crate::geometry::Symmetry;
@@ -145,11 +145,10 @@ impl Reconstruct {
             return Ok(());
         }
         let all = parametrization::all();
-        let all: Vec<_> = all.iter().map(|e| e.kind).collect();
         let message = format!(
             "{:?} is no parametrization; allowed: {}",
             excerpt(name),
-            all.join(", ")
+            one_of(name, all.iter().map(|e| e.kind))
         );
         Err(Error::config("--parametrization", message))
     }
@@ -181,11 +180,10 @@ impl Reconstruct {
         });
         let all = reconstruct::all();
         let Some(entry) = all.iter().find(|e| e.kind == kind) else {
-            let kinds: Vec<_> = all.iter().map(|e| e.kind).collect();
             let message = format!(
                 "{:?} is no reconstruction; allowed: {}",
                 excerpt(kind),
-                kinds.join(", ")
+                one_of(kind, all.iter().map(|e| e.kind))
             );
             return Err(Error::config("--reconstruction", message));
         };

@@ -1,9 +1,9 @@
 //! `gonio schedule`.
 
 use super::reading::ReadingArgs;
-use super::{ConfigArgs, SeedArgs, axis_names, format_names, refuse_existing, say, written};
-use crate::error::{Error, ParameterError, excerpt, in_left_open};
-use crate::experiment::{Allowance, Plan, PlannedInstrument, Router, ScheduleKey};
+use super::{ConfigArgs, SeedArgs, axis_names, format_names, refuse_existing, say, unknown, written};
+use crate::error::{Error, ParameterError, in_left_open};
+use crate::experiment::{Allowance, Plan, PlannedInstrument, Route, Router, ScheduleKey};
 use crate::files::write_atomically;
 use crate::formats::{CSV, Format, WRITE_SCHEDULE, WriteSchedule};
 use crate::geometry::DirectionPair;
@@ -431,26 +431,6 @@ pub(super) fn out_of_reach(itinerary: &Itinerary) -> String {
 fn names_folder(path: &Path) -> bool {
     let text = path.as_os_str().as_encoded_bytes();
     text.ends_with(b"/") || text.ends_with(std::path::MAIN_SEPARATOR_STR.as_bytes())
-}
-
-fn unknown(option: &str, name: &str, allowed: impl Iterator<Item = String>) -> Error {
-    let mut names: Vec<String> = Vec::new();
-    for name in allowed {
-        if !names.contains(&name) {
-            names.push(name);
-        }
-    }
-    let allowed = match names.join(", ") {
-        none if none.is_empty() => "another option, as the config has none of these".into(),
-        names => names,
-    };
-    Error::config(
-        option,
-        format!(
-            "\"{}\" is not in this config; allowed: {allowed}",
-            excerpt(name)
-        ),
-    )
 }
 
 /// A sentence about the options that tell several schedules apart.

@@ -2,10 +2,10 @@
 
 use super::brdf_args::BrdfArgs;
 use super::refuse_existing;
-use super::{ThreadArgs, build, choose_material, print};
+use super::{ThreadArgs, build, choose_material, member, print};
 use crate::analysis::{Reach, Subset as LightPaths};
 use crate::brdf::{Brdf, Channels};
-use crate::error::{Error, excerpt};
+use crate::error::Error;
 use crate::files::write_atomically;
 use crate::geometry::Symmetry;
 use crate::instrument::{self, Machine};
@@ -63,15 +63,8 @@ impl Subset {
             refuse_existing(path, self.force)?;
         }
         let entries = parametrization::all();
-        let Some(entry) = entries.iter().find(|e| e.kind == self.parametrization) else {
-            let allowed: Vec<_> = entries.iter().map(|e| e.kind).collect();
-            let message = format!(
-                "{:?} is no parametrization; allowed: {}",
-                excerpt(&self.parametrization),
-                allowed.join(", ")
-            );
-            return Err(Error::config("--parametrization", message));
-        };
+        let name = &self.parametrization;
+        let entry = member("--parametrization", "parametrization", name, &entries)?;
         let material = self.material()?;
         let symmetry = material
             .as_ref()

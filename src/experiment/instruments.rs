@@ -7,7 +7,7 @@ use super::choices::Material;
 use super::keypath::KeyPath;
 use super::source::Source;
 use super::tables::section;
-use crate::error::{Error, ParameterError, excerpt};
+use crate::error::{Error, ParameterError, excerpt, meant, one_of};
 use crate::geometry::Symmetry;
 use crate::instrument::{self, Bench, InstrumentSpec, Order, Parts};
 use crate::registry::{self, ReadError, Table};
@@ -221,17 +221,15 @@ pub fn load(preset_or_path: &str) -> Result<InstrumentSpec, Error> {
     if looks_like_a_file || path.exists() {
         return read(path);
     }
+    let presets = instrument::presets();
+    let names: Vec<_> = presets.iter().map(|p| p.name).collect();
     let message = format!(
-        "\"{}\" is no instrument; allowed: {}, or the path of a file.toml",
+        "\"{}\" is no instrument; allowed: {}, or the path of a file.toml{}",
         excerpt(preset_or_path),
-        names()
+        names.join(", "),
+        meant(preset_or_path, &names)
     );
     Err(Error::config("--instrument", message))
-}
-
-fn names() -> String {
-    let names: Vec<_> = instrument::presets().iter().map(|p| p.name).collect();
-    names.join(", ")
 }
 
 fn preset(name: &str) -> Result<Option<InstrumentSpec>, Error> {
@@ -269,7 +267,9 @@ pub(super) fn gather(
                 None => {
                     let path = path.key("preset");
                     let name = excerpt(&name);
-                    let message = format!("{path} = \"{name}\"; allowed: {}", names());
+                    let presets = instrument::presets();
+                    let allowed = one_of(&name, presets.iter().map(|p| p.name));
+                    let message = format!("{path} = \"{name}\"; allowed: {allowed}");
                     return Err(source.error_at(&path, message));
                 }
             },

@@ -2,7 +2,7 @@
 
 use super::keypath::KeyPath;
 use super::source::Source;
-use crate::error::{Error, excerpt};
+use crate::error::{Error, excerpt, meant};
 use serde::{Deserialize, Serialize};
 
 /// Kinds of experiments: the value of `experiment`.
@@ -69,7 +69,8 @@ impl Kind {
             None => format!("a value of type {}", value.get_ref().type_str()),
         };
         let names = Self::ALL.map(|k| format!("{:?}", k.name())).join(", ");
-        let message = format!("experiment = {found}; allowed: {names}");
+        let meant = meant(text.unwrap_or_default(), &Self::ALL.map(Kind::name));
+        let message = format!("experiment = {found}; allowed: {names}{meant}");
         Err(source.error_at(&KeyPath::of("experiment"), message))
     }
 

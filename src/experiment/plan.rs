@@ -20,10 +20,10 @@ use super::tuning::Tuning;
 use super::unit::Unit;
 use super::validate::{Numbers, check_metrics, check_output, check_quantities};
 use crate::brdf::Channels;
-use crate::error::{Error, excerpt};
+use crate::error::{Error, ParameterError, excerpt, one_of};
 use crate::geometry::Symmetry;
 use crate::metrics::{Measure, MetricsSpec};
-use crate::parametrization::ParametrizationSpec;
+use crate::parametrization::{self, ParametrizationSpec};
 use crate::reconstruct::{self, Reconstruct};
 use std::collections::HashSet;
 use std::fmt::Display;
@@ -347,12 +347,19 @@ impl Plan {
         coordinates: &[reconstruct::Coordinates],
     ) -> Result<(), Error> {
         for (i, c) in coordinates.iter().enumerate().filter(|c| c.1.kind != OWN) {
+            if parametrization::find(&c.kind).is_none() {
+                let path = KeyPath::of("coordinates").index(i).key("kind");
+                let all = parametrization::all();
+                let kinds = all.iter().map(|e| e.kind).chain([OWN]);
+                let allowed = one_of(&c.kind, kinds);
+                let e = ParameterError::new(path.to_string(), &c.kind, allowed);
+                return Err(source.error_at(&path, e));
+            }
             for symmetry in self.symmetries() {
                 c.form(symmetry).map_err(|e| {
                     let path = KeyPath::of("coordinates").index(i);
                     let key = e.key.trim_start_matches("coordinates.").to_owned();
-                    let allowed = if key == "kind" { ", own" } else { "" };
-                    source.error_at(&below(&path, &key), format!("{e}{allowed}"))
+                    source.error_at(&below(&path, &key), e)
                 })?;
             }
         }
@@ -413,11 +420,10 @@ impl Plan {
         let found = self.sample_sets.iter().position(|s| s.name == *name);
         if found.is_none() {
             let path = path.key("on");
-            let names: Vec<_> = self.sample_sets.iter().map(|s| s.name.as_str()).collect();
             let message = format!(
                 "{path} = \"{}\" is no sample set of this config; allowed: {}",
                 excerpt(name),
-                names.join(", ")
+                one_of(name, self.sample_sets.iter().map(|s| &s.name))
             );
             return Err(source.error_at(&path, message));
         }

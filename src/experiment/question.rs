@@ -4,7 +4,7 @@ use super::checks::below;
 use super::choices::Choice;
 use super::keypath::KeyPath;
 use super::source::Source;
-use crate::error::{Error, ParameterError};
+use crate::error::{Error, ParameterError, one_of};
 use serde::{Deserialize, Serialize};
 
 /// A column of a choice whose levels a report can compare.
@@ -107,7 +107,7 @@ impl ReportSpec {
                 let allowed = format!(
                     "a {} of this config: {}",
                     self.factor.name(),
-                    levels.join(", ")
+                    one_of(name, levels)
                 );
                 let e = ParameterError::new(path.to_string(), format!("{name:?}"), allowed);
                 return Err(source.error_at(&path, e));

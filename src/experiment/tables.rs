@@ -1,6 +1,6 @@
 //! Reading and writing the tables of configs, key by key.
 
-use crate::error::excerpt;
+use crate::error::{excerpt, one_of};
 use crate::registry::{self, ReadError, Table};
 use serde::Serialize;
 use toml::Value;
@@ -25,7 +25,7 @@ pub(super) fn refuse_unknown(table: &Table<'_>, keys: &[&str]) -> Result<(), Rea
     for key in table.get_ref().keys() {
         let name = key.get_ref().as_ref();
         if !keys.contains(&name) {
-            let allowed = keys.join(", ");
+            let allowed = one_of(name, keys);
             let name = excerpt(name);
             let message = format!("unknown key {name}; allowed: {allowed}");
             return Err(ReadError::at(key.span(), message));

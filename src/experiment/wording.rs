@@ -1,7 +1,7 @@
 //! Serde's and toml's messages in the house's words: key, value, what is allowed.
 
 use super::keypath::{KeyPath, Step};
-use crate::error::excerpt;
+use crate::error::{excerpt, meant, one_of};
 
 /// Keys of the elements of a list that are read before their family sees the table, and so are
 /// missing from what it lists as allowed.
@@ -22,13 +22,17 @@ pub(super) fn name_key(path: &KeyPath, found: &str, message: &str) -> String {
         .strip_prefix("invalid type: ")
         .or_else(|| message.strip_prefix("invalid value: "));
     if let Some((found, expected)) = typed.and_then(|m| m.split_once(", expected ")) {
+        // Of names in a list the one that may be meant.
+        let names: Vec<&str> = expected.split('"').skip(1).step_by(2).collect();
+        let quoted = found.split('"').nth(1).unwrap_or_default();
         return format!(
-            "{path} is {}; allowed: {}",
+            "{path} is {}; allowed: {}{}",
             excerpt(found),
-            in_words(expected)
+            in_words(expected),
+            meant(quoted, &names)
         );
     }
-    let listed = |extra: &[&str]| {
+    let listed = |found: &str, extra: &[&str]| {
         let list = message
             .split_once("`, expected ")
             .map_or("", |(_, list)| list);
@@ -40,7 +44,7 @@ pub(super) fn name_key(path: &KeyPath, found: &str, message: &str) -> String {
         if all.is_empty() {
             "none here".into()
         } else {
-            all.join(", ")
+            one_of(found, all)
         }
     };
     if message.starts_with("unknown field `") {
@@ -51,15 +55,16 @@ pub(super) fn name_key(path: &KeyPath, found: &str, message: &str) -> String {
             }
             _ => &[],
         };
-        return format!("unknown key {path}; allowed: {}", listed(extra));
+        let key = message.split('`').nth(1).unwrap_or_default();
+        return format!("unknown key {path}; allowed: {}", listed(key, extra));
     }
     if message == "wanted string or table" {
         return format!("{path} = {found}; allowed: a string");
     }
     if let Some(rest) = message.strip_prefix("unknown variant `") {
         let variant = rest.split('`').next().unwrap_or(rest);
-        let variant = excerpt(variant);
-        return format!("{path} = \"{variant}\"; allowed: {}", listed(&[]));
+        let (variant, allowed) = (excerpt(variant), listed(variant, &[]));
+        return format!("{path} = \"{variant}\"; allowed: {allowed}");
     }
     if let Some(key) = message.strip_prefix("missing field ") {
         return format!("{path} lacks the key {}", key.replace('`', ""));

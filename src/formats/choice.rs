@@ -1,7 +1,7 @@
 //! Which format a file has.
 
 use super::{Format, all};
-use crate::error::excerpt;
+use crate::error::{excerpt, one_of};
 use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
@@ -66,7 +66,7 @@ impl<T> Use<T> {
         found.ok_or_else(|| FormatError::Unknown {
             what: self.what,
             found: excerpt(name).into_owned(),
-            allowed: self.names(),
+            allowed: one_of(name, self.formats().map(|f| f.name)),
         })
     }
 
@@ -93,13 +93,8 @@ impl<T> Use<T> {
         (self.of)(format).ok_or_else(|| FormatError::Unknown {
             what: self.what,
             found: format.name.into(),
-            allowed: self.names(),
+            allowed: one_of(format.name, self.formats().map(|f| f.name)),
         })
-    }
-
-    fn names(&self) -> String {
-        let names: Vec<_> = self.formats().map(|f| f.name).collect();
-        names.join(", ")
     }
 }
 

@@ -2,6 +2,7 @@
 //! and "uniform in the warped parametrization" are the same code.
 
 use super::{Axis, Coords, Facts, Parametrization, Warp, WarpError, WarpProblem, Warps};
+use crate::error::one_of;
 use crate::geometry::{DirectionPair, Symmetry};
 
 /// A parametrization with warped axes.
@@ -26,10 +27,9 @@ impl<P: Parametrization> Warped<P> {
                 problem,
             };
             let Some(i) = axes.iter().position(|a| a.symbol == symbol) else {
-                let allowed: Vec<_> = axes.iter().map(|a| a.symbol).collect();
                 return Err(error(WarpProblem::NoAxis {
                     parametrization: inner.name(),
-                    axes: allowed.join(", "),
+                    axes: one_of(symbol, axes.iter().map(|a| a.symbol)),
                 }));
             };
             (warps[i], axes[i]) = warp.on(&axes[i]).map_err(error)?;

@@ -1,7 +1,7 @@
 //! The coordinates in which scattered readings are interpolated.
 
 use super::ReconstructError;
-use crate::error::{ParameterError, in_closed};
+use crate::error::{ParameterError, in_closed, one_of};
 use crate::geometry::Symmetry;
 use crate::parametrization::{self, Parametrization, Warps};
 use serde::{Deserialize, Serialize};
@@ -25,8 +25,8 @@ impl Coordinates {
     /// If there is no such parametrization, axis or warp.
     pub fn form(&self, symmetry: Symmetry) -> Result<Arc<dyn Parametrization>, ParameterError> {
         let Some(entry) = parametrization::find(&self.kind) else {
-            let names: Vec<_> = parametrization::all().iter().map(|e| e.kind).collect();
-            let allowed = names.join(", ");
+            let names = parametrization::all();
+            let allowed = one_of(&self.kind, names.iter().map(|e| e.kind));
             return Err(ParameterError::new("coordinates.kind", &self.kind, allowed));
         };
         entry.warped(symmetry, &self.warp).map_err(|e| {

@@ -17,7 +17,7 @@ use super::itinerary::{MAX_AXES, Positions, Unreachable};
 use super::lattice::{Lattice, LatticeAxis};
 use super::table::{FileError, Table};
 use super::{Pose, Schedule};
-use crate::error::excerpt;
+use crate::error::{excerpt, one_of};
 use crate::geometry::{Direction, DirectionPair, Symmetry};
 use crate::parametrization::{self, Axis, Coords, Parametrization, Unit, WarpSpec, warps};
 use crate::registry;
@@ -420,9 +420,9 @@ pub(crate) fn form(table: &Table, assume: &Assume) -> Result<Arc<dyn Parametriza
     let refuse = |key: &str, problem: String| Err(table.fact_error(key, problem));
     let Some(entry) = parametrization::find(&name) else {
         let all = parametrization::all();
-        let all: Vec<_> = all.iter().map(|e| e.kind).collect();
+        let all = one_of(&name, all.iter().map(|e| e.kind));
         let name = excerpt(&name);
-        let message = format!("parametrization = {name:?}: allowed are {}", all.join(", "));
+        let message = format!("parametrization = {name:?}: allowed are {all}");
         return refuse("parametrization", message);
     };
     let symmetry = match assume.symmetry {

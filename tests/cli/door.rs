@@ -64,3 +64,105 @@ fn tables_are_run_without_a_config() {
     let empty = bench.refused(&["run", "empty"], 3);
     assert!(empty.contains("holds no MERL file"), "{empty}");
 }
+
+#[test]
+fn a_slip_in_a_name_is_told_the_name_that_is_near() {
+    let bench = Bench::new();
+    let edited = |from: &str, to: &str| {
+        assert!(super::SMALL.contains(from), "{from}");
+        let text = super::SMALL.replace(from, to);
+        fs::write(bench.path("slip.toml"), text).unwrap();
+        bench.refused(&["check", "slip.toml"], 2)
+    };
+    for (from, to, meant) in [
+        ("\"half-difference\"", "\"hybird\"", "hybrid"),
+        ("\"half-difference\"", "\"half\"", "half-difference"),
+        ("square-root", "sqare-root", "square-root"),
+        ("theta_h =", "theta_hh =", "theta_h"),
+        ("\"nearest\"", "\"neerest\"", "nearest"),
+        ("\"random\"", "\"randon\"", "random"),
+        ("\"lambert\"", "\"Lambret\"", "lambert"),
+        ("alpha", "aplha", "alpha"),
+        ("budgets", "budget", "budgets"),
+        ("pairs", "pair", "pairs"),
+    ] {
+        let sentence = edited(from, to);
+        let meant = format!("; did you mean {meant}?");
+        assert!(sentence.contains(&meant), "{to}: {sentence}");
+    }
+    for (args, meant) in [
+        (
+            &["check", "small.toml", "--set", "experiment=studdy"][..],
+            "study",
+        ),
+        (
+            &["check", "small.toml", "--set", "measures=[\"lob\"]"],
+            "lobe",
+        ),
+        (
+            &[
+                "check",
+                "small.toml",
+                "--set",
+                "instrument=[{preset=\"utai\"}]",
+            ],
+            "utia",
+        ),
+        (
+            &[
+                "check",
+                "small.toml",
+                "--set",
+                "coordinates=[{kind=\"owm\"}]",
+            ],
+            "own",
+        ),
+        (
+            &["check", "small.toml", "--set", "output.schedules=cvs"],
+            "csv",
+        ),
+        (
+            &[
+                "tabulate",
+                "small.toml",
+                "--material",
+                "ggx",
+                "-o",
+                "x.binary",
+            ],
+            "ggx-0.4",
+        ),
+        (&["schedule", "small.toml", "--instrument", "utai"], "utia"),
+        (&["schedule", "small.toml", "--sample-set", "gird"], "grid"),
+        (&["slice", "gxg"], "ggx"),
+        (
+            &["subset", "--parametrization", "hybird", "--box", "k=0..1"],
+            "hybrid",
+        ),
+        (
+            &[
+                "subset",
+                "--parametrization",
+                "hybrid",
+                "--box",
+                "hbar=0..1",
+            ],
+            "h_bar",
+        ),
+        (&["picture", "sphere", "ggx", "--lighting", "sly"], "sky"),
+        (
+            &["picture", "compare", "ggx", "--reconstruction", "cubics"],
+            "cubic",
+        ),
+    ] {
+        let sentence = bench.refused(args, 2);
+        let meant = format!("; did you mean {meant}?");
+        assert!(
+            sentence.trim_end().ends_with(&meant),
+            "{args:?}: {sentence}"
+        );
+    }
+    // Nothing is guessed of what is like none of them.
+    let sentence = bench.refused(&["slice", "chocolate"], 2);
+    assert!(!sentence.contains("did you mean"), "{sentence}");
+}

@@ -1,7 +1,7 @@
 //! Text form of a box: `h_bar=0..0.2, k=0.5..0.7, delta=30..60`.
 
 use super::Subset;
-use crate::error::ParameterError;
+use crate::error::{ParameterError, one_of};
 use crate::parametrization::{Axis, Parametrization, Unit};
 use std::sync::Arc;
 
@@ -27,7 +27,6 @@ impl Subset {
     pub fn read(form: Arc<dyn Parametrization>, text: &str) -> Result<Self, ParameterError> {
         let axes = form.axes().to_vec();
         assert_eq!(axes.len(), 3, "subsets are those of an isotropic form");
-        let symbols = axes.iter().map(|a| a.symbol).collect::<Vec<_>>().join(", ");
         let mut ranges = [0, 1, 2].map(|i| axes[i].range);
         let mut named = [false; 3];
         for part in text.split(',').map(str::trim).filter(|p| !p.is_empty()) {
@@ -40,6 +39,7 @@ impl Subset {
             })?;
             let symbol = symbol.trim();
             let Some(i) = axes.iter().position(|a| a.symbol == symbol) else {
+                let symbols = one_of(symbol, axes.iter().map(|a| a.symbol));
                 let allowed = format!("an axis of {}: {symbols}", form.name());
                 return Err(ParameterError::new("box", format!("{symbol:?}"), allowed));
             };

@@ -4,7 +4,7 @@ use super::{
     AxisSpec, BASE, CalibrationSpec, DetectorSpec, InstrumentSpec, LIGHT, SENSOR, Scan, SourceSpec,
     TimingSpec,
 };
-use crate::error::{ParameterError, in_closed, in_left_open};
+use crate::error::{ParameterError, in_closed, in_left_open, one_of};
 use crate::instrument::class::{AxisTemplate, Class, classes};
 use glam::DVec3;
 
@@ -147,8 +147,8 @@ impl InstrumentSpec {
         if value == BASE || self.parent(value).is_some() {
             return Ok(());
         }
-        let names: Vec<_> = self.axis.iter().map(|axis| axis.name.as_str()).collect();
-        let allowed = format!("base or the name of an axis: {}", names.join(", "));
+        let names = one_of(value, self.axis.iter().map(|axis| &axis.name));
+        let allowed = format!("base or the name of an axis: {names}");
         Err(ParameterError::new(key, format!("{value:?}"), allowed))
     }
 
