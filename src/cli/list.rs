@@ -2,7 +2,7 @@
 
 use super::print;
 use crate::brdf;
-use crate::error::Error;
+use crate::error::{Error, excerpt, one_of};
 use crate::experiment::{Kind, Row, Use};
 use crate::formats;
 use crate::geometry::Symmetry;
@@ -20,6 +20,8 @@ use clap::{Args, ValueEnum};
 pub(super) struct List {
     /// One family; all if left out
     family: Option<Family>,
+    /// One instrument: its whole file, to be edited and named in `[[instrument]] file = …`
+    name: Option<String>,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
@@ -182,6 +184,9 @@ const MORE_COLUMNS: [Columns; 5] = [
 
 impl List {
     pub(super) fn run(self) -> Result<(), Error> {
+        if let Some(name) = &self.name {
+            return print(self.preset(name)?);
+        }
         let families = Family::value_variants().iter();
         for (i, &family) in families
             .filter(|&&f| self.family.is_none_or(|only| only == f))
@@ -191,6 +196,21 @@ impl List {
             print(&format!("{gap}{}", section(family)))?;
         }
         Ok(())
+    }
+
+    /// The file of an instrument.
+    fn preset(&self, name: &str) -> Result<&'static str, Error> {
+        if self.family != Some(Family::Instruments) {
+            let message = "only instruments are printed one by one; allowed: instruments NAME";
+            return Err(Error::config(excerpt(name), message));
+        }
+        let presets = instrument::presets();
+        let found = presets.iter().find(|preset| preset.name == name);
+        found.map(|preset| preset.text).ok_or_else(|| {
+            let allowed = one_of(name, presets.iter().map(|preset| preset.name));
+            let message = format!("this is no instrument; allowed: {allowed}");
+            Error::config(excerpt(name), message)
+        })
     }
 }
 
@@ -301,8 +321,7 @@ fn instruments() -> String {
     let keys = Use::KEYS.map(|(key, meaning)| line(key, meaning));
     let orders = Order::ALL.map(|order| line(order.name(), order.summary()));
     let title = "instruments: [[instrument]] of a config";
-    let names =
-        "instruments: presets; gonio check NAME says more, and the files explain their keys";
+    let names = "instruments: presets; gonio check NAME says more, gonio list instruments NAME prints its file";
     let classes =
         "instruments: kinematic classes: class = … of an instrument file, with these [[axis]]";
     [

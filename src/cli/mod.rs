@@ -9,6 +9,7 @@ mod check;
 mod claims;
 mod config_args;
 mod distortion;
+mod init;
 mod list;
 mod measure;
 mod merge;
@@ -52,6 +53,8 @@ pub struct Cli {
 
 #[derive(Debug, Subcommand)]
 enum Command {
+    /// Write a commented config to start from
+    Init(init::Init),
     /// Run an experiment: measure, reconstruct, compare
     Run(run::Run),
     /// Put the parts of a run together
@@ -95,6 +98,7 @@ impl Cli {
     /// Anything; [`Error::exit_code`] tells what kind.
     pub fn run(self) -> Result<(), Error> {
         match self.command {
+            Command::Init(command) => command.run(),
             Command::Run(command) => command.run(),
             Command::Merge(command) => command.run(),
             Command::Check(command) => command.run(),

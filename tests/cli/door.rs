@@ -134,7 +134,7 @@ fn a_slip_in_a_name_is_told_the_name_that_is_near() {
         ),
         (&["schedule", "small.toml", "--instrument", "utai"], "utia"),
         (&["schedule", "small.toml", "--sample-set", "gird"], "grid"),
-        (&["slice", "gxg"], "ggx"),
+        (&["moments", "gxg"], "ggx"),
         (
             &["subset", "--parametrization", "hybird", "--box", "k=0..1"],
             "hybrid",
@@ -149,9 +149,20 @@ fn a_slip_in_a_name_is_told_the_name_that_is_near() {
             ],
             "h_bar",
         ),
-        (&["picture", "sphere", "ggx", "--lighting", "sly"], "sky"),
         (
-            &["picture", "compare", "ggx", "--reconstruction", "cubics"],
+            &["picture", "sphere", "ggx", "-o", "x", "--lighting", "sly"],
+            "sky",
+        ),
+        (
+            &[
+                "picture",
+                "compare",
+                "ggx",
+                "-o",
+                "x",
+                "--reconstruction",
+                "cubics",
+            ],
             "cubic",
         ),
     ] {
@@ -163,6 +174,56 @@ fn a_slip_in_a_name_is_told_the_name_that_is_near() {
         );
     }
     // Nothing is guessed of what is like none of them.
-    let sentence = bench.refused(&["slice", "chocolate"], 2);
+    let sentence = bench.refused(&["moments", "chocolate"], 2);
     assert!(!sentence.contains("did you mean"), "{sentence}");
+}
+
+#[test]
+fn every_starter_is_a_config_that_checks() {
+    let bench = Bench::new();
+    let starters = ["acquisition", "study", "moments", "relations", "instrument"];
+    let help = bench.good(&["init", "--help"]);
+    for starter in starters {
+        assert!(help.contains(&format!("- {starter}:")), "{help}");
+        bench.good(&["init", starter]);
+        let file = format!("{starter}.toml");
+        let text = bench.read(&file);
+        assert!(text.starts_with("# "), "{starter} says what it is");
+        assert_eq!(bench.good(&["init", starter, "-o", "-"]), text);
+        bench.good(&["check", &file]);
+        let there = bench.refused(&["init", starter], 2);
+        assert!(there.contains("this file exists"), "{there}");
+        fs::write(bench.path(&file), "").unwrap();
+        bench.good(&["init", starter, "--force"]);
+        assert_eq!(bench.read(&file), text);
+    }
+    // Those that are listed are all.
+    let listed = help.lines().filter(|l| l.trim_start().starts_with("- "));
+    assert_eq!(listed.count(), starters.len(), "{help}");
+    bench.good(&["init", "-o", "mine.toml"]);
+}
+
+#[test]
+fn a_preset_that_is_printed_is_the_same_machine() {
+    let bench = Bench::new();
+    for preset in gonio::instrument::presets() {
+        let text = bench.good(&["list", "instruments", preset.name]);
+        fs::write(bench.path("mine.toml"), text).unwrap();
+        let costs = |instrument: String, file: &str| {
+            let config = format!(
+                "budgets = [60]\n[[material]]\nkind = \"ggx\"\n[[instrument]]\n{instrument}\n"
+            );
+            fs::write(bench.path("config.toml"), config).unwrap();
+            let order = ["--skip-unreachable", "--force", "-o", file];
+            bench.good(&[&["schedule", "config.toml"], &order[..]].concat());
+            bench.read(file)
+        };
+        let before = costs(format!("preset = {:?}", preset.name), "preset.csv");
+        let mine = costs("file = \"mine.toml\"".into(), "mine.csv");
+        assert!(before.contains("rows in the order of time"), "{before}");
+        assert!(before == mine, "{} is another", preset.name);
+    }
+    let refused = bench.refused(&["list", "instruments", "utai"], 2);
+    assert!(refused.contains("; did you mean utia?"), "{refused}");
+    bench.refused(&["list", "warps", "power"], 2);
 }
