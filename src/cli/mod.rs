@@ -69,7 +69,7 @@ enum Command {
     Measure(measure::Measure),
     /// Make a BRDF of a measurement file, and say how good it is
     Reconstruct(reconstruct::Reconstruct),
-    /// JSON Schema of the lines of our files
+    /// JSON Schema of configs, instruments, and of the lines of our files
     Schema(schema::Schema),
     /// Moment profiles of a material, or of every material of a config
     Moments(moments::Moments),

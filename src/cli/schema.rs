@@ -2,13 +2,14 @@
 
 use super::print;
 use crate::error::Error;
+use crate::experiment::{config_schema, instrument_schema};
 use crate::measurement::measurement_schema;
 use crate::schedule::schedule_schema;
 use clap::{Args, ValueEnum};
 
 #[derive(Debug, Args)]
 pub(super) struct Schema {
-    /// Lines of which file
+    /// Of which file
     file: File,
 }
 
@@ -18,6 +19,10 @@ enum File {
     Schedule,
     /// What `gonio measure` writes
     Measurement,
+    /// A config, as `gonio run` takes it
+    Config,
+    /// An instrument file, as `[[instrument]] file = …` names it
+    Instrument,
 }
 
 impl Schema {
@@ -25,6 +30,8 @@ impl Schema {
         let schema = match self.file {
             File::Schedule => schedule_schema(),
             File::Measurement => measurement_schema(),
+            File::Config => config_schema(),
+            File::Instrument => instrument_schema(),
         };
         print(&format!("{schema:#}\n"))
     }

@@ -221,20 +221,20 @@ impl<'s> Config<'s> {
         if kind.has_profiles() {
             return Err(Kind::Acquisition.refusal(kind, source));
         }
-        let mut table = source.table()?;
-        let band = take_band(source, &mut table)?;
-        let config = Self::from_table(source, table, kind, band).map_err(|e| source.error(e))?;
+        let table = source.table()?;
+        let config = Self::from_table(source, table, kind).map_err(|e| source.error(e))?;
         config.check()?;
         Ok(config)
     }
 
-    fn from_table(
+    /// Reads the tables of a config of kind `kind`, without checking their values.
+    pub(super) fn from_table(
         source: &'s Source,
         mut table: Table<'s>,
         kind: Kind,
-        band: f64,
     ) -> Result<Self, ReadError> {
         refuse_unknown(&table, &KEYS)?;
+        let band = take_band(&mut table)?;
         let coordinates = take_list(&mut table, "coordinates", registry::parse)?;
         let report = registry::take_table(&mut table, "report")?;
         let report = report.map(registry::parse).transpose()?;
@@ -301,6 +301,8 @@ impl<'s> Config<'s> {
 
     fn check(&self) -> Result<(), Error> {
         let source = self.source;
+        in_closed("band", self.band, 1.0, 10.0)
+            .map_err(|e| source.error_at(&KeyPath::of("band"), e))?;
         self.pictures.check(source)?;
         for (i, reach) in self.reach.iter().enumerate() {
             let path = KeyPath::of("reconstruction").index(i).key("up_to");
@@ -323,14 +325,13 @@ impl<'s> Config<'s> {
 const BAND: f64 = 1.05;
 
 /// Takes `band`.
-fn take_band(source: &Source, config: &mut Table<'_>) -> Result<f64, Error> {
+fn take_band(config: &mut Table<'_>) -> Result<f64, ReadError> {
     let Some(value) = config.get_mut().remove("band") else {
         return Ok(BAND);
     };
-    let path = KeyPath::of("band");
+    let span = value.span();
     let value = f64::deserialize(toml::de::ValueDeserializer::from(value));
-    let value = value.map_err(|e| source.error_at(&path, format!("band: {}", e.message())))?;
-    in_closed("band", value, 1.0, 10.0).map_err(|e| source.error_at(&path, e))
+    value.map_err(|e| ReadError::at(span, e.message()))
 }
 
 /// Takes the keys of every `[[reconstruction]]` that say where it is used; what is no list of tables

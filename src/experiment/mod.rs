@@ -75,6 +75,8 @@ mod route;
 mod row;
 mod run;
 mod schedules;
+#[cfg(feature = "schemas")]
+mod schema;
 mod source;
 mod stack;
 mod tables;
@@ -103,6 +105,8 @@ pub use question::{Factor, ReportSpec};
 pub use record::{Experiment, Extent, Known, Record, Shard, ShardError};
 pub use route::{Route, Router};
 pub use row::{Quantities, Row, quantities};
+#[cfg(feature = "schemas")]
+pub use schema::{config_schema, instrument_schema};
 pub use source::Source;
 pub use tables::Named;
 pub use training::{TuningKeys, TuningTable};

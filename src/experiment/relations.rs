@@ -197,6 +197,13 @@ fn parts(mut table: Table<'_>) -> Result<Parts<'_>, ReadError> {
     Ok((table, lights.unwrap_or_default(), keys.unwrap_or_default()))
 }
 
+/// Reads the tables of a config of this kind, without checking their values.
+#[cfg(feature = "schemas")]
+pub(super) fn read_keys(table: Table<'_>) -> Result<(), ReadError> {
+    let (table, _, _) = parts(table)?;
+    super::moments::read_tables(table)
+}
+
 /// The relations of a material under a lighting.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]

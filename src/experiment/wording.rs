@@ -3,8 +3,15 @@
 use super::keypath::{KeyPath, Step};
 use crate::error::{excerpt, meant, one_of};
 
-/// Keys of the elements of a list that are read before their family sees the table, and so are
-/// missing from what it lists as allowed.
+/// Keys of a table of the top level that are read before the rest of it, and so are missing from
+/// what its reader lists as allowed.
+const TAKEN_KEYS: [(&str, &[&str]); 3] = [
+    ("moments", &["estimator"]),
+    ("pictures", &["lighting"]),
+    ("tuning", &["materials"]),
+];
+
+/// The same of the elements of a list.
 const COMMON_KEYS: [(&str, &[&str]); 6] = [
     ("instrument", &["preset", "file", "spec", "name"]),
     ("lighting", &["kind", "name"]),
@@ -13,6 +20,16 @@ const COMMON_KEYS: [(&str, &[&str]); 6] = [
     ("sample_set", &["kind", "name"]),
     ("reconstruction", &["kind", "name", "up_to", "on"]),
 ];
+
+/// Keys of a table at the top level, or of an element of a list there, that its reader does not see.
+pub(super) fn taken_before(name: &str, in_list: bool) -> &'static [&'static str] {
+    let known: &[(&str, &[&str])] = match in_list {
+        true => &COMMON_KEYS,
+        false => &TAKEN_KEYS,
+    };
+    let known = known.iter().find(|(table, _)| *table == name);
+    known.map_or(&[], |(_, keys)| keys)
+}
 
 /// A message that names its key and value: serde's, which do not, are put into the house's words.
 /// `found` is the text the message is about.
@@ -49,10 +66,8 @@ pub(super) fn name_key(path: &KeyPath, found: &str, message: &str) -> String {
     };
     if message.starts_with("unknown field `") {
         let extra: &[&str] = match path.0.as_slice() {
-            [Step::Key(list), Step::Index(_), Step::Key(_)] => {
-                let known = COMMON_KEYS.iter().find(|(name, _)| name == list);
-                known.map_or(&[], |(_, keys)| keys)
-            }
+            [Step::Key(list), Step::Index(_), Step::Key(_)] => taken_before(list, true),
+            [Step::Key(table), Step::Key(_)] => taken_before(table, false),
             _ => &[],
         };
         let key = message.split('`').nth(1).unwrap_or_default();
@@ -68,6 +83,14 @@ pub(super) fn name_key(path: &KeyPath, found: &str, message: &str) -> String {
     }
     if let Some(key) = message.strip_prefix("missing field ") {
         return format!("{path} lacks the key {}", key.replace('`', ""));
+    }
+    // Of a table whose keys are known here by their own place.
+    if let Some((key, list)) = message
+        .strip_prefix("unknown key `")
+        .and_then(|rest| rest.split_once("`, expected "))
+    {
+        let names: Vec<&str> = list.split('`').skip(1).step_by(2).collect();
+        return format!("{path}: {message}{}", meant(key, &names));
     }
     let last_key = path.0.iter().rev().find_map(|step| match step {
         Step::Key(key) => Some(key.as_str()),

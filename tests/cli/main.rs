@@ -15,6 +15,7 @@ mod report;
 mod resuming;
 mod runs;
 mod schedules;
+mod schemas;
 mod slice;
 mod spectral;
 mod study;

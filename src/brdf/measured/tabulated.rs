@@ -11,6 +11,7 @@ use crate::brdf::{self, Brdf, BrdfSpec, BuildError, Channels, Favours, Tables};
 use crate::error::ParameterError;
 use crate::geometry::Symmetry;
 use crate::registry::{self, Entry, ReadError, Table};
+use serde::de::IgnoredAny;
 use serde::{Deserialize, Serialize};
 
 const KIND: &str = "tabulated";
@@ -43,7 +44,8 @@ impl TableFormat {
     }
 }
 
-/// The keys beside the nested material.
+/// The keys beside the nested material, which is taken out before and listed so that the message
+/// about an unknown key names it.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 struct Keys {
@@ -51,6 +53,8 @@ struct Keys {
     /// Interpolation between nodes; of MERL tables only.
     #[serde(skip_serializing_if = "Option::is_none")]
     interpolation: Option<Interpolation>,
+    #[serde(rename = "of", skip_serializing)]
+    _of: IgnoredAny,
 }
 
 /// A tabulated material, as a config writes it.
@@ -66,6 +70,7 @@ impl TabulatedSpec {
         let keys = Keys {
             format: TableFormat::Merl,
             interpolation: Some(interpolation),
+            ..Keys::default()
         };
         Self { keys, of }
     }
@@ -74,7 +79,7 @@ impl TabulatedSpec {
     pub fn utia(of: Box<dyn BrdfSpec>) -> Self {
         let keys = Keys {
             format: TableFormat::Utia,
-            interpolation: None,
+            ..Keys::default()
         };
         Self { keys, of }
     }
@@ -90,6 +95,7 @@ impl TabulatedSpec {
         let Keys {
             format,
             interpolation,
+            ..
         } = registry::parse(table)?;
         match (format, interpolation) {
             (TableFormat::Merl, given) => Ok(Self::merl(of, given.unwrap_or_default())),

@@ -260,6 +260,19 @@ struct Parts<'s> {
     lighting: Box<dyn LightingSpec>,
 }
 
+/// Reads the tables of a config of this kind, without checking their values.
+#[cfg(feature = "schemas")]
+pub(in crate::experiment) fn read_keys(table: Table<'_>) -> Result<(), ReadError> {
+    refuse_unknown(&table, &KEYS)?;
+    read_tables(table)
+}
+
+/// Reads the tables of a config that has no other keys.
+#[cfg(feature = "schemas")]
+pub(in crate::experiment) fn read_tables(table: Table<'_>) -> Result<(), ReadError> {
+    parts(table).map(drop)
+}
+
 fn parts(mut table: Table<'_>) -> Result<Parts<'_>, ReadError> {
     let tables = take_list(&mut table, "material", material)?.unwrap_or_default();
     let merl = registry::take_table(&mut table, "merl")?;

@@ -1,0 +1,527 @@
+//! JSON Schema of configs and instrument files, for editors.
+//!
+//! Nothing is described twice: the readers themselves are asked. A reader that is given a key it
+//! does not know lists those it knows; one that is given a value of the wrong type says so, and so
+//! it does where a `kind` is missing. What a reader does not tell is left open in the schema.
+
+use super::choices::OWN;
+use super::config::Config;
+use super::kind::Kind;
+use super::moments;
+use super::relations;
+use super::source::Source;
+use super::wording::taken_before;
+use crate::brdf;
+use crate::formats::MERL;
+use crate::instrument;
+use crate::lighting;
+use crate::parametrization;
+use crate::reconstruct;
+use crate::registry::{Entry, ReadError};
+use crate::schedule;
+use serde_json::{Map, Value as Json, json};
+use std::collections::BTreeMap;
+use toml::{Table, Value};
+
+/// A key that no table has, and a name that nothing has.
+const NOBODY: &str = "?";
+
+/// The answer of a choice between names to a table without one.
+const ONE_OF_A_CHOICE: &str = "wanted exactly 1 element";
+
+/// Most keys that a table cannot be read without.
+const MOST_REQUIRED: usize = 24;
+
+/// Deepest nesting that is described; what families nest is described once.
+const DEEPEST: usize = 12;
+
+/// Schema of configs.
+pub fn config_schema() -> Json {
+    let mut asked = Asked::default();
+    let kinds = [
+        (&[Kind::Acquisition, Kind::Study][..], Kind::Acquisition),
+        (&[Kind::Moments], Kind::Moments),
+        (&[Kind::Relations], Kind::Relations),
+    ];
+    let roots: Vec<Json> = kinds
+        .into_iter()
+        .map(|(kinds, kind)| {
+            let reader = |table: &Table| read(kind, table);
+            let mut root = asked.object(&reader, &Place::default(), &Table::new());
+            let names: Vec<_> = kinds.iter().map(|k| k.name()).collect();
+            root["properties"]["experiment"] = json!({ "enum": names });
+            if kind != Kind::default() {
+                root["required"] = json!(["experiment"]);
+            }
+            root
+        })
+        .collect();
+    let mut roots = json!(roots);
+    let members = asked.definitions.get("material-of-a-list");
+    if let Some(member) = members.and_then(|all| all["anyOf"].as_array()?.iter().find(is_merl)) {
+        // `[merl]`: what all files of a folder share.
+        let mut shared = member.clone();
+        shared["required"] = json!([]);
+        if let Some(properties) = shared["properties"].as_object_mut() {
+            properties
+                .retain(|key, _| !["kind", "path", "name", "symmetry"].contains(&key.as_str()));
+        }
+        for root in roots.as_array_mut().into_iter().flatten() {
+            root["properties"]["merl"] = shared.clone();
+        }
+    }
+    asked.finish("gonio config", json!({ "anyOf": roots }))
+}
+
+fn is_merl(member: &&Json) -> bool {
+    member["properties"]["kind"]["const"] == MERL.name
+}
+
+/// Schema of instrument files.
+pub fn instrument_schema() -> Json {
+    let mut asked = Asked::default();
+    let root = asked.instrument();
+    asked.finish("gonio instrument", root)
+}
+
+/// Reads a config as its kind does, without looking for files.
+fn read(kind: Kind, table: &Table) -> Result<(), ReadError> {
+    let mut table = table.clone();
+    if kind != Kind::default() {
+        let name = table.entry("experiment").or_insert(kind.name().into());
+        if name.as_str() != Some(kind.name()) {
+            return Err(ReadError::at(None, "another kind"));
+        }
+    }
+    let source = Source::new("schema", table.to_string());
+    let Ok(table) = source.table() else {
+        return Err(ReadError::at(None, "no TOML"));
+    };
+    match kind {
+        Kind::Acquisition | Kind::Study => Config::from_table(&source, table, kind).map(drop),
+        Kind::Moments => moments::read_keys(table),
+        Kind::Relations => relations::read_keys(table),
+    }
+}
+
+/// Asks whether a document can be read.
+type Reader<'r> = &'r dyn Fn(&Table) -> Result<(), ReadError>;
+
+/// A place in a document: names of keys; elements of lists are all alike.
+#[derive(Clone, Default)]
+struct Place(Vec<Step>);
+
+#[derive(Clone, PartialEq, Eq)]
+enum Step {
+    Key(String),
+    Element,
+}
+
+impl Place {
+    fn then(&self, step: Step) -> Self {
+        let mut steps = self.0.clone();
+        steps.push(step);
+        Self(steps)
+    }
+
+    /// A document with nothing but this value, in tables that have all they need.
+    fn holding(&self, value: Value, around: &[(usize, Table)]) -> Table {
+        let mut value = value;
+        for (depth, step) in self.0.iter().enumerate().rev() {
+            value = match step {
+                Step::Element => Value::Array(vec![value]),
+                Step::Key(key) => {
+                    let mut table = match around.iter().find(|(d, _)| *d == depth) {
+                        Some((_, table)) => table.clone(),
+                        None => Table::new(),
+                    };
+                    table.insert(key.clone(), value);
+                    Value::Table(table)
+                }
+            };
+        }
+        match value {
+            Value::Table(table) => table,
+            _ => Table::new(),
+        }
+    }
+}
+
+/// What was found out.
+#[derive(Default)]
+struct Asked {
+    /// Families by name.
+    definitions: BTreeMap<String, Json>,
+    /// What the tables around the place must have to be read, by depth.
+    around: Vec<(usize, Table)>,
+}
+
+impl Asked {
+    /// An instrument file.
+    fn instrument(&mut self) -> Json {
+        let reader = |table: &Table| {
+            let text = table.to_string();
+            instrument::read(&text).map(drop)
+        };
+        let around = std::mem::take(&mut self.around);
+        let made = self.object(&reader, &Place::default(), &Table::new());
+        self.around = around;
+        made
+    }
+
+    fn finish(self, title: &str, mut root: Json) -> Json {
+        root["$schema"] = "https://json-schema.org/draft/2020-12/schema".into();
+        root["title"] = title.into();
+        root["$defs"] = json!(self.definitions);
+        root
+    }
+
+    /// The reader's answer to a value at a place.
+    fn answer(&self, reader: Reader<'_>, place: &Place, value: Value) -> Option<String> {
+        let document = place.holding(value, &self.around);
+        reader(&document).err().map(|e| e.message)
+    }
+
+    /// The values that may stand at a place.
+    fn value(&mut self, reader: Reader<'_>, place: &Place) -> Json {
+        if place.0.len() > DEEPEST {
+            return json!({});
+        }
+        let probes: [(&str, Value); 6] = [
+            ("boolean", true.into()),
+            ("integer", 1.into()),
+            ("number", 0.5.into()),
+            ("string", NOBODY.into()),
+            ("array", Value::Array(Vec::new())),
+            ("object", Value::Table(Table::new())),
+        ];
+        let probes = probes.map(|(name, probe)| (name, self.answer(reader, place, probe)));
+        let taken = probes.iter().filter(|(_, said)| {
+            let said = said.as_deref();
+            said.is_none_or(|said| !refuses_type(said))
+        });
+        let taken: Vec<_> = taken.collect();
+        if taken.is_empty() || taken.len() == probes.len() {
+            return json!({});
+        }
+        let mut any = Vec::new();
+        for (name, said) in &taken {
+            let said = said.as_deref().unwrap_or_default();
+            any.push(match *name {
+                "integer" if taken.iter().any(|(other, _)| *other == "number") => continue,
+                "string" => match expected(said, "unknown variant `") {
+                    Some(mut names) => {
+                        names.retain(|name| !self.holds_more(reader, place, name));
+                        json!({ "enum": names })
+                    }
+                    None => json!({ "type": "string" }),
+                },
+                "array" => {
+                    let items = self.value(reader, &place.then(Step::Element));
+                    json!({ "type": "array", "items": items })
+                }
+                "object" if said.starts_with(ONE_OF_A_CHOICE) => {
+                    match self.choice(reader, place, &probes) {
+                        Some(choice) => choice,
+                        None => continue,
+                    }
+                }
+                "object" => match missing_kind(said) {
+                    Some((family, kinds)) => self.family(reader, place, &family, &kinds),
+                    None => self.object(reader, place, &Table::new()),
+                },
+                name => json!({ "type": name }),
+            });
+        }
+        match <[Json; 1]>::try_from(any) {
+            Ok([one]) => one,
+            Err(any) => json!({ "anyOf": any }),
+        }
+    }
+
+    /// True of a name of a choice that cannot stand alone.
+    fn holds_more(&self, reader: Reader<'_>, place: &Place, name: &str) -> bool {
+        let said = self.answer(reader, place, name.into());
+        said.is_some_and(|said| said.starts_with("invalid type: unit variant"))
+    }
+
+    /// The names of a choice that cannot stand alone, each as the key of what it holds.
+    fn choice(
+        &mut self,
+        reader: Reader<'_>,
+        place: &Place,
+        said: &[(&str, Option<String>)],
+    ) -> Option<Json> {
+        let mut names = said.iter().filter_map(|(_, said)| said.as_deref());
+        let mut names = names.find_map(|said| expected(said, "unknown variant `"))?;
+        names.retain(|name| self.holds_more(reader, place, name));
+        let held = names.into_iter().map(|name| {
+            let place = place.then(Step::Key(name.clone()));
+            (name, self.value(reader, &place))
+        });
+        let held: Map<String, Json> = held.collect();
+        (!held.is_empty()).then(|| {
+            json!({
+                "type": "object",
+                "properties": held,
+                "additionalProperties": false,
+                "minProperties": 1,
+            })
+        })
+    }
+
+    /// A table whose `kind` names a member of a family; the same everywhere but for the keys that
+    /// its place adds.
+    fn family(
+        &mut self,
+        reader: Reader<'_>,
+        place: &Place,
+        family: &str,
+        kinds: &[String],
+    ) -> Json {
+        let name = match added(place).is_empty() {
+            true => family.to_owned(),
+            false => format!("{family} of a list"),
+        };
+        let reference = json!({ "$ref": format!("#/$defs/{}", name.replace(' ', "-")) });
+        let name = name.replace(' ', "-");
+        if self.definitions.contains_key(&name) {
+            return reference;
+        }
+        // Members hold each other: they find this while they are described.
+        self.definitions.insert(name.clone(), Json::Null);
+        let members = kinds.iter().map(|kind| {
+            let about = about(family, kind);
+            let mut with = about.example;
+            with.insert("kind".into(), kind.as_str().into());
+            let mut member = self.object(reader, place, &with);
+            member["properties"]["kind"] = json!({ "const": kind });
+            member["required"] = json!(["kind"]);
+            member["description"] = about.summary.into();
+            member
+        });
+        let members: Vec<Json> = members.collect();
+        self.definitions.insert(name, json!({ "anyOf": members }));
+        reference
+    }
+
+    /// A table; `with` are keys that it needs to be read at all.
+    fn object(&mut self, reader: Reader<'_>, place: &Place, with: &Table) -> Json {
+        let mut with = with.clone();
+        if let [Step::Key(list), Step::Element] = place.0.as_slice()
+            && list == "instrument"
+        {
+            with.insert("preset".into(), NOBODY.into());
+        }
+        let mut strange = with.clone();
+        strange.insert(NOBODY.into(), 0.into());
+        let said = self.answer(reader, place, Value::Table(strange));
+        let said = said.unwrap_or_default();
+        let known = expected(&said, "unknown field `")
+            .or_else(|| expected(&said, "unknown key `"))
+            .or_else(|| Some(split(said.split_once("unknown key ?; allowed: ")?.1)));
+        let kinds = self.kinds_left_out(reader, place, &with);
+        self.around.push((place.0.len(), with));
+        let made = match known {
+            None if said.is_empty() || refuses_type(&said) => {
+                // Keys of the author's own, e.g. symbols of axes.
+                let of_any = self.value(reader, &place.then(Step::Key("x".into())));
+                json!({ "type": "object", "additionalProperties": of_any })
+            }
+            None => json!({ "type": "object" }),
+            Some(mut keys) => {
+                for key in added(place) {
+                    if !keys.iter().any(|k| k == key) {
+                        keys.push((*key).into());
+                    }
+                }
+                let table = place;
+                let properties = keys.into_iter().map(|key| {
+                    let place = table.then(Step::Key(key.clone()));
+                    let value = match special(&place) {
+                        Some(Special::Coordinates) => kinds_of_coordinates(),
+                        Some(Special::Instrument) => self.instrument(),
+                        None => self.member(reader, table, &place),
+                    };
+                    (key, value)
+                });
+                let properties: Map<String, Json> = properties.collect();
+                json!({
+                    "type": "object",
+                    "properties": properties,
+                    "additionalProperties": false,
+                })
+            }
+        };
+        self.around.pop();
+        match kinds {
+            Some((family, kinds)) => {
+                let members = self.family(reader, place, &family, &kinds);
+                json!({ "anyOf": [made, members] })
+            }
+            None => made,
+        }
+    }
+
+    /// The values that a key of a table may have. Some are looked at only when the table has all the
+    /// others that it needs.
+    fn member(&mut self, reader: Reader<'_>, table: &Place, place: &Place) -> Json {
+        let found = self.value(reader, place);
+        let said = self.answer(reader, place, Value::Table(Table::new()));
+        let is_open = found == json!({}) || found == json!({ "type": "object" });
+        if !is_open || !said.is_some_and(|said| said.starts_with("missing field `")) {
+            return found;
+        }
+        let Some((depth, before)) = self.around.pop() else {
+            return found;
+        };
+        let mut fuller = before.clone();
+        self.complete(reader, table, &mut fuller);
+        self.around.push((depth, fuller));
+        let found = self.value(reader, place);
+        self.around.pop();
+        self.around.push((depth, before));
+        found
+    }
+
+    /// Gives a table the keys that it cannot be read without, as far as any value will do.
+    fn complete(&self, reader: Reader<'_>, place: &Place, with: &mut Table) {
+        for _ in 0..MOST_REQUIRED {
+            let said = self.answer(reader, place, Value::Table(with.clone()));
+            let missing = said
+                .as_deref()
+                .and_then(|said| said.strip_prefix("missing field `"));
+            let Some(key) = missing.and_then(|rest| rest.split('`').next()) else {
+                return;
+            };
+            let values: [Value; 4] = [
+                1.into(),
+                NOBODY.into(),
+                Value::Table(Table::new()),
+                Value::Array(Vec::new()),
+            ];
+            let fitting = values.into_iter().find(|value| {
+                let mut table = with.clone();
+                table.insert(key.to_owned(), value.clone());
+                let said = self.answer(reader, place, Value::Table(table));
+                said.is_none_or(|said| !refuses_type(&said))
+            });
+            let Some(value) = fitting else {
+                return;
+            };
+            with.insert(key.to_owned(), value);
+        }
+    }
+
+    /// Family and kinds of a table that is read without a kind, but may have one.
+    fn kinds_left_out(
+        &self,
+        reader: Reader<'_>,
+        place: &Place,
+        with: &Table,
+    ) -> Option<(String, Vec<String>)> {
+        if with.contains_key("kind") {
+            return None;
+        }
+        let mut strange = with.clone();
+        strange.insert("kind".into(), NOBODY.into());
+        let said = self.answer(reader, place, Value::Table(strange))?;
+        let (family, kinds) = said.split_once("; allowed: ")?;
+        let (_, family) = family
+            .strip_prefix(&format!("kind = {NOBODY:?} is not a"))?
+            .split_once(' ')?;
+        Some((family.into(), split(kinds)))
+    }
+}
+
+/// Keys that are taken out of a table before its reader sees it.
+fn added(place: &Place) -> &'static [&'static str] {
+    match place.0.as_slice() {
+        [Step::Key(table)] => taken_before(table, false),
+        [Step::Key(list), Step::Element] => taken_before(list, true),
+        _ => &[],
+    }
+}
+
+/// Places whose reader does not tell what they hold.
+enum Special {
+    /// `coordinates[i].kind`: a name that is looked up when all others are known.
+    Coordinates,
+    /// `instrument[i].spec`, which is there only without a preset.
+    Instrument,
+}
+
+fn special(place: &Place) -> Option<Special> {
+    let [Step::Key(list), Step::Element, Step::Key(key)] = place.0.as_slice() else {
+        return None;
+    };
+    match (list.as_str(), key.as_str()) {
+        ("coordinates", "kind") => Some(Special::Coordinates),
+        ("instrument", "spec") => Some(Special::Instrument),
+        _ => None,
+    }
+}
+
+fn kinds_of_coordinates() -> Json {
+    let kinds = parametrization::all().into_iter().map(|entry| entry.kind);
+    let kinds: Vec<_> = kinds.chain([OWN]).collect();
+    json!({ "enum": kinds })
+}
+
+/// What a registry says of a member.
+#[derive(Default)]
+struct About {
+    summary: &'static str,
+    example: Table,
+}
+
+fn about(family: &str, kind: &str) -> About {
+    fn of<T: ?Sized>(all: &[Entry<T>], kind: &str) -> About {
+        let Some(entry) = all.iter().find(|entry| entry.kind == kind) else {
+            return About::default();
+        };
+        let example = entry.examples.first().and_then(|text| text.parse().ok());
+        About {
+            summary: entry.summary,
+            example: example.unwrap_or_default(),
+        }
+    }
+    match family {
+        "material" => of(&brdf::all(), kind),
+        "parametrization" => of(&parametrization::all(), kind),
+        "warp" => of(&parametrization::warps(), kind),
+        "sample set" => of(&schedule::all(), kind),
+        "reconstruction" => of(&reconstruct::all(), kind),
+        "lighting" => of(&lighting::all(), kind),
+        "estimator" => of(&crate::moments::all(), kind),
+        _ => About::default(),
+    }
+}
+
+/// True of the answer to a value of the wrong type.
+fn refuses_type(said: &str) -> bool {
+    let wanted = ["a string", "a table", "an array of tables"];
+    let refused = |wanted: &&str| said.ends_with(&format!("; allowed: {wanted}"));
+    said.starts_with("invalid type: ")
+        || said == "wanted string or table"
+        || (said.contains(" is ") && wanted.iter().any(refused))
+}
+
+/// Family and kinds of a table without a kind.
+fn missing_kind(said: &str) -> Option<(String, Vec<String>)> {
+    let (family, kinds) = said
+        .strip_prefix("kind is missing from the ")?
+        .split_once("; allowed: ")?;
+    Some((family.into(), split(kinds)))
+}
+
+/// The names of serde's `… expected one of `a`, `b``.
+fn expected(said: &str, start: &str) -> Option<Vec<String>> {
+    let list = said.strip_prefix(start)?.split_once("`, ")?.1;
+    let names = list.split('`').skip(1).step_by(2);
+    Some(names.map(str::to_owned).collect())
+}
+
+fn split(list: &str) -> Vec<String> {
+    list.split(", ").map(str::to_owned).collect()
+}
