@@ -21,6 +21,7 @@ mod reconstruct;
 mod run;
 mod schedule;
 mod schema;
+mod shell;
 mod slice;
 mod subset;
 mod symmetry;
@@ -89,6 +90,10 @@ enum Command {
     Tabulate(tabulate::Tabulate),
     /// Measure the program against the clock
     Bench(bench::Bench),
+    /// What completes commands and options in a shell
+    Completions(shell::Completions),
+    /// Man pages
+    Man(shell::ManPages),
 }
 
 impl Cli {
@@ -116,6 +121,8 @@ impl Cli {
             Command::Subset(command) => command.run(),
             Command::Tabulate(command) => command.run(),
             Command::Bench(command) => command.run(),
+            Command::Completions(command) => command.run(),
+            Command::Man(command) => command.run(),
         }
     }
 }

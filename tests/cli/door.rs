@@ -79,6 +79,11 @@ fn a_slip_in_a_name_is_told_the_name_that_is_near() {
         ("\"half-difference\"", "\"half\"", "half-difference"),
         ("square-root", "sqare-root", "square-root"),
         ("theta_h =", "theta_hh =", "theta_h"),
+        (
+            "\"square-root\"",
+            "{ kind = \"power\", exponnent = 0.5 }",
+            "exponent",
+        ),
         ("\"nearest\"", "\"neerest\"", "nearest"),
         ("\"random\"", "\"randon\"", "random"),
         ("\"lambert\"", "\"Lambret\"", "lambert"),
@@ -226,4 +231,32 @@ fn a_preset_that_is_printed_is_the_same_machine() {
     let refused = bench.refused(&["list", "instruments", "utai"], 2);
     assert!(refused.contains("; did you mean utia?"), "{refused}");
     bench.refused(&["list", "warps", "power"], 2);
+}
+
+#[test]
+fn shells_and_man_know_every_command() {
+    let bench = Bench::new();
+    let help = bench.good(&["--help"]);
+    let commands = help.lines().skip_while(|l| !l.starts_with("Commands:"));
+    let commands = commands.skip(1).take_while(|l| !l.is_empty());
+    let commands: Vec<&str> = commands
+        .filter_map(|l| l.split_whitespace().next())
+        .collect();
+    assert!(commands.len() > 15, "{help}");
+    for shell in ["bash", "elvish", "fish", "powershell", "zsh"] {
+        let script = bench.good(&["completions", shell]);
+        for command in &commands {
+            assert!(script.contains(command), "{shell}: {command}");
+        }
+        assert!(script.contains("shard"), "{shell}");
+    }
+    assert!(bench.good(&["man"]).starts_with(".ie"));
+    bench.good(&["man", "-o", "man1"]);
+    for command in commands.iter().filter(|c| **c != "help") {
+        let page = bench.read(&format!("man1/gonio-{command}.1"));
+        assert!(page.contains(&format!("gonio\\-{command}")), "{page}");
+    }
+    assert!(bench.path("man1/gonio-picture-compare.1").is_file());
+    let there = bench.refused(&["man", "-o", "man1"], 2);
+    assert!(there.contains("this file exists"), "{there}");
 }

@@ -1,0 +1,92 @@
+//! `gonio completions` and `gonio man`: what the command line says of itself.
+
+use super::{Cli, print, refuse_existing, say, written};
+use crate::error::Error;
+use crate::files::write_atomically;
+use clap::{Args, Command, CommandFactory};
+use clap_complete::Shell;
+use clap_mangen::Man;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+#[derive(Debug, Args)]
+#[command(after_help = "\
+  gonio completions bash > ~/.local/share/bash-completion/completions/gonio
+  gonio completions zsh > \"${fpath[1]}/_gonio\"
+  gonio completions fish > ~/.config/fish/completions/gonio.fish")]
+pub(super) struct Completions {
+    /// The shell they are for
+    shell: Shell,
+}
+
+impl Completions {
+    pub(super) fn run(self) -> Result<(), Error> {
+        let mut command = Cli::command();
+        let mut bytes = Vec::new();
+        clap_complete::generate(self.shell, &mut command, "gonio", &mut bytes);
+        print(&text(bytes)?)
+    }
+}
+
+#[derive(Debug, Args)]
+#[command(after_help = "\
+  gonio man | man -l -
+  gonio man -o ~/.local/share/man/man1")]
+pub(super) struct ManPages {
+    /// Write a page a command into this folder instead of printing the first
+    #[arg(short, long, value_name = "DIR")]
+    output: Option<PathBuf>,
+    /// Replace files that exist
+    #[arg(long, requires = "output")]
+    force: bool,
+}
+
+impl ManPages {
+    pub(super) fn run(self) -> Result<(), Error> {
+        let mut command = Cli::command();
+        command.build();
+        let Some(dir) = &self.output else {
+            return print(&text(page(&command)?)?);
+        };
+        let mut pages = Vec::new();
+        collect(&command, dir, &mut pages)?;
+        for (path, _) in &pages {
+            refuse_existing(path, self.force)?;
+        }
+        std::fs::create_dir_all(dir)
+            .map_err(|e| Error::output(dir, format!("cannot make this folder: {e}")))?;
+        for (path, bytes) in &pages {
+            written(path, write_atomically(path, |out| out.write_all(bytes)))?;
+            say(&path.display().to_string());
+        }
+        Ok(())
+    }
+}
+
+/// The pages of a command and of those below it; `gonio help …` says what `--help` does.
+fn collect(
+    command: &Command,
+    dir: &Path,
+    pages: &mut Vec<(PathBuf, Vec<u8>)>,
+) -> Result<(), Error> {
+    let name = command.get_display_name().unwrap_or(command.get_name());
+    pages.push((dir.join(format!("{name}.1")), page(command)?));
+    for inner in command.get_subcommands() {
+        if inner.get_name() != "help" {
+            collect(inner, dir, pages)?;
+        }
+    }
+    Ok(())
+}
+
+fn page(command: &Command) -> Result<Vec<u8>, Error> {
+    let mut bytes = Vec::new();
+    let man = Man::new(command.clone());
+    man.render(&mut bytes)
+        .map_err(|e| Error::Internal(e.to_string()))?;
+    Ok(bytes)
+}
+
+fn text(bytes: Vec<u8>) -> Result<String, Error> {
+    String::from_utf8(bytes).map_err(|e| Error::Internal(e.to_string()))
+}
