@@ -16,6 +16,23 @@ pub(crate) fn excerpt(text: &str) -> Cow<'_, str> {
     }
 }
 
+/// A number of things: `1 row`, `2 rows`.
+///
+/// ```
+/// assert_eq!(gonio::error::count(1, "row"), "1 row");
+/// assert_eq!(gonio::error::count(0, "row"), "0 rows");
+/// ```
+pub fn count(number: usize, noun: &str) -> String {
+    let plural = if number == 1 { "" } else { "s" };
+    format!("{number} {noun}{plural}")
+}
+
+/// The same with its verb: `1 row is`, `2 rows are`.
+pub fn count_are(number: usize, noun: &str) -> String {
+    let verb = if number == 1 { "is" } else { "are" };
+    format!("{} {verb}", count(number, noun))
+}
+
 /// What is allowed where `found` is none of `names`: the names, and the one that may be meant.
 ///
 /// ```
@@ -146,7 +163,7 @@ pub enum Error {
         message: String,
     },
     /// Some jobs of a run failed; the rows of the others are kept.
-    #[error("{failed} of {jobs} jobs failed; the rows of the others are in {}", path.display())]
+    #[error("{failed} of {} failed; the rows of the others are in {}", count(*jobs, "job"), path.display())]
     JobsFailed {
         /// Jobs that failed.
         failed: usize,
@@ -156,7 +173,7 @@ pub enum Error {
         path: PathBuf,
     },
     /// Parts of a study are missing; the rows of the others are kept.
-    #[error("only {rows} of {of} rows are there; they are in {}", path.display())]
+    #[error("only {rows} of {} there; they are in {}", count_are(*of, "row"), path.display())]
     Incomplete {
         /// Number of rows there are.
         rows: usize,
@@ -169,7 +186,7 @@ pub enum Error {
     #[error("{0}")]
     Violation(String),
     /// The user pressed Ctrl-C; finished rows are kept.
-    #[error("interrupted; {rows} finished rows are in {}", path.display())]
+    #[error("interrupted; {} in {}", count_are(*rows, "finished row"), path.display())]
     Interrupted {
         /// Rows that were written.
         rows: usize,

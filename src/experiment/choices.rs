@@ -2,6 +2,7 @@
 
 use super::tuning::Tuning;
 use crate::brdf::{BrdfSpec, Favours};
+use crate::error::count;
 use crate::geometry::Symmetry;
 use crate::parametrization::{Parametrization, ParametrizationSpec, WarpError};
 use crate::reconstruct::Reconstruct;
@@ -141,8 +142,9 @@ impl Allowance {
 impl fmt::Display for Allowance {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
         match self {
-            Allowance::Poses(n) => write!(f, "{n} poses"),
-            Allowance::Readings(n) => write!(f, "{n} readings"),
+            Allowance::Poses(n) => f.write_str(&count(*n, "pose")),
+            Allowance::Readings(n) => f.write_str(&count(*n, "reading")),
+            Allowance::Minutes(1.0) => f.write_str("1 minute"),
             Allowance::Minutes(m) => write!(f, "{m} minutes"),
         }
     }

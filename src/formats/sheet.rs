@@ -1,6 +1,7 @@
 //! Rows with named columns, one a pose: CSV and JSON Lines.
 
 use super::{Format, Readings};
+use crate::error::{count, count_are};
 use crate::measurement::{read_measurement, retro_peak, write_measurement};
 use crate::schedule::{Assume, FileError, ScheduleFormat, read_schedule, write_schedule};
 
@@ -47,17 +48,21 @@ fn read(text: &str, name: &str, assume: &Assume) -> Result<Readings, FileError> 
         notes.push(format!("columns that were passed over: {columns}"));
     }
     if file.replaced > 0 {
-        notes.push(format!("{} rows replaced by later attempts", file.replaced));
+        notes.push(format!(
+            "{} replaced by later attempts",
+            count(file.replaced, "row")
+        ));
     }
     if file.averaged > 0 {
         notes.push(format!(
-            "{} rows repeat a pose: averaged, with the standard error of the mean",
-            file.averaged
+            "{} with a pose of another row: averaged, with the standard error of the mean",
+            count(file.averaged, "row")
         ));
     }
     if merged > 0 {
         notes.push(format!(
-            "{merged} poses are others under these symmetries: averaged"
+            "{} averaged with others under these symmetries",
+            count_are(merged, "pose")
         ));
     }
     // Our own files count azimuths from the sample.

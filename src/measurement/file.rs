@@ -26,7 +26,7 @@
 use super::columns::{self, TYPE_A, TYPE_B, UNCERTAINTY, VALUE, ValueColumns, columns_of};
 use super::merge::Pool;
 use super::{Flags, Measurement, Outcome};
-use crate::error::excerpt;
+use crate::error::{count, excerpt};
 use crate::schedule::export::{PoseRows, description};
 use crate::schedule::import::{Again, Rows, known_columns};
 use crate::schedule::table::{Cell, Sheet, Table, WORDS};
@@ -148,7 +148,10 @@ pub fn write_measurement(
     };
     let mut lines = description(&measurement.schedule, "measurement");
     let readings = measurement.readings();
-    lines.push(format!("measurement: {readings} readings of these poses"));
+    lines.push(format!(
+        "measurement: {} of these poses",
+        count(readings, "reading")
+    ));
     let sheet = Sheet {
         about: lines,
         facts,

@@ -50,7 +50,7 @@ use coordinates::ReconstructionCoordinates;
 use interpolant::Interpolated;
 
 use crate::brdf::Brdf;
-use crate::error::ParameterError;
+use crate::error::{ParameterError, count_are};
 use crate::measurement::Measurement;
 use crate::registry::{self, Entry, Joined, ReadError, Table, Taken};
 use std::num::NonZeroUsize;
@@ -119,7 +119,7 @@ pub trait Reconstruct: std::fmt::Debug + Send + Sync {
 #[non_exhaustive]
 pub enum ReconstructError {
     /// Fewer readings than the method needs.
-    #[error("{readings} readings are too few: {method} needs at least {needed}")]
+    #[error("{} too few: {method} needs at least {needed}", count_are(*readings, "reading"))]
     TooFew {
         /// The method.
         method: &'static str,

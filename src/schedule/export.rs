@@ -15,6 +15,7 @@
 use super::format::ScheduleFormat;
 use super::table::{Cell, Sheet};
 use super::{Itinerary, Schedule};
+use crate::error::count;
 use crate::geometry::Symmetry;
 use crate::parametrization::{Axis, Unit};
 use serde_json::{Map, Value, json};
@@ -87,7 +88,7 @@ pub(crate) fn description(schedule: &Schedule, what: &str) -> Vec<String> {
     let s = p.symmetry();
     let symmetries = symmetry_words(s);
     vec![
-        format!("gonio {} {what}: {} poses above the horizon", env!("CARGO_PKG_VERSION"), schedule.poses.len()),
+        format!("gonio {} {what}: {} above the horizon", env!("CARGO_PKG_VERSION"), count(schedule.poses.len(), "pose")),
         if schedule.sample_set == FROM_FILE {
             format!("from a table; coordinates are {} (warp: {}), symmetries {symmetries}", p.name(), p.warp_name())
         } else {
@@ -274,11 +275,11 @@ impl<'a> PoseRows<'a> {
         let mut about = description(self.schedule, "schedule");
         if let Sequence::Visits(i) = self.sequence {
             about.push(format!(
-                "rows in the order of time ({}) of {}: {:.0} s; {} poses cannot be measured, see unreachable",
+                "rows in the order of time ({}) of {}: {:.0} s; {} cannot be measured, see unreachable",
                 i.order,
                 i.instrument,
                 i.seconds(),
-                i.unreachable.len(),
+                count(i.unreachable.len(), "pose"),
             ));
         }
         if let Sequence::Order(order) = self.sequence {

@@ -1,5 +1,6 @@
 //! The findings that a study prints at its end, as texts and as a table of its own.
 
+use crate::error::count;
 use crate::experiment::{
     Choice, Duel, Duels, Explained, Factor, Findings, Metric, OWN, Ranking, Scope,
 };
@@ -16,12 +17,9 @@ pub(super) fn sampling(choice: &Choice) -> String {
     }
 }
 
-/// A number of materials with its noun: `1 material`, `2 materials`.
+/// A number of materials with its noun.
 pub(super) fn materials(n: usize) -> String {
-    match n {
-        1 => "1 material".into(),
-        n => format!("{n} materials"),
-    }
+    count(n, "material")
 }
 
 /// Name of a choice's reconstruction, with sample set and instrument if there are several.

@@ -2,6 +2,7 @@
 //! instrument, with the unreachable poses and the errors they cause.
 
 use super::table::error;
+use crate::error::count;
 use crate::experiment::{OWN, Row};
 use crate::report::Columns;
 use crate::schedule::Unreachable;
@@ -71,7 +72,7 @@ impl Levels {
                 let each = self.materials.iter().map(|m| (m.clone(), Some(m)));
                 ("", each.collect::<Vec<_>>())
             } else {
-                let all = format!("{} materials", self.materials.len());
+                let all = count(self.materials.len(), "material");
                 (", geometric mean", vec![(all, None)])
             };
             for measure in &self.measures {
