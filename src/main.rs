@@ -1,20 +1,13 @@
 //! The `gonio` program: parse, run, print the error chain, exit code.
 
-use clap::Parser;
-use gonio::cli::{Cli, say};
-use std::error::Error;
+use gonio::cli::{Cli, say_error};
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
-    match Cli::parse().run() {
+    match Cli::read().run() {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
-            say(&format!("gonio: {error}"));
-            let mut cause = error.source();
-            while let Some(error) = cause {
-                say(&format!("  because: {error}"));
-                cause = error.source();
-            }
+            say_error(&error);
             ExitCode::from(error.exit_code())
         }
     }

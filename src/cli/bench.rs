@@ -1,6 +1,10 @@
 //! `gonio bench`.
 
-use super::{ThreadArgs, print, refuse_existing, say, written};
+mod pilot;
+
+use super::output::{JsonArgs, print_json};
+use super::talk::{note, wrote};
+use super::{ThreadArgs, print, refuse_existing, written};
 use crate::brdf::measured::merl::Merl;
 use crate::brdf::{self, Brdf, Channels};
 use crate::error::Error;
@@ -11,6 +15,7 @@ use crate::moments::{
 };
 use crate::registry;
 use clap::{Args, Subcommand};
+use serde::Serialize;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
@@ -47,6 +52,8 @@ struct BenchMoments {
     /// View elevations, from 0° to 89°
     #[arg(long, value_name = "N", default_value_t = 90, value_parser = clap::value_parser!(u32).range(1..=100_000))]
     views: u32,
+    #[command(flatten)]
+    json: JsonArgs,
     /// Folder for bench.csv and bench.svg
     #[arg(short, long, value_name = "DIR")]
     output: Option<PathBuf>,
@@ -60,11 +67,17 @@ const SEED: u64 = 1;
 /// Least time of a rung's repetitions, s; there are at most [`REPEATS`] of them.
 const ENOUGH: f64 = 0.05;
 const REPEATS: usize = 5;
+/// What errors are against.
+const REFERENCE: PeakResolving = PeakResolving {
+    tolerance: 1e-9,
+    max_evaluations: 2_000_000,
+};
 /// Errors at which times are compared.
 const TARGETS: [f64; 5] = [1e-2, 1e-3, 1e-4, 1e-5, 1e-6];
 const KINDS: [&str; 3] = ["monte-carlo", "sobol", "peak-resolving"];
 
 /// One estimator with one parameter on one material.
+#[derive(Serialize)]
 struct Row {
     material: String,
     estimator: &'static str,
@@ -78,10 +91,13 @@ struct Row {
     covariance_error: f64,
     /// Median over the views of the largest error of a component, relative to σ².
     covariance_median: f64,
+    #[serde(rename = "unresolved_views")]
     unresolved: usize,
     /// Accuracy of the reference in energy and covariance: smaller errors are unknown.
+    #[serde(rename = "reference_error")]
     known: [f64; 2],
     /// True if most views are resolved, so that the error can be extrapolated.
+    #[serde(skip)]
     lawful: bool,
 }
 
@@ -135,15 +151,28 @@ impl BenchMoments {
             order: Order::new(2).unwrap_or_default(),
             ..MomentsSpec::default()
         };
-        print(&line(&Row::HEAD.map(Into::into)))?;
-        let mut rows = Vec::new();
-        for (material, brdf) in std::iter::once(("lambert".into(), build("lambert", "")?))
-            .chain(lobes()?)
-            .chain([table])
-        {
-            climb(&material, &*brdf, &spec, &mut rows)?;
+        let mut materials = vec![("lambert".into(), build("lambert", "")?)];
+        materials.extend(lobes()?);
+        materials.push(table);
+        let seconds = pilot::seconds(&materials, &spec)?;
+        note(&format!(
+            "gonio: takes about {}",
+            pilot::shown(seconds.iter().flatten().sum())
+        ));
+        let json = self.json.wanted();
+        if !json {
+            print(&line(&Row::HEAD.map(Into::into)))?;
         }
-        print(&comparison(&rows))?;
+        let mut told = pilot::Told::new(json, seconds);
+        let mut rows = Vec::new();
+        for (material, brdf) in &materials {
+            climb(material, &**brdf, &spec, &mut rows, &mut told)?;
+        }
+        drop(told);
+        match json {
+            true => print_json(&rows)?,
+            false => print(&comparison(&rows))?,
+        }
         let Some([csv, svg]) = files else {
             return Ok(());
         };
@@ -226,27 +255,25 @@ fn climb(
     brdf: &dyn Brdf,
     spec: &MomentsSpec,
     rows: &mut Vec<Row>,
+    told: &mut pilot::Told,
 ) -> Result<(), Error> {
-    let profile = |by: &dyn Estimator| {
-        Profile::new(brdf, Channel::Luminance, spec, by, SEED)
-            .map_err(|e| Error::Internal(e.to_string()))
-    };
-    let reference = profile(&PeakResolving {
-        tolerance: 1e-9,
-        max_evaluations: 2_000_000,
-    })?;
+    let profile = |by: &dyn Estimator| profile(brdf, spec, by);
+    let reference = profile(&REFERENCE)?;
+    told.done();
     let known = errors(&reference, |v, c| {
         Some(reference.slices[v].moments.get(c)?.uncertainty)
     });
-    say(&format!(
+    let line_of = format!(
         "{material}: reference good to {:.0e} in energy, {:.0e} in covariance",
         known.energy, known.covariance
-    ));
+    );
+    told.suspend(|| note(&line_of));
     let mut exhausted = false;
     for (estimator, parameter, by) in ladders() {
         if exhausted {
             // A smaller tolerance would end at the same number of values with the same result.
-            break;
+            told.done();
+            continue;
         }
         let mut seconds = Vec::new();
         let got = loop {
@@ -276,10 +303,17 @@ fn climb(
             lawful: 2 * got.unresolved() < got.slices.len(),
         };
         exhausted = estimator == KINDS[2] && row.unresolved == got.slices.len();
-        print(&line(&row.cells()))?;
+        told.done();
+        told.row(&line(&row.cells()))?;
         rows.push(row);
     }
     Ok(())
+}
+
+/// The profile of a material by an estimator.
+fn profile(brdf: &dyn Brdf, spec: &MomentsSpec, by: &dyn Estimator) -> Result<Profile, Error> {
+    Profile::new(brdf, Channel::Luminance, spec, by, SEED)
+        .map_err(|e| Error::Internal(e.to_string()))
 }
 
 struct Errors {
@@ -432,7 +466,9 @@ fn write_csv(rows: &[Row], path: &Path) -> Result<(), Error> {
         }
         csv.flush()
     });
-    written(path, result)
+    written(path, result)?;
+    wrote(path);
+    Ok(())
 }
 
 /// Draws a panel per material: error over seconds, energy as a line, covariance dashed.
@@ -477,7 +513,9 @@ fn draw(rows: &[Row], path: &Path) -> Result<(), Error> {
     written(
         path,
         write_atomically(path, |out| out.write_all(text.as_bytes())),
-    )
+    )?;
+    wrote(path);
+    Ok(())
 }
 
 #[cfg(test)]

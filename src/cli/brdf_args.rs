@@ -1,6 +1,8 @@
 //! The argument CONFIG|BRDF of commands that look at materials.
 
-use super::{say, unknown};
+use super::progress::Progress;
+use super::talk::say;
+use super::unknown;
 use crate::brdf::{self, Brdf, Channels};
 use crate::error::{Error, excerpt, one_of};
 use crate::experiment::moments::MomentsPlan;
@@ -111,15 +113,18 @@ impl BrdfArgs {
         let plan = self.plan(&self.source()?)?;
         let (channels, materials) = (plan.seen_in(Channels::Luminance), plan.materials);
         let mut failed = 0;
+        let mut progress = Progress::of(materials.len() as u64, "");
         for material in &materials {
+            progress.doing(|| material.name.clone());
             match super::build(material, channels.clone()) {
                 Ok(brdf) => visit(material, &*brdf)?,
                 Err(e) if materials.len() == 1 => return Err(e),
                 Err(e) => {
-                    say(&format!("gonio: {}: {e}", material.name));
+                    progress.suspend(|| say(&format!("gonio: {}: {e}", material.name)));
                     failed += 1;
                 }
             }
+            progress.advance(1.0);
         }
         if failed == 0 {
             return Ok(());

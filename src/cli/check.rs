@@ -1,19 +1,21 @@
 //! `gonio check`.
 
-use super::list::{apertures, limits};
+mod machine;
+
+use super::output::{JsonArgs, print_json};
 use super::run::experiment;
 use super::{ConfigArgs, SeedArgs, print};
-use crate::error::Error;
+use crate::error::{Error, count, excerpt, one_of};
 use crate::experiment::moments::MomentsPlan;
 use crate::experiment::relations::RelationsPlan;
 use crate::experiment::{Material, Plan, Router, ScheduleKey, Source};
-use crate::geometry::{DirectionPair, Symmetry};
-use crate::instrument::{self, InstrumentSpec, Machine, Tag, footprint};
+use crate::geometry::Symmetry;
+use crate::instrument;
 use crate::report::Columns;
-use crate::sampling::{Random, cosine_hemisphere};
-use crate::schedule::Unreachable;
 use clap::Args;
-use std::f64::consts::PI;
+use machine::Described;
+use serde_json::{Map, Value as Json, json};
+use std::path::Path;
 
 #[derive(Debug, Args)]
 pub(super) struct Check {
@@ -21,6 +23,8 @@ pub(super) struct Check {
     config: ConfigArgs,
     #[command(flatten)]
     seed: SeedArgs,
+    #[command(flatten)]
+    json: JsonArgs,
 }
 
 impl Check {
@@ -30,78 +34,146 @@ impl Check {
             let read = instrument::read_table(source.table()?);
             let spec = read.map_err(|e| source.error(e))?;
             let seed = self.seed.seed.map_or(1, i64::unsigned_abs);
-            return print(&described(&spec, seed)?);
+            let described = Described::new(&spec, seed)?;
+            return match self.json.wanted() {
+                true => print_json(&described),
+                false => print(&described.text()),
+            };
         }
         self.seed.apply(&mut source)?;
-        experiment(&source)?.check()
+        experiment(&source)?.check(self.json.wanted())
     }
 }
 
 /// A plan that can describe its run.
 pub(super) trait Checked {
-    /// Prints the description.
-    fn check(&self) -> Result<(), Error>;
+    /// Prints the description, as JSON or for people.
+    fn check(&self, json: bool) -> Result<(), Error>;
 }
 
 impl Checked for MomentsPlan {
-    fn check(&self) -> Result<(), Error> {
-        profiles(self)
+    fn check(&self, json: bool) -> Result<(), Error> {
+        match json {
+            true => print_json(&profiles_sheet(self)),
+            false => profiles(self),
+        }
     }
 }
 
 impl Checked for RelationsPlan {
-    fn check(&self) -> Result<(), Error> {
-        relations(self)
+    fn check(&self, json: bool) -> Result<(), Error> {
+        match json {
+            true => print_json(&relations_sheet(self)),
+            false => relations(self),
+        }
     }
 }
 
 impl Checked for Plan {
-    fn check(&self) -> Result<(), Error> {
-        let plan = self;
-        if let Some(question) = &plan.question {
-            print(&format!("{}\n\n", question.trim()))?;
+    fn check(&self, json: bool) -> Result<(), Error> {
+        let mut told = Told {
+            json,
+            sheet: Map::new(),
+        };
+        let infeasible = acquisition(self, &mut told)?;
+        if json {
+            print_json(&told.sheet)?;
         }
-        print(&materials(&plan.materials, &plan.missing))?;
-        // Those of readings and minutes are found for each instrument, see below.
-        let known = plan
-            .symmetries()
-            .into_iter()
-            .filter(|_| !plan.budgets.is_empty());
-        for symmetry in known {
-            print(&format!("\nschedules for {}\n", words(symmetry)))?;
-            schedules(plan, symmetry)?;
-        }
-        if let Some(table) = &plan.moments {
-            print(&format!(
-                "\nmoments: {} views up to {}°, to order {}, by {}; one profile a material and a reconstruction\n",
-                table.spec.views,
-                table.spec.max_view_deg,
-                table.spec.order.get(),
-                table.estimator.label(),
-            ))?;
-        }
-        let names = plan.methods.iter().map(|m| {
-            let most = m.up_to.map_or(String::new(), |n| format!(" up to {n}"));
-            m.label() + &most
-        });
-        let names: Vec<_> = names.collect();
-        let measures: Vec<_> = plan.measures.iter().map(|m| m.name()).collect();
-        let mut infeasible = None;
-        if !plan.instruments.is_empty() {
-            infeasible = ways(plan)?;
-        }
-        print(&format!(
-            "\nreconstructions: {}\nmeasures: {}, {} pairs each\nseeds: {:?}\n{} schedules, {} reconstructions, {} rows\n",
-            names.join(", "),
-            measures.join(", "),
-            plan.metrics.pairs,
-            plan.seeds,
-            plan.units().len(),
-            plan.jobs(),
-            plan.rows()
-        ))?;
         infeasible.map_or(Ok(()), Err)
     }
+}
+
+/// A description: printed as it is found, or kept to be printed as JSON.
+struct Told {
+    json: bool,
+    sheet: Map<String, Json>,
+}
+
+impl Told {
+    /// Text for people.
+    fn text(&self, text: &str) -> Result<(), Error> {
+        match self.json {
+            true => Ok(()),
+            false => print(text),
+        }
+    }
+
+    /// A fact for programs.
+    fn fact(&mut self, name: &str, value: impl Into<Json>) {
+        self.sheet.insert(name.into(), value.into());
+    }
+
+    /// A row of a table for programs.
+    fn row(&mut self, table: &str, row: Json) {
+        let rows = self.sheet.entry(table).or_insert(Json::Array(Vec::new()));
+        if let Some(rows) = rows.as_array_mut() {
+            rows.push(row);
+        }
+    }
+}
+
+/// Describes an acquisition; also returns the first plan that an instrument cannot carry out.
+fn acquisition(plan: &Plan, told: &mut Told) -> Result<Option<Error>, Error> {
+    if let Some(question) = &plan.question {
+        told.text(&format!("{}\n\n", question.trim()))?;
+    }
+    told.sheet = materials_sheet(&plan.question, &plan.materials, &plan.missing);
+    told.text(&materials(&plan.materials, &plan.missing))?;
+    // Those of readings and minutes are found for each instrument, see below.
+    let known = plan
+        .symmetries()
+        .into_iter()
+        .filter(|_| !plan.budgets.is_empty());
+    for symmetry in known {
+        told.text(&format!("\nschedules for {}\n", words(symmetry)))?;
+        schedules(plan, symmetry, told)?;
+    }
+    if let Some(table) = &plan.moments {
+        let (spec, estimator) = (&table.spec, table.estimator.label());
+        told.fact(
+            "moments",
+            json!({
+                "views": spec.views,
+                "max_view_deg": spec.max_view_deg,
+                "order": spec.order.get(),
+                "estimator": estimator,
+            }),
+        );
+        told.text(&format!(
+            "\nmoments: {} up to {}°, to order {}, by {estimator}; one profile a material and a reconstruction\n",
+            count(spec.views, "view"),
+            spec.max_view_deg,
+            spec.order.get(),
+        ))?;
+    }
+    let names = plan.methods.iter().map(|m| {
+        let most = m.up_to.map_or(String::new(), |n| format!(" up to {n}"));
+        m.label() + &most
+    });
+    let names: Vec<_> = names.collect();
+    let measures: Vec<_> = plan.measures.iter().map(|m| m.name()).collect();
+    let infeasible = match plan.instruments.is_empty() {
+        true => None,
+        false => ways(plan, told)?,
+    };
+    told.text(&format!(
+        "\nreconstructions: {}\nmeasures: {}, {} each\nseeds: {:?}\n{}, {}, {}\n",
+        names.join(", "),
+        measures.join(", "),
+        count(plan.metrics.pairs, "pair"),
+        plan.seeds,
+        count(plan.units().len(), "schedule"),
+        count(plan.jobs(), "reconstruction"),
+        count(plan.rows(), "row"),
+    ))?;
+    told.fact("reconstructions", names);
+    told.fact("measures", measures);
+    told.fact("pairs", plan.metrics.pairs);
+    told.fact("seeds", plan.seeds.clone());
+    told.fact("schedule_count", plan.units().len());
+    told.fact("reconstruction_count", plan.jobs());
+    told.fact("row_count", plan.rows());
+    Ok(infeasible)
 }
 
 /// The file, or the preset of that name where there is no such file.
@@ -109,8 +181,24 @@ fn source(args: &ConfigArgs) -> Result<Source, Error> {
     let named = |preset: &instrument::Preset| args.config.as_os_str() == preset.name;
     match instrument::presets().into_iter().find(named) {
         Some(preset) if !args.config.exists() => args.apply(Source::new(preset.name, preset.text)),
+        _ if is_name(&args.config) => {
+            let presets = instrument::presets();
+            let names = one_of(
+                &args.config.to_string_lossy(),
+                presets.iter().map(|preset| preset.name),
+            );
+            let message =
+                format!("there is no such file; allowed: a config, or an instrument: {names}");
+            let name = args.config.display().to_string();
+            Err(Error::config(excerpt(&name), message))
+        }
         _ => args.source(),
     }
+}
+
+/// True of what can only be the name of an instrument.
+fn is_name(config: &Path) -> bool {
+    config.extension().is_none() && config.components().count() == 1 && !config.exists()
 }
 
 /// True of a file with keys that only instruments have, and none that only experiments have.
@@ -119,118 +207,6 @@ fn is_instrument(source: &Source) -> Result<bool, Error> {
     let has = |key: &str| table.get_ref().contains_key(key);
     let experiment = ["experiment", "question", "material", "sample_set"];
     Ok(["class", "axis"].into_iter().any(has) && !experiment.into_iter().any(has))
-}
-
-/// Pairs that the reachable share is counted on: it is then good to half a percent.
-const PAIRS: u64 = 10_000;
-
-/// Elevations of light and sensor, degrees, at which the spots on the sample are told.
-const SPOTS_DEG: [[f64; 2]; 4] = [[0.0, 0.0], [60.0, 0.0], [0.0, 60.0], [60.0, 60.0]];
-
-/// Text with the spots that are lit and seen on the sample.
-fn spots(spec: &InstrumentSpec) -> String {
-    let mut out = "\nspots on the sample, long axes\n".to_owned();
-    for [theta_i, theta_o] in SPOTS_DEG {
-        let [i, o] = [theta_i, theta_o].map(f64::to_radians);
-        let spot = footprint(spec, &DirectionPair::from_spherical(i, 0.0, o, PI));
-        out += &format!(
-            "  theta_i {theta_i:>2}°, theta_o {theta_o:>2}°  lit {:>5.1} mm, seen {:>5.1} mm: {}\n",
-            spot.lit_mm,
-            spot.seen_mm,
-            spot.filling.name(),
-        );
-    }
-    out
-}
-
-fn described(spec: &InstrumentSpec, seed: u64) -> Result<String, Error> {
-    let machine = Machine::new(spec).map_err(|e| Error::Internal(e.to_string()))?;
-    let class = machine.class();
-    let mut out = format!(
-        "{}: {}\nclass: {}, {}\n\naxes\n",
-        spec.name,
-        spec.about,
-        class.name(),
-        class.summary(),
-    );
-    let mut axes =
-        Columns::new("  name\ton\t>range °\t>°/s\t>°/s²\t>resolution\t>repeatability\t>bias\t");
-    for axis in &spec.axis {
-        axes.row(&format!(
-            "  {}\t{}\t{} to {}\t{}\t{}\t{}\t{}\t{}\t{}",
-            axis.name,
-            axis.parent,
-            axis.min_deg,
-            axis.max_deg,
-            axis.speed_deg_per_s,
-            axis.acceleration_deg_per_s2,
-            axis.resolution_deg,
-            axis.repeatability_deg,
-            axis.bias_deg,
-            if axis.wraps { "wraps" } else { "" },
-        ));
-    }
-    out += &axes.to_string();
-    let detector = &spec.detector;
-    out += &format!(
-        "\n{}\n{}\nexposures: {} from {} s to {} s, {} bits\n",
-        apertures(spec),
-        limits(spec),
-        detector.exposures,
-        detector.exposure_min_s,
-        detector.exposure_max_s,
-        detector.bits,
-    );
-    out += &spots(spec);
-    out += &format!("\nof {PAIRS} cosine-distributed pairs\n");
-    out += &reach(&machine, seed, true);
-    if !class.isotropic_only() {
-        out += &reach(&machine, seed, false);
-    }
-    let tags: Vec<Option<Tag>> = spec
-        .origins()
-        .into_iter()
-        .map(|(_, entry)| entry.map(|entry| entry.tag))
-        .collect();
-    let count = |tag: Option<Tag>| tags.iter().filter(|&&t| t == tag).count();
-    out += &format!(
-        "\nnumbers: {} published, {} recalled, {} generic, {} without provenance\n",
-        count(Some(Tag::Published)),
-        count(Some(Tag::Recalled)),
-        count(Some(Tag::Generic)),
-        count(None),
-    );
-    Ok(out)
-}
-
-/// Text with the share of pairs that a machine reaches, and the share of each reason against.
-fn reach(machine: &Machine, seed: u64, turn_freely: bool) -> String {
-    let random = Random::new(seed);
-    let mut reached = 0;
-    let mut kept_out = [0; Unreachable::NAMES.len()];
-    for i in 0..PAIRS {
-        let [a, b, c, d] = random.point(i);
-        let pair = DirectionPair::new(cosine_hemisphere([a, b]), cosine_hemisphere([c, d]));
-        match machine.place(&pair, turn_freely) {
-            Ok(_) => reached += 1,
-            Err(reason) => {
-                for (name, count) in Unreachable::NAMES.into_iter().zip(&mut kept_out) {
-                    *count += u64::from(name == reason.name());
-                }
-            }
-        }
-    }
-    let percent = |count: u64| 100.0 * count as f64 / PAIRS as f64;
-    let material = if turn_freely {
-        "isotropic"
-    } else {
-        "anisotropic"
-    };
-    let mut text = format!("  {material:<12} reachable {:.2} %", percent(reached));
-    for (name, count) in Unreachable::NAMES.into_iter().zip(kept_out) {
-        text += &format!(", {name} {:.2} %", percent(count));
-    }
-    text + "\n"
 }
 
 /// Prints the plan of an experiment of kind `moments`.
@@ -244,15 +220,35 @@ fn profiles(plan: &MomentsPlan) -> Result<(), Error> {
     let profiles = plan.materials.len() * channels.len();
     print(&format!(
         "\ngroups: {}\nchannels: {}\nviews: {} up to {}°, moments to order {}\nestimator: {}\n\
-         {profiles} profiles, {} rows\n",
+         {}, {}\n",
         plan.groups().join(", "),
         channels.join(", "),
         spec.views,
         spec.max_view_deg,
         spec.order.get(),
         plan.moments.estimator.label(),
-        profiles * spec.views,
+        count(profiles, "profile"),
+        count(profiles * spec.views, "row"),
     ))
+}
+
+fn profiles_sheet(plan: &MomentsPlan) -> Map<String, Json> {
+    let mut sheet = materials_sheet(&plan.question, &plan.materials, &plan.missing);
+    let spec = &plan.moments.spec;
+    let channels: Vec<_> = spec.channels.iter().map(|c| c.name()).collect();
+    let profiles = plan.materials.len() * channels.len();
+    let facts: [(&str, Json); 8] = [
+        ("groups", plan.groups().into()),
+        ("channels", channels.into()),
+        ("views", spec.views.into()),
+        ("max_view_deg", spec.max_view_deg.into()),
+        ("order", spec.order.get().into()),
+        ("estimator", plan.moments.estimator.label().into()),
+        ("profile_count", profiles.into()),
+        ("row_count", (profiles * spec.views).into()),
+    ];
+    sheet.extend(facts.map(|(name, value)| (name.to_owned(), value)));
+    sheet
 }
 
 /// Prints the plan of an experiment of kind `relations`.
@@ -262,13 +258,60 @@ fn relations(plan: &RelationsPlan) -> Result<(), Error> {
     let along: Vec<_> = plan.along.iter().map(|a| a.name()).collect();
     let each = plan.views.len() * along.len();
     print(&format!(
-        "\nlightings: {}\nviews: {}, along {}, window {}°\n{} relations\n",
+        "\nlightings: {}\nviews: {}, along {}, window {}°\n{}\n",
         lights.join(", "),
         plan.views.len(),
         along.join(" and "),
         plan.spec.window_deg,
-        plan.base.materials.len() * lights.len() * each,
+        count(plan.base.materials.len() * lights.len() * each, "relation"),
     ))
+}
+
+fn relations_sheet(plan: &RelationsPlan) -> Map<String, Json> {
+    let mut sheet = profiles_sheet(&plan.base);
+    let lights: Vec<_> = plan.lightings.iter().map(|l| l.name.as_str()).collect();
+    let along: Vec<_> = plan.along.iter().map(|a| a.name()).collect();
+    let each = plan.views.len() * along.len();
+    let relations = plan.base.materials.len() * lights.len() * each;
+    let facts: [(&str, Json); 4] = [
+        ("lightings", lights.into()),
+        ("along", along.into()),
+        ("window_deg", plan.spec.window_deg.into()),
+        ("relation_count", relations.into()),
+    ];
+    sheet.extend(facts.map(|(name, value)| (name.to_owned(), value)));
+    sheet
+}
+
+/// What every plan has.
+fn materials_sheet(
+    question: &Option<String>,
+    materials: &[Material],
+    missing: &[String],
+) -> Map<String, Json> {
+    let materials = materials.iter().map(|m| {
+        let Symmetry {
+            isotropic,
+            reciprocal,
+            bilateral,
+        } = m.symmetry;
+        json!({
+            "name": m.name,
+            "isotropic": isotropic,
+            "reciprocal": reciprocal,
+            "bilateral": bilateral,
+        })
+    });
+    let materials: Vec<Json> = materials.collect();
+    let facts: [(&str, Json); 3] = [
+        ("question", json!(question)),
+        ("materials", materials.into()),
+        ("missing", missing.into()),
+    ];
+    facts
+        .map(|(name, value)| (name.to_owned(), value))
+        .into_iter()
+        .collect()
 }
 
 fn materials(materials: &[Material], missing: &[String]) -> String {
@@ -284,12 +327,12 @@ fn materials(materials: &[Material], missing: &[String]) -> String {
 }
 
 /// Prints the schedules of the first seed, line by line: large ones take their time.
-fn schedules(plan: &Plan, symmetry: Symmetry) -> Result<(), Error> {
+fn schedules(plan: &Plan, symmetry: Symmetry, told: &mut Told) -> Result<(), Error> {
     let labels = plan.parametrizations.iter().map(|c| c.label().len());
     let w = labels.max().unwrap_or(0).max(15);
     let sets = plan.sample_sets.iter().map(|s| s.name.chars().count());
     let v = sets.max().unwrap_or(0).max(10);
-    print(&format!(
+    told.text(&format!(
         "  {:<w$}  {:<v$}  {:>8}  {:>8}  {:>10}  nodes\n",
         "parametrization", "sample set", "budget", "poses", "unphysical"
     ))?;
@@ -298,9 +341,22 @@ fn schedules(plan: &Plan, symmetry: Symmetry) -> Result<(), Error> {
         let form = form.map_err(|e| Error::Internal(format!("a warp that was checked: {e}")))?;
         for set in &plan.sample_sets {
             for &budget in &plan.budgets {
+                let mut row = json!({
+                    "symmetry": words(symmetry),
+                    "parametrization": coordinates.label(),
+                    "sample_set": set.name,
+                    "budget": budget,
+                });
                 let line = match set.set.plan(&form, budget, plan.seeds[0]) {
-                    Err(e) => format!("{e}"),
+                    Err(e) => {
+                        row["problem"] = e.to_string().into();
+                        format!("{e}")
+                    }
                     Ok(schedule) => {
+                        row["poses"] = schedule.poses.len().into();
+                        row["unphysical_share"] = schedule.unphysical_share.into();
+                        let lattice = schedule.lattice.as_ref();
+                        row["nodes"] = json!(lattice.map(|lattice| lattice.shape().to_vec()));
                         let shape = schedule.lattice.as_ref().map(|lattice| {
                             let shape = lattice.shape();
                             let shape: Vec<_> = shape.iter().map(usize::to_string).collect();
@@ -314,7 +370,8 @@ fn schedules(plan: &Plan, symmetry: Symmetry) -> Result<(), Error> {
                         )
                     }
                 };
-                print(&format!(
+                told.row("schedules", row);
+                told.text(&format!(
                     "  {:<w$}  {:<v$}  {budget:>8}  {line}\n",
                     coordinates.label(),
                     set.name
@@ -328,7 +385,7 @@ fn schedules(plan: &Plan, symmetry: Symmetry) -> Result<(), Error> {
 /// Prints every instrument's time and reach for the schedules of the first seed.
 ///
 /// Returns the first plan that one cannot carry out.
-fn ways(plan: &Plan) -> Result<Option<Error>, Error> {
+fn ways(plan: &Plan, told: &mut Told) -> Result<Option<Error>, Error> {
     let mut infeasible = None;
     let mut router = Router::default();
     let labels = plan.parametrizations.iter().map(|c| c.label().len());
@@ -337,7 +394,7 @@ fn ways(plan: &Plan) -> Result<Option<Error>, Error> {
     let v = sets.max().unwrap_or(0).max(10);
     for instrument in &plan.instruments {
         let order = instrument.use_of.order.name();
-        print(&format!(
+        told.text(&format!(
             "\n{} visits the poses in the order {order}\n  {:<w$}  {:<v$}  {:>13}  {:>8}  {:>7}  {:>9}  out of reach\n",
             instrument.name,
             "parametrization",
@@ -359,15 +416,28 @@ fn ways(plan: &Plan) -> Result<Option<Error>, Error> {
                             instrument: Some(instrument),
                             seed: plan.seeds[0],
                         };
+                        let mut row = json!({
+                            "instrument": instrument.name,
+                            "order": order,
+                            "symmetry": words(symmetry),
+                            "parametrization": coordinates.label(),
+                            "sample_set": sample_set.name,
+                            "allowed": allowance.to_string(),
+                        });
                         let line = match router.find(&key) {
                             Err(e) => {
                                 let line = e.to_string();
+                                row["problem"] = line.clone().into();
                                 infeasible.get_or_insert(e);
                                 line
                             }
                             Ok(route) => route.itinerary().map_or(String::new(), |i| {
                                 let reach = 100.0 * i.reachable();
                                 let minutes = i.seconds() / 60.0;
+                                row["budget"] = route.budget.into();
+                                row["reachable_percent"] = reach.into();
+                                row["minutes"] = minutes.into();
+                                row["out_of_reach"] = i.reasons_text().into();
                                 format!(
                                     "{:>8}  {reach:>6.1}%  {minutes:>9.1}  {}",
                                     route.budget,
@@ -382,7 +452,8 @@ fn ways(plan: &Plan) -> Result<Option<Error>, Error> {
                             sample_set.name,
                             line.trim_end()
                         );
-                        print(&line)?;
+                        told.row("visits", row);
+                        told.text(&line)?;
                     }
                 }
             }

@@ -1,8 +1,9 @@
 //! `gonio claims`.
 
+use super::ThreadArgs;
 use super::brdf_args::BrdfArgs;
 use super::output::OutputArgs;
-use super::{ThreadArgs, say};
+use super::talk::note;
 use crate::analysis;
 use crate::error::Error;
 use crate::report::{claims_csv, claims_json, claims_table};
@@ -41,7 +42,7 @@ impl Claims {
                 })
             }
             None => {
-                say(
+                note(
                     "gonio: no material named, so the claims on materials are left out: \
                      gonio claims CONFIG|BRDF",
                 );

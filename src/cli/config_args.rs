@@ -1,5 +1,6 @@
 //! The argument CONFIG of commands that look at experiments.
 
+use super::talk::detail;
 use crate::error::Error;
 use crate::experiment::Source;
 use crate::formats::{self, MERL};
@@ -23,6 +24,7 @@ pub(super) struct ConfigArgs {
 impl ConfigArgs {
     /// The text with every override.
     pub(super) fn source(&self) -> Result<Source, Error> {
+        detail(|| format!("gonio: reads {}", self.config.display()));
         let is_table = formats::of_name(&self.config) == Some(MERL);
         let source = match is_table || self.config.is_dir() {
             true => of_tables(&self.config)?,

@@ -1,6 +1,7 @@
 //! `gonio init`: starters, each a config that runs as it is.
 
-use super::{print, refuse_existing, say, written};
+use super::talk::note;
+use super::{print, refuse_existing, written};
 use crate::error::Error;
 use crate::files::write_atomically;
 use clap::{Args, ValueEnum};
@@ -58,7 +59,7 @@ impl Init {
         refuse_existing(&path, self.force)?;
         let result = write_atomically(&path, |out| out.write_all(text.as_bytes()));
         written(&path, result)?;
-        say(&format!(
+        note(&format!(
             "{} is written; next: gonio check {0}",
             path.display()
         ));

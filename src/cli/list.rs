@@ -1,5 +1,6 @@
 //! `gonio list`: what a config can name, straight from the registries.
 
+use super::output::{JsonArgs, print_json};
 use super::print;
 use crate::brdf;
 use crate::error::{Error, excerpt, one_of};
@@ -15,6 +16,7 @@ use crate::reconstruct;
 use crate::registry::{self, Entry};
 use crate::schedule;
 use clap::{Args, ValueEnum};
+use serde::Serialize;
 
 #[derive(Debug, Args)]
 pub(super) struct List {
@@ -22,6 +24,8 @@ pub(super) struct List {
     family: Option<Family>,
     /// One instrument: its whole file, to be edited and named in `[[instrument]] file = …`
     name: Option<String>,
+    #[command(flatten)]
+    json: JsonArgs,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
@@ -41,10 +45,10 @@ enum Family {
 }
 
 /// A file and its columns with their meaning; groups of like columns share a line.
-type Columns = (&'static str, &'static [(&'static str, &'static str)]);
+type ColumnsOf = (&'static str, &'static [(&'static str, &'static str)]);
 
 /// The tables of the other kinds of experiments.
-const MORE_COLUMNS: [Columns; 5] = [
+const MORE_COLUMNS: [ColumnsOf; 5] = [
     (
         "ranking.csv",
         &[
@@ -182,20 +186,43 @@ const MORE_COLUMNS: [Columns; 5] = [
     ),
 ];
 
+/// Members of a family, under a title.
+#[derive(Serialize)]
+struct Section {
+    family: &'static str,
+    title: String,
+    members: Vec<Member>,
+    /// Characters of a name, and between it and what it means.
+    #[serde(skip)]
+    width: [usize; 2],
+}
+
+/// A member of a family.
+#[derive(Default, Serialize)]
+struct Member {
+    name: String,
+    summary: String,
+    /// Whatever else is to be known of it, a line each.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    facts: Vec<String>,
+    /// Keys with their values, of each example.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    keys: Vec<toml::Table>,
+}
+
 impl List {
     pub(super) fn run(self) -> Result<(), Error> {
         if let Some(name) = &self.name {
             return print(self.preset(name)?);
         }
         let families = Family::value_variants().iter();
-        for (i, &family) in families
-            .filter(|&&f| self.family.is_none_or(|only| only == f))
-            .enumerate()
-        {
-            let gap = if i > 0 { "\n" } else { "" };
-            print(&format!("{gap}{}", section(family)))?;
+        let chosen = families.filter(|&&f| self.family.is_none_or(|only| only == f));
+        let sections: Vec<Section> = chosen.flat_map(|&f| sections(f)).collect();
+        if self.json.wanted() {
+            return print_json(&sections);
         }
-        Ok(())
+        let texts: Vec<_> = sections.iter().map(Section::text).collect();
+        print(&texts.join("\n"))
     }
 
     /// The file of an instrument.
@@ -214,83 +241,149 @@ impl List {
     }
 }
 
-fn section(family: Family) -> String {
-    match family {
+impl Section {
+    fn new(family: &'static str, title: &str, members: impl IntoIterator<Item = Member>) -> Self {
+        Self {
+            family,
+            title: title.into(),
+            members: members.into_iter().collect(),
+            width: [16, 2],
+        }
+    }
+
+    fn text(&self) -> String {
+        let [width, gap] = self.width;
+        let mut out = format!("{}\n", self.title);
+        for member in &self.members {
+            let Member { name, summary, .. } = member;
+            let line = format!("  {name:<width$}{:gap$}{summary}", "");
+            out += &format!("{}\n", line.trim_end());
+            let keys = member.keys.iter().map(|keys| {
+                let keys = keys.iter().map(|(k, v)| format!("{k} = {v}"));
+                keys.collect::<Vec<_>>().join(", ")
+            });
+            for line in member.facts.iter().cloned().chain(keys) {
+                out += &format!("{:20}{line}\n", "");
+            }
+        }
+        out
+    }
+}
+
+impl Member {
+    fn new(name: &str, summary: &str) -> Self {
+        Self {
+            name: name.into(),
+            summary: summary.into(),
+            ..Self::default()
+        }
+    }
+
+    fn with(mut self, facts: impl IntoIterator<Item = String>) -> Self {
+        self.facts = facts.into_iter().collect();
+        self
+    }
+}
+
+fn sections(family: Family) -> Vec<Section> {
+    let section = match family {
         Family::Experiments => {
-            let lines = Kind::ALL.iter().map(|k| line(k.name(), k.summary()));
-            titled("experiments: experiment = …", lines)
+            let kinds = Kind::ALL.iter().map(|k| Member::new(k.name(), k.summary()));
+            Section::new("experiments", "experiments: experiment = …", kinds)
         }
         Family::Estimators => {
             let title = "estimators of moments: estimator = { kind = … } in [moments]";
-            entries(title, &moments::all(), |estimator| estimator.resolved())
+            let members = entries(&moments::all(), |estimator| estimator.resolved());
+            Section::new("estimators", title, members)
         }
         Family::Lightings => {
             let title = "lightings: [[lighting]] with kind = … of relations, [lighting] of moments";
-            entries(title, &lighting::all(), |light| light.resolved())
+            let members = entries(&lighting::all(), |light| light.resolved());
+            Section::new("lightings", title, members)
         }
-        Family::Instruments => instruments(),
+        Family::Instruments => return instruments(),
         Family::Formats => {
-            let lines = formats::all().into_iter().map(|format| {
+            let formats = formats::all().into_iter().map(|format| {
                 let endings = format.extensions.iter().map(|e| format!(".{e}"));
                 let endings: Vec<_> = endings.collect();
                 let (endings, holds) = (endings.join(", "), format.holds().join(", "));
-                let line = line(format.name, format.summary);
-                format!("{line}\n{:20}{endings}: {holds}", "")
+                Member::new(format.name, format.summary).with([format!("{endings}: {holds}")])
             });
-            titled("formats: of files, by extension or --format", lines)
+            let title = "formats: of files, by extension or --format";
+            Section::new("formats", title, formats)
         }
         Family::Materials => {
             let title = "materials: [[material]] with kind = …";
-            entries(title, &brdf::all(), |spec| spec.resolved())
+            let members = entries(&brdf::all(), |spec| spec.resolved());
+            Section::new("materials", title, members)
         }
         Family::SampleSets => {
             let title = "sample sets: [[sample_set]] with kind = …";
-            entries(title, &schedule::all(), |set| set.resolved())
+            let members = entries(&schedule::all(), |set| set.resolved());
+            Section::new("sample-sets", title, members)
         }
         Family::Reconstructions => {
             let title = "reconstructions: [[reconstruction]] with kind = …";
-            entries(title, &reconstruct::all(), |method| method.resolved())
+            let members = entries(&reconstruct::all(), |method| method.resolved());
+            Section::new("reconstructions", title, members)
         }
         Family::Parametrizations => {
-            let axes = |entry: &Entry<_>| {
+            let all = parametrization::all();
+            let mut members = entries(&all, |p| p.resolved());
+            for (member, entry) in members.iter_mut().zip(&all) {
                 let of = |symmetry| {
                     let axes = entry.axes(symmetry);
                     let symbols: Vec<_> = axes.iter().map(|a| a.symbol).collect();
                     symbols.join(", ")
                 };
                 let (isotropic, general) = (of(Symmetry::FULL), of(Symmetry::NONE));
-                Some(format!("isotropic: {isotropic}; anisotropic: {general}"))
-            };
+                let axes = format!("isotropic: {isotropic}; anisotropic: {general}");
+                member.facts.push(axes);
+            }
             let title = "parametrizations: [[parametrization]] with kind = …";
-            members(title, &parametrization::all(), axes, |p| p.resolved())
+            Section::new("parametrizations", title, members)
         }
         Family::Warps => {
             let title = "warps: warp = { AXIS = NAME } in a [[parametrization]], { AXIS = { kind = NAME, … } } with keys";
-            entries(title, &parametrization::warps(), |warp| warp.resolved())
+            let members = entries(&parametrization::warps(), |warp| warp.resolved());
+            Section::new("warps", title, members)
         }
         Family::Measures => {
-            let lines = Measure::ALL.iter().map(|m| line(m.name(), summary(*m)));
-            titled("measures: measures = [ … ]", lines)
+            let measures = Measure::ALL
+                .iter()
+                .map(|m| Member::new(m.name(), summary(*m)));
+            Section::new("measures", "measures: measures = [ … ]", measures)
         }
-        Family::Columns => {
-            let lines = Row::columns().map(|(name, meaning)| format!("  {name:<22} {meaning}"));
-            let others = MORE_COLUMNS.iter().map(|(file, columns)| {
-                let lines = columns
-                    .iter()
-                    .map(|(name, meaning)| format!("  {name:<32} {meaning}"));
-                format!("\n{}", titled(&format!("columns: of {file}"), lines))
-            });
-            titled("columns: of results.csv and results.jsonl", lines) + &others.collect::<String>()
+        Family::Columns => return columns(),
+    };
+    vec![section]
+}
+
+/// The columns of every table.
+fn columns() -> Vec<Section> {
+    let of_rows = Row::columns().map(|(name, meaning)| Member::new(name, meaning));
+    let title = "columns: of results.csv and results.jsonl";
+    let mut sections = vec![Section {
+        width: [22, 1],
+        ..Section::new("columns", title, of_rows)
+    }];
+    sections.extend(MORE_COLUMNS.iter().map(|(file, columns)| {
+        let columns = columns
+            .iter()
+            .map(|(name, meaning)| Member::new(name, meaning));
+        Section {
+            width: [32, 1],
+            ..Section::new("columns", &format!("columns: of {file}"), columns)
         }
-    }
+    }));
+    sections
 }
 
 /// The presets in their most telling numbers, and the classes a file can name.
-fn instruments() -> String {
+fn instruments() -> Vec<Section> {
     let presets = instrument::presets().into_iter().filter_map(|preset| {
         // The tests read every preset, so that each of them reads.
         let spec = instrument::read(preset.text).ok()?;
-        let mut text = line(preset.name, &spec.about);
         let facts = [spec.class.clone(), apertures(&spec), limits(&spec)];
         let axes = spec.axis.iter().map(|axis| {
             let round = if axis.wraps { ", wraps" } else { "" };
@@ -299,38 +392,31 @@ fn instruments() -> String {
                 axis.name, axis.min_deg, axis.max_deg, axis.speed_deg_per_s
             )
         });
-        for fact in facts.into_iter().chain(axes) {
-            text += &format!("\n{:20}{fact}", "");
-        }
-        Some(text)
+        Some(Member::new(preset.name, &spec.about).with(facts.into_iter().chain(axes)))
     });
     let classes = instrument::classes();
     let required = classes.iter().map(|class| {
         let axes = class.axes();
-        let mut text = format!("  {}\n{:20}{}", class.name(), "", class.summary());
-        for axis in axes {
+        let facts = axes.iter().map(|axis| {
             let parent = axis.parent.map_or("base", |parent| axes[parent].role);
             let [x, y, z] = axis.vector;
-            text += &format!(
-                "\n{:20}{:<16} on {parent}, about [{x}, {y}, {z}]",
-                "", axis.role
-            );
-        }
-        text
+            format!("{:<16} on {parent}, about [{x}, {y}, {z}]", axis.role)
+        });
+        let summary = class.summary().to_owned();
+        Member::new(class.name(), "").with(std::iter::once(summary).chain(facts))
     });
-    let keys = Use::KEYS.map(|(key, meaning)| line(key, meaning));
-    let orders = Order::ALL.map(|order| line(order.name(), order.summary()));
+    let keys = Use::KEYS.map(|(key, meaning)| Member::new(key, meaning));
+    let orders = Order::ALL.map(|order| Member::new(order.name(), order.summary()));
     let title = "instruments: [[instrument]] of a config";
     let names = "instruments: presets; gonio check NAME says more, gonio list instruments NAME prints its file";
     let classes =
         "instruments: kinematic classes: class = … of an instrument file, with these [[axis]]";
-    [
-        titled(title, keys.into_iter()),
-        titled("instruments: order = …", orders.into_iter()),
-        titled(names, presets),
-        titled(classes, required),
+    vec![
+        Section::new("instruments", title, keys),
+        Section::new("orders", "instruments: order = …", orders),
+        Section::new("presets", names, presets),
+        Section::new("classes", classes, required),
     ]
-    .join("\n")
 }
 
 /// The apertures of an instrument.
@@ -356,51 +442,22 @@ pub(super) fn limits(spec: &InstrumentSpec) -> String {
 }
 
 /// The members of a registry, each with the keys of its examples.
-fn entries<T: ?Sized>(
-    title: &str,
-    all: &[Entry<T>],
-    resolved: impl Fn(Box<T>) -> toml::Table,
-) -> String {
-    members(title, all, |_| None, resolved)
-}
-
-/// The same with a fact of each.
-fn members<T: ?Sized>(
-    title: &str,
-    all: &[Entry<T>],
-    fact: impl Fn(&Entry<T>) -> Option<String>,
-    resolved: impl Fn(Box<T>) -> toml::Table,
-) -> String {
-    let lines = all.iter().map(|entry| {
-        let mut text = line(entry.kind, entry.summary);
-        if let Some(fact) = fact(entry) {
-            text += &format!("\n{:20}{fact}", "");
-        }
-        for example in entry.examples {
-            // The laws read every example, so that each of them reads.
-            let Ok(member) = registry::read_text(entry, example) else {
-                continue;
-            };
+fn entries<T: ?Sized>(all: &[Entry<T>], resolved: impl Fn(Box<T>) -> toml::Table) -> Vec<Member> {
+    let member = |entry: &Entry<T>| {
+        // The laws read every example, so that each of them reads.
+        let read = |example: &&str| registry::read_text(entry, example).ok();
+        let examples = entry.examples.iter().filter_map(read);
+        let keys = examples.map(|member| {
             let mut keys = resolved(member);
             keys.remove("kind");
-            let keys = keys.iter().map(|(k, v)| format!("{k} = {v}"));
-            let keys: Vec<_> = keys.collect();
-            if !keys.is_empty() {
-                text += &format!("\n{:20}{}", "", keys.join(", "));
-            }
+            keys
+        });
+        Member {
+            keys: keys.filter(|keys| !keys.is_empty()).collect(),
+            ..Member::new(entry.kind, entry.summary)
         }
-        text
-    });
-    titled(title, lines)
-}
-
-fn titled(title: &str, lines: impl Iterator<Item = String>) -> String {
-    let lines: String = lines.map(|line| line + "\n").collect();
-    format!("{title}\n{lines}")
-}
-
-fn line(name: &str, summary: &str) -> String {
-    format!("  {name:<16}  {summary}")
+    };
+    all.iter().map(member).collect()
 }
 
 fn summary(measure: Measure) -> &'static str {

@@ -2,11 +2,12 @@
 
 use super::check::words;
 use super::schedule::out_of_reach;
+use super::talk::{note, wrote};
 use super::{
     ThreadArgs, axis_names, build, choose_material, format_names, print, read_as, refuse_existing,
-    say, written,
+    written,
 };
-use crate::error::Error;
+use crate::error::{Error, count};
 use crate::experiment::{IDEAL, Plan, PlannedInstrument, Source};
 use crate::files::write_atomically;
 use crate::formats::{Format, READ_SCHEDULE, WRITE_READINGS};
@@ -83,7 +84,7 @@ impl Measure {
         let file = read(&text, &name, &assume)?;
         let folded = file.schedule.parametrization.symmetry();
         if folded.and(material.symmetry) != folded {
-            say(&format!(
+            note(&format!(
                 "gonio: the schedule is for {} materials; {} is {}",
                 words(folded),
                 material.name,
@@ -104,7 +105,7 @@ impl Measure {
         if let (Some(planned), Some(instrument)) = (&file.instrument, &instrument)
             && *planned != instrument.spec.name
         {
-            say(&format!(
+            note(&format!(
                 "gonio: the schedule was planned for {planned}; {} finds its own positions and times",
                 instrument.name
             ));
@@ -147,10 +148,11 @@ impl Measure {
                 write(&measurement, &about, sequence, out)
             }),
         )?;
+        wrote(&self.output);
         print(&format!(
-            "{} poses: {} readings, {} without data, {} out of reach{minutes}\n",
-            order.len() + lost.len(),
-            measurement.readings(),
+            "{}: {}, {} without data, {} out of reach{minutes}\n",
+            count(order.len() + lost.len(), "pose"),
+            count(measurement.readings(), "reading"),
             measurement.no_data(),
             measurement.unreachable(),
         ))

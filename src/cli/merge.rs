@@ -1,8 +1,9 @@
 //! `gonio merge`.
 
+use super::read_text;
 use super::run::{End, Shown, experiment, manifest};
-use super::{print, read_text, say};
-use crate::error::Error;
+use super::talk::note;
+use crate::error::{Error, count, count_are};
 use crate::experiment::{Expected, Record, RowKey, Source, asks_the_same, material_key};
 use crate::report::{CONFIG, MadeFrom, Outcome, RunFolder, read_rows};
 use clap::Args;
@@ -102,8 +103,9 @@ impl Merge {
             }
         }
         if others > 0 {
-            say(&format!(
-                "gonio: {others} rows of other configs are left out"
+            note(&format!(
+                "gonio: {} of other configs left out",
+                count(others, "row")
             ));
         }
         let sorted = found.into_iter().flatten().map(|(_, row)| row);
@@ -144,10 +146,11 @@ impl Merge {
             },
         )?;
         let path = folder.finish(&keys, manifest)?;
-        print(&format!(
-            "\n{found} of {of} rows are in {}\n",
+        note(&format!(
+            "\n{found} of {} in {}",
+            count_are(of, "row"),
             path.display()
-        ))?;
+        ));
         if found < of {
             return Err(Error::Incomplete {
                 rows: found,

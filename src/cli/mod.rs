@@ -16,6 +16,7 @@ mod merge;
 mod moments;
 mod output;
 mod picture;
+mod progress;
 mod reading;
 mod reconstruct;
 mod run;
@@ -26,19 +27,23 @@ mod slice;
 mod subset;
 mod symmetry;
 mod tabulate;
+mod talk;
 
 use crate::brdf::{Brdf, BuildError, Channels};
-use crate::error::{Error, excerpt, one_of};
+use crate::error::{Error, count, excerpt, one_of};
 use crate::experiment::{Material, Plan, Source};
 use crate::files;
 use crate::formats::{self, Format, Use, WRITE_TABLE};
 use crate::instrument;
 use crate::registry::Entry;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
-use clap::{Args, Parser, Subcommand};
+use clap::{Args, CommandFactory, FromArgMatches, Parser, Subcommand};
 use config_args::ConfigArgs;
 use std::io::{self, ErrorKind, Write};
 use std::path::Path;
+use std::time::Instant;
+pub use talk::say_error;
+use talk::{TalkArgs, color_of, detail};
 
 /// A virtual gonio-reflectometer: measure, reconstruct and compare BRDFs.
 #[derive(Debug, Parser)]
@@ -50,6 +55,8 @@ use std::path::Path;
 pub struct Cli {
     #[command(subcommand)]
     command: Command,
+    #[command(flatten)]
+    talk: TalkArgs,
 }
 
 #[derive(Debug, Subcommand)]
@@ -97,12 +104,36 @@ enum Command {
 }
 
 impl Cli {
+    /// The command line of this process; ends it where that is refused, or asks for help.
+    pub fn read() -> Self {
+        let command = Self::command().color(color_of(std::env::args_os()));
+        let matches = command.get_matches();
+        Self::from_arg_matches(&matches).unwrap_or_else(|e| e.exit())
+    }
+
     /// Does what the command line asks for.
     ///
     /// # Errors
     /// Anything; [`Error::exit_code`] tells what kind.
     pub fn run(self) -> Result<(), Error> {
-        match self.command {
+        self.talk.apply();
+        let start = Instant::now();
+        let done = self.command.run();
+        detail(|| {
+            let threads = rayon::current_num_threads();
+            format!(
+                "gonio: took {:.2} s on {}",
+                start.elapsed().as_secs_f64(),
+                count(threads, "thread")
+            )
+        });
+        done
+    }
+}
+
+impl Command {
+    fn run(self) -> Result<(), Error> {
+        match self {
             Command::Init(command) => command.run(),
             Command::Run(command) => command.run(),
             Command::Merge(command) => command.run(),
@@ -222,6 +253,14 @@ fn unknown(option: &str, name: &str, allowed: impl IntoIterator<Item = String>) 
 
 /// The BRDF of a material.
 fn build(material: &Material, channels: Channels) -> Result<Box<dyn Brdf>, Error> {
+    detail(|| {
+        let tables = material.spec.tables().files;
+        let files = tables
+            .iter()
+            .map(|file| format!(", reads {}", file.display()));
+        let files: String = files.collect();
+        format!("gonio: material {}{files}", material.name)
+    });
     material.spec.build(channels).map_err(|e| match e {
         BuildError::Data { path, message } => Error::data(path, message),
         e => Error::config(format!("--material {}", material.name), e),
@@ -252,6 +291,7 @@ fn read_as<T>(path: &Path, wanted: &Use<T>) -> Result<(String, T), Error> {
 
 /// The text of an input file.
 fn read_text(path: &Path) -> Result<String, Error> {
+    detail(|| format!("gonio: reads {}", path.display()));
     files::read_text(path, files::TABLE_LIMIT)
         .map_err(|e| Error::data(path, format!("cannot read this file: {e}")))
 }
@@ -263,12 +303,6 @@ fn print(text: &str) -> Result<(), Error> {
         Path::new("stdout"),
         out.write_all(text.as_bytes()).and_then(|()| out.flush()),
     )
-}
-
-/// Writes a line to stderr. Where nobody reads stderr any more there is nobody to tell, and no
-/// reason to end otherwise than without that line (`eprintln!` would panic).
-pub fn say(line: &str) {
-    let _ = writeln!(io::stderr().lock(), "{line}");
 }
 
 /// The outcome of writing results to `path`; a reader that has seen enough is no error.

@@ -1,9 +1,11 @@
 //! `gonio moments`.
 
 use super::brdf_args::BrdfArgs;
+use super::progress::Progress;
 use super::run::tell_missing;
-use super::{ThreadArgs, print, refuse_existing, say};
-use crate::error::Error;
+use super::talk::{note, say, wrote};
+use super::{ThreadArgs, print, refuse_existing};
+use crate::error::{Error, count_are};
 use crate::experiment::moments::{MaterialProfiles, MomentsPlan, ProfileRow};
 use crate::experiment::{Event, Experiment, Extent, Failure, Known, Observer, Source};
 use crate::files::write_atomically;
@@ -28,6 +30,9 @@ pub(super) struct Moments {
     /// Format of what is printed
     #[arg(long, value_enum, default_value = "csv", conflicts_with = "output")]
     format: Format,
+    /// JSON: the same as --format json
+    #[arg(long, conflicts_with_all = ["format", "output"])]
+    json: bool,
     /// Write profiles.csv, profiles.json, config.toml and, one a material, NAME.svg here instead of printing
     #[arg(short, long, value_name = "DIR")]
     output: Option<PathBuf>,
@@ -56,31 +61,37 @@ impl Moments {
             None => Vec::new(),
         };
         tell_missing(&plan.missing);
-        let mut collected = Collect::default();
+        let mut collected = Collect {
+            progress: Progress::new(),
+            profiles: Vec::new(),
+            failures: Vec::new(),
+        };
         plan.run(&Extent::default(), &Known::default(), &mut collected)?;
-        if let (Some(failure), true) = (collected.failures.first(), collected.profiles.is_empty()) {
+        let Collect {
+            progress,
+            profiles,
+            failures,
+        } = collected;
+        drop(progress);
+        if let (Some(failure), true) = (failures.first(), profiles.is_empty()) {
             return Err(unusable(&plan, failure, &source));
         }
-        for Failure { job, reason, .. } in &collected.failures {
+        for Failure { job, reason, .. } in &failures {
             say(&format!("gonio: {job}: {reason}"));
         }
         for material in plan.materials.iter().filter(|m| !m.symmetry.isotropic) {
-            say(&format!(
+            note(&format!(
                 "gonio: {} is anisotropic; its slices are those of views at azimuth 0",
                 material.name
             ));
         }
-        let rows: Vec<ProfileRow<'_>> = collected
-            .profiles
-            .iter()
-            .flat_map(MaterialProfiles::rows)
-            .collect();
+        let rows: Vec<ProfileRow<'_>> = profiles.iter().flat_map(MaterialProfiles::rows).collect();
         for row in rows.iter().filter(|r| r.slice.unresolved.is_some()).take(3) {
             let why = row
                 .slice
                 .unresolved
                 .map_or(String::new(), |u| u.to_string());
-            say(&format!(
+            note(&format!(
                 "gonio: {} {} at {:.3}°: {why}",
                 row.material,
                 row.channel.name(),
@@ -89,12 +100,12 @@ impl Moments {
         }
         let unresolved = rows.iter().filter(|r| r.slice.unresolved.is_some()).count();
         if unresolved > 0 {
-            say(&format!(
-                "gonio: {unresolved} of {} slices are unresolved; their uncertainties are not to be trusted",
-                rows.len()
+            note(&format!(
+                "gonio: {unresolved} of {} unresolved; their uncertainties are not to be trusted",
+                count_are(rows.len(), "slice")
             ));
         }
-        let failed = |path: &Path| match collected.failures.len() {
+        let failed = |path: &Path| match failures.len() {
             0 => Ok(()),
             failed => Err(Error::JobsFailed {
                 failed,
@@ -104,8 +115,8 @@ impl Moments {
         };
         let Some(dir) = &self.output else {
             match self.format {
-                Format::Csv => print(&text(|out| profiles_csv(&rows, out))?)?,
-                Format::Json => print(&text(|out| profiles_json(&rows, out))?)?,
+                Format::Csv if !self.json => print(&text(|out| profiles_csv(&rows, out))?)?,
+                Format::Csv | Format::Json => print(&text(|out| profiles_json(&rows, out))?)?,
             }
             return failed(Path::new("stdout"));
         };
@@ -115,14 +126,14 @@ impl Moments {
         write(&files[1], |out| profiles_json(&rows, out))?;
         let config = toml::to_string(&plan.resolved).map_err(|e| Error::Internal(e.to_string()))?;
         write(&files[2], |out| out.write_all(config.as_bytes()))?;
-        for profiles in &collected.profiles {
-            let sheet = crate::report::material_sheet(profiles);
+        for profile in &profiles {
+            let sheet = crate::report::material_sheet(profile);
             let svg = crate::report::svg(&sheet.title, &sheet.panels, sheet.columns)?;
-            let path = diagram(dir, &profiles.material);
+            let path = diagram(dir, &profile.material);
             write(&path, |out| out.write_all(svg.as_bytes()))?;
         }
         for path in files.iter().filter(|path| path.exists()) {
-            say(&path.display().to_string());
+            wrote(path);
         }
         failed(dir)
     }
@@ -172,15 +183,20 @@ fn text(body: impl FnOnce(&mut Vec<u8>) -> io::Result<()>) -> Result<String, Err
     String::from_utf8(out).map_err(|e| Error::Internal(e.to_string()))
 }
 
-/// Observer that keeps profiles and failures.
-#[derive(Default)]
+/// Observer that keeps profiles and failures, and shows how far it is.
 struct Collect {
+    progress: Progress,
     profiles: Vec<MaterialProfiles>,
     failures: Vec<Failure>,
 }
 
 impl Observer<MaterialProfiles> for Collect {
+    fn begins(&mut self, work: f64) {
+        self.progress.begin(work as u64);
+    }
+
     fn tell(&mut self, event: &Event<'_, MaterialProfiles>) -> Result<(), Error> {
+        self.progress.follow(event);
         match event {
             Event::Made(profiles) => self.profiles.extend_from_slice(profiles),
             Event::Failed(failure) => self.failures.push((*failure).clone()),

@@ -1,9 +1,11 @@
 //! Tables that are printed for people, or written for programs.
 
+use super::talk::wrote;
 use super::{print, refuse_existing};
 use crate::error::Error;
 use crate::files::write_atomically;
 use clap::{Args, ValueEnum};
+use serde::Serialize;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
@@ -15,12 +17,35 @@ pub(super) enum Format {
     Json,
 }
 
+/// `--json`, where a table is printed for people.
+#[derive(Clone, Copy, Debug, Args)]
+pub(super) struct JsonArgs {
+    /// Print JSON, for programs
+    #[arg(long)]
+    json: bool,
+}
+
+impl JsonArgs {
+    pub(super) fn wanted(self) -> bool {
+        self.json
+    }
+}
+
+/// Prints a value as JSON.
+pub(super) fn print_json(value: &impl Serialize) -> Result<(), Error> {
+    let text = serde_json::to_string_pretty(value).map_err(|e| Error::Internal(e.to_string()))?;
+    print(&(text + "\n"))
+}
+
 /// How, and where to.
 #[derive(Debug, Args)]
 pub(super) struct OutputArgs {
     /// Format of the table
     #[arg(long, value_enum, default_value = "text")]
     format: Format,
+    /// JSON: the same as --format json
+    #[arg(long, conflicts_with = "format")]
+    json: bool,
     /// Write the table to this file instead of printing it
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
@@ -51,7 +76,8 @@ impl OutputArgs {
         json: impl FnOnce(&R, &mut Vec<u8>) -> io::Result<()>,
     ) -> Result<(), Error> {
         let mut bytes = Vec::new();
-        let made = match self.format {
+        let format = if self.json { Format::Json } else { self.format };
+        let made = match format {
             Format::Text => bytes.write_all(text(rows).as_bytes()),
             Format::Csv => csv(rows, &mut bytes),
             Format::Json => json(rows, &mut bytes),
@@ -59,7 +85,8 @@ impl OutputArgs {
         made.map_err(|e| Error::Internal(e.to_string()))?;
         match &self.output {
             Some(path) => write_atomically(path, |out| out.write_all(&bytes))
-                .map_err(|e| Error::output(path, format!("cannot write this file: {e}"))),
+                .map_err(|e| Error::output(path, format!("cannot write this file: {e}")))
+                .map(|()| wrote(path)),
             None => {
                 let text = String::from_utf8(bytes).map_err(|e| Error::Internal(e.to_string()))?;
                 print(&text)

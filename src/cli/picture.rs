@@ -1,7 +1,9 @@
 //! `gonio picture`.
 
 use super::brdf_args::BrdfArgs;
-use super::{ThreadArgs, build, choose_material, member, print, refuse_existing, say};
+use super::progress::{Progress, Watched};
+use super::talk::{note, wrote};
+use super::{ThreadArgs, build, choose_material, member, print, refuse_existing};
 use crate::brdf::{Brdf, BuildError, Channels};
 use crate::error::{Error, excerpt, one_of};
 use crate::files::write_atomically;
@@ -92,7 +94,8 @@ fn write(
 ) -> Result<(), Error> {
     write_atomically(path, body)
         .map_err(|e| Error::output(path, format!("cannot write this file: {e}")))?;
-    print(&format!("{}\n", path.display()))
+    wrote(path);
+    Ok(())
 }
 
 /// The parametrizations of a plate.
@@ -311,8 +314,11 @@ impl Sphere {
         let [png, exr] = self.folder.free(&stem, ["png", "exr"])?;
         let start = std::time::Instant::now();
         let [resolution, samples] = [self.scene.resolution.into(), self.scene.samples];
-        let image = render_sphere(&*brdf, &*light, resolution as usize, samples as usize);
-        say(&format!(
+        let draw = |brdf: &dyn Brdf, resolution| {
+            render_sphere(brdf, &*light, resolution, samples as usize)
+        };
+        let image = watched(&*brdf, resolution as usize, draw);
+        note(&format!(
             "gonio: drawn in {:.2} s",
             start.elapsed().as_secs_f64()
         ));
@@ -320,6 +326,29 @@ impl Sphere {
         write(&png, |out| image.write_png(image.white(), out))?;
         write(&exr, |out| image.write_exr(out))
     }
+}
+
+/// Draws with a progress bar. How many pairs a picture asks for is known by two small ones.
+fn watched<T>(brdf: &dyn Brdf, resolution: usize, draw: impl Fn(&dyn Brdf, usize) -> T) -> T {
+    let progress = Progress::of(0, "draws");
+    if progress.is_hidden() {
+        return draw(brdf, resolution);
+    }
+    let pairs = |resolution| {
+        let progress = &Progress::hidden();
+        draw(&Watched { brdf, progress }, resolution);
+        progress.counted() as f64
+    };
+    let [small, less] = [resolution.div_ceil(8), resolution.div_ceil(16)];
+    let area = |resolution: usize| (resolution * resolution) as f64;
+    let a_pixel = match small > less {
+        true => (pairs(small) - pairs(less)) / (area(small) - area(less)),
+        false => 0.0,
+    };
+    let all = pairs(small) + a_pixel * (area(resolution) - area(small));
+    progress.begin(all as u64);
+    let progress = &progress;
+    draw(&Watched { brdf, progress }, resolution)
 }
 
 #[derive(Debug, Args)]
@@ -373,13 +402,10 @@ impl Compare {
             .reconstruct(&measurement)
             .map_err(|e| Error::config("--budget", e))?;
         let [resolution, samples] = [self.scene.resolution.into(), self.scene.samples];
-        let pictures = Comparison::new(
-            &*truth,
-            &*copy,
-            &*light,
-            resolution as usize,
-            samples as usize,
-        );
+        let draw = |copy: &dyn Brdf, resolution| {
+            Comparison::new(&*truth, copy, &*light, resolution, samples as usize)
+        };
+        let pictures = watched(&*copy, resolution as usize, draw);
         let title = format!(
             "{name}: {} of {} readings in {chart_name} coordinates",
             method.label(),

@@ -1,6 +1,7 @@
 //! How files of readings by others are read.
 
-use super::{read_as, say};
+use super::read_as;
+use super::talk::say;
 use crate::error::{Error, ParameterError};
 use crate::formats::{READ_READINGS, Readings, read_readings};
 use crate::schedule::{AngleUnit, Assume, Azimuth, Choice, Conventions, Quantity};

@@ -5,15 +5,17 @@ mod consumers;
 mod moments;
 mod relations;
 
-use super::{ConfigArgs, SeedArgs, ThreadArgs, print, say};
-use crate::error::Error;
+use super::progress::Progress;
+use super::talk::{detail, note};
+use super::{ConfigArgs, SeedArgs, ThreadArgs, print};
+use crate::error::{Error, count_are};
 use crate::experiment::{
     AnyPlan, Experiment, Extent, Known, Observer, Record, RowKey, Shard, Source, Tuned,
     material_key,
 };
 use crate::report::{MadeBy, MadeFrom, Manifest, Outcome, RunFolder, read_rows};
 use clap::Args;
-use consumers::{Consumers, Files, Progress};
+use consumers::{Consumers, Files};
 use std::cell::RefCell;
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
@@ -48,9 +50,6 @@ pub(super) struct Run {
     /// Memory for materials and their readings, in megabytes; results do not depend on it
     #[arg(long, value_name = "MB", default_value_t = 512, value_parser = clap::value_parser!(u32).range(1..))]
     memory: u32,
-    /// No progress bar and no notes on stderr; errors are still told
-    #[arg(short, long)]
-    quiet: bool,
 }
 
 /// A kind of experiment as commands show it: observers of a run, and output at its end.
@@ -76,8 +75,6 @@ pub(super) trait Shown: Experiment {
 pub(super) struct RunContext {
     /// Set when the run shall stop.
     pub(super) stop: Arc<AtomicBool>,
-    /// True if only errors are told.
-    pub(super) quiet: bool,
     /// The part that is run.
     pub(super) shard: Option<Shard>,
 }
@@ -110,7 +107,7 @@ pub(super) trait Runnable {
     ) -> Result<(), Error>;
 
     /// `gonio check`.
-    fn check(&self) -> Result<(), Error>;
+    fn check(&self, json: bool) -> Result<(), Error>;
 }
 
 /// The experiment of a config.
@@ -136,8 +133,8 @@ impl<E: Shown + super::check::Checked> Runnable for E {
         command.put_together(self, source, started)
     }
 
-    fn check(&self) -> Result<(), Error> {
-        super::check::Checked::check(self)
+    fn check(&self, json: bool) -> Result<(), Error> {
+        super::check::Checked::check(self, json)
     }
 }
 
@@ -156,9 +153,7 @@ impl Run {
         source: &Source,
         started: SystemTime,
     ) -> Result<(), Error> {
-        if !self.quiet {
-            tell_missing(plan.missing());
-        }
+        tell_missing(plan.missing());
         let resolved = plan.resolved();
         let stem = self.stem();
         let dir = match &self.output {
@@ -180,7 +175,6 @@ impl Run {
         }
         let context = RunContext {
             stop: stop_on_ctrl_c()?,
-            quiet: self.quiet,
             shard: self.shard,
         };
         let folder = RunFolder::open(&dir, self.force, resolved)?;
@@ -198,13 +192,11 @@ impl Run {
         let summary = {
             let mut consumers = Consumers {
                 stop: Arc::clone(&context.stop),
-                progress: Progress::new(self.quiet),
+                progress: Progress::new(),
                 list: vec![Box::new(Files(&folder))],
             };
             consumers.list.extend(plan.listeners(&folder, &context)?);
-            let summary = plan.run(&extent, &known, &mut consumers)?;
-            consumers.progress.finish();
-            summary
+            plan.run(&extent, &known, &mut consumers)?
         };
         let mut folder = folder.into_inner();
         if summary.interrupted && folder.is_untouched() {
@@ -223,6 +215,9 @@ impl Run {
             shard: self.shard.map(|s| s.to_string()),
             ..Outcome::default()
         };
+        for input in &summary.inputs {
+            detail(|| format!("gonio: read {}", input.path.display()));
+        }
         let manifest = manifest(plan, source, summary.inputs.clone(), outcome, started);
         let facts = serde_json::to_value(&manifest).map_err(|e| Error::Internal(e.to_string()))?;
         plan.conclude(
@@ -244,9 +239,11 @@ impl Run {
             let jobs = jobs(plan, self.shard);
             return Err(Error::JobsFailed { failed, jobs, path });
         }
-        if !self.quiet {
-            say(&format!("\n{rows} rows are in {}", path.display()));
-        }
+        note(&format!(
+            "\n{} in {}",
+            count_are(rows, "row"),
+            path.display()
+        ));
         Ok(())
     }
 
@@ -306,7 +303,11 @@ fn list<E: Experiment>(plan: &E, shard: Option<Shard>, dir: &Path) -> Result<(),
         let word = if is_done { "done" } else { "open" };
         out += &format!("{word}  {}  {}\n", mine.join(" "), job[0].job);
     }
-    out += &format!("{done} of {jobs} jobs are done in {}\n", dir.display());
+    out += &format!(
+        "{done} of {} done in {}\n",
+        count_are(jobs, "job"),
+        dir.display()
+    );
     print(&out)
 }
 
@@ -314,7 +315,7 @@ fn list<E: Experiment>(plan: &E, shard: Option<Shard>, dir: &Path) -> Result<(),
 pub(super) fn tell_missing(names: &[String]) {
     if !names.is_empty() {
         let list = names.join(", ");
-        say(&format!("gonio: not in materials_dir, skipped: {list}"));
+        note(&format!("gonio: not in materials_dir, skipped: {list}"));
     }
 }
 

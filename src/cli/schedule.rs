@@ -1,9 +1,13 @@
 //! `gonio schedule`.
 
+use super::output::{JsonArgs, print_json};
 use super::reading::ReadingArgs;
-use super::{ConfigArgs, SeedArgs, axis_names, format_names, refuse_existing, say, unknown, written};
-use crate::error::{Error, ParameterError, in_left_open};
-use crate::experiment::{Allowance, Plan, PlannedInstrument, Route, Router, ScheduleKey};
+use super::talk::{note, wrote};
+use super::{
+    ConfigArgs, SeedArgs, axis_names, format_names, print, refuse_existing, unknown, written,
+};
+use crate::error::{Error, ParameterError, count, in_left_open};
+use crate::experiment::{Allowance, Plan, PlannedInstrument, Router, ScheduleKey};
 use crate::files::write_atomically;
 use crate::formats::{CSV, Format, WRITE_SCHEDULE, WriteSchedule};
 use crate::geometry::DirectionPair;
@@ -12,6 +16,7 @@ use crate::report::schedule_stem;
 use crate::schedule::{Assume, Itinerary, Sequence, Unvisited, unvisited};
 use clap::Args;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
+use serde::Serialize;
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -86,6 +91,8 @@ pub(super) struct Schedule {
     tolerance: f64,
     #[command(flatten)]
     reading: ReadingArgs,
+    #[command(flatten)]
+    json: JsonArgs,
 }
 
 fn tolerance(text: &str) -> Result<f64, ParameterError> {
@@ -100,6 +107,7 @@ struct Made {
     itinerary: Option<Itinerary>,
     /// Poses that have no reading yet; `None`: nobody asked.
     left: Option<Vec<u32>>,
+    budget: usize,
 }
 
 impl Made {
@@ -109,6 +117,40 @@ impl Made {
             (itinerary, _) => itinerary.as_ref().into(),
         };
         write(&self.schedule, sequence, out)
+    }
+}
+
+/// What is printed of a schedule that was written.
+#[derive(Serialize)]
+struct Summary {
+    file: PathBuf,
+    parametrization: String,
+    sample_set: String,
+    poses: usize,
+    budget: usize,
+    /// Of an instrument: its name, the poses it cannot take, and the time of its tour.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    visits: Option<Visits>,
+}
+
+#[derive(Serialize)]
+struct Visits {
+    instrument: String,
+    out_of_reach: usize,
+    minutes: f64,
+}
+
+impl Summary {
+    fn line(&self) -> String {
+        let poses = count(self.poses, "pose");
+        let visits = self.visits.as_ref().map_or(String::new(), |visits| {
+            format!(
+                ", {} out of reach of {}, {:.1} minutes",
+                visits.out_of_reach, visits.instrument, visits.minutes
+            )
+        });
+        let (parametrization, set) = (&self.parametrization, &self.sample_set);
+        format!("{parametrization}, {set}: {poses}{visits}\n")
     }
 }
 
@@ -142,6 +184,10 @@ impl Schedule {
                 format!("{}; or give a folder with -o DIR/", several(&keys, &plan)),
             ));
         };
+        if stdout && self.json.wanted() {
+            let message = "the schedule itself goes to stdout; allowed: with -o FILE";
+            return Err(Error::config("--json", message));
+        }
         if stdout {
             let write = self.writer(self.format.or(Some(CSV)))?;
             let Some(made) = maker.make(key)? else {
@@ -153,7 +199,8 @@ impl Schedule {
         }
         let write = self.writer(self.format)?;
         refuse_existing(&self.output, self.force)?;
-        maker.write(key, write, &self.output)
+        let summary = maker.write(key, write, &self.output)?;
+        self.tell(&summary.into_iter().collect::<Vec<_>>())
     }
 
     /// The pairs that were read already; `None` without `--append`.
@@ -169,11 +216,20 @@ impl Schedule {
         readings
             .notes
             .iter()
-            .for_each(|note| say(&format!("gonio: {}: {note}", path.display())));
+            .for_each(|text| note(&format!("gonio: {}: {text}", path.display())));
         let measurement = readings.measurement;
         let poses = measurement.schedule.poses.iter().enumerate();
         let read = poses.filter(|(i, _)| measurement.value(*i).is_some());
         Ok(Some(read.map(|(_, pose)| pose.pair).collect()))
+    }
+
+    /// Prints what was written.
+    fn tell(&self, summaries: &[Summary]) -> Result<(), Error> {
+        if self.json.wanted() {
+            return print_json(&summaries);
+        }
+        let lines: String = summaries.iter().map(Summary::line).collect();
+        print(&lines)
     }
 
     fn writer(&self, format: Option<Format>) -> Result<WriteSchedule, Error> {
@@ -324,8 +380,10 @@ impl Schedule {
         for key in keys {
             refuse_existing(&path(key), self.force)?;
         }
-        keys.iter()
-            .try_for_each(|key| maker.write(key, write, &path(key)))
+        let summaries = keys
+            .iter()
+            .filter_map(|key| maker.write(key, write, &path(key)).transpose());
+        self.tell(&summaries.collect::<Result<Vec<_>, _>>()?)
     }
 }
 
@@ -345,6 +403,7 @@ impl Maker<'_> {
             itinerary: route.itinerary().cloned(),
             schedule: route.schedule,
             left: None,
+            budget: route.budget,
         };
         if let Some(done) = self.done {
             let degrees = self.options.tolerance;
@@ -359,7 +418,7 @@ impl Maker<'_> {
             if elsewhere > 0 {
                 counts += &format!("; readings of no pose: {elsewhere}");
             }
-            say(&counts);
+            note(&counts);
             if let Some(instrument) = key.instrument {
                 let bench = instrument.bench(instrument.use_of.parts(), key.seed);
                 let bench = bench.map_err(|e| Error::Internal(e.to_string()))?;
@@ -384,17 +443,30 @@ impl Maker<'_> {
         key: &ScheduleKey<'_>,
         write: WriteSchedule,
         path: &Path,
-    ) -> Result<(), Error> {
-        match self.make(key)? {
-            Some(made) => written(path, write_atomically(path, |out| made.write(write, out))),
-            None => {
-                say(&format!(
-                    "gonio: {}: nothing is left, no file is written",
-                    path.display()
-                ));
-                Ok(())
-            }
-        }
+    ) -> Result<Option<Summary>, Error> {
+        let Some(made) = self.make(key)? else {
+            note(&format!(
+                "gonio: {}: nothing is left, no file is written",
+                path.display()
+            ));
+            return Ok(None);
+        };
+        written(path, write_atomically(path, |out| made.write(write, out)))?;
+        wrote(path);
+        let visits = made.itinerary.as_ref().map(|itinerary| Visits {
+            instrument: itinerary.instrument.clone(),
+            out_of_reach: itinerary.unreachable.len(),
+            minutes: itinerary.seconds() / 60.0,
+        });
+        let all = made.schedule.poses.len();
+        Ok(Some(Summary {
+            file: path.to_owned(),
+            parametrization: key.coordinates.label(),
+            sample_set: key.sample_set.name.clone(),
+            poses: made.left.as_ref().map_or(all, Vec::len),
+            budget: made.budget,
+            visits,
+        }))
     }
 }
 

@@ -1,6 +1,7 @@
 //! `gonio completions` and `gonio man`: what the command line says of itself.
 
-use super::{Cli, print, refuse_existing, say, written};
+use super::talk::wrote;
+use super::{Cli, print, refuse_existing, written};
 use crate::error::Error;
 use crate::files::write_atomically;
 use clap::{Args, Command, CommandFactory};
@@ -57,7 +58,7 @@ impl ManPages {
             .map_err(|e| Error::output(dir, format!("cannot make this folder: {e}")))?;
         for (path, bytes) in &pages {
             written(path, write_atomically(path, |out| out.write_all(bytes)))?;
-            say(&path.display().to_string());
+            wrote(path);
         }
         Ok(())
     }

@@ -1,6 +1,7 @@
 //! `gonio slice`.
 
 use super::brdf_args::BrdfArgs;
+use super::talk::wrote;
 use super::{ThreadArgs, print, refuse_existing};
 use crate::brdf::BuildError;
 use crate::error::{Error, ParameterError};
@@ -104,7 +105,6 @@ impl Slice {
             RadiusArg::Linear => Radius::Linear,
             RadiusArg::CubeRoot => Radius::CubeRoot,
         };
-        let mut files = Vec::new();
         for ((view, slice), flat) in views.iter().zip(&slices).zip(&flat) {
             let title = format!("{}, view at {view}°", material.name);
             let lobe = lobe_svg(&title, slice, radius)?;
@@ -112,17 +112,12 @@ impl Slice {
             write(&png, |out| flat.write_png(range, out))?;
             write(&csv, |out| flat.write_csv(out))?;
             write(&svg, |out| out.write_all(lobe.as_bytes()))?;
-            files.extend([png, csv, svg]);
         }
-        let mut text = format!(
+        print(&format!(
             "pictures show {:.3e} (black) to {:.3e} 1/sr (white) in equal steps of the logarithm, \
              theta -90° to 90° to the right, phi up; hatched: no data\n",
             range[0], range[1]
-        );
-        for file in files {
-            text += &format!("{}\n", file.display());
-        }
-        print(&text)
+        ))
     }
 }
 
@@ -131,5 +126,7 @@ fn write(
     body: impl FnOnce(&mut BufWriter<File>) -> io::Result<()>,
 ) -> Result<(), Error> {
     write_atomically(path, body)
-        .map_err(|e| Error::output(path, format!("cannot write this file: {e}")))
+        .map_err(|e| Error::output(path, format!("cannot write this file: {e}")))?;
+    wrote(path);
+    Ok(())
 }

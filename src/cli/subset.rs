@@ -2,6 +2,7 @@
 
 use super::brdf_args::BrdfArgs;
 use super::refuse_existing;
+use super::talk::wrote;
 use super::{ThreadArgs, build, choose_material, member, print};
 use crate::analysis::{Reach, Subset as LightPaths};
 use crate::brdf::{Brdf, Channels};
@@ -46,6 +47,9 @@ pub(super) struct Subset {
     /// Format of what is printed
     #[arg(long, value_enum, default_value = "text")]
     format: Format,
+    /// JSON: the same as --format json
+    #[arg(long, conflicts_with = "format")]
+    json: bool,
     /// Draw it into this file (*.svg) as well
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
@@ -99,14 +103,15 @@ impl Subset {
             subset: &subset,
         };
         match self.format {
-            Format::Text => print(&report.text())?,
-            Format::Json => print(&format!("{:#}\n", report.json()))?,
+            Format::Text if !self.json => print(&report.text())?,
+            Format::Text | Format::Json => print(&format!("{:#}\n", report.json()))?,
         }
         if let Some(path) = &self.output {
             let title = format!("{}: {}", self.parametrization, self.bounds);
             let svg = crate::report::svg(&title, &report.panels(&background()?), 3)?;
             write_atomically(path, |out| out.write_all(svg.as_bytes()))
                 .map_err(|e| Error::output(path, format!("cannot write this file: {e}")))?;
+            wrote(path);
         }
         Ok(())
     }

@@ -1,6 +1,8 @@
 //! `gonio symmetry`.
 
 use super::brdf_args::BrdfArgs;
+use super::output::{JsonArgs, print_json};
+use super::progress::Progress;
 use super::{ThreadArgs, build, print};
 use crate::analysis::{self, Deviation, Deviations, SYMMETRY_TOLERANCE};
 use crate::brdf::{Brdf, Channels};
@@ -9,6 +11,7 @@ use crate::experiment::Material;
 use crate::geometry::Symmetry;
 use crate::report::Columns;
 use clap::Args;
+use serde::Serialize;
 
 #[derive(Debug, Args)]
 pub(super) struct SymmetryArgs {
@@ -19,6 +22,8 @@ pub(super) struct SymmetryArgs {
     /// Relative and pairwise error up to which a symmetry holds, in (0, 1]
     #[arg(long, value_name = "X", default_value_t = SYMMETRY_TOLERANCE)]
     tolerance: f64,
+    #[command(flatten)]
+    json: JsonArgs,
 }
 
 impl SymmetryArgs {
@@ -34,17 +39,30 @@ impl SymmetryArgs {
         let source = self.brdf.source()?;
         let plan = self.brdf.plan(&source)?;
         let pairs = analysis::symmetry_pairs();
-        let mut violations = Vec::new();
+        let (mut violations, mut sheets) = (Vec::new(), Vec::new());
+        let mut progress = Progress::of(plan.materials.len() as u64, "");
         for (i, material) in plan.materials.iter().enumerate() {
+            progress.doing(|| material.name.clone());
             let brdf = build(material, plan.seen_in(Channels::Luminance))?;
             let laws = laws(material.symmetry, &analysis::deviations(&*brdf, &pairs));
-            let gap = if i > 0 { "\n" } else { "" };
-            let text = self.sheet(material, &*brdf, &laws);
-            print(&format!("{gap}{text}"))?;
+            let sheet = Sheet::new(material, &*brdf, &laws, self.tolerance);
+            if self.json.wanted() {
+                sheets.push(
+                    serde_json::to_value(&sheet).map_err(|e| Error::Internal(e.to_string()))?,
+                );
+            } else {
+                let gap = if i > 0 { "\n" } else { "" };
+                progress.suspend(|| print(&format!("{gap}{}", sheet.text())))?;
+            }
             let broken = |law: &&Law| law.declared && !law.found.holds(self.tolerance);
             for law in laws.iter().filter(broken) {
                 violations.push(format!("{} is declared {}", material.name, law.name));
             }
+            progress.advance(1.0);
+        }
+        drop(progress);
+        if self.json.wanted() {
+            print_json(&sheets)?;
         }
         if violations.is_empty() {
             return Ok(());
@@ -55,31 +73,59 @@ impl SymmetryArgs {
             self.tolerance
         )))
     }
+}
 
-    /// The report on one material.
-    fn sheet(&self, material: &Material, brdf: &dyn Brdf, laws: &[Law; 3]) -> String {
+/// The report on one material.
+#[derive(Serialize)]
+struct Sheet<'a> {
+    material: &'a str,
+    favours: &'static str,
+    favours_because: &'static str,
+    /// Left out where there is no lobe about the mirror direction.
+    alignment: Option<Aligned>,
+    symmetries: Vec<Row>,
+    savings: Vec<Saved>,
+}
+
+#[derive(Serialize)]
+struct Aligned {
+    q: f64,
+    standard_error: f64,
+    half_width_deg: f64,
+    slices: usize,
+}
+
+#[derive(Serialize)]
+struct Row {
+    symmetry: &'static str,
+    declared: bool,
+    relative: f64,
+    pairwise: f64,
+    max_log: f64,
+    compared: usize,
+    missing: usize,
+    holds: bool,
+}
+
+/// What the symmetries that hold leave to be measured.
+#[derive(Serialize)]
+struct Saved {
+    parametrization: &'static str,
+    dimensions: usize,
+    copies: usize,
+    folds: Vec<String>,
+}
+
+impl<'a> Sheet<'a> {
+    fn new(material: &'a Material, brdf: &dyn Brdf, laws: &[Law; 3], tolerance: f64) -> Self {
         let favours = material.spec.favours();
-        let mut text = format!(
-            "{}\n  favours {}: {}\n",
-            material.name,
-            favours.name(),
-            favours.reason()
-        );
-        text += &match analysis::alignment(brdf) {
-            Some(a) => format!(
-                "  alignment q = {:.3} ± {:.3} (0: theta_h, 1: |h_bar|), half width {:.3}°, {} of 13 slices\n",
-                // No "-0.000".
-                if a.q.abs() < 5e-4 { 0.0 } else { a.q },
-                a.standard_error,
-                a.half_width.to_degrees(),
-                a.slices
-            ),
-            None => "  alignment: no lobe about the mirror direction\n".into(),
-        };
-        let mut columns = Columns::new(
-            "  symmetry\tdeclared\t>relative\t>pairwise\t>max log\t>compared\t>missing\tholds",
-        );
-        for law in laws {
+        let alignment = analysis::alignment(brdf).map(|a| Aligned {
+            q: a.q,
+            standard_error: a.standard_error,
+            half_width_deg: a.half_width.to_degrees(),
+            slices: a.slices,
+        });
+        let symmetries = laws.iter().map(|law| {
             let Deviation {
                 relative,
                 pairwise,
@@ -88,27 +134,74 @@ impl SymmetryArgs {
                 missing,
                 one_sided,
             } = law.found;
-            columns.row(&format!(
-                "  {}\t{}\t{}\t{}\t{}\t{compared}\t{}\t{}",
-                law.name,
-                yes(law.declared),
-                short(relative),
-                short(pairwise),
-                short(max_log),
-                missing + one_sided,
-                yes(law.found.holds(self.tolerance))
-            ));
-        }
-        text += &columns.to_string();
-        let [isotropic, reciprocal, bilateral] =
-            laws.each_ref().map(|l| l.found.holds(self.tolerance));
+            Row {
+                symmetry: law.name,
+                declared: law.declared,
+                relative,
+                pairwise,
+                max_log,
+                compared,
+                missing: missing + one_sided,
+                holds: law.found.holds(tolerance),
+            }
+        });
+        let [isotropic, reciprocal, bilateral] = laws.each_ref().map(|l| l.found.holds(tolerance));
         let holding = Symmetry {
             isotropic,
             reciprocal,
             bilateral,
         };
+        let savings = analysis::savings(holding).into_iter().map(|saving| Saved {
+            parametrization: saving.parametrization,
+            dimensions: saving.dimensions,
+            copies: saving.copies,
+            folds: saving.folds,
+        });
+        Self {
+            material: &material.name,
+            favours: favours.name(),
+            favours_because: favours.reason(),
+            alignment,
+            symmetries: symmetries.collect(),
+            savings: savings.collect(),
+        }
+    }
+
+    fn text(&self) -> String {
+        let mut text = format!(
+            "{}\n  favours {}: {}\n",
+            self.material, self.favours, self.favours_because
+        );
+        text += &match &self.alignment {
+            Some(a) => format!(
+                "  alignment q = {:.3} ± {:.3} (0: theta_h, 1: |h_bar|), half width {:.3}°, {} of 13 slices\n",
+                // No "-0.000".
+                if a.q.abs() < 5e-4 { 0.0 } else { a.q },
+                a.standard_error,
+                a.half_width_deg,
+                a.slices
+            ),
+            None => "  alignment: no lobe about the mirror direction\n".into(),
+        };
+        let mut columns = Columns::new(
+            "  symmetry\tdeclared\t>relative\t>pairwise\t>max log\t>compared\t>missing\tholds",
+        );
+        for row in &self.symmetries {
+            columns.row(&format!(
+                "  {}\t{}\t{}\t{}\t{}\t{}\t{}\t{}",
+                row.symmetry,
+                yes(row.declared),
+                short(row.relative),
+                short(row.pairwise),
+                short(row.max_log),
+                row.compared,
+                row.missing,
+                yes(row.holds)
+            ));
+        }
+        text += &columns.to_string();
         text += "  what those that hold leave to be measured:\n";
-        for saving in analysis::savings(holding) {
+        for saving in &self.savings {
             let share = match saving.copies {
                 1 => "all of it".into(),
                 n => format!("1/{n}: {}", saving.folds.join(", ")),

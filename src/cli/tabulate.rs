@@ -1,9 +1,11 @@
 //! `gonio tabulate`.
 
+use super::progress::{Progress, Watched};
+use super::talk::wrote;
 use super::{ConfigArgs, ThreadArgs, build, choose_material, format_names, refuse_existing};
 use crate::brdf::Brdf;
 use crate::error::Error;
-use crate::formats::{Format, TableError, WRITE_TABLE, WriteTable};
+use crate::formats::{self, Format, TableError, WRITE_TABLE, WriteTable};
 use clap::Args;
 use std::path::{Path, PathBuf};
 
@@ -49,8 +51,17 @@ pub(super) fn write(
     path: &Path,
     place: impl FnOnce() -> String,
 ) -> Result<(), Error> {
+    let pairs = formats::of_name(path).and_then(|format| format.table_pairs);
+    let progress = Progress::of(pairs.map_or(0, |pairs| pairs(brdf)), "tabulates");
+    let brdf = &Watched {
+        brdf,
+        progress: &progress,
+    };
     table(brdf, path).map_err(|e| match e {
         TableError::Io(_) => Error::output(path, e),
         TableError::Unsuited(_) => Error::config(place(), e),
-    })
+    })?;
+    drop(progress);
+    wrote(path);
+    Ok(())
 }

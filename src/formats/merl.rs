@@ -16,5 +16,6 @@ pub const FORMAT: Format = Format {
             e => TableError::Unsuited(e.into()),
         })
     }),
+    table_pairs: Some(|brdf| MerlGrid::holding(brdf).map_or(0, |grid| grid.pairs())),
     ..Format::NONE
 };

@@ -85,6 +85,8 @@ pub struct Format {
     pub read_table: Option<ReadTable>,
     /// Writes the table of a BRDF.
     pub write_table: Option<WriteTable>,
+    /// The number of pairs that the table of a BRDF holds.
+    pub table_pairs: Option<fn(&dyn Brdf) -> u64>,
     /// Reads a schedule.
     pub read_schedule: Option<ReadSchedule>,
     /// Writes a schedule.
@@ -106,6 +108,7 @@ impl Format {
         recognises: None,
         read_table: None,
         write_table: None,
+        table_pairs: None,
         read_schedule: None,
         write_schedule: None,
         read_readings: None,

@@ -1,7 +1,7 @@
 //! Tables of the UTIA database.
 
 use super::{Format, TableError};
-use crate::brdf::measured::utia::{UtiaError, UtiaSpec, write_utia_file};
+use crate::brdf::measured::utia::{NODES, UtiaError, UtiaSpec, write_utia_file};
 
 /// Anisotropic tables over the angles of light and sensor.
 pub const FORMAT: Format = Format {
@@ -15,5 +15,6 @@ pub const FORMAT: Format = Format {
             e => TableError::Unsuited(e.into()),
         })
     }),
+    table_pairs: Some(|_| NODES as u64),
     ..Format::NONE
 };

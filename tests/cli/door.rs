@@ -138,6 +138,7 @@ fn a_slip_in_a_name_is_told_the_name_that_is_near() {
             "ggx-0.4",
         ),
         (&["schedule", "small.toml", "--instrument", "utai"], "utia"),
+        (&["check", "utai"], "utia"),
         (&["schedule", "small.toml", "--sample-set", "gird"], "grid"),
         (&["moments", "gxg"], "ggx"),
         (
@@ -259,4 +260,129 @@ fn shells_and_man_know_every_command() {
     assert!(bench.path("man1/gonio-picture-compare.1").is_file());
     let there = bench.refused(&["man", "-o", "man1"], 2);
     assert!(there.contains("this file exists"), "{there}");
+}
+
+#[test]
+fn whatever_prints_a_table_prints_json_too() {
+    let bench = Bench::new();
+    let json = |args: &[&str]| -> serde_json::Value {
+        serde_json::from_str(&bench.good(args)).unwrap_or_else(|e| panic!("{args:?}: {e}"))
+    };
+    let listed = json(&["list", "--json"]);
+    let families = listed.as_array().unwrap();
+    let of = |family: &str| families.iter().find(|f| f["family"] == family).unwrap();
+    let hybrid = of("parametrizations")["members"].as_array().unwrap().iter();
+    assert!(hybrid.clone().any(|m| m["name"] == "hybrid"));
+    // What is printed for people has the same names.
+    let text = bench.good(&["list"]);
+    for family in families {
+        for member in family["members"].as_array().unwrap() {
+            assert!(text.contains(member["name"].as_str().unwrap()), "{member}");
+        }
+    }
+    let checked = json(&["check", "small.toml", "--json"]);
+    assert_eq!(checked["materials"][1]["name"], "ggx-0.4");
+    assert_eq!(checked["schedules"].as_array().unwrap().len(), 2 * 2 * 2);
+    assert_eq!(checked["row_count"], 128);
+    let machine = [
+        "--set",
+        "instrument=[{preset=\"utia\"}]",
+        "--set",
+        "readings=[20]",
+    ];
+    let checked = json(&[&["check", "small.toml", "--json"], &machine[..]].concat());
+    assert!(
+        checked["visits"][0]["minutes"].as_f64() > Some(0.0),
+        "{checked}"
+    );
+    let moments = json(&[
+        "check",
+        "small.toml",
+        "--json",
+        "--set",
+        "quantities=[\"moments\"]",
+    ]);
+    assert_eq!(moments["moments"]["order"], 4);
+    let utia = json(&["check", "utia", "--json"]);
+    assert_eq!(utia["instrument"]["name"], "utia");
+    assert!(utia["reach"][0]["percent"].as_f64() > Some(10.0));
+    let part = ["--parametrization", "hybrid", "--box", "h_bar=0..0.2"];
+    assert!(json(&[&["subset", "--json"], &part[..]].concat()).is_object());
+    let symmetry = json(&["symmetry", "lambert", "--json"]);
+    assert_eq!(symmetry[0]["symmetries"][0]["holds"], true);
+    assert!(json(&["distortion", "lambert", "--json", "--table", "stretch"]).is_array());
+    assert!(json(&["claims", "--json"]).is_array());
+    assert!(json(&["moments", "lambert", "--json", "--set", "moments.views=2"]).is_array());
+    let one = [
+        "--seed",
+        "1",
+        "--warp",
+        "none",
+        "--sample-set",
+        "grid",
+        "--budget",
+        "60",
+    ];
+    let written = [
+        &["schedule", "small.toml", "-o", "s.csv", "--json"],
+        &one[..],
+    ]
+    .concat();
+    assert_eq!(json(&written)[0]["file"], "s.csv");
+    for (args, option) in [
+        (&["claims", "--json", "--format", "csv"][..], "--json"),
+        (&["schedule", "small.toml", "--json"], "--warp"),
+    ] {
+        let output = bench.gonio(args);
+        let stderr = String::from_utf8(output.stderr).unwrap();
+        assert_eq!(output.status.code(), Some(2), "{args:?}");
+        assert!(stderr.contains(option), "{stderr}");
+    }
+}
+
+#[test]
+fn every_command_can_be_quiet_verbose_or_coloured() {
+    let bench = Bench::new();
+    let stderr = |args: &[&str]| {
+        let output = bench.gonio(args);
+        assert!(output.status.success(), "{args:?}");
+        String::from_utf8(output.stderr).unwrap()
+    };
+    // Paths are told on stderr, by every command; results alone are on stdout.
+    let written = [
+        "tabulate",
+        "small.toml",
+        "--material",
+        "ggx-0.4",
+        "--force",
+        "-o",
+        "a.binary",
+    ];
+    assert_eq!(stderr(&written), "a.binary\n");
+    assert_eq!(stderr(&[&written[..], &["-q"]].concat()), "");
+    assert_eq!(stderr(&[&["--quiet"], &written[..]].concat()), "");
+    let verbose = stderr(&[&written[..], &["--verbose"]].concat());
+    for told in ["reads small.toml", "material ggx-0.4", "thread", " s on "] {
+        assert!(verbose.contains(told), "{verbose}");
+    }
+    let verbose = stderr(&["check", "a.binary", "-v"]);
+    assert!(verbose.contains("reads a.binary"), "{verbose}");
+    let both = bench.gonio(&["check", "small.toml", "-q", "-v"]);
+    assert_eq!(both.status.code(), Some(2));
+    // An error is told all the same, and red only if that is asked for: stderr is no terminal.
+    let error = |args: &[&str]| String::from_utf8(bench.gonio(args).stderr).unwrap();
+    let plain = error(&["check", "gone.toml", "-q"]);
+    assert!(
+        plain.starts_with("gonio: gone.toml: cannot read"),
+        "{plain}"
+    );
+    let red = error(&["check", "gone.toml", "--color", "always"]);
+    assert!(
+        red.starts_with("\u{1b}[1m\u{1b}[31mgonio:\u{1b}[0m gone.toml"),
+        "{red:?}"
+    );
+    assert_eq!(error(&["check", "gone.toml", "--color=never"]), plain);
+    let help = bench.good(&["--help", "--color", "always"]);
+    assert!(help.contains('\u{1b}') && !bench.good(&["--help"]).contains('\u{1b}'));
+    assert!(error(&["run", "--color", "blue"]).contains("auto, always, never"));
 }

@@ -20,7 +20,9 @@ fn a_kind_of_material_is_pictured_from_each_view() {
         "-o",
         "out",
     ];
-    let said = bench.good(&args);
+    let said = bench.gonio(&args);
+    assert!(said.status.success());
+    let said = String::from_utf8(said.stderr).unwrap();
     let files = bench.files("out");
     assert_eq!(files.len(), 6);
     for file in &files {

@@ -437,7 +437,7 @@ fn repeats_of_a_pose_show_their_scatter() {
             let back = read(&text, Conventions::default());
             assert_eq!(back.notes.len(), 1);
             assert!(
-                back.notes[0].starts_with("6 rows repeat a pose"),
+                back.notes[0].starts_with("6 rows with a pose of another row"),
                 "{:?}",
                 back.notes
             );

@@ -1,7 +1,8 @@
 //! Observers and output of a moment experiment.
 
 use super::{End, RunContext, Shown};
-use crate::cli::{print, say};
+use crate::cli::print;
+use crate::cli::talk::note;
 use crate::error::Error;
 use crate::experiment::moments::{
     Group, MaterialProfiles, MomentsPlan, ProfileFits, ProfileRow, at_bound,
@@ -22,11 +23,11 @@ impl Shown for MomentsPlan {
     fn listeners<'a>(
         &'a self,
         folder: &'a RefCell<Folder>,
-        context: &RunContext,
+        _context: &RunContext,
     ) -> Result<Vec<Box<dyn Observer<MaterialProfiles> + 'a>>, Error> {
         for name in &self.analysis.spheres {
-            if !context.quiet && self.materials.iter().all(|m| m.name != *name) {
-                say(&format!(
+            if self.materials.iter().all(|m| m.name != *name) {
+                note(&format!(
                     "gonio: {name} of analysis.spheres is not among the materials; not drawn"
                 ));
             }

@@ -102,6 +102,17 @@ impl MerlGrid {
         ]
     }
 
+    /// The number of cells whose directions are above the horizon.
+    pub fn pairs(self) -> u64 {
+        let [n_h, n_d, n_phi] = self.dims();
+        let rows = (0..n_h).flat_map(|h| (0..n_d).map(move |d| (h, d)));
+        let above = |(h, d)| {
+            let cells = (0..n_phi).filter(|&phi| self.pair([h, d, phi]).is_some());
+            cells.count() as u64
+        };
+        rows.map(above).sum()
+    }
+
     /// The pair at a cell's node, half vector in the t–n plane; `None` if a direction is not above
     /// the horizon (h_z ≤ |k_z|).
     pub fn pair(self, cell: [usize; 3]) -> Option<DirectionPair> {

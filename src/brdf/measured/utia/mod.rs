@@ -28,8 +28,8 @@ pub const ELEVATIONS: usize = 6;
 pub const AZIMUTHS: usize = 48;
 /// Nodes of one direction.
 const DIRECTIONS: usize = ELEVATIONS * AZIMUTHS;
-/// Nodes of a plane.
-const NODES: usize = DIRECTIONS * DIRECTIONS;
+/// Pairs of directions that a table holds.
+pub const NODES: usize = DIRECTIONS * DIRECTIONS;
 /// Steps of elevation and azimuth (rad): 15° and 7.5°.
 const STEP: [f64; 2] = [PI / 12.0, PI / 24.0];
 

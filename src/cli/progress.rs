@@ -1,0 +1,155 @@
+//! The bar on stderr, with the time that is left.
+
+use super::talk::is_quiet;
+use crate::brdf::{Brdf, Channels, Presence};
+use crate::experiment::Event;
+use crate::geometry::{DirectionPair, Symmetry};
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use std::io::{IsTerminal, stderr};
+use std::time::Duration;
+
+/// A progress bar; none if stderr is no terminal, or with `--quiet`. It is gone when it is dropped.
+pub(super) struct Progress {
+    bar: ProgressBar,
+    /// Work that is done, of which the bar shows whole units.
+    done: f64,
+}
+
+impl Progress {
+    /// A bar of work that is not known yet.
+    pub(super) fn new() -> Self {
+        let bar = ProgressBar::new(0);
+        if is_quiet() || !stderr().is_terminal() {
+            bar.set_draw_target(ProgressDrawTarget::hidden());
+        } else {
+            let style =
+                ProgressStyle::with_template("{bar:24} {percent:>3}%  {eta} left  {wide_msg}");
+            // The template is a constant; the default style is what is left if it were wrong.
+            bar.set_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()));
+            bar.enable_steady_tick(Duration::from_millis(200));
+        }
+        Self { bar, done: 0.0 }
+    }
+
+    /// A bar of some work, and what it is.
+    pub(super) fn of(work: u64, what: &str) -> Self {
+        let progress = Self::new();
+        progress.begin(work);
+        progress.bar.set_message(what.to_owned());
+        progress
+    }
+
+    /// A bar that nobody sees, which counts.
+    pub(super) fn hidden() -> Self {
+        let bar = ProgressBar::hidden();
+        Self { bar, done: 0.0 }
+    }
+
+    /// The work that was counted.
+    pub(super) fn counted(&self) -> u64 {
+        self.bar.position()
+    }
+
+    /// Tells the whole of the work.
+    pub(super) fn begin(&self, work: u64) {
+        self.bar.set_length(work);
+    }
+
+    /// Shows what is done now.
+    pub(super) fn doing(&self, what: impl FnOnce() -> String) {
+        if !self.bar.is_hidden() {
+            self.bar.set_message(what());
+        }
+    }
+
+    /// Tells some work that is done.
+    pub(super) fn advance(&mut self, work: f64) {
+        self.done += work;
+        self.bar.set_position(self.done as u64);
+    }
+
+    /// Tells some work that is done, from any thread.
+    pub(super) fn count(&self, work: u64) {
+        self.bar.inc(work);
+    }
+
+    /// Shows what an engine tells.
+    pub(super) fn follow<R>(&mut self, event: &Event<'_, R>) {
+        match event {
+            Event::Doing(what) => self.doing(|| what.to_string()),
+            Event::Advanced(work) => self.advance(*work),
+            _ => {}
+        }
+    }
+
+    /// True if nobody sees it.
+    pub(super) fn is_hidden(&self) -> bool {
+        self.bar.is_hidden()
+    }
+
+    /// Prints without running into the bar.
+    pub(super) fn suspend<T>(&self, print: impl FnOnce() -> T) -> T {
+        self.bar.suspend(print)
+    }
+}
+
+/// A BRDF that counts the pairs it is asked for: the work of whatever is made of it.
+pub(super) struct Watched<'a> {
+    pub(super) brdf: &'a dyn Brdf,
+    pub(super) progress: &'a Progress,
+}
+
+impl Brdf for Watched<'_> {
+    fn channels(&self) -> &Channels {
+        self.brdf.channels()
+    }
+
+    fn symmetry(&self) -> Symmetry {
+        self.brdf.symmetry()
+    }
+
+    fn conserves_energy(&self) -> bool {
+        self.brdf.conserves_energy()
+    }
+
+    fn eval(&self, pair: &DirectionPair, out: &mut [f64]) -> Presence {
+        self.progress.count(1);
+        self.brdf.eval(pair, out)
+    }
+
+    fn eval_batch(&self, pairs: &[DirectionPair], out: &mut [f64], presence: &mut [Presence]) {
+        self.brdf.eval_batch(pairs, out, presence);
+        self.progress.count(pairs.len() as u64);
+    }
+}
+
+impl Drop for Progress {
+    fn drop(&mut self) {
+        self.bar.finish_and_clear();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::brdf::{Lambert, Spectrum};
+    use crate::formats::WRITE_TABLE;
+
+    /// Or the time that is left would not be.
+    #[test]
+    fn tables_ask_for_as_many_pairs_as_they_say() {
+        let brdf = Lambert::new(Spectrum::Grey(0.5), Channels::Luminance);
+        let dir = tempfile::tempdir().unwrap();
+        for format in WRITE_TABLE.formats() {
+            let progress = Progress::hidden();
+            let watched = Watched {
+                brdf: &brdf,
+                progress: &progress,
+            };
+            let path = dir.path().join(format.name);
+            format.write_table.unwrap()(&watched, &path).unwrap();
+            let said = format.table_pairs.unwrap()(&brdf);
+            assert_eq!(progress.counted(), said, "{}", format.name);
+        }
+    }
+}

@@ -1,0 +1,118 @@
+//! What is told on stderr beside errors, and in which colours: `--quiet`, `--verbose`, `--color`.
+
+use clap::builder::styling::AnsiColor;
+use clap::{Args, ColorChoice, ValueEnum};
+use std::env;
+use std::ffi::OsString;
+use std::io::{self, IsTerminal, Write};
+use std::path::Path;
+use std::sync::OnceLock;
+
+/// Options of every command.
+#[derive(Clone, Copy, Debug, Args)]
+pub(super) struct TalkArgs {
+    /// No progress bar and no notes on stderr; errors are still told
+    #[arg(short, long, global = true, conflicts_with = "verbose")]
+    quiet: bool,
+    /// Tell which files are read, and how long it took on how many threads
+    #[arg(short, long, global = true)]
+    verbose: bool,
+    /// Colours in help and messages; by default on a terminal, unless NO_COLOR is set
+    #[arg(long, global = true, value_name = "WHEN", default_value_t = ColorChoice::Auto)]
+    color: ColorChoice,
+}
+
+/// The options of this process; a library call has none.
+static TALK: OnceLock<TalkArgs> = OnceLock::new();
+
+impl TalkArgs {
+    pub(super) fn apply(self) {
+        // Set once: a process has one command line.
+        let _ = TALK.set(self);
+    }
+}
+
+/// True if only errors are told.
+pub(super) fn is_quiet() -> bool {
+    TALK.get().is_some_and(|talk| talk.quiet)
+}
+
+/// Writes a line to stderr. Where nobody reads stderr any more there is nobody to tell, and no
+/// reason to end otherwise than without that line (`eprintln!` would panic).
+pub fn say(line: &str) {
+    let _ = writeln!(io::stderr().lock(), "{line}");
+}
+
+/// Tells something that is no error.
+pub(super) fn note(line: &str) {
+    if !is_quiet() {
+        say(line);
+    }
+}
+
+/// Tells the path of a file that was written. Results alone go to stdout: paths are notes.
+pub(super) fn wrote(path: &Path) {
+    note(&path.display().to_string());
+}
+
+/// Tells what is only told with `--verbose`.
+pub(super) fn detail(line: impl FnOnce() -> String) {
+    if TALK.get().is_some_and(|talk| talk.verbose) {
+        say(&line());
+    }
+}
+
+/// Tells an error and what it is because of.
+pub fn say_error(error: &dyn std::error::Error) {
+    let style = AnsiColor::Red.on_default().bold();
+    let choice = TALK.get().map_or(ColorChoice::Never, |talk| talk.color);
+    let coloured = match choice {
+        ColorChoice::Always => true,
+        ColorChoice::Never => false,
+        ColorChoice::Auto => {
+            io::stderr().is_terminal() && env::var_os("NO_COLOR").is_none_or(|no| no.is_empty())
+        }
+    };
+    match coloured {
+        true => say(&format!("{style}gonio:{style:#} {error}")),
+        false => say(&format!("gonio: {error}")),
+    }
+    let mut cause = error.source();
+    while let Some(error) = cause {
+        say(&format!("  because: {error}"));
+        cause = error.source();
+    }
+}
+
+/// The colours that a command line asks for, before it is read: help and refusals have some too.
+pub(super) fn color_of(args: impl IntoIterator<Item = OsString>) -> ColorChoice {
+    let mut args = args
+        .into_iter()
+        .map(|arg| arg.to_string_lossy().into_owned());
+    while let Some(arg) = args.next().filter(|arg| arg != "--") {
+        let value = match arg.strip_prefix("--color") {
+            Some("") => args.next(),
+            Some(rest) => rest.strip_prefix('=').map(str::to_owned),
+            None => None,
+        };
+        if let Some(choice) = value.and_then(|v| ColorChoice::from_str(&v, false).ok()) {
+            return choice;
+        }
+    }
+    ColorChoice::Auto
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn colours_are_known_before_the_command_line_is_read() {
+        let of = |line: &str| color_of(line.split(' ').map(OsString::from));
+        assert_eq!(of("gonio list --color always"), ColorChoice::Always);
+        assert_eq!(of("gonio --color=never list"), ColorChoice::Never);
+        assert_eq!(of("gonio --color=blue list"), ColorChoice::Auto);
+        assert_eq!(of("gonio list -- --color=never"), ColorChoice::Auto);
+        assert_eq!(of("gonio"), ColorChoice::Auto);
+    }
+}
