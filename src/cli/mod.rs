@@ -30,8 +30,8 @@ mod tabulate;
 mod talk;
 
 use crate::brdf::{Brdf, BuildError, Channels};
-use crate::error::{Error, count, excerpt, one_of};
-use crate::experiment::{Material, Plan, Source};
+use crate::error::{Error, ParameterError, count, excerpt, in_left_open, one_of};
+use crate::experiment::{MAX_BUDGET, MAX_MINUTES, Material, Plan, Source};
 use crate::files;
 use crate::formats::{self, Format, Use, WRITE_TABLE};
 use crate::instrument;
@@ -328,6 +328,23 @@ fn axis_names() -> Result<Vec<String>, Error> {
         }
     }
     Ok(names)
+}
+
+/// Reads a number of configurations: 1000, or 1e6.
+fn budget(text: &str) -> Result<usize, ParameterError> {
+    let number: Option<f64> = text.trim().parse().ok();
+    let whole = number.filter(|n| n.fract() == 0.0 && (1.0..=MAX_BUDGET as f64).contains(n));
+    whole.map(|n| n as usize).ok_or_else(|| {
+        let allowed = format!("a whole number from 1 to {MAX_BUDGET}");
+        ParameterError::new("budget", text, allowed)
+    })
+}
+
+/// Reads a time in minutes: 90, or 0.5.
+fn minutes(text: &str) -> Result<f64, ParameterError> {
+    let number = text.trim().parse().unwrap_or(f64::NAN);
+    in_left_open("minutes", number, 0.0, MAX_MINUTES)
+        .map_err(|e| ParameterError::new(e.key, text, e.allowed))
 }
 
 /// Refuses to replace a file unless `force`, and a folder or device always.

@@ -50,14 +50,14 @@ pub(super) struct Schedule {
     /// Only this sample set
     #[arg(long, value_name = "NAME")]
     sample_set: Option<String>,
-    /// Only this budget
-    #[arg(long, value_name = "N")]
+    /// Only this budget, whether the config has it or not: 500, 1e6
+    #[arg(long, value_name = "N", value_parser = super::budget)]
     budget: Option<usize>,
-    /// Only these readings of the config's
-    #[arg(long, value_name = "N", conflicts_with = "budget")]
+    /// Only as many poses as the instrument can take of, whether the config has them or not
+    #[arg(long, value_name = "N", conflicts_with = "budget", value_parser = super::budget)]
     readings: Option<usize>,
-    /// Only these minutes of the config's
-    #[arg(long, value_name = "M", conflicts_with_all = ["budget", "readings"])]
+    /// Only what takes the instrument this long, whether the config has it or not: 30, 0.5
+    #[arg(long, value_name = "M", conflicts_with_all = ["budget", "readings"], value_parser = super::minutes)]
     minutes: Option<f64>,
     /// For this instrument: one of the config, a preset (see `gonio list instruments`) or a file
     #[arg(long, value_name = "NAME|FILE")]
@@ -282,7 +282,7 @@ impl Schedule {
             let names = plan.sample_sets.iter().map(|s| s.name.clone());
             return Err(unknown("--sample-set", name, names));
         }
-        let allowances = self.allowances(plan)?;
+        let allowances = self.allowances(plan, instruments)?;
         let instruments: Vec<Option<&PlannedInstrument>> = match instruments {
             [] => vec![None],
             list => list.iter().map(Some).collect(),
@@ -309,32 +309,27 @@ impl Schedule {
         Ok(keys)
     }
 
-    /// The allowances that the options select.
-    fn allowances(&self, plan: &Plan) -> Result<Vec<Allowance>, Error> {
-        let all = plan.allowances();
+    /// The allowances that the options ask for, else the config's.
+    fn allowances(
+        &self,
+        plan: &Plan,
+        instruments: &[PlannedInstrument],
+    ) -> Result<Vec<Allowance>, Error> {
         let budget = self.budget.map(Allowance::Poses);
-        let readings = self.readings.map(Allowance::Readings);
-        let minutes = self.minutes.map(Allowance::Minutes);
-        let Some(wanted) = budget.or(readings).or(minutes) else {
-            return Ok(all);
-        };
-        if all.contains(&wanted) {
-            return Ok(vec![wanted]);
+        let readings = self
+            .readings
+            .map(|n| ("--readings", Allowance::Readings(n)));
+        let minutes = self.minutes.map(|m| ("--minutes", Allowance::Minutes(m)));
+        match (budget, readings.or(minutes)) {
+            (Some(budget), _) => Ok(vec![budget]),
+            (None, Some((option, _))) if instruments.is_empty() => {
+                let message = "is for an instrument, and there is none; allowed: with --instrument, \
+                               or a config that has one";
+                Err(Error::config(option, message))
+            }
+            (None, Some((_, wanted))) => Ok(vec![wanted]),
+            (None, None) => Ok(plan.allowances()),
         }
-        Err(match wanted {
-            Allowance::Poses(n) => {
-                let known = plan.budgets.iter().map(usize::to_string);
-                unknown("--budget", &n.to_string(), known)
-            }
-            Allowance::Readings(n) => {
-                let known = plan.readings.iter().map(usize::to_string);
-                unknown("--readings", &n.to_string(), known)
-            }
-            Allowance::Minutes(minutes) => {
-                let known = plan.minutes.iter().map(f64::to_string);
-                unknown("--minutes", &minutes.to_string(), known)
-            }
-        })
     }
 
     /// The instruments that the options select; none: the poses as they are.

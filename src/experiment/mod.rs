@@ -112,3 +112,4 @@ pub use tables::Named;
 pub use training::{TuningKeys, TuningTable};
 pub use tuning::{Tuned, Tuning, Wanted};
 pub use unit::Unit;
+pub use validate::MAX_MINUTES;

@@ -123,11 +123,6 @@ fn several_schedules_need_a_choice_or_a_folder() {
         "json-lines",
     ]);
     assert_eq!(bench.files("all").len(), 16);
-    let sentence = bench.refused(&["schedule", "small.toml", "--budget", "7"], 2);
-    assert!(
-        sentence.contains("\"7\" is not in this config; allowed: 60, 150"),
-        "{sentence}"
-    );
     let one = ["schedule", "all.toml", "-o", "one.txt"];
     fs::write(
         bench.path("all.toml"),
@@ -145,6 +140,50 @@ fn several_schedules_need_a_choice_or_a_folder() {
             .refused(&[&one[..], &["--format", "csv"]].concat(), 2)
             .contains("--force")
     );
+}
+
+#[test]
+fn a_schedule_may_be_of_any_size() {
+    let bench = Bench::new();
+    let one = ["schedule", "small.toml", "--warp", "none", "--seed", "1"];
+    let random = ["--sample-set", "random"];
+    let of = |size: &[&str]| {
+        bench.good(&[&one[..], &random, size, &["-o", "s.csv", "--force"]].concat())
+    };
+    assert!(of(&["--budget", "1"]).contains(": 1 pose\n"));
+    assert!(of(&["--budget", "7"]).contains(": 7 poses\n"));
+    assert!(of(&["--budget", "2e3"]).contains(": 2000 poses\n"));
+    let utia = ["--instrument", "utia", "--skip-unreachable"];
+    let minutes = |minutes: &str| -> f64 {
+        let said = of(&[&utia[..], &["--minutes", minutes]].concat());
+        let found = said.trim().rsplit(", ").next().unwrap().split(' ').next();
+        found.unwrap().parse().unwrap()
+    };
+    for [allowed, least] in [[2.25, 0.1], [30.5, 28.0]] {
+        let found = minutes(&allowed.to_string());
+        assert!(
+            (least..=allowed + 0.05).contains(&found),
+            "{allowed}: {found}"
+        );
+    }
+    let told = bench.refused(&[&one[..], &random, &["--minutes", "3"]].concat(), 2);
+    assert!(told.contains("--instrument"), "{told}");
+    for (option, size, allowed) in [
+        ("--budget", "0", "from 1 to 10000000"),
+        ("--budget", "2e7", "from 1 to 10000000"),
+        ("--budget", "16k", "from 1 to 10000000"),
+        ("--readings", "1.5", "from 1 to 10000000"),
+        ("--minutes", "0", "(0, 525600]"),
+        ("--minutes", "soon", "(0, 525600]"),
+    ] {
+        let output = bench.gonio(&[&one[..], &[option, size]].concat());
+        let stderr = String::from_utf8(output.stderr).unwrap();
+        assert_eq!(output.status.code(), Some(2), "{stderr}");
+        assert!(
+            stderr.contains(size) && stderr.contains(allowed),
+            "{stderr}"
+        );
+    }
 }
 
 #[test]
