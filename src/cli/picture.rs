@@ -5,12 +5,12 @@ use super::progress::{Progress, Watched};
 use super::talk::{note, wrote};
 use super::{ThreadArgs, build, choose_material, member, print, refuse_existing};
 use crate::brdf::{Brdf, BuildError, Channels};
-use crate::error::{Error, excerpt, one_of};
+use crate::error::{Error, count, excerpt, one_of};
 use crate::files::write_atomically;
 use crate::formats::{self, READ_ENVIRONMENT};
 use crate::instrument::{Ideal, Instrument};
 use crate::lighting::{self, Lighting};
-use crate::parametrization::{self, ParametrizationSpec};
+use crate::parametrization::{self, ParametrizationSpec, WarpSpec, Warps};
 use crate::reconstruct;
 use crate::registry::{self, Entry};
 use crate::report::file_stem;
@@ -29,7 +29,7 @@ use std::sync::Arc;
   gonio picture hemispheres -o pictures
   gonio picture slices gold-metallic-paint3.binary -o pictures
   gonio picture sphere ggx --set alpha=0.05 --lighting panorama.exr -o pictures
-  gonio picture compare ggx --budget 1000 --parametrization hybrid -o pictures")]
+  gonio picture compare ggx --budget 1000 --parametrization hybrid --warp h_bar=square-root -o pictures")]
 pub(super) struct Picture {
     #[command(subcommand)]
     what: What,
@@ -358,10 +358,13 @@ struct Compare {
     /// The coordinates that are sampled and interpolated in
     #[arg(long, value_name = "NAME", default_value = "half-difference")]
     parametrization: String,
+    /// A warp of one of its axes, e.g. theta_h=square-root (see `gonio list warps`); may be given
+    /// several times
+    #[arg(long = "warp", value_name = "AXIS=WARP")]
+    warps: Vec<String>,
     /// Distinct physical configurations
-    #[arg(long, value_name = "N", default_value = "4000",
-        value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
-    budget: u32,
+    #[arg(long, value_name = "N", default_value = "4000", value_parser = super::budget)]
+    budget: usize,
     /// A kind of reconstruction (see `gonio list reconstructions`), with its defaults: of a grid if
     /// it needs one, else of Sobol points
     #[arg(long, value_name = "KIND", default_value = "cubic")]
@@ -373,6 +376,33 @@ struct Compare {
 }
 
 impl Compare {
+    /// The warps by the symbol of their axis.
+    fn warps(&self) -> Result<Warps, Error> {
+        let mut warps = Warps::new();
+        for text in &self.warps {
+            let refuse = |message: String| Err(Error::config("--warp", message));
+            // As configs write it, or as results and `schedule --warp` do.
+            let Some((axis, name)) = text.split_once(['=', ':']) else {
+                let text = excerpt(text);
+                return refuse(format!(
+                    "{text:?} has no `=`; allowed: AXIS=WARP, e.g. theta_h=square-root"
+                ));
+            };
+            let Some(warp) = WarpSpec::named(name.trim()) else {
+                let all = parametrization::warps();
+                let allowed = one_of(name, all.iter().map(|e| e.kind));
+                let name = excerpt(name);
+                return refuse(format!(
+                    "{name:?} is no warp; allowed: {allowed}; of power its exponent too: power-0.4"
+                ));
+            };
+            if warps.insert(axis.trim().into(), warp).is_some() {
+                return refuse(format!("{axis} is there twice; allowed: once"));
+            }
+        }
+        Ok(warps)
+    }
+
     fn run(self) -> Result<(), Error> {
         self.scene.threads.apply()?;
         let chart = entry(&self.parametrization)?;
@@ -383,8 +413,17 @@ impl Compare {
         let method = registry::read_text(&method, "").map_err(internal)?;
         let light = self.scene.light()?;
         let (name, truth) = material(&self.brdf)?;
-        let (chart_name, budget) = (chart.kind, self.budget);
-        let choice = format!("{}_{chart_name}_{budget}", self.reconstruction);
+        let warps = self.warps()?;
+        let form = chart.warped(truth.symmetry(), &warps);
+        let form = form.map_err(|e| Error::config("--warp", e))?;
+        let names = warps
+            .iter()
+            .map(|(axis, warp)| format!("{axis}:{}", warp.name()));
+        let names = std::iter::once(chart.kind.to_owned()).chain(names);
+        let (coordinates, budget) = (names.collect::<Vec<_>>(), self.budget);
+        // A colon is no part of a file's name on every system.
+        let plain = file_stem(&coordinates.join("_").replace(':', "-"));
+        let choice = format!("{}_{plain}_{budget}", self.reconstruction);
         let stem = format!("{}_{choice}", file_stem(&name));
         let [svg, png, exr] = self.folder.free(&stem, ["svg", "png", "exr"])?;
 
@@ -393,9 +432,8 @@ impl Compare {
         let set = sets.iter().find(|e| e.kind == set);
         let set = set.ok_or_else(|| Error::Internal("a sample set is gone".into()))?;
         let set = registry::read_text(set, "").map_err(internal)?;
-        let form = chart.form(truth.symmetry());
         let poses = set
-            .plan(&form, budget as usize, 1)
+            .plan(&form, budget, 1)
             .map_err(|e| Error::config("--budget", e))?;
         let measurement = Ideal.measure(&*truth, &Arc::new(poses));
         let copy = method
@@ -407,9 +445,10 @@ impl Compare {
         };
         let pictures = watched(&*copy, resolution as usize, draw);
         let title = format!(
-            "{name}: {} of {} readings in {chart_name} coordinates",
+            "{name}: {} of {} in {} coordinates",
             method.label(),
-            measurement.readings()
+            count(measurement.readings(), "reading"),
+            coordinates.join(" ")
         );
         let text = pictures.svg(&title)?;
         self.folder.make()?;

@@ -82,6 +82,40 @@ fn each_picture_is_one_command() {
 }
 
 #[test]
+fn a_comparison_takes_warps() {
+    let bench = Bench::new();
+    let small = [
+        "--budget",
+        "200",
+        "--resolution",
+        "16",
+        "--samples",
+        "4",
+        "-o",
+        "out",
+    ];
+    let error = |warps: &[&str]| -> f64 {
+        let all = ["picture", "compare", "ggx", "--set", "alpha=0.05"];
+        let said = bench.good(&[&all[..], &small, warps].concat());
+        let title = said.lines().next().unwrap();
+        assert_eq!(title.contains("theta_h:"), !warps.is_empty(), "{title}");
+        let words = said.split_whitespace();
+        let mut numbers = words.filter_map(|word| word.trim_end_matches(',').parse().ok());
+        numbers.next_back().unwrap()
+    };
+    let (plain, warped) = (error(&[]), error(&["--warp", "theta_h=square-root"]));
+    assert!(warped.is_finite() && warped != plain);
+    error(&["--warp", "theta_h:power-0.4"]);
+    let warp = |text: &str| {
+        let args = ["picture", "compare", "ggx", "-o", "x", "--warp", text];
+        bench.refused(&args, 2)
+    };
+    assert!(warp("theta_h=sqare-root").contains("did you mean square-root?"));
+    assert!(warp("theta=square-root").contains("theta_h"));
+    assert!(warp("theta_h").contains("AXIS=WARP"));
+}
+
+#[test]
 fn what_cannot_be_pictured_is_refused() {
     let bench = Bench::new();
     let refused = |args: &[&str], parts: &[&str]| {
