@@ -1,7 +1,7 @@
 //! The argument CONFIG|BRDF of commands that look at materials.
 
 use super::progress::Progress;
-use super::talk::say;
+use super::talk::{detail, say};
 use super::unknown;
 use crate::brdf::{self, Brdf, Channels};
 use crate::error::{Error, excerpt, one_of};
@@ -65,7 +65,10 @@ impl BrdfArgs {
         let of_config = is_config(&self.target);
         let table = formats::of_name(path).and_then(|f| f.read_table);
         let mut source = match table {
-            _ if of_config => Source::read(path)?,
+            _ if of_config => {
+                detail(|| format!("gonio: reads {}", path.display()));
+                Source::read(path)?
+            }
             Some(read) => single(read(path.into()).resolved().to_string()),
             None if kinds().any(|kind| kind == self.target) => {
                 single(format!("kind = \"{}\"", self.target))

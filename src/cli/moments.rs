@@ -2,7 +2,7 @@
 
 use super::brdf_args::BrdfArgs;
 use super::progress::Progress;
-use super::run::tell_missing;
+use super::run::{tell_inputs, tell_missing};
 use super::talk::{note, say, wrote};
 use super::{ThreadArgs, print, refuse_existing};
 use crate::error::{Error, count_are};
@@ -66,7 +66,8 @@ impl Moments {
             profiles: Vec::new(),
             failures: Vec::new(),
         };
-        plan.run(&Extent::default(), &Known::default(), &mut collected)?;
+        let summary = plan.run(&Extent::default(), &Known::default(), &mut collected)?;
+        tell_inputs(&summary);
         let Collect {
             progress,
             profiles,

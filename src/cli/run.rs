@@ -10,7 +10,7 @@ use super::talk::{detail, note};
 use super::{ConfigArgs, SeedArgs, ThreadArgs, print};
 use crate::error::{Error, count_are};
 use crate::experiment::{
-    AnyPlan, Experiment, Extent, Known, Observer, Record, RowKey, Shard, Source, Tuned,
+    AnyPlan, Experiment, Extent, Known, Observer, Record, RowKey, Shard, Source, Summary, Tuned,
     material_key,
 };
 use crate::report::{MadeBy, MadeFrom, Manifest, Outcome, RunFolder, read_rows};
@@ -215,9 +215,7 @@ impl Run {
             shard: self.shard.map(|s| s.to_string()),
             ..Outcome::default()
         };
-        for input in &summary.inputs {
-            detail(|| format!("gonio: read {}", input.path.display()));
-        }
+        tell_inputs(&summary);
         let manifest = manifest(plan, source, summary.inputs.clone(), outcome, started);
         let facts = serde_json::to_value(&manifest).map_err(|e| Error::Internal(e.to_string()))?;
         plan.conclude(
@@ -309,6 +307,13 @@ fn list<E: Experiment>(plan: &E, shard: Option<Shard>, dir: &Path) -> Result<(),
         dir.display()
     );
     print(&out)
+}
+
+/// Tells the files that a run has read, where details are wanted.
+pub(super) fn tell_inputs(summary: &Summary) {
+    for input in &summary.inputs {
+        detail(|| format!("gonio: read {}", input.path.display()));
+    }
 }
 
 /// Writes the materials that a config names but its folder lacks to stderr.

@@ -367,6 +367,9 @@ fn every_command_can_be_quiet_verbose_or_coloured() {
     }
     let verbose = stderr(&["check", "a.binary", "-v"]);
     assert!(verbose.contains("reads a.binary"), "{verbose}");
+    let views = ["--set", "moments.views=2", "-v"];
+    let verbose = stderr(&[&["moments", "a.binary"], &views[..]].concat());
+    assert!(verbose.contains("read a.binary"), "{verbose}");
     let both = bench.gonio(&["check", "small.toml", "-q", "-v"]);
     assert_eq!(both.status.code(), Some(2));
     // An error is told all the same, and red only if that is asked for: stderr is no terminal.
