@@ -21,7 +21,7 @@ const FLAT: f64 = 0.02;
 const ONE_SIDE: f64 = 0.6;
 
 /// Neighbours from each thinner copy: enough to surround a point in 4-D.
-const PER_COPY: NonZeroUsize = NonZeroUsize::new(12).unwrap();
+const PER_COPY: NonZeroUsize = NonZeroUsize::MIN.saturating_add(11);
 
 /// Points of a copy that is not thinned further.
 const FEWEST: usize = 2 * PER_COPY.get();
@@ -86,6 +86,7 @@ pub(super) struct Cloud<const K: usize> {
     tree: Nearest<K>,
     /// Thinner copies, made when first asked for.
     copies: OnceLock<Vec<Copy<K>>>,
+    in_sheets: OnceLock<bool>,
 }
 
 /// What was found about a point.
@@ -132,6 +133,7 @@ impl<const K: usize> Cloud<K> {
             values,
             channels,
             copies: OnceLock::new(),
+            in_sheets: OnceLock::new(),
         }
     }
 
@@ -178,8 +180,36 @@ impl<const K: usize> Cloud<K> {
         found.distance2.truncate(nearest);
     }
 
-    /// True if most readings lie in sheets, lines or clusters: their neighbours do not fill space.
+    /// True if the points do not all lie on one side of `x`.
+    pub fn surrounds(&self, index: &[usize], x: &[f64; K]) -> bool {
+        surrounds(&self.points, index, x)
+    }
+
+    /// Distance of point `i` to the next one that is elsewhere, 0 if there is none near.
+    pub fn gap(&self, i: usize) -> f64 {
+        let mut gap = 0.0;
+        self.tree.find_many(&self.points[i], PER_COPY, |_, d2| {
+            if gap == 0.0 && d2 > SMALLEST * SMALLEST {
+                gap = d2.sqrt();
+            }
+        });
+        gap
+    }
+
+    /// True if many points lie in sheets, lines or clusters: of a quarter the neighbours do not fill space.
     pub fn is_in_sheets(&self) -> bool {
+        *self.in_sheets.get_or_init(|| self.lies_in_sheets())
+    }
+
+    /// The same cloud, which is known to lie in sheets.
+    pub fn in_sheets(self) -> Self {
+        Self {
+            in_sheets: OnceLock::from(true),
+            ..self
+        }
+    }
+
+    fn lies_in_sheets(&self) -> bool {
         let points = &self.points;
         let step = points.len().div_ceil(PROBES);
         let mut near = Vec::with_capacity(PER_COPY.get());
@@ -189,7 +219,7 @@ impl<const K: usize> Cloud<K> {
             !fills_space(points, &near)
         };
         let flat = points.iter().step_by(step).filter(is_flat).count();
-        2 * flat > points.len().div_ceil(step)
+        4 * flat > points.len().div_ceil(step)
     }
 
     /// Copies of the cloud, each with cubes twice as large as the one before.

@@ -42,6 +42,12 @@ const DETERMINED: f64 = 0.02;
 /// that are the nearest points and fill space, that are from thinner copies too, and that are flat.
 const LARGEST_WEIGHTS: [f64; 3] = [6.0, 2.5, 1.5];
 
+/// The same where most of the readings fill space, and a slope is what all of them agree on.
+const LARGEST_OF_SPACE: f64 = 20.0;
+
+/// Distance to the nearest neighbour that is rounding, as a share of that to the farthest.
+const AT_READING: f64 = 1e-10;
+
 /// Variances of the readings that are tried in turn, in units of the kernel at distance 1 of a
 /// neighbourhood of size 1.
 const NUGGETS: [f64; 3] = [0.0, 1e-6, 1e-3];
@@ -143,7 +149,7 @@ impl<const K: usize> ScatteredRule<K> for Local {
     ) {
         let s = &mut **scratch;
         cloud.find(x, self.neighbours, &mut s.found);
-        if s.found.distance2[0] == 0.0 {
+        if s.found.distance2[0].sqrt() <= AT_READING * s.found.size() {
             out.copy_from_slice(cloud.value(s.found.index[0]));
         } else if s.weigh(cloud, x) {
             self.combine(cloud, s, out);
@@ -188,7 +194,10 @@ impl<const K: usize> Scratch<K> {
             linear
         };
         let query = self.query;
-        self.largest = LARGEST_WEIGHTS[self.found.reach as usize];
+        self.largest = match self.found.reach {
+            Reach::Nearest if !cloud.is_in_sheets() => LARGEST_OF_SPACE,
+            reach => LARGEST_WEIGHTS[reach as usize],
+        };
         let mut found = false;
         for nugget in NUGGETS {
             let Some(factor) = self.factor(kernel, nugget) else {

@@ -22,6 +22,7 @@ macro_rules! chooses_coordinates {
 
 mod cloud;
 mod coordinates;
+mod coverage;
 mod cubic;
 mod grid;
 mod interpolant;
@@ -36,6 +37,7 @@ mod thin_plate;
 mod transform;
 
 pub use coordinates::Coordinates;
+pub use coverage::{Coverage, Covered, Fill};
 pub use cubic::{Cubic, CubicRule};
 pub use interpolant::{Interpolant, Readings};
 pub use inverse_distance::InverseDistance;
@@ -135,23 +137,6 @@ pub enum ReconstructError {
         method: &'static str,
         /// The sample set of the readings.
         sample_set: String,
-    },
-    /// The readings are of a material that is not declared isotropic.
-    #[error("{method} needs an isotropic material")]
-    Anisotropic {
-        /// The method.
-        method: &'static str,
-    },
-    /// Most readings lie in no sheet of constant incidence.
-    #[error(
-        "{method} needs readings on sheets of constant incidence, at least 8 on each and not in a line; of \
-         {readings} readings less than 90 % are"
-    )]
-    NoSheets {
-        /// The method.
-        method: &'static str,
-        /// Number of readings.
-        readings: usize,
     },
     /// A parameter is outside its range.
     #[error(transparent)]

@@ -10,13 +10,14 @@
 //! it, so that neighbours surround a point near a fold as they do inside. A reading *at* the first
 //! pole is, in 3-D, the same at every azimuth and stands all around the circle.
 
-use super::cloud::Cloud;
+use super::cloud::{Cloud, Found, Reach};
 use super::interpolant::{Interpolant, Readings};
 use super::transform::Transform;
 use super::{ReconstructError, ReconstructionCoordinates, STRETCH, STRETCH_OF_SHEETS};
 use crate::geometry::DirectionPair;
 use crate::parametrization::{Coords, Layout, Parametrization};
 use std::f64::consts::{PI, TAU};
+use std::num::NonZeroUsize;
 use std::sync::Arc;
 
 /// Share of the first radial axis within which readings also stand on the other side of its pole,
@@ -118,10 +119,13 @@ impl<const K: usize> Embedded<K> {
             return Ok(of(stretch));
         }
         let embedded = of(STRETCH);
-        Ok(if embedded.cloud.is_in_sheets() {
-            of(STRETCH_OF_SHEETS)
-        } else {
-            embedded
+        if !embedded.cloud.is_in_sheets() {
+            return Ok(embedded);
+        }
+        let Self { cloud, embedding } = of(STRETCH_OF_SHEETS);
+        Ok(Self {
+            cloud: cloud.in_sheets(),
+            embedding,
         })
     }
 
@@ -188,6 +192,30 @@ impl<const K: usize> Embedded<K> {
             cloud: Cloud::new(points, values, channels),
             embedding,
         }
+    }
+}
+
+impl<const K: usize> Embedded<K> {
+    fn place(&self, pair: &DirectionPair) -> [f64; K] {
+        self.embedding
+            .point(&self.embedding.parametrization.forward(pair))
+    }
+
+    /// The neighbours of a pair; true if they surround it.
+    pub fn find(&self, pair: &DirectionPair, k: NonZeroUsize, found: &mut Found) -> bool {
+        let x = self.place(pair);
+        self.cloud.find(&x, k, found);
+        found.reach != Reach::Flat && self.cloud.surrounds(&found.index, &x)
+    }
+
+    /// Distance of reading `i` to the next one that is elsewhere; 0 if there is none near.
+    pub fn gap(&self, i: usize) -> f64 {
+        self.cloud.gap(i)
+    }
+
+    /// The value of the reading nearest to a pair.
+    pub fn nearest_value(&self, pair: &DirectionPair) -> &[f64] {
+        self.cloud.value(self.cloud.nearest(&self.place(pair)))
     }
 }
 

@@ -8,17 +8,22 @@
 //! Where the material is reciprocal the pair turned round is another one with another θ_i: both are taken,
 //! each with a weight that falls with the distance from its next sheet.
 //!
-//! The same after exchanging light and sensor if it is the sensor that stood still. For isotropic
-//! materials.
+//! The same after exchanging light and sensor if it is the sensor that stood still. Readings that lie in no
+//! sheets (less than 90 % of them, or only along lines), and those of materials that are not isotropic, are
+//! interpolated by [`ThinPlate`] in half/difference coordinates.
 
 use super::cloud::Cloud;
 use super::local_spline::{Local, Scratch};
 use super::scattered::ScatteredRule;
 use super::transform::{EPSILON, Transform, Values};
-use super::{Interpolant, Readings, Reconstruct, ReconstructError, check_neighbours};
+use super::{
+    Coordinates, Interpolant, Readings, Reconstruct, ReconstructError, ThinPlate, check_neighbours,
+};
 use crate::error::ParameterError;
-use crate::geometry::DirectionPair;
+use crate::geometry::{DirectionPair, Symmetry};
+use crate::parametrization::Warps;
 use crate::registry::{self, Entry};
+use rustc_hash::FxHashSet;
 use serde::{Deserialize, Serialize};
 
 const KIND: &str = "sheets";
@@ -65,14 +70,17 @@ const FEWEST: usize = 8;
 /// Share of the readings that must lie in sheets.
 const IN_SHEETS: f64 = 0.9;
 
-/// Distance from a sheet within which its value counts as a reading's, rad.
-const ON_SHEET: f64 = 1e-3;
+/// Distance from a sheet within which nothing else counts, rad.
+const ON_SHEET: f64 = 1e-9;
 
 /// Longest extrapolation past the first and the last sheet, in steps between the last two.
 const REACH: f64 = 1.0;
 
 /// Smallest cosine that is told from 0 in [`fall`]: 87°.
 const LOWEST: f64 = 0.05;
+
+/// Places nearer to each other than this, rad, are one: a reading and its image.
+const SAME: f64 = 1e-8;
 
 /// Sheets nearer to the normal than this, rad: their readings depend on θ_h alone.
 const NORMAL: f64 = 1e-6;
@@ -98,25 +106,28 @@ impl Reconstruct for Sheets {
     fn interpolate(&self, r: &Readings<'_>) -> Result<Box<dyn Interpolant>, ReconstructError> {
         self.check()?;
         let symmetry = r.schedule.parametrization.symmetry();
-        if !symmetry.isotropic {
-            return Err(ReconstructError::Anisotropic { method: KIND });
-        }
         let transform = self.values.with(self.epsilon);
-        let poses = r.schedule.poses.iter().zip(0..);
-        let as_they_are: Vec<(DirectionPair, &[f64])> = poses
-            .filter_map(|(pose, i)| Some((pose.pair, r.value(i)?)))
-            .collect();
-        let turned = as_they_are.iter().map(|&(p, v)| (p.swapped(), v)).collect();
-        let sides = [(as_they_are, false), (turned, true)];
-        let mut sides = sides.into_iter().filter_map(|(readings, swapped)| {
-            let sheets = sheets(&readings, r.width, transform, symmetry.bilateral)?;
-            Some((sheets, swapped))
-        });
-        let Some((sheets, swapped)) = sides.next() else {
-            return Err(ReconstructError::NoSheets {
+        if r.count() == 0 {
+            return Err(ReconstructError::TooFew {
                 method: KIND,
-                readings: r.count(),
+                readings: 0,
+                needed: 1,
             });
+        }
+        let poses = r.schedule.poses.iter().enumerate();
+        let of_light: Vec<(DirectionPair, &[f64])> = poses
+            .filter_map(|(i, pose)| Some((pose.pair, r.value(i)?)))
+            .collect();
+        let of_sensor = of_light.iter().map(|&(p, v)| (p.swapped(), v)).collect();
+        // The one that stood still is the one with fewer sheets.
+        let sides = [(of_light, false), (of_sensor, true)].into_iter();
+        let found = sides.filter(|_| symmetry.isotropic);
+        let found = found.filter_map(|(readings, swapped)| {
+            Some((sheets(&readings, r.width, transform, symmetry)?, swapped))
+        });
+        let found = found.min_by_key(|(sheets, _)| sheets.len());
+        let Some((sheets, swapped)) = found else {
+            return self.without_sheets().interpolate(r);
         };
         Ok(Box::new(SheetInterpolant {
             sheets,
@@ -129,6 +140,21 @@ impl Reconstruct for Sheets {
                 above: self.values.largest_rise(),
             },
         }))
+    }
+}
+
+impl Sheets {
+    /// What readings that lie in no sheets are interpolated by.
+    fn without_sheets(&self) -> ThinPlate {
+        ThinPlate {
+            values: self.values,
+            epsilon: self.epsilon,
+            coordinates: Some(Coordinates {
+                kind: "half-difference".into(),
+                warp: Warps::default(),
+            }),
+            ..ThinPlate::default()
+        }
     }
 }
 
@@ -145,7 +171,7 @@ fn sheets(
     readings: &[(DirectionPair, &[f64])],
     width: usize,
     transform: Transform,
-    bilateral: bool,
+    symmetry: Symmetry,
 ) -> Option<Vec<Sheet>> {
     let mut order: Vec<usize> = (0..readings.len()).collect();
     let theta = |i: usize| readings[i].0.omega_i.theta();
@@ -159,17 +185,23 @@ fn sheets(
             continue;
         }
         let mean = group.iter().map(|&i| theta(i)).sum::<f64>() / group.len() as f64;
+        let mut taken_places = FxHashSet::default();
+        let own = group.iter().map(|&i| readings[i]);
+        // A reading whose other direction is at this incidence too is in the sheet from both sides.
+        let turned = readings.iter().map(|&(pair, v)| (pair.swapped(), v));
+        let turned = turned.filter(|(pair, _)| {
+            symmetry.reciprocal && (pair.omega_i.theta() - mean).abs() < 0.5 * WIDTH
+        });
         let (mut points, mut values) = (Vec::new(), Vec::new());
-        for &i in group {
-            let (pair, reading) = &readings[i];
-            let [x, y] = place(pair, mean);
+        for (pair, reading) in own.chain(turned) {
+            let [x, y] = place(&pair, mean);
             let mirrored = if mean < NORMAL { [-x, y] } else { [x, -y] };
-            points.push([x, y]);
-            if (bilateral || mean < NORMAL) && mirrored != [x, y] {
-                points.push(mirrored);
-            }
-            while values.len() < points.len() * width {
-                values.extend(reading.iter().map(|&f| transform.forward(f)));
+            let both = symmetry.bilateral || mean < NORMAL;
+            for place in [[x, y], mirrored].into_iter().take(1 + usize::from(both)) {
+                if taken_places.insert(place.map(|c| (c / SAME).round() as i64)) {
+                    points.push(place);
+                    values.extend(reading.iter().map(|&f| transform.forward(f)));
+                }
             }
         }
         let cloud = Cloud::new(points, values, width);
@@ -237,7 +269,7 @@ impl SheetInterpolant {
         };
         let t = t.clamp(-REACH, 1.0 + REACH);
         let distance = (theta - a).abs().min((theta - b).abs());
-        let weight = (distance + ON_SHEET).powi(-2);
+        let weight = distance.max(ON_SHEET).powi(-2);
         let [on_low, on_high] = values;
         for (sheet, value) in [(low, &mut *on_low), (high, &mut *on_high)] {
             let sheet = &self.sheets[sheet];

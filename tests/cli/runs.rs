@@ -194,15 +194,20 @@ fn other_peoples_files_are_left_alone() {
 #[test]
 fn a_job_that_fails_costs_only_its_rows() {
     let bench = Bench::new();
+    // A table without data: there is nothing to reconstruct.
+    let mut empty: Vec<u8> = [90_i32, 90, 180]
+        .iter()
+        .flat_map(|n| n.to_le_bytes())
+        .collect();
+    empty.extend((0..3 * 90 * 90 * 180).flat_map(|_| (-1.0_f64).to_le_bytes()));
+    fs::write(bench.path("empty.binary"), empty).unwrap();
     let args = [
         "run",
         "small.toml",
         "-o",
         "a",
         "--set",
-        "budgets=[2, 100]",
-        "--set",
-        "reconstruction=[{kind=\"nearest\"},{kind=\"thin-plate\"}]",
+        "material=[{kind=\"lambert\"},{kind=\"merl\",path=\"empty.binary\"}]",
         "--set",
         "sample_set=[{kind=\"random\"}]",
         "--set",
@@ -211,17 +216,14 @@ fn a_job_that_fails_costs_only_its_rows() {
     let output = bench.gonio(&args);
     let stderr = String::from_utf8(output.stderr).unwrap();
     assert_eq!(output.status.code(), Some(5), "{stderr}");
-    // One of two reconstructions at one of two budgets, for 2 materials and 2 warps.
-    assert_eq!(stderr.lines().count(), 4 + 1, "{stderr}");
-    assert!(
-        stderr.contains("random of 2 poses, seed 1, thin-plate: 2 readings"),
-        "{stderr}"
-    );
-    assert!(stderr.contains("4 of 16 jobs failed"), "{stderr}");
+    // One of 2 materials: 2 warps, 2 budgets and 2 reconstructions.
+    assert_eq!(stderr.lines().count(), 8 + 1, "{stderr}");
+    assert!(stderr.contains("empty.binary: every cell"), "{stderr}");
+    assert!(stderr.contains("8 of 16 jobs failed"), "{stderr}");
     let manifest = bench.manifest("a");
     assert_eq!(manifest["status"], "failed-jobs");
-    assert_eq!(manifest["failures"].as_array().unwrap().len(), 4);
-    assert_eq!(bench.rows("a").len(), 12 * 2);
+    assert_eq!(manifest["failures"].as_array().unwrap().len(), 8);
+    assert_eq!(bench.rows("a").len(), 8 * 2);
 }
 
 #[cfg(unix)]

@@ -5,7 +5,7 @@ use gonio::brdf::{self, Brdf, Channels};
 use gonio::geometry::{Direction, DirectionPair, Symmetry};
 use gonio::metrics::{self, Measure, MetricsSpec};
 use gonio::parametrization;
-use gonio::reconstruct::{self, Coordinates, Readings, Reconstruct, ReconstructError};
+use gonio::reconstruct::{self, Coordinates, Readings, Reconstruct};
 use gonio::registry;
 use gonio::sampling::{Random, Sobol};
 use gonio::schedule::{Pose, Schedule};
@@ -190,13 +190,13 @@ impl Bench {
         values
     }
 
-    /// Values at the pairs, pair-major; `None` if the method does not take the layout.
+    /// Values at the pairs, pair-major.
     fn values(
         &self,
         method: &dyn Reconstruct,
         schedule: &Arc<Schedule>,
         readings: &[f64],
-    ) -> Option<Vec<f64>> {
+    ) -> Vec<f64> {
         let width = self.models.len();
         let present = vec![true; schedule.poses.len()];
         let readings = Readings {
@@ -205,15 +205,10 @@ impl Bench {
             values: readings,
             present: &present,
         };
-        match method.interpolate(&readings) {
-            Ok(interpolant) => {
-                let mut out = vec![0.0; self.pairs.len() * width];
-                interpolant.eval_batch(&self.pairs, &mut out);
-                Some(out)
-            }
-            Err(ReconstructError::NoSheets { .. }) => None,
-            Err(e) => panic!("{e}"),
-        }
+        let mut out = vec![0.0; self.pairs.len() * width];
+        let interpolant = method.interpolate(&readings).unwrap();
+        interpolant.eval_batch(&self.pairs, &mut out);
+        out
     }
 
     /// Squared errors of a model times the squared cosine, per pair.
@@ -264,9 +259,7 @@ fn values_stay_near_the_range_of_the_readings() {
         let schedule = schedule(&angles);
         let readings = bench.readings(&schedule);
         for (coordinates, kind, method) in methods() {
-            let Some(values) = bench.values(&*method, &schedule, &readings) else {
-                continue;
-            };
+            let values = bench.values(&*method, &schedule, &readings);
             // A spline rises to at most 4 times its neighbours, between sheets to 4 times that, and
             // falls by half the range of the logarithm, past the last sheet by as much again.
             let (rise, fall) = match kind {
@@ -310,10 +303,7 @@ fn one_bright_reading_does_not_spoil_the_others() {
             values: &readings,
             present: &present,
         });
-        let Ok(interpolant) = interpolant else {
-            assert_eq!(kind, "sheets");
-            continue;
-        };
+        let interpolant = interpolant.unwrap();
         let mut out = vec![0.0; bench.pairs.len()];
         interpolant.eval_batch(&bench.pairs, &mut out);
         let largest = out.iter().fold(0.0, |a: f64, b| a.max(*b));
@@ -324,13 +314,15 @@ fn one_bright_reading_does_not_spoil_the_others() {
 /// Largest ratio of a method's error to that of the nearest reading in the same coordinates, beyond two
 /// standard errors. Where a layout says nothing of most pairs (a line, a plane, a gap about the mirror
 /// direction), one guess is as good as another, and these are what the guesses cost.
-fn allowed(layout: &str, kind: &str, model: &str) -> f64 {
+fn allowed([layout, coordinates, kind]: [&str; 3], model: &str) -> f64 {
     match (layout, kind) {
-        ("lines" | "line" | "plane", "thin-plate") => 2.2,
+        ("lines" | "line", "thin-plate" | "sheets") => 2.2,
+        ("plane", "thin-plate" | "sheets") => 2.8,
+        ("sheets", "thin-plate") if coordinates == "stark" => 1.25,
         ("sheet" | "lines" | "line" | "plane" | "gap", "inverse-distance") => 1.35,
         // The highlight of these does not keep its half vector.
         ("sheets", "sheets") if model.starts_with("retro") || model.starts_with("sheen") => 2.5,
-        ("sheet", "sheets") => 1.25,
+        ("sheet", "sheets" | "thin-plate") => 1.3,
         _ => 1.05,
     }
 }
@@ -338,6 +330,7 @@ fn allowed(layout: &str, kind: &str, model: &str) -> f64 {
 #[test]
 fn no_method_is_much_worse_than_the_nearest_reading() {
     let bench = Bench::new(models(), 2500);
+    let mut worse = Vec::new();
     for (layout, angles) in layouts() {
         let schedule = schedule(&angles);
         let readings = bench.readings(&schedule);
@@ -345,23 +338,22 @@ fn no_method_is_much_worse_than_the_nearest_reading() {
         for (coordinates, kind, method) in &methods {
             let is_nearest = |m: &&(String, _, _)| m.0 == *coordinates && m.1 == "nearest";
             let nearest = methods.iter().find(is_nearest).unwrap();
-            let nearest = bench.values(&*nearest.2, &schedule, &readings).unwrap();
-            let Some(values) = bench.values(&**method, &schedule, &readings) else {
-                continue;
-            };
+            let nearest = bench.values(&*nearest.2, &schedule, &readings);
+            let values = bench.values(&**method, &schedule, &readings);
             for (m, (model, _)) in bench.models.iter().enumerate() {
                 if bench.nrmse(&nearest, m) < 1e-10 {
                     continue;
                 }
                 let (ratio, error) = ratio(&bench.errors(&values, m), &bench.errors(&nearest, m));
-                let allowed = allowed(layout, kind, model);
-                assert!(
-                    ratio <= allowed + 2.0 * error,
-                    "{layout} {coordinates} {kind} {model}: {ratio:.3} ± {error:.3}"
-                );
+                if ratio > allowed([layout, coordinates, kind], model) + 2.0 * error {
+                    worse.push(format!(
+                        "{layout} {coordinates} {kind} {model}: {ratio:.3} ± {error:.3}"
+                    ));
+                }
             }
         }
     }
+    assert!(worse.is_empty(), "{}", worse.join("\n"));
 }
 
 #[test]
@@ -384,7 +376,7 @@ fn three_sheets_make_a_glossy_brdf() {
             ("sheets", _) => 0.025,
             _ => continue,
         };
-        let values = bench.values(&*method, &schedule, &readings).unwrap();
+        let values = bench.values(&*method, &schedule, &readings);
         let error = bench.nrmse(&values, 0);
         assert!(error < level, "{kind} {coordinates} {error}");
     }
@@ -403,7 +395,7 @@ fn sheets_may_be_of_the_sensor() {
     let [a, b] = [light, sensor].map(|angles| {
         let schedule = schedule(&angles);
         let readings = bench.readings(&schedule);
-        bench.values(&*method, &schedule, &readings).unwrap()
+        bench.values(&*method, &schedule, &readings)
     });
     for (a, b) in a.iter().zip(&b) {
         assert!((a - b).abs() <= 1e-9 * (a.abs() + EPSILON), "{a} {b}");

@@ -1,0 +1,195 @@
+//! What readings say of a pair: whether it lies between them, beside them, or far from all.
+//!
+//! It is a fact of the poses, not of the method: every reconstruction of the same readings has the same
+//! coverage. Errors of a reconstruction are always those of the whole; a file may leave out what is not
+//! covered, see [`Fill`].
+
+use super::ReconstructError;
+use super::cloud::Found;
+use super::coordinates::ReconstructionCoordinates;
+use super::interpolant::{Readings, present};
+use super::scattered::Embedded;
+use super::transform::Transform;
+use crate::brdf::{Brdf, Channels, Presence};
+use crate::geometry::{DirectionPair, Symmetry};
+use crate::measurement::Measurement;
+use std::num::NonZeroUsize;
+use std::sync::atomic::{AtomicU64, Ordering};
+
+/// How a pair lies to the readings.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Coverage {
+    /// Readings surround it, or the next one is as near as readings are to each other.
+    Interpolated,
+    /// Readings lie on one side of it.
+    Extrapolated,
+    /// No reading is near: farther than a third of the range of the coordinates (30° of 90°).
+    Unknown,
+}
+
+impl Coverage {
+    /// Every coverage with its name, in the order of confidence.
+    pub const ALL: [(Coverage, &'static str); 3] = [
+        (Coverage::Interpolated, "interpolated"),
+        (Coverage::Extrapolated, "extrapolated"),
+        (Coverage::Unknown, "unknown"),
+    ];
+}
+
+/// What a file has where readings do not surround a pair.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Fill {
+    /// No data.
+    None,
+    /// The nearest reading.
+    Nearest,
+    /// What the method makes of it.
+    #[default]
+    Extrapolate,
+}
+
+impl Fill {
+    /// Every choice with its name.
+    pub const ALL: [(Fill, &'static str); 3] = [
+        (Fill::None, "none"),
+        (Fill::Nearest, "nearest"),
+        (Fill::Extrapolate, "extrapolate"),
+    ];
+}
+
+/// Readings that are looked for: enough to surround a pair in 4-D.
+const NEIGHBOURS: NonZeroUsize = NonZeroUsize::MIN.saturating_add(15);
+
+/// Distance from all readings beyond which a pair is unknown, in units of the range of coordinates.
+const FAR: f64 = 1.0 / 3.0;
+
+/// The poses of some readings, in as many dimensions as their coordinates have.
+enum Places {
+    Three(Embedded<3>),
+    Four(Embedded<4>),
+}
+
+/// A reconstruction with the coverage of its readings, as a BRDF for files. It counts what it is asked.
+pub struct Covered<'a> {
+    brdf: &'a dyn Brdf,
+    places: Places,
+    fill: Fill,
+    /// Pairs above the horizon that were asked for, by [`Coverage::ALL`].
+    asked: [AtomicU64; 3],
+}
+
+impl<'a> Covered<'a> {
+    /// `brdf` made of the readings of `measurement`, filled as `fill` says.
+    ///
+    /// # Errors
+    /// If there is no reading.
+    pub fn new(
+        brdf: &'a dyn Brdf,
+        measurement: &Measurement,
+        fill: Fill,
+    ) -> Result<Self, ReconstructError> {
+        let present = present(measurement);
+        let readings = Readings {
+            schedule: &measurement.schedule,
+            width: measurement.channels.count(),
+            values: &measurement.values,
+            present: &present,
+        };
+        // Distances are those on the bench: no axis counts more than the other.
+        let own = ReconstructionCoordinates {
+            coordinates: None,
+            stretch: Some(1.0),
+        };
+        let transform = Transform::Linear;
+        let places = match measurement.schedule.parametrization.axes().len() {
+            3 => Places::Three(Embedded::new("coverage", &readings, &own, transform, 1)?),
+            _ => Places::Four(Embedded::new("coverage", &readings, &own, transform, 1)?),
+        };
+        Ok(Self {
+            brdf,
+            places,
+            fill,
+            asked: Default::default(),
+        })
+    }
+
+    /// The coverage of a pair.
+    pub fn coverage(&self, pair: &DirectionPair) -> Coverage {
+        match &self.places {
+            Places::Three(places) => coverage(places, pair),
+            Places::Four(places) => coverage(places, pair),
+        }
+    }
+
+    /// Shares of the pairs above the horizon that were asked for, by [`Coverage::ALL`]; 0 before any was.
+    pub fn shares(&self) -> [f64; 3] {
+        let asked = self.asked.each_ref().map(|n| n.load(Ordering::Relaxed));
+        let all = asked.iter().sum::<u64>().max(1);
+        asked.map(|n| n as f64 / all as f64)
+    }
+
+    fn nearest(&self, pair: &DirectionPair, out: &mut [f64]) {
+        let value = match &self.places {
+            Places::Three(places) => places.nearest_value(pair),
+            Places::Four(places) => places.nearest_value(pair),
+        };
+        out.copy_from_slice(value);
+    }
+}
+
+fn coverage<const K: usize>(places: &Embedded<K>, pair: &DirectionPair) -> Coverage {
+    let mut found = Found::default();
+    let surrounded = places.find(pair, NEIGHBOURS, &mut found);
+    let nearest = found.distance2[0].sqrt();
+    if nearest > FAR {
+        Coverage::Unknown
+    } else if surrounded || nearest <= places.gap(found.index[0]) {
+        Coverage::Interpolated
+    } else {
+        Coverage::Extrapolated
+    }
+}
+
+impl Brdf for Covered<'_> {
+    fn channels(&self) -> &Channels {
+        self.brdf.channels()
+    }
+
+    fn symmetry(&self) -> Symmetry {
+        self.brdf.symmetry()
+    }
+
+    fn conserves_energy(&self) -> bool {
+        self.brdf.conserves_energy()
+    }
+
+    fn eval(&self, pair: &DirectionPair, out: &mut [f64]) -> Presence {
+        let mut presence = [Presence::Present];
+        self.eval_batch(std::slice::from_ref(pair), out, &mut presence);
+        presence[0]
+    }
+
+    fn eval_batch(&self, pairs: &[DirectionPair], out: &mut [f64], presence: &mut [Presence]) {
+        self.brdf.eval_batch(pairs, out, presence);
+        let width = self.channels().count();
+        let mut asked = [0; 3];
+        for ((pair, out), presence) in pairs.iter().zip(out.chunks_mut(width)).zip(presence) {
+            if !pair.is_above_horizon() {
+                continue;
+            }
+            let coverage = self.coverage(pair);
+            asked[coverage as usize] += 1;
+            if coverage == Coverage::Interpolated {
+                continue;
+            }
+            match self.fill {
+                Fill::None => *presence = Presence::Missing,
+                Fill::Nearest => self.nearest(pair, out),
+                Fill::Extrapolate => {}
+            }
+        }
+        for (all, n) in self.asked.iter().zip(asked) {
+            all.fetch_add(n, Ordering::Relaxed);
+        }
+    }
+}
