@@ -9,6 +9,7 @@ mod check;
 mod claims;
 mod config_args;
 mod distortion;
+mod energy;
 mod init;
 mod list;
 mod measure;

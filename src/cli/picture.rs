@@ -336,7 +336,7 @@ fn watched<T>(brdf: &dyn Brdf, resolution: usize, draw: impl Fn(&dyn Brdf, usize
     }
     let pairs = |resolution| {
         let progress = &Progress::hidden();
-        draw(&Watched { brdf, progress }, resolution);
+        draw(&Watched::new(brdf, progress), resolution);
         progress.counted() as f64
     };
     let [small, less] = [resolution.div_ceil(8), resolution.div_ceil(16)];
@@ -348,7 +348,7 @@ fn watched<T>(brdf: &dyn Brdf, resolution: usize, draw: impl Fn(&dyn Brdf, usize
     let all = pairs(small) + a_pixel * (area(resolution) - area(small));
     progress.begin(all as u64);
     let progress = &progress;
-    draw(&Watched { brdf, progress }, resolution)
+    draw(&Watched::new(brdf, progress), resolution)
 }
 
 #[derive(Debug, Args)]

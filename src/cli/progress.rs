@@ -6,6 +6,7 @@ use crate::experiment::Event;
 use crate::geometry::{DirectionPair, Symmetry};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use std::io::{IsTerminal, stderr};
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Duration;
 
 /// A progress bar; none if stderr is no terminal, or with `--quiet`. It is gone when it is dropped.
@@ -95,8 +96,33 @@ impl Progress {
 
 /// A BRDF that counts the pairs it is asked for: the work of whatever is made of it.
 pub(super) struct Watched<'a> {
-    pub(super) brdf: &'a dyn Brdf,
-    pub(super) progress: &'a Progress,
+    brdf: &'a dyn Brdf,
+    progress: &'a Progress,
+    /// Bits of the largest value so far: those of positive numbers stand in their order.
+    largest: AtomicU64,
+}
+
+impl<'a> Watched<'a> {
+    pub(super) fn new(brdf: &'a dyn Brdf, progress: &'a Progress) -> Self {
+        Self {
+            brdf,
+            progress,
+            largest: AtomicU64::new(0),
+        }
+    }
+
+    /// The largest value that was asked for, sr⁻¹; 0 if there was none.
+    pub(super) fn largest(&self) -> f64 {
+        f64::from_bits(self.largest.load(Ordering::Relaxed))
+    }
+
+    fn see(&self, values: &[f64], presence: &[Presence]) {
+        let width = self.channels().count();
+        let present = values.chunks(width).zip(presence);
+        let present = present.filter(|(_, p)| **p == Presence::Present);
+        let largest = present.flat_map(|(v, _)| v).copied().fold(0.0, f64::max);
+        self.largest.fetch_max(largest.to_bits(), Ordering::Relaxed);
+    }
 }
 
 impl Brdf for Watched<'_> {
@@ -114,11 +140,14 @@ impl Brdf for Watched<'_> {
 
     fn eval(&self, pair: &DirectionPair, out: &mut [f64]) -> Presence {
         self.progress.count(1);
-        self.brdf.eval(pair, out)
+        let presence = self.brdf.eval(pair, out);
+        self.see(out, &[presence]);
+        presence
     }
 
     fn eval_batch(&self, pairs: &[DirectionPair], out: &mut [f64], presence: &mut [Presence]) {
         self.brdf.eval_batch(pairs, out, presence);
+        self.see(out, presence);
         self.progress.count(pairs.len() as u64);
     }
 }
@@ -142,10 +171,7 @@ mod tests {
         let dir = tempfile::tempdir().unwrap();
         for format in WRITE_TABLE.formats() {
             let progress = Progress::hidden();
-            let watched = Watched {
-                brdf: &brdf,
-                progress: &progress,
-            };
+            let watched = Watched::new(&brdf, &progress);
             let path = dir.path().join(format.name);
             format.write_table.unwrap()(&watched, &path).unwrap();
             let said = format.table_pairs.unwrap()(&brdf);

@@ -2,6 +2,7 @@
 
 use super::brdf_args::{BrdfArgs, is_config};
 use super::check::words;
+use super::energy::EnergyArgs;
 use super::reading::ReadingArgs;
 use super::{ThreadArgs, build, choose_material, format_names, print, refuse_existing, tabulate};
 use crate::brdf::Brdf;
@@ -12,11 +13,12 @@ use crate::geometry::Symmetry;
 use crate::measurement::{Flags, Measurement, Outcome};
 use crate::metrics::{self, Errors, Measure, MetricsSpec};
 use crate::parametrization;
-use crate::reconstruct;
+use crate::reconstruct::{self, Coverage, Covered, Fill};
 use crate::report::Columns;
 use crate::schedule::Pose;
 use crate::schedule::{Assume, Unreachable};
 use clap::Args;
+use clap::builder::{PossibleValuesParser, TypedValueParser};
 use std::path::{Path, PathBuf};
 
 /// Pixels along each side of the picture.
@@ -60,6 +62,11 @@ pub(super) struct Reconstruct {
     /// Format of the table [default: by its extension]
     #[arg(long, requires = "output", value_parser = format_names(&WRITE_TABLE))]
     format: Option<Format>,
+    /// What the table has where readings do not surround a pair
+    #[arg(long, requires = "output", default_value = "extrapolate", value_parser = fill())]
+    fill: Fill,
+    #[command(flatten)]
+    energy: EnergyArgs,
     /// Compare with a truth: a config, a table or a kind of material
     #[arg(long, value_name = "CONFIG|BRDF")]
     against: Option<String>,
@@ -97,6 +104,44 @@ fn symmetry(text: &str) -> Result<Symmetry, ParameterError> {
     Ok(symmetry)
 }
 
+/// The names of fills.
+fn fill() -> impl TypedValueParser<Value = Fill> {
+    PossibleValuesParser::new(Fill::ALL.map(|(_, name)| name)).map(|text| {
+        let named = Fill::ALL.into_iter().find(|(_, name)| *name == text);
+        named.map_or(Fill::default(), |(fill, _)| fill)
+    })
+}
+
+/// What all readings share (type B, k = 2), as a share of their mean.
+fn common_uncertainty(measurement: &Measurement) -> f64 {
+    let n = measurement.channels.count();
+    let Some(details) = &measurement.details else {
+        return 0.0;
+    };
+    let (mut uncertainty, mut value) = (0.0, 0.0);
+    for i in 0..measurement.outcomes.len() {
+        if let Some(values) = measurement.value(i) {
+            value += values.iter().sum::<f64>();
+            uncertainty += details.type_b[i * n..(i + 1) * n].iter().sum::<f64>();
+        }
+    }
+    if value > 0.0 {
+        2.0 * uncertainty / value
+    } else {
+        0.0
+    }
+}
+
+/// Shares of the table by coverage.
+fn shares(covered: &Covered<'_>) -> String {
+    let shares = Coverage::ALL.iter().zip(covered.shares());
+    let shares = shares.map(|((_, name), share)| format!("{:.1} % {name}", 100.0 * share));
+    format!(
+        "coverage of the table: {}\n",
+        shares.collect::<Vec<_>>().join(", ")
+    )
+}
+
 /// The truth that a reconstruction is compared with, and the test pairs.
 struct Truth {
     brdf: Box<dyn Brdf>,
@@ -129,7 +174,12 @@ impl Reconstruct {
             compare(&*brdf, &truth)?;
         }
         if let Some((table, path)) = table {
-            tabulate::write(table, &*brdf, path, || "--output".into())?;
+            self.energy
+                .check(&*brdf, common_uncertainty(&measurement))?;
+            let covered = Covered::new(&*brdf, &measurement, self.fill);
+            let covered = covered.map_err(|e| Error::data(&self.measurements, e))?;
+            tabulate::write(table, &covered, path, || "--output".into())?;
+            print(&shares(&covered))?;
         }
         match &self.picture {
             Some(path) => picture(&*brdf, path),

@@ -1,8 +1,9 @@
 //! `gonio tabulate`.
 
+use super::energy::EnergyArgs;
 use super::progress::{Progress, Watched};
 use super::talk::wrote;
-use super::{ConfigArgs, ThreadArgs, build, choose_material, format_names, refuse_existing};
+use super::{ConfigArgs, ThreadArgs, build, choose_material, format_names, print, refuse_existing};
 use crate::brdf::Brdf;
 use crate::error::Error;
 use crate::formats::{self, Format, TableError, WRITE_TABLE, WriteTable};
@@ -27,6 +28,8 @@ pub(super) struct Tabulate {
     /// Replace a file that exists
     #[arg(long)]
     force: bool,
+    #[command(flatten)]
+    energy: EnergyArgs,
 }
 
 impl Tabulate {
@@ -39,6 +42,7 @@ impl Tabulate {
         let material = choose_material(&plan.materials, self.material.as_deref())?;
         refuse_existing(&self.output, self.force)?;
         let brdf = build(material, plan.channels.clone())?;
+        self.energy.check(&*brdf, 0.0)?;
         let name = || format!("--material {}", material.name);
         write(table, &*brdf, &self.output, name)
     }
@@ -53,15 +57,13 @@ pub(super) fn write(
 ) -> Result<(), Error> {
     let pairs = formats::of_name(path).and_then(|format| format.table_pairs);
     let progress = Progress::of(pairs.map_or(0, |pairs| pairs(brdf)), "tabulates");
-    let brdf = &Watched {
-        brdf,
-        progress: &progress,
-    };
-    table(brdf, path).map_err(|e| match e {
+    let brdf = Watched::new(brdf, &progress);
+    table(&brdf, path).map_err(|e| match e {
         TableError::Io(_) => Error::output(path, e),
         TableError::Unsuited(_) => Error::config(place(), e),
     })?;
+    let largest = brdf.largest();
     drop(progress);
     wrote(path);
-    Ok(())
+    print(&format!("largest value: {largest:.4e} 1/sr\n"))
 }

@@ -216,13 +216,13 @@ fn a_job_that_fails_costs_only_its_rows() {
     let output = bench.gonio(&args);
     let stderr = String::from_utf8(output.stderr).unwrap();
     assert_eq!(output.status.code(), Some(5), "{stderr}");
-    // One of 2 materials: 2 warps, 2 budgets and 2 reconstructions.
-    assert_eq!(stderr.lines().count(), 8 + 1, "{stderr}");
+    // One of 2 materials: 2 warps, 2 budgets and 2 reconstructions, for one reason.
+    assert_eq!(stderr.lines().count(), 1 + 1, "{stderr}");
     assert!(stderr.contains("empty.binary: every cell"), "{stderr}");
     assert!(stderr.contains("8 of 16 jobs failed"), "{stderr}");
     let manifest = bench.manifest("a");
     assert_eq!(manifest["status"], "failed-jobs");
-    assert_eq!(manifest["failures"].as_array().unwrap().len(), 8);
+    assert_eq!(manifest["failures"][0]["jobs"], 8);
     assert_eq!(bench.rows("a").len(), 8 * 2);
 }
 

@@ -53,10 +53,11 @@ fn a_laboratory_s_table_is_read_as_its_options_say() {
             .unwrap()
     };
     let of_ours = with("ours.binary", &["ours.csv"]);
-    assert!(of_ours.status.success() && of_ours.stderr.is_empty());
+    assert!(of_ours.status.success());
+    assert_eq!(of_ours.stderr, b"ours.binary\n");
     let of_lab = with("lab.binary", &command[1..]);
     let told = String::from_utf8(of_lab.stderr).unwrap();
-    assert!(of_lab.status.success() && told.is_empty(), "{told}");
+    assert!(of_lab.status.success() && told == "lab.binary\n", "{told}");
     let said = String::from_utf8(of_lab.stdout).unwrap();
     assert!(
         said.contains("columns that were passed over: lamp\n"),
@@ -88,7 +89,8 @@ fn a_laboratory_s_table_is_read_as_its_options_say() {
         told.contains("if the sample is no retro-reflector"),
         "{told}"
     );
-    assert_eq!(told.lines().count(), 1);
+    // And the file that was written.
+    assert_eq!(told.lines().count(), 2, "{told}");
     // A file that was cut.
     let cut: String = lab.chars().take(lab.chars().count() - 8).collect();
     fs::write(bench.path("lab.csv"), cut).unwrap();
@@ -152,7 +154,7 @@ fn what_is_left_of_a_schedule_is_written() {
     };
     for instrument in [&[][..], &["--instrument", "utia", "--skip-unreachable"]] {
         let with = |more: &[&str]| schedule(&[instrument, &["--force"], more].concat());
-        assert!(with(&["-o", "all.csv"]).is_empty());
+        assert_eq!(with(&["-o", "all.csv"]), "all.csv\n");
         measure("all.csv", "readings.csv");
         let all = rows("all.csv");
         // Broken off in the middle of a row.
@@ -235,4 +237,64 @@ fn what_is_left_of_a_schedule_is_written() {
         "-1",
     ];
     assert_eq!(bench.gonio(&far).status.code(), Some(2));
+}
+
+#[test]
+fn what_gains_energy_is_not_written() {
+    let bench = Bench::new();
+    let head = "theta_i_deg,phi_i_deg,theta_o_deg,phi_o_deg,value\n";
+    let text = |scale: f64| {
+        let rows =
+            sheets(|i, o, a| format!("{i},0,{o},{},{}", (a + 180.0) % 360.0, scale * f_r(i, o, a)));
+        head.to_owned() + &rows
+    };
+    fs::write(bench.path("good.csv"), text(1.0)).unwrap();
+    fs::write(bench.path("bright.csv"), text(10.0)).unwrap();
+    let run = |file: &str, more: &[&str]| {
+        let args = [&["reconstruct", file, "-o", "copy.binary", "--force"], more].concat();
+        let output = bench.gonio(&args);
+        let [out, err] = [output.stdout, output.stderr].map(|b| String::from_utf8(b).unwrap());
+        (output.status.code(), out, err)
+    };
+    let (code, out, err) = run("bright.csv", &[]);
+    assert_eq!(code, Some(6), "{err}");
+    assert!(
+        err.contains("the albedo is") && err.contains("--accept-energy"),
+        "{err}"
+    );
+    assert!(out.contains("albedo: ") && !bench.path("copy.binary").exists());
+    let (code, _, err) = run("bright.csv", &["--accept-energy"]);
+    assert_eq!(code, Some(0), "{err}");
+    let (code, out, err) = run("good.csv", &[]);
+    assert_eq!(code, Some(0), "{err}");
+    let largest = out
+        .lines()
+        .find_map(|l| l.strip_prefix("largest value: "))
+        .unwrap();
+    let largest: f64 = largest.trim_end_matches(" 1/sr").parse().unwrap();
+    assert!((2.0..9.0).contains(&largest), "{out}");
+    assert!(out.contains("coverage of the table: "), "{out}");
+
+    // Cells without readings about them are left out if asked.
+    let cells = || {
+        let bytes = fs::read(bench.path("copy.binary")).unwrap();
+        let values = bytes[12..].chunks_exact(8);
+        values
+            .map(|c| f64::from_le_bytes(c.try_into().unwrap()))
+            .collect::<Vec<_>>()
+    };
+    let all = cells();
+    let (code, _, err) = run("good.csv", &["--fill", "none"]);
+    assert_eq!(code, Some(0), "{err}");
+    let some = cells();
+    let without = |cells: &[f64]| cells.iter().filter(|c| **c < 0.0).count();
+    assert!(without(&some) > without(&all) + all.len() / 100);
+    for (some, all) in some.iter().zip(&all).filter(|(some, _)| **some >= 0.0) {
+        assert_eq!(some, all);
+    }
+    run("good.csv", &["--fill", "nearest"]);
+    // The largest reading, in units of a MERL file's red.
+    let red = 2.1 * 1500.0;
+    assert!(cells().iter().take(all.len() / 3).all(|c| *c <= red * 4.0));
+    assert_eq!(run("good.csv", &["--fill", "some"]).0, Some(2));
 }

@@ -19,7 +19,13 @@ fn a_full_set_covers_all_and_a_half_one_its_half() {
     let brdf = NearestReading::default().reconstruct(&m).unwrap();
     let grid = || {
         let angles = (0..8).flat_map(|i| (0..8).flat_map(move |o| (0..7).map(move |a| (i, o, a))));
-        angles.map(|(i, o, a)| pair(10.0 * f64::from(i), 10.0 * f64::from(o), 30.0 * f64::from(a)))
+        angles.map(|(i, o, a)| {
+            pair(
+                10.0 * f64::from(i),
+                10.0 * f64::from(o),
+                30.0 * f64::from(a),
+            )
+        })
     };
     let share = |covered: &Covered<'_>, of: Coverage, keep: &dyn Fn(&DirectionPair) -> bool| {
         let pairs: Vec<_> = grid().filter(|p| keep(p)).collect();
