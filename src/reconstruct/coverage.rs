@@ -19,7 +19,8 @@ use std::sync::atomic::{AtomicU64, Ordering};
 /// How a pair lies to the readings.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Coverage {
-    /// Readings surround it, or the next one is as near as readings are to each other.
+    /// Readings surround it, or the next one is as near as readings are to each other, and within a tenth
+    /// of the range of the coordinates.
     Interpolated,
     /// Readings lie on one side of it.
     Extrapolated,
@@ -62,6 +63,9 @@ const NEIGHBOURS: NonZeroUsize = NonZeroUsize::MIN.saturating_add(15);
 
 /// Distance from all readings beyond which a pair is unknown, in units of the range of coordinates.
 const FAR: f64 = 1.0 / 3.0;
+
+/// Distance within which a reading speaks for a pair, however far apart readings are: 9° of 90°.
+const NEAR: f64 = 0.1;
 
 /// The poses of some readings, in as many dimensions as their coordinates have.
 enum Places {
@@ -143,7 +147,7 @@ fn coverage<const K: usize>(places: &Embedded<K>, pair: &DirectionPair) -> Cover
     let nearest = found.distance2[0].sqrt();
     if nearest > FAR {
         Coverage::Unknown
-    } else if surrounded || nearest <= places.gap(found.index[0]) {
+    } else if surrounded || nearest <= places.gap(found.index[0]).min(NEAR) {
         Coverage::Interpolated
     } else {
         Coverage::Extrapolated

@@ -22,7 +22,7 @@ pub(super) const ENTRY: Entry<dyn Reconstruct> = Entry {
 };
 
 /// The nearest reading, as a config writes it.
-#[derive(Clone, Debug, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct NearestReading {
     /// Coordinates of the search; by default those of the schedule.
@@ -33,15 +33,6 @@ pub struct NearestReading {
     /// none.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub stretch: Option<f64>,
-}
-
-impl Default for NearestReading {
-    fn default() -> Self {
-        Self {
-            coordinates: None,
-            stretch: None,
-        }
-    }
 }
 
 impl NearestReading {
