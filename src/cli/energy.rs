@@ -9,13 +9,16 @@ use clap::Args;
 /// Options of what is written as a table.
 #[derive(Clone, Copy, Debug, Args)]
 pub(super) struct EnergyArgs {
-    /// Write the table also if the BRDF reflects more than it receives
+    /// Write the table also if the BRDF reflects more than it receives, seen from 0° or 60°
     #[arg(long)]
     accept_energy: bool,
 }
 
 /// Views that are asked, degrees.
 const VIEWS_DEG: [f64; 2] = [0.0, 60.0];
+
+/// Azimuths of the views of a BRDF that is not isotropic, degrees; the largest albedo counts.
+const AZIMUTHS_DEG: [f64; 8] = [0.0, 45.0, 90.0, 135.0, 180.0, 225.0, 270.0, 315.0];
 
 impl EnergyArgs {
     /// Prints the albedo at 0° and 60°; `relative` is its uncertainty beside that of the quadrature
@@ -27,8 +30,17 @@ impl EnergyArgs {
         let mut texts = Vec::new();
         let mut above = None;
         for degrees in VIEWS_DEG {
-            let view = Direction::from_spherical(degrees.to_radians(), 0.0);
-            let albedo = laws::directional_albedo(brdf, view);
+            let azimuths = match brdf.symmetry().isotropic {
+                true => &AZIMUTHS_DEG[..1],
+                false => &AZIMUTHS_DEG,
+            };
+            let views: Vec<Direction> = azimuths
+                .iter()
+                .map(|phi: &f64| Direction::from_spherical(degrees.to_radians(), phi.to_radians()))
+                .collect();
+            let Some(laws::MaxAlbedo { albedo, .. }) = laws::max_albedo(brdf, &views) else {
+                continue;
+            };
             let value = albedo.max();
             let uncertainty = albedo.error + relative * value;
             let text = format!("{value:.4} ± {uncertainty:.1e} at {degrees}°");

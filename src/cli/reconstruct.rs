@@ -174,10 +174,14 @@ impl Reconstruct {
             compare(&*brdf, &truth)?;
         }
         if let Some((table, path)) = table {
+            let filled = || {
+                let covered = Covered::new(&*brdf, &measurement, self.fill);
+                covered.map_err(|e| Error::data(&self.measurements, e))
+            };
+            // Of its own: what it asks for is no cell of the table.
             self.energy
-                .check(&*brdf, common_uncertainty(&measurement))?;
-            let covered = Covered::new(&*brdf, &measurement, self.fill);
-            let covered = covered.map_err(|e| Error::data(&self.measurements, e))?;
+                .check(&filled()?, common_uncertainty(&measurement))?;
+            let covered = filled()?;
             tabulate::write(table, &covered, path, || "--output".into())?;
             print(&shares(&covered))?;
         }

@@ -262,8 +262,10 @@ impl SheetInterpolant {
         let high = above.clamp(last.min(1), last);
         let low = high.saturating_sub(1);
         let [a, b] = [self.sheets[low].theta, self.sheets[high].theta];
-        let t = if b > a {
-            (fall(theta) - fall(a)) / (fall(b) - fall(a))
+        let width = fall(b) - fall(a);
+        // Past the lowest cosine sheets are alike.
+        let t = if width > 0.0 {
+            (fall(theta) - fall(a)) / width
         } else {
             0.0
         };

@@ -401,3 +401,23 @@ fn sheets_may_be_of_the_sensor() {
         assert!((a - b).abs() <= 1e-9 * (a.abs() + EPSILON), "{a} {b}");
     }
 }
+
+#[test]
+fn constant_sheets_make_a_constant() {
+    let white = material(Symmetry::FULL, |_: &DirectionPair| 0.1);
+    let bench = Bench::new(vec![("white".into(), Box::new(white))], 1000);
+    // The last two lie where cosines are no longer told apart.
+    for incidences in [
+        &[30.0, 60.0, 88.0, 89.0][..],
+        &[88.0, 89.0],
+        &[0.0, 20.0],
+        &[50.0],
+    ] {
+        let schedule = schedule(&sheets(incidences, 4, 6));
+        let readings = bench.readings(&schedule);
+        let method = method("sheets", "");
+        for f in bench.values(&*method, &schedule, &readings) {
+            assert!((f - 0.1).abs() < 1e-9, "{incidences:?} {f}");
+        }
+    }
+}
