@@ -53,9 +53,8 @@ fn a_full_set_covers_all_and_a_half_one_its_half() {
     assert!(share(&covered, Coverage::Interpolated, &|p| axis(p) > 40.0) < 0.03);
     assert!(share(&covered, Coverage::Unknown, &|p| axis(p) > 65.0) > 0.97);
     // One reading covers what is near to it.
-    for outcome in m.outcomes.iter_mut().skip(1) {
-        *outcome = gonio::measurement::Outcome::NotVisited;
-    }
+    m.outcomes.fill(gonio::measurement::Outcome::NotVisited);
+    m.outcomes[0] = gonio::measurement::Outcome::Reading;
     let covered = Covered::new(&*brdf, &m, Fill::Extrapolate).unwrap();
     assert_eq!(
         covered.coverage(&m.schedule.poses[0].pair),
