@@ -143,7 +143,9 @@ impl<'a> Covered<'a> {
 
 fn coverage<const K: usize>(places: &Embedded<K>, pair: &DirectionPair) -> Coverage {
     let mut found = Found::default();
-    let surrounded = places.find(pair, NEIGHBOURS, &mut found);
+    // A few readings may be surrounded by their own images, which says nothing of what is between.
+    let surrounded =
+        places.find(pair, NEIGHBOURS, &mut found) && found.index.len() >= NEIGHBOURS.get();
     let nearest = found.distance2[0].sqrt();
     if nearest > FAR {
         Coverage::Unknown
