@@ -174,14 +174,12 @@ impl Reconstruct {
             compare(&*brdf, &truth)?;
         }
         if let Some((table, path)) = table {
-            let filled = || {
-                let covered = Covered::new(&*brdf, &measurement, self.fill);
-                covered.map_err(|e| Error::data(&self.measurements, e))
-            };
-            // Of its own: what it asks for is no cell of the table.
+            let covered = Covered::new(&*brdf, &measurement, self.fill);
+            let covered = covered.map_err(|e| Error::data(&self.measurements, e))?;
             self.energy
-                .check(&filled()?, common_uncertainty(&measurement))?;
-            let covered = filled()?;
+                .check(&covered, common_uncertainty(&measurement))?;
+            // What this asked for is no cell of the table.
+            covered.forget();
             tabulate::write(table, &covered, path, || "--output".into())?;
             print(&shares(&covered))?;
         }

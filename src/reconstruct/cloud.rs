@@ -98,6 +98,8 @@ pub(super) struct Found {
     pub distance2: Vec<f64>,
     /// Where they are from.
     pub reach: Reach,
+    /// A buffer: those of one thinner copy.
+    of_copy: Vec<usize>,
 }
 
 /// How far neighbours had to be looked for.
@@ -151,16 +153,16 @@ impl<const K: usize> Cloud<K> {
 
     /// The `k` points nearest to `x`, and more where they are flat.
     pub fn find(&self, x: &[f64; K], k: NonZeroUsize, found: &mut Found) {
-        let points = &self.points;
         found.index.clear();
         found.distance2.clear();
         self.tree.find_many(x, k, |i, d2| found.push(i, d2));
         found.reach = Reach::Nearest;
-        if fills_space(points, &found.index) {
+        if fills_space(&self.points, &found.index) {
             return;
         }
         let nearest = found.index.len();
-        let mut of_copy = Vec::with_capacity(PER_COPY.get());
+        let mut of_copy = std::mem::take(&mut found.of_copy);
+        found.reach = Reach::Flat;
         for copy in self.copies.get_or_init(|| self.thinned()) {
             of_copy.clear();
             copy.tree.find_many(x, PER_COPY, |i, d2| {
@@ -170,19 +172,29 @@ impl<const K: usize> Cloud<K> {
                     found.push(i, d2);
                 }
             });
-            if fills_space(points, &of_copy) && surrounds(points, &of_copy, x) {
+            if fills_space(&self.points, &of_copy) && self.surrounds(&of_copy, x) {
                 found.reach = Reach::Far;
-                return;
+                break;
             }
         }
-        found.reach = Reach::Flat;
-        found.index.truncate(nearest);
-        found.distance2.truncate(nearest);
+        found.of_copy = of_copy;
+        if found.reach == Reach::Flat {
+            found.index.truncate(nearest);
+            found.distance2.truncate(nearest);
+        }
     }
 
-    /// True if the points do not all lie on one side of `x`.
+    /// True if the points do not all lie on one side of `x`: their directions from it differ.
     pub fn surrounds(&self, index: &[usize], x: &[f64; K]) -> bool {
-        surrounds(&self.points, index, x)
+        let mut mean = [0.0; K];
+        for &i in index {
+            let towards: [f64; K] = std::array::from_fn(|d| self.points[i][d] - x[d]);
+            let length = towards.iter().map(|c| c * c).sum::<f64>().sqrt();
+            for (mean, c) in mean.iter_mut().zip(towards) {
+                *mean += c / length / index.len() as f64;
+            }
+        }
+        mean.iter().map(|c| c * c).sum::<f64>() < ONE_SIDE * ONE_SIDE
     }
 
     /// Distance of point `i` to the next one that is elsewhere, 0 if there is none near.
@@ -289,19 +301,6 @@ fn fills_space<const K: usize>(points: &[[f64; K]], index: &[usize]) -> bool {
         }
     }
     true
-}
-
-/// True if the points do not all lie on one side of `x`: their directions from it differ.
-fn surrounds<const K: usize>(points: &[[f64; K]], index: &[usize], x: &[f64; K]) -> bool {
-    let mut mean = [0.0; K];
-    for &i in index {
-        let towards: [f64; K] = std::array::from_fn(|d| points[i][d] - x[d]);
-        let length = towards.iter().map(|c| c * c).sum::<f64>().sqrt();
-        for (mean, c) in mean.iter_mut().zip(towards) {
-            *mean += c / length / index.len() as f64;
-        }
-    }
-    mean.iter().map(|c| c * c).sum::<f64>() < ONE_SIDE * ONE_SIDE
 }
 
 /// Covariance of some points.

@@ -125,7 +125,15 @@ impl<'a> Covered<'a> {
         }
     }
 
-    /// Shares of the pairs above the horizon that were asked for, by [`Coverage::ALL`]; 0 before any was.
+    /// Forgets what was asked for.
+    pub fn forget(&self) {
+        for n in &self.asked {
+            n.store(0, Ordering::Relaxed);
+        }
+    }
+
+    /// Shares of the pairs above the horizon that were asked for since the start, or since
+    /// [`forget`](Self::forget), by [`Coverage::ALL`]; 0 before any was.
     pub fn shares(&self) -> [f64; 3] {
         let asked = self.asked.each_ref().map(|n| n.load(Ordering::Relaxed));
         let all = asked.iter().sum::<u64>().max(1);

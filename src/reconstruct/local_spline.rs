@@ -67,18 +67,29 @@ pub(super) struct Local {
 }
 
 /// A kernel of the squared distance.
-type Kernel = fn(f64) -> f64;
-
-/// φ(r) = r² ln r from r², as ½ r² ln r²; 0 at 0.
-#[inline]
-fn thin_plate(r2: f64) -> f64 {
-    if r2 > 0.0 { 0.5 * r2 * r2.ln() } else { 0.0 }
+trait Kernel {
+    /// φ(r) from r².
+    fn of(r2: f64) -> f64;
 }
 
-/// φ(r) = −r from r².
-#[inline]
-fn linear(r2: f64) -> f64 {
-    -r2.sqrt()
+/// φ(r) = r² ln r, as ½ r² ln r²; 0 at 0.
+struct Biharmonic;
+
+impl Kernel for Biharmonic {
+    #[inline]
+    fn of(r2: f64) -> f64 {
+        if r2 > 0.0 { 0.5 * r2 * r2.ln() } else { 0.0 }
+    }
+}
+
+/// φ(r) = −r.
+struct Linear;
+
+impl Kernel for Linear {
+    #[inline]
+    fn of(r2: f64) -> f64 {
+        -r2.sqrt()
+    }
 }
 
 #[inline]
@@ -117,6 +128,8 @@ pub(super) struct Scratch<const K: usize> {
     of_free: Vec<f64>,
     /// A weight per neighbour.
     weights: Vec<f64>,
+    /// Smallest and largest value of the neighbours, per channel.
+    ranges: Vec<[f64; 2]>,
 }
 
 impl<const K: usize> ScatteredRule<K> for Local {
@@ -137,6 +150,7 @@ impl<const K: usize> ScatteredRule<K> for Local {
             matrix: Vec::new(),
             of_free: Vec::new(),
             weights: Vec::new(),
+            ranges: Vec::new(),
         })
     }
 
@@ -161,23 +175,23 @@ impl<const K: usize> ScatteredRule<K> for Local {
 
 impl Local {
     /// Σ weight · value, kept near the range of the values.
-    fn combine<const K: usize>(&self, cloud: &Cloud<K>, s: &Scratch<K>, out: &mut [f64]) {
+    fn combine<const K: usize>(&self, cloud: &Cloud<K>, s: &mut Scratch<K>, out: &mut [f64]) {
         out.fill(0.0);
+        s.ranges.clear();
+        s.ranges
+            .resize(out.len(), [f64::INFINITY, f64::NEG_INFINITY]);
         for (&i, &w) in s.found.index.iter().zip(&s.weights) {
-            for (out, y) in out.iter_mut().zip(cloud.value(i)) {
+            for ((out, range), &y) in out.iter_mut().zip(&mut s.ranges).zip(cloud.value(i)) {
                 *out += w * y;
+                *range = [range[0].min(y), range[1].max(y)];
             }
         }
-        for (channel, out) in out.iter_mut().enumerate() {
-            let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
-            for &i in &s.found.index {
-                let y = cloud.value(i)[channel];
-                (low, high) = (low.min(y), high.max(y));
-            }
-            let slack = match s.found.reach {
-                Reach::Flat => 0.0,
-                Reach::Nearest | Reach::Far => OVERSHOOT * (high - low),
-            };
+        let overshoot = match s.found.reach {
+            Reach::Flat => 0.0,
+            Reach::Nearest | Reach::Far => OVERSHOOT,
+        };
+        for (out, &[low, high]) in out.iter_mut().zip(&s.ranges) {
+            let slack = overshoot * (high - low);
             *out = out.clamp(low - slack, high + slack.min(self.above));
         }
     }
@@ -188,36 +202,41 @@ impl<const K: usize> Scratch<K> {
     fn weigh(&mut self, cloud: &Cloud<K>, x: &[f64; K]) -> bool {
         self.localise(cloud, x);
         self.eliminate();
-        let kernel = if self.lagrange.len() == K + 1 {
-            thin_plate
-        } else {
-            linear
-        };
-        let query = self.query;
         self.largest = match self.found.reach {
             Reach::Nearest if !cloud.is_in_sheets() => LARGEST_OF_SPACE,
             reach => LARGEST_WEIGHTS[reach as usize],
         };
-        let mut found = false;
-        for nugget in NUGGETS {
-            let Some(factor) = self.factor(kernel, nugget) else {
-                continue;
-            };
-            found = true;
-            if self.weights_at(&query, kernel, &factor) <= self.largest {
-                self.matrix = factor.unpack_dirty().data.into();
-                return true;
-            }
-            if nugget == NUGGETS[NUGGETS.len() - 1] {
-                self.approach(kernel, &factor);
-            }
-            self.matrix = factor.unpack_dirty().data.into();
-        }
+        let found = if self.lagrange.len() == K + 1 {
+            self.solve::<Biharmonic>()
+        } else {
+            self.solve::<Linear>()
+        };
         found && self.weights.iter().all(|w| w.is_finite())
     }
 
+    /// Solves for the weights with the first nugget that keeps them small; false if none can.
+    fn solve<P: Kernel>(&mut self) -> bool {
+        let query = self.query;
+        let mut found = false;
+        for (i, &nugget) in NUGGETS.iter().enumerate() {
+            let Some(factor) = self.factor::<P>(nugget) else {
+                continue;
+            };
+            found = true;
+            let is_small = self.weights_at::<P>(&query, &factor) <= self.largest;
+            if !is_small && i + 1 == NUGGETS.len() {
+                self.approach::<P>(&factor);
+            }
+            self.matrix = factor.unpack_dirty().data.into();
+            if is_small {
+                break;
+            }
+        }
+        found
+    }
+
     /// Moves the query towards its nearest neighbour until its weights are small enough.
-    fn approach(&mut self, kernel: Kernel, factor: &Cholesky<f64, Dyn>) {
+    fn approach<P: Kernel>(&mut self, factor: &Cholesky<f64, Dyn>) {
         let [query, nearest] = [self.query, self.points[0]];
         let between = |t: f64| -> [f64; K] {
             std::array::from_fn(|d| query[d] + t * (nearest[d] - query[d]))
@@ -225,13 +244,13 @@ impl<const K: usize> Scratch<K> {
         let [mut outside, mut inside] = [0.0, 1.0];
         for _ in 0..STEPS {
             let t = 0.5 * (outside + inside);
-            if self.weights_at(&between(t), kernel, factor) <= self.largest {
+            if self.weights_at::<P>(&between(t), factor) <= self.largest {
                 inside = t;
             } else {
                 outside = t;
             }
         }
-        self.weights_at(&between(inside), kernel, factor);
+        self.weights_at::<P>(&between(inside), factor);
     }
 
     /// Moves the query to 0 and the farthest neighbour to distance 1.
@@ -345,9 +364,8 @@ impl<const K: usize> Scratch<K> {
 
     /// φ from a place to the Lagrange points minus half their own correction.
     #[inline]
-    fn towards_lagrange(
+    fn towards_lagrange<P: Kernel>(
         &self,
-        kernel: Kernel,
         place: &[f64; K],
         row: &[f64; MOST],
         at: impl Fn(usize) -> f64,
@@ -359,24 +377,24 @@ impl<const K: usize> Scratch<K> {
                 .iter()
                 .map(|&(_, j)| row[j] * self.own[i][j])
                 .sum();
-            t[i] = kernel(distance2(place, &self.points[b])) + at(b) - 0.5 * correction;
+            t[i] = P::of(distance2(place, &self.points[b])) + at(b) - 0.5 * correction;
         }
         t
     }
 
     /// The factored reduced system; `None` if it is not positive definite.
-    fn factor(&mut self, kernel: Kernel, nugget: f64) -> Option<Cholesky<f64, Dyn>> {
+    fn factor<P: Kernel>(&mut self, nugget: f64) -> Option<Cholesky<f64, Dyn>> {
         let at = |a: usize, b: usize| if a == b { nugget } else { 0.0 };
         self.own = [[0.0; MOST]; MOST];
         for &(a, i) in &self.lagrange {
             for &(b, j) in &self.lagrange {
-                self.own[i][j] = kernel(distance2(&self.points[a], &self.points[b])) + at(a, b);
+                self.own[i][j] = P::of(distance2(&self.points[a], &self.points[b])) + at(a, b);
             }
         }
         let mut to_lagrange = std::mem::take(&mut self.to_lagrange);
         to_lagrange.clear();
         for (a, (row, point)) in self.basis.iter().zip(&self.points).enumerate() {
-            to_lagrange.push(self.towards_lagrange(kernel, point, row, |b| at(a, b)));
+            to_lagrange.push(self.towards_lagrange::<P>(point, row, |b| at(a, b)));
         }
         self.to_lagrange = to_lagrange;
         let n = self.free.len();
@@ -388,7 +406,7 @@ impl<const K: usize> Scratch<K> {
             let pa = &self.points[a];
             // Cholesky reads the lower triangle; storage is column-major.
             for (row, &b) in self.free.iter().enumerate().skip(column) {
-                let phi = kernel(distance2(pa, &self.points[b])) + at(a, b);
+                let phi = P::of(distance2(pa, &self.points[b])) + at(a, b);
                 matrix[column * n + row] = Self::reduced(phi, of(a), of(b));
             }
         }
@@ -396,18 +414,18 @@ impl<const K: usize> Scratch<K> {
     }
 
     /// Sets the weights of the neighbours at a place; the sum of their sizes, NaN if they overflow.
-    fn weights_at(&mut self, q: &[f64; K], kernel: Kernel, factor: &Cholesky<f64, Dyn>) -> f64 {
+    fn weights_at<P: Kernel>(&mut self, q: &[f64; K], factor: &Cholesky<f64, Dyn>) -> f64 {
         let mut p = self.polynomials[0];
         for (q, row) in q.iter().zip(&self.polynomials[1..]) {
             for (p, row) in p.iter_mut().zip(row) {
                 *p += q * row;
             }
         }
-        let t = self.towards_lagrange(kernel, q, &p, |_| 0.0);
+        let t = self.towards_lagrange::<P>(q, &p, |_| 0.0);
         let mut rhs = std::mem::take(&mut self.of_free);
         rhs.clear();
         for &a in &self.free {
-            let phi = kernel(distance2(q, &self.points[a]));
+            let phi = P::of(distance2(q, &self.points[a]));
             let of = [&self.basis[a], &self.to_lagrange[a]];
             rhs.push(Self::reduced(phi, of, [&p, &t]));
         }

@@ -273,12 +273,17 @@ impl SheetInterpolant {
         let distance = (theta - a).abs().min((theta - b).abs());
         let weight = distance.max(ON_SHEET).powi(-2);
         let [on_low, on_high] = values;
-        for (sheet, value) in [(low, &mut *on_low), (high, &mut *on_high)] {
-            let sheet = &self.sheets[sheet];
+        let on = |sheet: &Sheet, value: &mut [f64], scratch: &mut Box<Scratch<2>>| {
             let x = place(pair, sheet.theta);
             self.rule.interpolate(&sheet.cloud, &x, scratch, value);
+        };
+        on(&self.sheets[low], on_low, scratch);
+        if t == 0.0 {
+            on_high.copy_from_slice(on_low);
+        } else {
+            on(&self.sheets[high], on_high, scratch);
         }
-        for ((out, &a), &b) in out.iter_mut().zip(&**on_low).zip(&**on_high) {
+        for ((out, &a), &b) in out.iter_mut().zip(&*on_low).zip(&*on_high) {
             let y = a + t * (b - a);
             *out += weight * y.min(a.max(b) + self.rule.above);
         }

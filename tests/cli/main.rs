@@ -69,6 +69,18 @@ kind = "inverse-distance"
 pairs = 500
 "#;
 
+/// One schedule of `small.toml`.
+const ONE_SCHEDULE: [&str; 8] = [
+    "--budget",
+    "150",
+    "--warp",
+    "none",
+    "--sample-set",
+    "grid",
+    "--seed",
+    "1",
+];
+
 /// Materials of experiments on moments.
 const MATERIALS: &str = r#"
 [[material]]

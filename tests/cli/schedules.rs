@@ -1,24 +1,15 @@
 //! Schedules for instruments.
 
-use super::Bench;
+use super::{Bench, ONE_SCHEDULE};
 use std::fs;
 use std::process::Stdio;
 
 #[test]
 fn schedules_say_the_same_in_both_formats() {
     let bench = Bench::new();
-    let choice = [
-        "--budget",
-        "150",
-        "--warp",
-        "none",
-        "--sample-set",
-        "grid",
-        "--seed",
-        "1",
-    ];
-    let schedule =
-        |more: &[&str]| bench.good(&[&["schedule", "small.toml"], &choice[..], more].concat());
+    let schedule = |more: &[&str]| {
+        bench.good(&[&["schedule", "small.toml"], &ONE_SCHEDULE[..], more].concat())
+    };
     schedule(&["-o", "s.csv"]);
     schedule(&["-o", "s.jsonl"]);
     let text = bench.read("s.csv");

@@ -1,6 +1,6 @@
 //! Readings of others, and what is still to be read.
 
-use super::Bench;
+use super::{Bench, ONE_SCHEDULE};
 use std::fs;
 
 /// A matte layer below a lobe at the mirror direction, 1/sr.
@@ -126,18 +126,8 @@ fn a_laboratory_s_table_is_read_as_its_options_say() {
 #[test]
 fn what_is_left_of_a_schedule_is_written() {
     let bench = Bench::new();
-    let choice = [
-        "--budget",
-        "150",
-        "--warp",
-        "none",
-        "--sample-set",
-        "grid",
-        "--seed",
-        "1",
-    ];
     let schedule = |more: &[&str]| {
-        let all = [&["schedule", "small.toml"], &choice[..], more].concat();
+        let all = [&["schedule", "small.toml"], &ONE_SCHEDULE[..], more].concat();
         let output = bench.gonio(&all);
         let told = String::from_utf8(output.stderr).unwrap();
         assert_eq!(output.status.code(), Some(0), "{told}");
@@ -197,7 +187,7 @@ fn what_is_left_of_a_schedule_is_written() {
         let to_stdout = bench.good(
             &[
                 &["schedule", "small.toml"],
-                &choice[..],
+                &ONE_SCHEDULE[..],
                 instrument,
                 &["--append", "both.csv"],
             ]
