@@ -117,5 +117,6 @@ pub mod sampling;
 pub mod schedule;
 #[cfg(feature = "experiments")]
 pub mod statistics;
+pub mod validation;
 
 pub use error::Error;

@@ -8,6 +8,7 @@ mod brdf_args;
 mod check;
 mod claims;
 mod config_args;
+mod cross_validation;
 mod distortion;
 mod energy;
 mod init;

@@ -2,13 +2,14 @@
 
 use super::brdf_args::{BrdfArgs, is_config};
 use super::check::words;
+use super::cross_validation::{CrossValidationArgs, print_scores};
 use super::energy::EnergyArgs;
 use super::reading::ReadingArgs;
 use super::{ThreadArgs, build, choose_material, format_names, print, refuse_existing, tabulate};
 use crate::brdf::Brdf;
 use crate::error::{Error, ParameterError, excerpt, one_of};
 use crate::experiment::{AnyPlan, Kind, Source};
-use crate::formats::{Format, READ_READINGS, WRITE_TABLE};
+use crate::formats::{self, Format, READ_READINGS, WRITE_TABLE};
 use crate::geometry::Symmetry;
 use crate::measurement::{Flags, Measurement, Outcome};
 use crate::metrics::{self, Errors, Measure, MetricsSpec};
@@ -17,9 +18,11 @@ use crate::reconstruct::{self, Coverage, Covered, Fill};
 use crate::report::Columns;
 use crate::schedule::Pose;
 use crate::schedule::{Assume, Unreachable};
+use crate::validation::{self, Jury};
 use clap::Args;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 /// Pixels along each side of the picture.
 const PICTURE: usize = 200;
@@ -42,8 +45,9 @@ pub(super) struct Reconstruct {
     #[arg(help = format!("The readings ({}); text of another name is told by its first lines",
         READ_READINGS.extensions(".")))]
     measurements: PathBuf,
-    /// A kind of reconstruction, see `gonio list reconstructions` [default: cubic if the readings are
-    /// on a grid, else thin-plate]
+    /// A kind of reconstruction, see `gonio list reconstructions`, or auto: the one that predicts
+    /// readings best that it was not given, in the coordinates where it does [default: auto; of
+    /// readings of our own schedules cubic if they are on a grid, else thin-plate]
     #[arg(long, value_name = "KIND")]
     reconstruction: Option<String>,
     /// Set a key of the reconstruction, e.g. values=linear
@@ -67,8 +71,10 @@ pub(super) struct Reconstruct {
     fill: Fill,
     #[command(flatten)]
     energy: EnergyArgs,
-    /// Compare with a truth: a config, a table or a kind of material
-    #[arg(long, value_name = "CONFIG|BRDF")]
+    #[command(flatten)]
+    cross_validation: CrossValidationArgs,
+    /// Compare with a truth: a config, a table, a kind of material, or other readings
+    #[arg(long, value_name = "CONFIG|BRDF|READINGS")]
     against: Option<String>,
     /// The material of --against, by its name; not needed if there is only one
     #[arg(long, value_name = "NAME", requires = "against")]
@@ -142,11 +148,16 @@ fn shares(covered: &Covered<'_>) -> String {
     )
 }
 
-/// The truth that a reconstruction is compared with, and the test pairs.
-struct Truth {
-    brdf: Box<dyn Brdf>,
-    metrics: MetricsSpec,
+/// What a reconstruction is compared with.
+enum Truth {
+    /// Another BRDF, at test pairs.
+    Brdf(Box<dyn Brdf>, MetricsSpec),
+    /// Other readings.
+    Readings(Jury),
 }
+
+/// The name of the choice by cross-validation.
+const AUTO: &str = "auto";
 
 impl Reconstruct {
     pub(super) fn run(self) -> Result<(), Error> {
@@ -162,16 +173,21 @@ impl Reconstruct {
             None => None,
         };
         self.check_parametrization()?;
-        let (measurement, notes) = self.read()?;
-        let method = self.method(&measurement)?;
+        let named = self.named()?;
+        let (measurement, notes) = self.read(&self.measurements)?;
         print(&(material_of(&measurement) + &notes))?;
         let truth = self.truth(&measurement)?;
+        let method = self.method(named, &measurement)?;
         let brdf = method
             .reconstruct(&measurement)
             .map_err(|e| Error::data(&self.measurements, e))?;
         print(&format!("reconstruction: {}\n", method.label()))?;
-        if let Some(truth) = truth {
-            compare(&*brdf, &truth)?;
+        match truth {
+            Some(Truth::Brdf(truth, metrics)) => compare(&*brdf, &*truth, &metrics)?,
+            Some(Truth::Readings(jury)) => {
+                print_scores(&jury.errors(&metrics::evaluate(&*brdf, jury.pairs())))?;
+            }
+            None => {}
         }
         if let Some((table, path)) = table {
             let covered = Covered::new(&*brdf, &measurement, self.fill);
@@ -205,8 +221,8 @@ impl Reconstruct {
         Err(Error::config("--parametrization", message))
     }
 
-    /// The measurement, and notes on its file.
-    fn read(&self) -> Result<(Measurement, String), Error> {
+    /// The measurement of a file, and notes on it.
+    fn read(&self, path: &Path) -> Result<(Measurement, String), Error> {
         let assume = Assume {
             parametrization: self.parametrization.clone(),
             symmetry: self.symmetry,
@@ -214,28 +230,28 @@ impl Reconstruct {
             axes: super::axis_names()?,
             ..Assume::default()
         };
-        let readings = self.reading.read(&self.measurements, assume)?;
+        let readings = self.reading.read(path, assume)?;
         let notes = readings.notes.into_iter().map(|note| note + "\n");
         Ok((readings.measurement, notes.collect()))
     }
 
-    fn method(
-        &self,
-        measurement: &Measurement,
-    ) -> Result<Box<dyn reconstruct::Reconstruct>, Error> {
-        let kind = self.reconstruction.as_deref().unwrap_or({
-            if measurement.schedule.lattice.is_some() {
-                "cubic"
-            } else {
-                "thin-plate"
-            }
-        });
+    /// The method that is asked for, if any is.
+    fn named(&self) -> Result<Option<Arc<dyn reconstruct::Reconstruct>>, Error> {
+        let Some(kind) = self.reconstruction.as_deref().filter(|kind| *kind != AUTO) else {
+            return match self.set.first() {
+                Some(set) => Err(Error::config(
+                    format!("--set {set}"),
+                    "no reconstruction is named; allowed: --set with --reconstruction KIND",
+                )),
+                None => Ok(None),
+            };
+        };
         let all = reconstruct::all();
         let Some(entry) = all.iter().find(|e| e.kind == kind) else {
             let message = format!(
                 "{:?} is no reconstruction; allowed: {}",
                 excerpt(kind),
-                one_of(kind, all.iter().map(|e| e.kind))
+                one_of(kind, all.iter().map(|e| e.kind).chain([AUTO]))
             );
             return Err(Error::config("--reconstruction", message));
         };
@@ -245,13 +261,42 @@ impl Reconstruct {
         }
         let method = (entry.read)(keys.table()?).map_err(|e| keys.error(e))?;
         method.check().map_err(|e| Error::config("--set", e))?;
-        Ok(method)
+        Ok(Some(Arc::from(method)))
+    }
+
+    /// The method that is asked for, else that of the file's kind; says how good it is.
+    fn method(
+        &self,
+        named: Option<Arc<dyn reconstruct::Reconstruct>>,
+        measurement: &Measurement,
+    ) -> Result<Arc<dyn reconstruct::Reconstruct>, Error> {
+        let ours = self.reconstruction.is_none() && !measurement.schedule.is_of_others();
+        let default = || validation::plain(&measurement.schedule);
+        let method = named.or_else(|| ours.then(default));
+        let methods = method.iter().cloned().collect();
+        let path = &self.measurements;
+        let best = self.cross_validation.choose(measurement, path, methods)?;
+        Ok(method.or(best).unwrap_or_else(default))
     }
 
     fn truth(&self, measurement: &Measurement) -> Result<Option<Truth>, Error> {
         let Some(target) = &self.against else {
             return Ok(None);
         };
+        let path = Path::new(target);
+        let format = formats::of_name(path);
+        if format.is_some_and(|f| f.read_readings.is_some() && f.read_table.is_none()) {
+            let (other, notes) = self.read(path)?;
+            print(&format!(
+                "against {}: {}{notes}",
+                path.display(),
+                material_of(&other)
+            ))?;
+            return match Jury::new(&other) {
+                Ok(jury) => Ok(Some(Truth::Readings(jury))),
+                Err(e) => Err(Error::data(path, e)),
+            };
+        }
         let source = BrdfArgs::of(target).source()?;
         let (materials, metrics) = if is_config(target) && !Kind::of(&source)?.has_profiles() {
             let plan = super::plan(&source)?;
@@ -262,7 +307,7 @@ impl Reconstruct {
         };
         let material = choose_material(&materials, self.material.as_deref())?;
         let brdf = build(material, measurement.channels.clone())?;
-        Ok(Some(Truth { brdf, metrics }))
+        Ok(Some(Truth::Brdf(brdf, metrics)))
     }
 }
 
@@ -331,13 +376,13 @@ fn material_of(measurement: &Measurement) -> String {
 }
 
 /// Prints the errors against a truth under both measures.
-fn compare(brdf: &dyn Brdf, truth: &Truth) -> Result<(), Error> {
+fn compare(brdf: &dyn Brdf, truth: &dyn Brdf, metrics: &MetricsSpec) -> Result<(), Error> {
     let names = Errors::QUANTITIES.map(|(quantity, _)| format!("\t>{}", quantity.name));
     let mut text = Columns::new(&format!("measure{}", names.concat()));
     for measure in Measure::ALL {
-        let pairs = metrics::test_pairs(measure, &truth.metrics)
-            .map_err(|e| Error::config("metrics", e))?;
-        let values = [&*truth.brdf, brdf].map(|brdf| metrics::evaluate(brdf, &pairs));
+        let pairs =
+            metrics::test_pairs(measure, metrics).map_err(|e| Error::config("metrics", e))?;
+        let values = [truth, brdf].map(|brdf| metrics::evaluate(brdf, &pairs));
         let errors = metrics::compare(&pairs, &values[0], &values[1]);
         let number = |v: Option<f64>| v.map_or("undefined".into(), |v| format!("{v:.4e}"));
         let values = Errors::QUANTITIES.map(|(_, of)| format!("\t{}", number(of(&errors))));

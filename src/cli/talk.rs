@@ -37,6 +37,11 @@ pub(super) fn is_quiet() -> bool {
     TALK.get().is_some_and(|talk| talk.quiet)
 }
 
+/// True if everything is told.
+pub(super) fn is_verbose() -> bool {
+    TALK.get().is_some_and(|talk| talk.verbose)
+}
+
 /// Writes a line to stderr. Where nobody reads stderr any more there is nobody to tell, and no
 /// reason to end otherwise than without that line (`eprintln!` would panic).
 pub fn say(line: &str) {
@@ -57,7 +62,7 @@ pub(super) fn wrote(path: &Path) {
 
 /// Tells what is only told with `--verbose`.
 pub(super) fn detail(line: impl FnOnce() -> String) {
-    if TALK.get().is_some_and(|talk| talk.verbose) {
+    if is_verbose() {
         say(&line());
     }
 }

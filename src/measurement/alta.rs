@@ -38,6 +38,7 @@ use crate::error::excerpt;
 use crate::geometry::{Direction, DirectionPair, Symmetry};
 use crate::numeric::{GRAZING_COS, safe_sqrt};
 use crate::schedule::convention::names;
+use crate::schedule::export::FROM_FILE;
 use crate::schedule::import::form;
 use crate::schedule::table::Table;
 use crate::schedule::{Assume, Azimuth, Conventions, FileError, Pose, Quantity, Schedule};
@@ -328,7 +329,7 @@ pub fn read(text: &str, name: &str, assume: &Assume) -> Result<AltaFile, FileErr
         }),
         schedule: Arc::new(Schedule {
             parametrization,
-            sample_set: "file".into(),
+            sample_set: FROM_FILE.into(),
             poses,
             lattice: None,
             unphysical_share: 0.0,

@@ -82,13 +82,41 @@ impl Errors {
 /// # Panics
 /// If the three lengths differ.
 pub fn compare(pairs: &[DirectionPair], truth: &Values, reconstruction: &Values) -> Errors {
+    averages(pairs, |_| 1.0, truth, reconstruction)
+}
+
+/// [`compare`] with a weight ≥ 0 per pair: averages are weighted, and pairs of weight 0 are not
+/// compared.
+///
+/// # Panics
+/// If the four lengths differ.
+pub fn compare_weighted(
+    pairs: &[DirectionPair],
+    weights: &[f64],
+    truth: &Values,
+    reconstruction: &Values,
+) -> Errors {
+    assert_eq!(pairs.len(), weights.len());
+    averages(pairs, |i| weights[i], truth, reconstruction)
+}
+
+fn averages(
+    pairs: &[DirectionPair],
+    weight: impl Fn(usize) -> f64,
+    truth: &Values,
+    reconstruction: &Values,
+) -> Errors {
     assert_eq!(pairs.len(), truth.luminance.len());
     assert_eq!(pairs.len(), reconstruction.luminance.len());
     let [mut difference2, mut truth2, mut cbrt2] = [Sum::default(); 3];
-    let [mut log_relative, mut log1p, mut relative] = [Sum::default(); 3];
+    let [mut log_relative, mut log1p, mut relative, mut all] = [Sum::default(); 4];
     let mut max_relative = 0.0_f64;
     let (mut compared, mut missing, mut unreconstructed) = (0_usize, 0_usize, 0_usize);
     for (i, pair) in pairs.iter().enumerate() {
+        let w = weight(i);
+        if w == 0.0 {
+            continue;
+        }
         let Some(f) = truth.get(i) else {
             missing += 1;
             continue;
@@ -98,20 +126,21 @@ pub fn compare(pairs: &[DirectionPair], truth: &Values, reconstruction: &Values)
             continue;
         };
         compared += 1;
+        all.add(w);
         let cos = pair.omega_i.cos_theta();
         let (f_cos, g_cos, difference) = (f * cos, g * cos, g - f);
-        difference2.add((difference * cos) * (difference * cos));
-        truth2.add(f_cos * f_cos);
+        difference2.add(w * (difference * cos) * (difference * cos));
+        truth2.add(w * f_cos * f_cos);
         let cbrt = g_cos.cbrt() - f_cos.cbrt();
-        cbrt2.add(cbrt * cbrt);
-        log_relative.add(((g + FLOOR) / (f + FLOOR)).ln().abs());
+        cbrt2.add(w * cbrt * cbrt);
+        log_relative.add(w * ((g + FLOOR) / (f + FLOOR)).ln().abs());
         // One logarithm instead of two, and no cancellation where g is close to f.
-        log1p.add((difference * cos / (1.0 + f_cos)).ln_1p().abs());
+        log1p.add(w * (difference * cos / (1.0 + f_cos)).ln_1p().abs());
         let r = difference.abs() / f.max(FLOOR);
-        relative.add(r);
+        relative.add(w * r);
         max_relative = max_relative.max(r);
     }
-    let mean = |sum: Sum| defined(sum.value() / compared as f64);
+    let mean = |sum: Sum| defined(sum.value() / all.value());
     Errors {
         nrmse: defined((difference2.value() / truth2.value()).sqrt()),
         log_relative: mean(log_relative),
@@ -196,6 +225,23 @@ mod tests {
             assert_eq!(errors.pairs, 1000);
             assert_eq!((errors.pairs_missing, errors.pairs_unreconstructed), (0, 0));
         }
+    }
+
+    #[test]
+    fn a_weight_is_a_number_of_equal_pairs() {
+        let pairs = pairs(60);
+        let [f, g] = [3.7, 5.1].map(|k| (0..60).map(|i| 1.0 + f64::sin(k * i as f64)).collect());
+        let [f, g] = [f, g].map(|v: Vec<f64>| v);
+        let weights: Vec<f64> = (0..60).map(|i| f64::from(i % 4)).collect();
+        let often = || (0..60).flat_map(|i| std::iter::repeat_n(i, i % 4));
+        let many: Vec<_> = often().map(|i| pairs[i]).collect();
+        let of = |v: &[f64]| values(often().map(|i| v[i]).collect());
+        let repeated = compare(&many, &of(&f), &of(&g));
+        let weighted = compare_weighted(&pairs, &weights, &values(f), &values(g));
+        for (_, of) in Errors::QUANTITIES {
+            close(of(&weighted), of(&repeated).unwrap());
+        }
+        assert_eq!((weighted.pairs, repeated.pairs), (45, 90));
     }
 
     #[test]

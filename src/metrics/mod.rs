@@ -23,7 +23,7 @@ mod pairs;
 mod quantity;
 
 pub use albedo::AlbedoProbe;
-pub use errors::{Errors, compare};
+pub use errors::{Errors, compare, compare_weighted};
 pub use pairs::{Measure, MetricsSpec, test_pairs};
 pub use quantity::{Judged, Quantity};
 

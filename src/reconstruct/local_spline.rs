@@ -20,11 +20,14 @@
 //! exceeds [`LARGEST_WEIGHTS`], points that almost coincide are let miss their values a little
 //! ([`NUGGETS`]); if that is not the cause the query is moved towards its nearest neighbour until the
 //! sum is small enough. And no value leaves the range of its neighbours by more than [`OVERSHOOT`] of
-//! it, nor a logarithm by more than [`Values::largest_rise`](super::Values).
+//! it; where the readings fill space it rises above by [`RISE`] times what the largest stands above the
+//! median at most. Of f itself no more than the factors [`LARGEST_FACTOR`] and [`LARGEST_FACTOR_IN_SPACE`]
+//! if it is logarithms that are interpolated.
 
 use super::cloud::{Cloud, Found, Reach, covariance};
 use super::inverse_distance::Shepard;
 use super::scattered::ScatteredRule;
+use super::transform::Values;
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 use std::num::NonZeroUsize;
 
@@ -53,17 +56,29 @@ const AT_READING: f64 = 1e-10;
 const NUGGETS: [f64; 3] = [0.0, 1e-6, 1e-3];
 
 /// Largest distance of a value from the range of its neighbours, as a share of that range; 0 where
-/// these are flat.
+/// these are flat, and none above it where the readings fill space.
 const OVERSHOOT: f64 = 0.5;
+
+/// Largest distance of a value above its neighbours, as a share of that of the largest from their median:
+/// a peak rises over its flanks, and one small value among equal ones lifts nothing.
+const RISE: f64 = 2.0;
+
+/// Largest factor by which a value exceeds its neighbours, f + epsilon.
+const LARGEST_FACTOR: f64 = 4.0;
+
+/// The same where the readings fill space: of narrow lobes they seldom see the peak.
+const LARGEST_FACTOR_IN_SPACE: f64 = 30.0;
 
 /// Steps of the search along the way to the nearest neighbour: the place to 1 in 64.
 const STEPS: u32 = 6;
 
 /// Local splines as a rule over neighbours.
 pub(super) struct Local {
-    pub neighbours: NonZeroUsize,
+    neighbours: NonZeroUsize,
     /// Largest distance above the range of the neighbours, in the transformed value: ln of a factor.
     pub above: f64,
+    /// The same where the readings fill space.
+    above_in_space: f64,
 }
 
 /// A kernel of the squared distance.
@@ -130,6 +145,8 @@ pub(super) struct Scratch<const K: usize> {
     weights: Vec<f64>,
     /// Smallest and largest value of the neighbours, per channel.
     ranges: Vec<[f64; 2]>,
+    /// The values of one channel.
+    values: Vec<f64>,
 }
 
 impl<const K: usize> ScatteredRule<K> for Local {
@@ -151,6 +168,7 @@ impl<const K: usize> ScatteredRule<K> for Local {
             of_free: Vec::new(),
             weights: Vec::new(),
             ranges: Vec::new(),
+            values: Vec::new(),
         })
     }
 
@@ -174,6 +192,14 @@ impl<const K: usize> ScatteredRule<K> for Local {
 }
 
 impl Local {
+    pub fn new(neighbours: NonZeroUsize, values: Values) -> Self {
+        Self {
+            neighbours,
+            above: values.rise(LARGEST_FACTOR),
+            above_in_space: values.rise(LARGEST_FACTOR_IN_SPACE),
+        }
+    }
+
     /// Σ weight · value, kept near the range of the values.
     fn combine<const K: usize>(&self, cloud: &Cloud<K>, s: &mut Scratch<K>, out: &mut [f64]) {
         out.fill(0.0);
@@ -186,13 +212,23 @@ impl Local {
                 *range = [range[0].min(y), range[1].max(y)];
             }
         }
-        let overshoot = match s.found.reach {
-            Reach::Flat => 0.0,
-            Reach::Nearest | Reach::Far => OVERSHOOT,
-        };
-        for (out, &[low, high]) in out.iter_mut().zip(&s.ranges) {
-            let slack = overshoot * (high - low);
-            *out = out.clamp(low - slack, high + slack.min(self.above));
+        for (channel, (out, &[low, high])) in out.iter_mut().zip(&s.ranges).enumerate() {
+            let reach = OVERSHOOT * (high - low);
+            let (below, above) = match s.found.reach {
+                Reach::Flat => (0.0, 0.0),
+                Reach::Nearest if !cloud.is_in_sheets() => (reach, self.above_in_space),
+                Reach::Nearest | Reach::Far => (reach, reach.min(self.above)),
+            };
+            if *out > high {
+                s.values.clear();
+                let values = s.found.index.iter().map(|&i| cloud.value(i)[channel]);
+                s.values.extend(values);
+                let middle = s.values.len() / 2;
+                let (_, &mut median, _) = s.values.select_nth_unstable_by(middle, f64::total_cmp);
+                *out = out.min(high + above.min(RISE * (high - median)));
+            } else {
+                *out = out.max(low - below);
+            }
         }
     }
 }

@@ -44,7 +44,7 @@ pub use inverse_distance::InverseDistance;
 pub use lattice_method::{LatticeMethod, LatticeRule};
 pub use multilinear::{Multilinear, MultilinearRule};
 pub use nearest::NearestReading;
-pub use sheets::Sheets;
+pub use sheets::{IN_SHEETS, Sheets, incidences};
 pub use thin_plate::ThinPlate;
 pub use transform::{Transform, Values};
 

@@ -119,7 +119,10 @@ impl<const K: usize> Embedded<K> {
             return Ok(of(stretch));
         }
         let embedded = of(STRETCH);
-        if !embedded.cloud.is_in_sheets() {
+        // The steps of a coarse grid differ from axis to axis, which makes no sheets of it.
+        let is_grid = readings.schedule.lattice.is_some()
+            && Arc::ptr_eq(&parametrization, &readings.schedule.parametrization);
+        if is_grid || !embedded.cloud.is_in_sheets() {
             return Ok(embedded);
         }
         let Self { cloud, embedding } = of(STRETCH_OF_SHEETS);

@@ -68,7 +68,7 @@ const WIDTH: f64 = 5e-3;
 const FEWEST: usize = 8;
 
 /// Share of the readings that must lie in sheets.
-const IN_SHEETS: f64 = 0.9;
+pub const IN_SHEETS: f64 = 0.9;
 
 /// Distance from a sheet within which nothing else counts, rad.
 const ON_SHEET: f64 = 1e-9;
@@ -135,10 +135,10 @@ impl Reconstruct for Sheets {
             reciprocal: symmetry.reciprocal,
             width: r.width,
             transform,
-            rule: Local {
-                neighbours: check_neighbours(self.neighbours, FEWEST_NEIGHBOURS)?,
-                above: self.values.largest_rise(),
-            },
+            rule: Local::new(
+                check_neighbours(self.neighbours, FEWEST_NEIGHBOURS)?,
+                self.values,
+            ),
         }))
     }
 }
@@ -166,6 +166,17 @@ struct Sheet {
     cloud: Cloud<2>,
 }
 
+/// Positions in `thetas` (rad) of the readings of each incidence that many share, by incidence.
+pub fn incidences(thetas: &[f64]) -> Vec<Vec<usize>> {
+    let mut order: Vec<usize> = (0..thetas.len()).collect();
+    order.sort_by(|&a, &b| thetas[a].total_cmp(&thetas[b]).then(a.cmp(&b)));
+    let groups = order.chunk_by(|&a, &b| thetas[b] - thetas[a] < WIDTH);
+    // A chain of small steps is no sheet.
+    let spread = |group: &[usize]| thetas[group[group.len() - 1]] - thetas[group[0]];
+    let sheets = groups.filter(|group| group.len() >= FEWEST && spread(group) <= WIDTH);
+    sheets.map(<[usize]>::to_vec).collect()
+}
+
 /// The sheets of some readings by incidence; `None` if most lie in none.
 fn sheets(
     readings: &[(DirectionPair, &[f64])],
@@ -173,18 +184,11 @@ fn sheets(
     transform: Transform,
     symmetry: Symmetry,
 ) -> Option<Vec<Sheet>> {
-    let mut order: Vec<usize> = (0..readings.len()).collect();
-    let theta = |i: usize| readings[i].0.omega_i.theta();
-    order.sort_by(|&a, &b| theta(a).total_cmp(&theta(b)).then(a.cmp(&b)));
+    let thetas: Vec<f64> = readings.iter().map(|(p, _)| p.omega_i.theta()).collect();
     let mut sheets = Vec::new();
     let mut taken = 0;
-    for group in order.chunk_by(|&a, &b| theta(b) - theta(a) < WIDTH) {
-        // A chain of small steps is no sheet.
-        let spread = theta(group[group.len() - 1]) - theta(group[0]);
-        if group.len() < FEWEST || spread > WIDTH {
-            continue;
-        }
-        let mean = group.iter().map(|&i| theta(i)).sum::<f64>() / group.len() as f64;
+    for group in incidences(&thetas) {
+        let mean = group.iter().map(|&i| thetas[i]).sum::<f64>() / group.len() as f64;
         let mut taken_places = FxHashSet::default();
         let own = group.iter().map(|&i| readings[i]);
         // A reading whose other direction is at this incidence too is in the sheet from both sides.

@@ -69,10 +69,7 @@ impl ThinPlate {
     ) -> Result<Box<dyn Interpolant>, ReconstructError> {
         let transform = self.values.with(self.epsilon);
         let readings = Embedded::<K>::new(KIND, r, &self.search(), transform, 1)?;
-        let rule = Local {
-            neighbours: check_neighbours(self.neighbours, FEWEST)?,
-            above: self.values.largest_rise(),
-        };
+        let rule = Local::new(check_neighbours(self.neighbours, FEWEST)?, self.values);
         Ok(Box::new(ScatteredInterpolant::new(
             rule, readings, transform,
         )))

@@ -22,12 +22,11 @@ impl Values {
         in_left_open("epsilon", epsilon, 0.0, 1e6).map(drop)
     }
 
-    /// Largest rise of an interpolated value above those it is made of, in the transformed value: a
-    /// logarithm's is a factor of f.
-    pub(super) fn largest_rise(self) -> f64 {
+    /// The distance in the transformed value that a factor of f + epsilon is; f itself has none.
+    pub(super) fn rise(self, factor: f64) -> f64 {
         match self {
             Values::Linear => f64::INFINITY,
-            Values::Log => LARGEST_FACTOR.ln(),
+            Values::Log => factor.ln(),
         }
     }
 
@@ -39,9 +38,6 @@ impl Values {
         }
     }
 }
-
-/// Largest factor by which an interpolated f + epsilon exceeds those it is made of.
-const LARGEST_FACTOR: f64 = 4.0;
 
 /// The default epsilon, sr⁻¹: that of the `log_relative` metric.
 pub const EPSILON: f64 = 1e-3;

@@ -29,6 +29,7 @@ pub use sample_set::{PlanError, SampleSet};
 pub use table::FileError;
 pub use visited::{Unvisited, unvisited};
 
+use self::export::FROM_FILE;
 use crate::geometry::DirectionPair;
 use crate::parametrization::{Coords, Parametrization};
 use crate::registry::{self, Entry, Joined, ReadError, Table, Taken};
@@ -57,6 +58,13 @@ pub struct Schedule {
     pub lattice: Option<Lattice>,
     /// Share of the points of the box that are no physical configuration, in [0, 1].
     pub unphysical_share: f64,
+}
+
+impl Schedule {
+    /// True if the poses are those of a table, and nothing says which sample set they are.
+    pub fn is_of_others(&self) -> bool {
+        self.sample_set == FROM_FILE
+    }
 }
 
 static JOINED: Joined<dyn SampleSet> = Joined::new();

@@ -15,7 +15,7 @@ use std::sync::Arc;
 type Angles = [f64; 3];
 
 /// Readings at constant incidences, every `step` in theta_o to 80° and every `turn` in azimuth.
-fn sheets(incidences: &[f64], step: usize, turn: usize) -> Vec<Angles> {
+pub fn sheets(incidences: &[f64], step: usize, turn: usize) -> Vec<Angles> {
     let mut angles = Vec::new();
     for &theta_i in incidences {
         angles.push([theta_i, 0.0, 0.0]);
@@ -42,7 +42,7 @@ fn lines(incidences: &[f64], step: usize) -> Vec<Angles> {
     incidences.iter().flat_map(|&i| scan(i)).flatten().collect()
 }
 
-fn scattered(count: u64) -> Vec<Angles> {
+pub fn scattered(count: u64) -> Vec<Angles> {
     let mut sobol = Sobol::new(3);
     let mut next = |i| {
         let u: [f64; 3] = sobol.point(i);
@@ -83,7 +83,7 @@ fn pair([theta_i, theta_o, phi]: Angles) -> DirectionPair {
     DirectionPair::new(direction(theta_i, 0.0), direction(theta_o, phi))
 }
 
-fn schedule(angles: &[Angles]) -> Arc<Schedule> {
+pub fn schedule(angles: &[Angles]) -> Arc<Schedule> {
     let form = parametrization::find("half-difference")
         .unwrap()
         .form(Symmetry::FULL);
@@ -105,7 +105,7 @@ fn schedule(angles: &[Angles]) -> Arc<Schedule> {
 }
 
 /// Every example of every model with all symmetries.
-fn models() -> Vec<(String, Box<dyn Brdf>)> {
+pub fn models() -> Vec<(String, Box<dyn Brdf>)> {
     let mut models = Vec::new();
     for entry in brdf::all() {
         for text in entry.examples {

@@ -9,6 +9,7 @@ mod layouts;
 mod local_spline;
 mod reproduction;
 mod symmetric;
+mod validation;
 
 use common::{polar, symmetries};
 use gonio::brdf::{Brdf, Channels, Presence};

@@ -1,0 +1,121 @@
+//! What readings say of their own reconstruction.
+
+use super::print;
+use super::progress::Progress;
+use super::talk::{is_verbose, note};
+use crate::error::{Error, count};
+use crate::measurement::Measurement;
+use crate::metrics::{Errors, Measure};
+use crate::reconstruct::Reconstruct;
+use crate::report::Columns;
+use crate::validation::{CrossValidation, Estimate, Scores};
+use clap::{Args, ValueEnum};
+use std::path::Path;
+use std::sync::Arc;
+
+/// Methods of a ranking that are printed without `--verbose`.
+const SHOWN: usize = 8;
+
+/// Options of what readings say without a truth.
+#[derive(Clone, Copy, Debug, Args)]
+pub(super) struct CrossValidationArgs {
+    /// What is left out in turn and predicted by the rest, to tell errors without a truth
+    #[arg(long, value_name = "WHAT", value_enum, default_value_t = LeaveOut::Auto)]
+    cross_validation: LeaveOut,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum LeaveOut {
+    /// Sheets, or points if fewer than two sheets hold most readings
+    Auto,
+    /// Whole sheets of constant incidence
+    Sheets,
+    /// Tenths of the readings, picked at random
+    Points,
+    /// Nothing: no errors without a truth
+    None,
+}
+
+/// A number with its standard error, as text.
+fn estimate(e: &Estimate) -> String {
+    match (e.value, e.standard_error) {
+        (None, _) => "undefined".into(),
+        (Some(value), None) => format!("{value:.2e}"),
+        (Some(value), Some(error)) => format!("{value:.2e} ± {error:.0e}"),
+    }
+}
+
+/// Prints all errors at readings.
+pub(super) fn print_scores(scores: &Scores) -> Result<(), Error> {
+    let names = Measure::ALL.map(|measure| format!("\t>{}", measure.name()));
+    let mut table = Columns::new(&format!("error{}", names.concat()));
+    for (q, (quantity, _)) in Errors::QUANTITIES.iter().enumerate() {
+        let of = scores
+            .0
+            .each_ref()
+            .map(|of| format!("\t{}", estimate(&of[q])));
+        table.row(&format!("{}{}", quantity.name, of.concat()));
+    }
+    print(&table.to_string())
+}
+
+impl CrossValidationArgs {
+    /// Prints how good `methods` are at readings that they were not given; returns the best. Without methods
+    /// the readings choose from all that there are. `None` if there is nothing to choose by.
+    pub(super) fn choose(
+        self,
+        measurement: &Measurement,
+        path: &Path,
+        methods: Vec<Arc<dyn Reconstruct>>,
+    ) -> Result<Option<Arc<dyn Reconstruct>>, Error> {
+        let sheets = match self.cross_validation {
+            LeaveOut::None => return Ok(None),
+            LeaveOut::Auto => None,
+            LeaveOut::Sheets => Some(true),
+            LeaveOut::Points => Some(false),
+        };
+        let validation = match CrossValidation::new(measurement, sheets) {
+            Ok(validation) => validation,
+            Err(e) if sheets.is_none() => {
+                note(&format!("gonio: no cross-validation: {e}"));
+                return Ok(None);
+            }
+            Err(e) => return Err(Error::config("--cross-validation", e)),
+        };
+        let methods = match methods.is_empty() {
+            true => validation.candidates(),
+            false => methods,
+        };
+        let progress = Progress::of(validation.tasks(methods.len()) as u64, "cross-validates");
+        let ranked = validation
+            .rank(methods, || progress.count(1))
+            .map_err(|e| Error::data(path, e))?;
+        drop(progress);
+        let all = measurement.readings();
+        let of = match validation.readings() {
+            some if some < all => format!(" ({some} of {} take part)", count(all, "reading")),
+            _ => String::new(),
+        };
+        print(&format!("cross-validation: {}{of}\n", validation.left()))?;
+        if ranked.len() > 1 {
+            let shown = if is_verbose() { ranked.len() } else { SHOWN };
+            let (quantity, measure) = (Errors::QUANTITIES[0].0.name, Measure::ALL[0].name());
+            let mut table = Columns::new(&format!("reconstruction\t>{quantity}, {measure}"));
+            for (method, scores) in ranked.iter().take(shown) {
+                let error = estimate(&scores.0[0][0]);
+                table.row(&format!("{}\t{error}", method.label()));
+            }
+            print(&table.to_string())?;
+            if shown < ranked.len() {
+                let more = count(ranked.len() - shown, "more method");
+                print(&format!("and {more} (--verbose shows all)\n"))?;
+            }
+        }
+        let Some((best, scores)) = ranked.into_iter().next() else {
+            return Ok(None);
+        };
+        print(&format!("of {} at the readings left out:\n", best.label()))?;
+        print_scores(&scores)?;
+        Ok(Some(best))
+    }
+}

@@ -1,0 +1,106 @@
+//! Methods and coordinates that readings choose from.
+
+use super::{CrossValidation, Left, Scores};
+use crate::geometry::Symmetry;
+use crate::parametrization::{self, WarpSpec, Warps};
+use crate::reconstruct::{
+    Coordinates, Cubic, InverseDistance, Multilinear, NearestReading, Reconstruct,
+    ReconstructError, Sheets, ThinPlate,
+};
+use crate::schedule::Schedule;
+use std::sync::Arc;
+
+/// Half/difference coordinates.
+pub(super) fn half_difference() -> Coordinates {
+    Coordinates {
+        kind: "half-difference".into(),
+        warp: Warps::default(),
+    }
+}
+
+/// What is done with readings that choose nothing: cubic of a grid, thin-plate of others, in the coordinates of
+/// their schedule.
+pub fn plain(schedule: &Schedule) -> Arc<dyn Reconstruct> {
+    match schedule.lattice {
+        Some(_) => Arc::new(Cubic::default()),
+        None => Arc::new(ThinPlate::default()),
+    }
+}
+
+/// Every parametrization as it is, and with the square root along its first axis.
+fn coordinates(symmetry: Symmetry) -> Vec<Coordinates> {
+    let mut all = Vec::new();
+    for entry in parametrization::all() {
+        let first = entry
+            .axes(symmetry)
+            .first()
+            .map(|axis| axis.symbol.to_owned());
+        let root = first.map(|axis| (axis, WarpSpec::SquareRoot));
+        for warp in [Warps::new(), root.into_iter().collect()] {
+            // An axis that is not radial has no root.
+            if entry.warped(symmetry, &warp).is_ok() {
+                let kind = entry.kind.to_owned();
+                all.push(Coordinates { kind, warp });
+            }
+        }
+    }
+    all
+}
+
+/// A method with its errors.
+pub type Ranked = (Arc<dyn Reconstruct>, Scores);
+
+impl CrossValidation<'_> {
+    /// The methods that these readings choose from: of a grid those in its own coordinates, of sheets
+    /// [`Sheets`], and the scattered ones in every parametrization.
+    pub fn candidates(&self) -> Vec<Arc<dyn Reconstruct>> {
+        let schedule = self.schedule();
+        let symmetry = schedule.parametrization.symmetry();
+        let mut all: Vec<Arc<dyn Reconstruct>> = Vec::new();
+        if schedule.lattice.is_some() {
+            all.push(Arc::new(Cubic::default()));
+            all.push(Arc::new(Multilinear::default()));
+        }
+        if matches!(self.left(), Left::Sheets { .. }) && symmetry.isotropic {
+            all.push(Arc::new(Sheets::default()));
+        }
+        let scattered: [Arc<dyn Reconstruct>; 3] = [
+            Arc::new(ThinPlate::default()),
+            Arc::new(InverseDistance::default()),
+            Arc::new(NearestReading::default()),
+        ];
+        let coordinates = coordinates(symmetry);
+        for method in scattered {
+            all.extend(coordinates.iter().filter_map(|c| method.within(c)));
+        }
+        all
+    }
+
+    /// Methods by their first error of [`Errors::QUANTITIES`](crate::metrics::Errors::QUANTITIES) under the
+    /// first measure (`nrmse`, `cosine`), the smallest first; those that cannot take the readings are left
+    /// out. `done` is told after each of [`tasks`](Self::tasks).
+    ///
+    /// # Errors
+    /// That of the first method if none can.
+    pub fn rank(
+        &self,
+        methods: Vec<Arc<dyn Reconstruct>>,
+        done: impl Fn() + Sync,
+    ) -> Result<Vec<Ranked>, ReconstructError> {
+        let scores = self.scores(&methods, done);
+        let mut refused = None;
+        let mut ranked = Vec::new();
+        for (method, scores) in methods.into_iter().zip(scores) {
+            match scores {
+                Ok(scores) => ranked.push((method, scores)),
+                Err(e) => refused = refused.or(Some(e)),
+            }
+        }
+        let place = |(_, scores): &Ranked| scores.rank().unwrap_or(f64::INFINITY);
+        ranked.sort_by(|a, b| place(a).total_cmp(&place(b)));
+        match refused {
+            Some(e) if ranked.is_empty() => Err(e),
+            _ => Ok(ranked),
+        }
+    }
+}

@@ -1,0 +1,182 @@
+//! Readings as judges: their weights, what is left out, and what they choose.
+
+use super::layouts::{models, scattered, schedule, sheets};
+use super::method;
+use gonio::brdf::{Brdf, Channels};
+use gonio::measurement::{Measurement, Outcome};
+use gonio::metrics::{self, Errors, Measure, MetricsSpec};
+use gonio::reconstruct::Reconstruct;
+use gonio::validation::{CrossValidation, Jury, Left, Scores, ValidationError};
+use std::sync::Arc;
+
+/// What a model has at a layout.
+fn readings(model: &dyn Brdf, angles: &[[f64; 3]]) -> Measurement {
+    let schedule = schedule(angles);
+    let values = schedule.poses.iter().map(|p| model.luminance(&p.pair));
+    Measurement {
+        channels: Channels::Luminance,
+        values: values.map(|v| v.unwrap_or(0.0)).collect(),
+        outcomes: vec![Outcome::Reading; schedule.poses.len()],
+        details: None,
+        schedule,
+    }
+}
+
+fn model(name: &str) -> Box<dyn Brdf> {
+    let found = models().into_iter().find(|(n, _)| n.starts_with(name));
+    found.unwrap_or_else(|| panic!("no model {name}")).1
+}
+
+/// `nrmse`, `cosine`, between two BRDFs.
+fn truth(model: &dyn Brdf, brdf: &dyn Brdf) -> Errors {
+    let pairs = metrics::test_pairs(Measure::Cosine, &MetricsSpec::default()).unwrap();
+    let [f, g] = [model, brdf].map(|b| metrics::evaluate(b, &pairs));
+    metrics::compare(&pairs, &f, &g)
+}
+
+fn errors(scores: &Scores) -> [f64; 6] {
+    scores.0[0].map(|e| e.value.unwrap())
+}
+
+/// Readings that are spread in another way than the measure give the errors of the measure.
+#[test]
+fn readings_are_weighted_to_the_measure() {
+    let model = model("ggx");
+    // Not the distribution of any measure: dense near the normal.
+    let angles: Vec<[f64; 3]> = scattered(6000)
+        .into_iter()
+        .map(|[i, o, phi]| [i * i / 85.0, o * o / 85.0, phi])
+        .collect();
+    let jury = Jury::new(&readings(&*model, &angles)).unwrap();
+    let lambert = model("lambert");
+    let judged = jury.errors(&metrics::evaluate(&*lambert, jury.pairs()));
+    let plain = truth(&*model, &*lambert);
+    for (q, (quantity, of)) in Errors::QUANTITIES.iter().enumerate().take(5) {
+        let [judged, plain] = [judged.0[0][q].value.unwrap(), of(&plain).unwrap()];
+        let off = (judged / plain - 1.0).abs();
+        assert!(off < 0.05, "{}: {judged} against {plain}", quantity.name);
+    }
+}
+
+#[test]
+fn a_constant_is_predicted_exactly() {
+    let lambert = model("lambert");
+    for angles in [sheets(&[15.0, 30.0, 60.0], 8, 12), scattered(100)] {
+        let m = readings(&*lambert, &angles);
+        let validation = CrossValidation::new(&m, None).unwrap();
+        for (method, scores) in validation.rank(validation.candidates(), || ()).unwrap() {
+            for e in scores.0.as_flattened() {
+                assert!(e.value.unwrap() < 1e-9, "{}: {e:?}", method.label());
+                assert!(e.standard_error.is_none_or(|s| s < 1e-9));
+            }
+        }
+    }
+}
+
+/// The error at readings left out is that of the reconstruction: scattered readings lose a tenth.
+#[test]
+fn scattered_readings_tell_the_error() {
+    for name in ["ggx", "ward", "retro-reflective"] {
+        let model = model(name);
+        let m = readings(&*model, &scattered(1500));
+        let validation = CrossValidation::new(&m, None).unwrap();
+        assert_eq!(validation.left(), Left::Points { sets: 10 });
+        for kind in ["thin-plate", "inverse-distance", "nearest"] {
+            let method: Arc<dyn Reconstruct> = Arc::from(method(kind, ""));
+            let brdf = method.reconstruct(&m).unwrap();
+            let truth = truth(&*model, &*brdf).log_relative.unwrap();
+            let scores = validation.scores(&[method], || ()).remove(0).unwrap();
+            let [_, told, ..] = errors(&scores);
+            let ratio = told / truth;
+            assert!(
+                (0.8..1.6).contains(&ratio),
+                "{name} {kind}: {told} of {truth}"
+            );
+        }
+    }
+}
+
+/// What the readings choose is nearly the best there is.
+#[test]
+fn readings_choose_well() {
+    for name in ["ggx", "retro-reflective", "phong"] {
+        let model = model(name);
+        let incidences: Vec<f64> = (0..10).map(|i| 5.0 + 8.0 * f64::from(i)).collect();
+        for angles in [sheets(&incidences, 6, 12), scattered(800)] {
+            let m = readings(&*model, &angles);
+            let validation = CrossValidation::new(&m, None).unwrap();
+            let ranked = validation.rank(validation.candidates(), || ()).unwrap();
+            let truths: Vec<f64> = ranked
+                .iter()
+                .map(|(method, _)| {
+                    truth(&*model, &*method.reconstruct(&m).unwrap())
+                        .nrmse
+                        .unwrap()
+                })
+                .collect();
+            let best = truths.iter().copied().fold(f64::INFINITY, f64::min);
+            let worst = truths.iter().copied().fold(0.0, f64::max);
+            let chosen = truths[0];
+            assert!(
+                chosen <= 1.5 * best,
+                "{name}: {chosen}, best {best}, worst {worst}"
+            );
+        }
+    }
+}
+
+/// A reading at the place of one that is left out would give it away, whatever sheet it is in.
+#[test]
+fn whole_sheets_are_left_out_with_their_images() {
+    let model = model("ggx");
+    // Every pair of these is measured twice: as (i, o) and as (o, i).
+    let mut angles = sheets(&[20.0, 40.0, 60.0], 20, 30);
+    angles.retain(|[_, o, _]| [20.0, 40.0, 60.0].contains(o));
+    let m = readings(&*model, &angles);
+    let nearest: Arc<dyn Reconstruct> = Arc::from(method("nearest", ""));
+    let validation = CrossValidation::new(&m, Some(true)).unwrap();
+    let left = Left::Sheets {
+        sheets: 3,
+        of_sensor: false,
+    };
+    assert_eq!(validation.left(), left);
+    let scores = validation.scores(&[nearest], || ()).remove(0).unwrap();
+    assert!(errors(&scores)[1] > 0.1, "{scores:?}");
+}
+
+#[test]
+fn what_cannot_be_validated_is_told() {
+    let model = model("ggx");
+    let one = readings(&*model, &[[30.0, 20.0, 10.0]]);
+    let refused = CrossValidation::new(&one, None).map(|_| ()).unwrap_err();
+    assert_eq!(refused, ValidationError::TooFew { places: 1 });
+    let some = readings(&*model, &scattered(50));
+    let refused = CrossValidation::new(&some, Some(true)).map(|_| ());
+    assert_eq!(refused.unwrap_err(), ValidationError::NoSheets);
+    assert!(CrossValidation::new(&some, None).is_ok());
+    let two = readings(&*model, &scattered(2));
+    let validation = CrossValidation::new(&two, None).unwrap();
+    assert!(
+        !validation
+            .rank(validation.candidates(), || ())
+            .unwrap()
+            .is_empty()
+    );
+}
+
+#[test]
+fn any_number_of_threads_chooses_the_same() {
+    let m = readings(&*model("ggx"), &sheets(&[15.0, 30.0, 60.0], 10, 20));
+    let [one, two] = [1, 2].map(|threads| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
+        pool.build().unwrap().install(|| {
+            let validation = CrossValidation::new(&m, None).unwrap();
+            let ranked = validation.rank(validation.candidates(), || ()).unwrap();
+            ranked
+                .into_iter()
+                .map(|(m, s)| (m.label(), s))
+                .collect::<Vec<_>>()
+        })
+    });
+    assert!(one == two);
+}
