@@ -4,13 +4,17 @@ use super::energy::EnergyArgs;
 use super::progress::{Progress, Watched};
 use super::talk::wrote;
 use super::{ConfigArgs, ThreadArgs, build, choose_material, format_names, print, refuse_existing};
-use crate::brdf::Brdf;
+use crate::brdf::{Brdf, Channels};
 use crate::error::Error;
+use crate::experiment::{Material, Plan, Source};
 use crate::formats::{self, Format, TableError, WRITE_TABLE, WriteTable};
 use clap::Args;
 use std::path::{Path, PathBuf};
 
 #[derive(Debug, Args)]
+#[command(after_help = "\
+A table holds R, G, B: those of the material, unless the config says other channels
+(--set channels=luminance writes a grey table).")]
 pub(super) struct Tabulate {
     #[command(flatten)]
     config: ConfigArgs,
@@ -41,11 +45,22 @@ impl Tabulate {
         let plan = super::plan(&source)?;
         let material = choose_material(&plan.materials, self.material.as_deref())?;
         refuse_existing(&self.output, self.force)?;
-        let brdf = build(material, plan.channels.clone())?;
+        let brdf = build(material, channels(&source, &plan, material)?)?;
         self.energy.check(&*brdf, 0.0)?;
         let name = || format!("--material {}", material.name);
         write(table, &*brdf, &self.output, name)
     }
+}
+
+/// The channels of the table: those that the config names; else R, G, B, for which every format has
+/// room, of a material that has them.
+fn channels(source: &Source, plan: &Plan, material: &Material) -> Result<Channels, Error> {
+    let named = source.table()?.get_ref().contains_key("channels");
+    let coloured = !named && material.spec.check(&Channels::Rgb).is_ok();
+    Ok(match coloured {
+        true => Channels::Rgb,
+        false => plan.channels.clone(),
+    })
 }
 
 /// Writes a BRDF as a table; `place` is who chose it.

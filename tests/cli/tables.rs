@@ -288,3 +288,46 @@ fn what_gains_energy_is_not_written() {
     assert!(cells().iter().take(all.len() / 3).all(|c| *c <= red * 4.0));
     assert_eq!(run("good.csv", &["--fill", "some"]).0, Some(2));
 }
+
+#[test]
+fn a_table_keeps_its_colours() {
+    let bench = Bench::new();
+    let lambert = "[[material]]\nkind = \"lambert\"\nalbedo = [0.8, 0.4, 0.2]\n";
+    let config = super::SMALL.replace("[[material]]\nkind = \"lambert\"\n", lambert);
+    fs::write(bench.path("colour.toml"), config).unwrap();
+    let of = ["colour.toml", "--material", "lambert"];
+    let tabulate = |what: &[&str], file: &str| {
+        bench.good(&[&["tabulate"], what, &["-o", file]].concat());
+        fs::read(bench.path(file)).unwrap()
+    };
+    let table = tabulate(&of, "a.binary");
+    assert!(table == tabulate(&[&of[..], &["--set", "channels=rgb"]].concat(), "b.binary"));
+    let copy = tabulate(&["a.binary"], "c.binary");
+    assert_eq!(copy.len(), table.len());
+    let numbers = |bytes: &[u8]| -> Vec<f64> {
+        let cells = bytes[12..].chunks_exact(8);
+        cells
+            .map(|c| f64::from_le_bytes(c.try_into().unwrap()))
+            .collect()
+    };
+    for (copy, cell) in numbers(&copy).into_iter().zip(numbers(&table)) {
+        assert!((copy - cell).abs() <= 1e-15 * cell.abs());
+    }
+    // Red and blue of a cell above the horizon, in 1/sr.
+    let ends = |bytes: &[u8]| {
+        let all = numbers(bytes);
+        [all[0] / 1500.0, all[2 * all.len() / 3] * 1.66 / 1500.0]
+    };
+    let [red, blue] = ends(&table);
+    assert!((red / blue - 4.0).abs() < 1e-12, "{red} {blue}");
+    for what in ["a.binary", "colour.toml"] {
+        let grey = ["--set", "channels=luminance", "--force"];
+        let named = if what == "a.binary" {
+            &[][..]
+        } else {
+            &of[1..]
+        };
+        let [red, blue] = ends(&tabulate(&[&[what], named, &grey].concat(), "grey.binary"));
+        assert!((red / blue - 1.0).abs() < 1e-12, "{red} {blue}");
+    }
+}
