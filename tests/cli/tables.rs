@@ -290,6 +290,48 @@ fn what_gains_energy_is_not_written() {
 }
 
 #[test]
+fn gains_at_grazing_views_and_vague_readings_are_told() {
+    let bench = Bench::new();
+    let head = "theta_i_deg,phi_i_deg,theta_o_deg,phi_o_deg,value,uncertainty\n";
+    let table = |value: &dyn Fn(f64) -> f64, uncertainty: f64| {
+        let mut text = head.to_owned();
+        for theta_i in [0.0_f64, 30.0, 60.0, 85.0] {
+            for theta_o in [0.0, 30.0, 60.0, 85.0] {
+                for phi in [0, 90, 180] {
+                    let f_r = value(theta_i.max(theta_o));
+                    let u = uncertainty * f_r;
+                    text += &format!("{theta_i},0,{theta_o},{phi},{f_r},{u}\n");
+                }
+            }
+        }
+        fs::write(bench.path("lab.csv"), text).unwrap();
+        let how = ["--reconstruction", "nearest", "-o", "copy.binary"];
+        let output = bench.gonio(&[&["reconstruct", "lab.csv"], &how[..]].concat());
+        let [out, err] = [output.stdout, output.stderr].map(|b| String::from_utf8(b).unwrap());
+        let written = fs::remove_file(bench.path("copy.binary")).is_ok();
+        assert_eq!(written, output.status.code() == Some(0));
+        (output.status.code(), out, err)
+    };
+    let (code, _, err) = table(&|theta| if theta > 80.0 { 3.0 } else { 0.01 }, 0.0);
+    assert_eq!(code, Some(0), "{err}");
+    let warning = "gonio: the albedo is above 1 at grazing views: ";
+    assert!(err.contains(warning) && err.contains(" at 85°"), "{err}");
+    // An uncertainty above 100 % is no excuse for everything.
+    let (code, out, err) = table(&|_| 3.0, 0.8);
+    assert_eq!(code, Some(6), "{err}");
+    assert!(
+        err.contains("an uncertainty of 160 % of their mean"),
+        "{err}"
+    );
+    assert!(out.contains("albedo: 9.4248 ± 4.7e0 at 0°"), "{out}");
+    assert_eq!(table(&|_| 0.1, 0.8).0, Some(0));
+    // And nobody reads 150 digits.
+    let (code, out, _) = table(&|_| 1e100, 0.0);
+    assert_eq!(code, Some(6));
+    assert!(out.contains("albedo: 3.1416e100 ± "), "{out}");
+}
+
+#[test]
 fn a_table_keeps_its_colours() {
     let bench = Bench::new();
     let lambert = "[[material]]\nkind = \"lambert\"\nalbedo = [0.8, 0.4, 0.2]\n";
