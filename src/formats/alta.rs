@@ -19,7 +19,9 @@ pub const FORMAT: Format = Format {
         let doubt = file.has_azimuths && assume.conventions.azimuth.is_none();
         let peak = retro_peak(&file.measurement).filter(|_| doubt);
         Ok(Readings {
-            warnings: peak.iter().map(ToString::to_string).collect(),
+            warnings: (peak.iter().map(ToString::to_string))
+                .chain(file.negative.warning())
+                .collect(),
             rows: file.measurement.schedule.poses.len() + file.below_horizon + file.repeated,
             intact: false,
             measurement: file.measurement,

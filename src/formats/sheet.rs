@@ -65,11 +65,16 @@ fn read(text: &str, name: &str, assume: &Assume) -> Result<Readings, FileError> 
             count_are(merged, "pose")
         ));
     }
-    // Our own files count azimuths from the sample.
+    // Our own files count azimuths from the sample, and say what is below their noise.
     let doubt = !file.intact && assume.conventions.azimuth.is_none();
     let peak = retro_peak(&measurement).filter(|_| doubt);
+    let negative = file.negative.warning().filter(|_| !file.intact);
     Ok(Readings {
-        warnings: peak.iter().map(ToString::to_string).collect(),
+        warnings: peak
+            .iter()
+            .map(ToString::to_string)
+            .chain(negative)
+            .collect(),
         rows: file.rows,
         intact: file.intact,
         measurement,

@@ -32,7 +32,7 @@
 //! symmetric interval, of the first value or of each: it is taken for a standard uncertainty that
 //! readings share. The two ends that `#VS 2` gives are passed over.
 
-use super::{Details, Flags, Measurement, Outcome, reading_of};
+use super::{Details, Flags, Measurement, Negative, Outcome, reading_of};
 use crate::brdf::{Channels, Wavelengths};
 use crate::error::excerpt;
 use crate::geometry::{Direction, DirectionPair, Symmetry};
@@ -207,6 +207,8 @@ pub struct AltaFile {
     pub has_azimuths: bool,
     /// Rows without a pose: a direction is not above the horizon.
     pub below_horizon: usize,
+    /// Rows with values below 0.
+    pub negative: Negative,
     /// Rows of a configuration that came before: their values are averaged, see
     /// [`Measurement::merged`].
     pub repeated: usize,
@@ -252,7 +254,7 @@ pub fn read(text: &str, name: &str, assume: &Assume) -> Result<AltaFile, FileErr
     let n = header.channels.count();
     let azimuth = conventions.azimuth.unwrap_or(Azimuth::Sample);
     let (mut pairs, mut values, mut radii) = (Vec::new(), Vec::new(), Vec::new());
-    let mut below_horizon = 0;
+    let (mut below_horizon, mut negative) = (0, Negative::default());
     for (i, line) in text.lines().enumerate() {
         let content = line.trim();
         if content.is_empty() || content.starts_with('#') {
@@ -284,6 +286,7 @@ pub fn read(text: &str, name: &str, assume: &Assume) -> Result<AltaFile, FileErr
         let pair = DirectionPair::new(light, view);
         let of_one = header.quantity.of_one(&pair);
         pairs.push(pair);
+        negative.see(i + 1, || cells[dimension..dimension + n].iter().copied());
         let add = |to: &mut Vec<f64>, value: f64| {
             let reading = reading_of(value, of_one);
             let refused =
@@ -341,6 +344,7 @@ pub fn read(text: &str, name: &str, assume: &Assume) -> Result<AltaFile, FileErr
         input,
         has_azimuths: matches!(inverse, Inverse::Angles(_)),
         below_horizon,
+        negative,
         repeated,
     })
 }

@@ -210,6 +210,12 @@ impl ValueColumns {
         })
     }
 
+    /// The values of a row as they are in the file, without the empty ones.
+    pub fn cells(&self, table: &Table, row: usize) -> impl Iterator<Item = f64> {
+        let columns = self.values.iter();
+        columns.filter_map(move |&column| table.number(row, column))
+    }
+
     /// The values of a row; `None` if there are none.
     pub fn read(
         &self,

@@ -25,7 +25,7 @@
 
 use super::columns::{self, TYPE_A, TYPE_B, UNCERTAINTY, VALUE, ValueColumns, columns_of};
 use super::merge::Pool;
-use super::{Flags, Measurement, Outcome};
+use super::{Flags, Measurement, Negative, Outcome};
 use crate::error::{count, excerpt};
 use crate::schedule::export::{PoseRows, description};
 use crate::schedule::import::{Again, Rows, known_columns};
@@ -82,6 +82,8 @@ pub struct MeasurementFile {
     pub averaged: usize,
     /// Rows that were read.
     pub rows: usize,
+    /// Rows with values below 0.
+    pub negative: Negative,
     /// True if the header has the hash of the rows, which we wrote.
     pub intact: bool,
     /// Columns that were not read, by their names in the file.
@@ -259,6 +261,7 @@ pub fn read_measurement(
     }
     let (schedule, order) = rows.schedule(&table, &kept, assume, MEASUREMENT_HASH)?;
     let mut pool = Pool::new(schedule.poses.len(), columns.channels.count());
+    let mut negative = Negative::default();
     for &(row, first) in &used {
         let pose = order[place[first]] as usize;
         let (reason, flags) = parse_words(table.words(row)).map_err(|e| {
@@ -267,6 +270,7 @@ pub fn read_measurement(
         })?;
         let pair = &rows.pairs[row];
         let values = columns.read(&table, row, pair)?;
+        negative.see(table.lines[row], || columns.cells(&table, row));
         let outcome = match (&values, reason) {
             (Some(_), None) => Outcome::Reading,
             (None, reason) => reason.unwrap_or(Outcome::NoData),
@@ -311,6 +315,7 @@ pub fn read_measurement(
         replaced: table.lines.len() - used.len(),
         averaged,
         rows: table.lines.len(),
+        negative,
         intact: table.fact::<String>(MEASUREMENT_HASH)?.is_some(),
         passed_over: table.passed_over().into_iter().map(String::from).collect(),
     })

@@ -4,11 +4,13 @@ pub mod alta;
 mod columns;
 mod file;
 mod merge;
+mod negative;
 #[cfg(feature = "schemas")]
 mod record;
 mod retro;
 
 pub use file::{About, FlagsError, MeasurementFile, read_measurement, write_measurement};
+pub use negative::Negative;
 #[cfg(feature = "schemas")]
 pub use record::{MeasurementRow, measurement_schema};
 pub use retro::{RetroPeak, retro_peak};

@@ -1,0 +1,47 @@
+//! Tables of laboratories that are not quite what they should be.
+
+use super::chain;
+use gonio::formats::{READ_READINGS, Readings, of_text, read_readings};
+use gonio::schedule::{Assume, Conventions, FileError};
+
+const HEAD: &str = "theta_i_deg,phi_i_deg,theta_o_deg,phi_o_deg,value\n";
+
+fn try_read(text: &str, conventions: Conventions) -> Result<Readings, FileError> {
+    let assume = Assume {
+        conventions,
+        ..Assume::default()
+    };
+    let read = READ_READINGS.function(&of_text(text).unwrap()).unwrap();
+    read_readings(read, text, "m.csv", &assume)
+}
+
+fn read(text: &str) -> Readings {
+    try_read(text, Conventions::default()).unwrap_or_else(|e| panic!("{}\n{text}", chain(&e)))
+}
+
+fn refused(text: &str) -> String {
+    let e = try_read(text, Conventions::default());
+    chain(&e.err().unwrap_or_else(|| panic!("{text}")))
+}
+
+#[test]
+fn values_below_0_are_told() {
+    let good = "10,0,20,180,1\n10,0,30,180,0\n10,0,35,180,-0.0\n";
+    assert!(read(&format!("{HEAD}{good}")).warnings.is_empty());
+    let one = read(&format!("{HEAD}{good}10,0,40,180,-1\n"));
+    assert_eq!(
+        one.warnings,
+        ["the value of line 5 is below 0 and counts as 0"]
+    );
+    let text = format!("{HEAD}{good}10,0,40,180,-1\n10,0,50,180,-1\n10,0,60,180,-1e-9\n");
+    assert_eq!(
+        read(&text).warnings,
+        [
+            "3 rows have values below 0, which count as 0, the first in line 5; -1 in 2 of them may \
+             stand for no data, whose cells should be empty"
+        ]
+    );
+    let alta =
+        "#DIM 2 1\n#PARAM_IN RUSIN_TH_TD\n#PARAM_OUT INV_STERADIAN\n0.1 0.2 -1\n0.2 0.2 -1\n";
+    assert!(read(alta).warnings[0].contains("the first in line 4; -1 in 2 of them"));
+}
