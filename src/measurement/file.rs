@@ -18,7 +18,7 @@
 //! [`Conventions`](crate::schedule::Conventions). There `uncertainty` alone is
 //! taken for what all readings share (type B), the cautious reading; `value_cos…` is taken for the
 //! value times cos theta_i and divided by it, with its uncertainties; `wavelength_nm` says that a
-//! row has one of several wavelengths; an empty value without a
+//! row has one of several wavelengths; an empty value (or NaN) without a
 //! reason is `no-data`. Where there is a column `attempt`, a later attempt at a pose replaces an
 //! earlier one; where there is none, rows of one pose are repeats and are averaged, see
 //! [`Measurement::merged`].

@@ -44,7 +44,7 @@ impl Angles {
     ) -> Result<f64, FileError> {
         let name = &table.labels[self.column];
         let Some(angle) = table.number(row, self.column) else {
-            return Err(table.row_error(row, format!("{name} is empty")));
+            return Err(table.row_error(row, format!("{name} is empty or NaN")));
         };
         let degrees = self.unit.degrees(angle);
         if good(degrees) {

@@ -45,3 +45,22 @@ fn values_below_0_are_told() {
         "#DIM 2 1\n#PARAM_IN RUSIN_TH_TD\n#PARAM_OUT INV_STERADIAN\n0.1 0.2 -1\n0.2 0.2 -1\n";
     assert!(read(alta).warnings[0].contains("the first in line 4; -1 in 2 of them"));
 }
+
+#[test]
+fn what_is_not_a_number_is_no_data() {
+    let of = |cell: &str| {
+        let readings = read(&format!("{HEAD}10,0,20,180,1\n10,0,30,180,{cell}\n"));
+        (
+            readings.measurement.readings(),
+            readings.measurement.no_data(),
+        )
+    };
+    for cell in ["", "NaN", "nan"] {
+        assert_eq!(of(cell), (1, 1), "{cell}");
+    }
+    let sentence = refused(&format!("{HEAD}10,0,20,180,1\n10,0,30,180,inf\n"));
+    assert!(
+        sentence.contains("m.csv:3: value = inf: allowed is a finite number"),
+        "{sentence}"
+    );
+}

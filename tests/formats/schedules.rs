@@ -307,7 +307,7 @@ fn what_is_no_schedule_is_refused_with_its_line() {
         (
             "H1,2,3,4\n1,2,NaN,4\n",
             Some(3),
-            "theta_o_deg = NaN: allowed is a finite number",
+            "theta_o_deg is empty or NaN",
         ),
         ("H1,2,3,4\n1,inf,3,4\n", Some(3), "phi_i_deg = inf"),
         ("H1,2,3,4\n1,two,3,4\n", Some(3), "phi_i_deg = two"),

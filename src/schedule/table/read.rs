@@ -30,7 +30,7 @@ pub(crate) struct Table {
     pub lines: Vec<usize>,
     facts: Map<String, Value>,
     fact_lines: Vec<(String, usize)>,
-    /// Row-major; NaN is an empty cell, which no cell can hold otherwise.
+    /// Row-major; NaN is an empty cell.
     numbers: Vec<f64>,
     /// Words, one text per row, if there is a column of words.
     words: Vec<String>,
@@ -277,7 +277,8 @@ impl Table {
 
     fn parse(&self, cell: &str, column: usize, line: usize) -> Result<f64, FileError> {
         match cell.parse::<f64>() {
-            Ok(value) if value.is_finite() => Ok(value),
+            // Programs that know no empty cell write NaN.
+            Ok(value) if value.is_finite() || value.is_nan() => Ok(value),
             _ => {
                 let (column, cell) = (&self.labels[column], excerpt(cell));
                 let message = format!("{column} = {cell}: allowed is a finite number");
