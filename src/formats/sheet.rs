@@ -65,6 +65,12 @@ fn read(text: &str, name: &str, assume: &Assume) -> Result<Readings, FileError> 
             count_are(merged, "pose")
         ));
     }
+    if file.at_horizon > 0 {
+        notes.push(format!(
+            "{} with light or sensor at the horizon: passed over",
+            count(file.at_horizon, "row")
+        ));
+    }
     // Our own files count azimuths from the sample, and say what is below their noise.
     let doubt = !file.intact && assume.conventions.azimuth.is_none();
     let peak = retro_peak(&measurement).filter(|_| doubt);

@@ -19,7 +19,8 @@
 //! taken for what all readings share (type B), the cautious reading; `value_cos…` is taken for the
 //! value times cos theta_i and divided by it, with its uncertainties; `wavelength_nm` says that a
 //! row has one of several wavelengths; an empty value (or NaN) without a
-//! reason is `no-data`. Where there is a column `attempt`, a later attempt at a pose replaces an
+//! reason is `no-data`; rows with light or sensor at the horizon are passed over, unless there is a
+//! column `attempt` or a lattice. Where there is a column `attempt`, a later attempt at a pose replaces an
 //! earlier one; where there is none, rows of one pose are repeats and are averaged, see
 //! [`Measurement::merged`].
 
@@ -27,6 +28,7 @@ use super::columns::{self, TYPE_A, TYPE_B, UNCERTAINTY, VALUE, ValueColumns, col
 use super::merge::Pool;
 use super::{Flags, Measurement, Negative, Outcome};
 use crate::error::{count, excerpt};
+use crate::schedule::arms::take_horizon;
 use crate::schedule::export::{PoseRows, description};
 use crate::schedule::import::{Again, Rows, known_columns};
 use crate::schedule::table::{Cell, Sheet, Table, WORDS};
@@ -82,6 +84,8 @@ pub struct MeasurementFile {
     pub averaged: usize,
     /// Rows that were read.
     pub rows: usize,
+    /// Those of them with a direction at the horizon, which were passed over.
+    pub at_horizon: usize,
     /// Rows with values below 0.
     pub negative: Negative,
     /// True if the header has the hash of the rows, which we wrote.
@@ -241,12 +245,19 @@ pub fn read_measurement(
     assume: &Assume,
 ) -> Result<MeasurementFile, FileError> {
     let conventions = &assume.conventions;
-    let table = Table::read(text, name, MEASUREMENT_HASH, conventions, |table| {
+    let mut table = Table::read(text, name, MEASUREMENT_HASH, conventions, |table| {
         let further = columns::known(table);
         let further = further.iter().map(String::as_str);
         let further: Vec<&str> = further.chain([WORDS, ATTEMPT]).collect();
         known_columns(table, &assume.axes, &further)
     })?;
+    let at_horizon = match is_ours(&table)? {
+        true => 0,
+        false => take_horizon(&mut table, conventions),
+    };
+    if at_horizon > 0 && table.lines.is_empty() {
+        return Err(FileError::whole(name, "there is no row above the horizon"));
+    }
     let rows = Rows::read(&table, conventions)?;
     let columns = ValueColumns::of(&table, conventions)?;
     let used = used(&table, &rows, &columns)?;
@@ -314,11 +325,17 @@ pub fn read_measurement(
         },
         replaced: table.lines.len() - used.len(),
         averaged,
-        rows: table.lines.len(),
+        rows: table.lines.len() + at_horizon,
+        at_horizon,
         negative,
         intact: table.fact::<String>(MEASUREMENT_HASH)?.is_some(),
         passed_over: table.passed_over().into_iter().map(String::from).collect(),
     })
+}
+
+/// True of a table that counts tries or has a lattice, as ours do: none of its rows is to be missed.
+fn is_ours(table: &Table) -> Result<bool, FileError> {
+    Ok(table.column(ATTEMPT).is_some() || table.fact::<Value>("lattice")?.is_some())
 }
 
 /// The rows that count, in the order of the file, and of each the first row of its pose. In a file

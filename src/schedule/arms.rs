@@ -8,6 +8,9 @@ use crate::numeric::GRAZING_COS;
 /// Largest azimuth, degrees: a turn, and what its printed digits may add.
 const TURN: f64 = 360.001;
 
+/// Largest polar angle of the horizon, degrees: a quarter turn, and what its printed digits may add.
+const QUARTER: f64 = 90.001;
+
 /// A column of angles.
 struct Angles {
     column: usize,
@@ -56,6 +59,28 @@ impl Angles {
     }
 }
 
+/// True of polar angles above the horizon, degrees. Closer to it than any instrument sees is below.
+fn is_above(theta: f64) -> bool {
+    theta < 90.0 && theta.to_radians().cos() > GRAZING_COS
+}
+
+/// Takes out the rows with a direction at the horizon, where f_r is of no use; their number. What is
+/// further down stays, for [`read_pairs`] to refuse: it is an angle of another meaning.
+pub(crate) fn take_horizon(table: &mut Table, conventions: &Conventions) -> usize {
+    let rows = table.lines.len();
+    let polar = ["theta_i", "theta_o"].map(|name| Angles::find(table, name));
+    table.retain(|table, row| {
+        polar.iter().flatten().all(|angles| {
+            let degrees = table
+                .number(row, angles.column)
+                .map(|a| angles.unit.degrees(a));
+            let theta = degrees.map(|a| if conventions.elevation { 90.0 - a } else { a });
+            theta.is_none_or(|theta| is_above(theta) || theta > QUARTER)
+        })
+    });
+    rows - table.lines.len()
+}
+
 /// The light and the sensor of every row; true if nothing fixes the light's azimuth, which is 0
 /// then, as of an isotropic sample.
 pub(super) fn read_pairs(
@@ -80,10 +105,9 @@ pub(super) fn read_pairs(
     for row in 0..table.lines.len() {
         let polar = |angles: &Angles| {
             let from_normal = |degrees| if up { 90.0 - degrees } else { degrees };
-            // Closer to the horizon than any instrument sees is below it.
             let good = |degrees| {
-                let theta: f64 = from_normal(degrees);
-                (0.0..90.0).contains(&theta) && theta.to_radians().cos() > GRAZING_COS
+                let theta = from_normal(degrees);
+                theta >= 0.0 && is_above(theta)
             };
             let allowed = if up {
                 ["(0, 90]: above the horizon", "(0, pi/2]: above the horizon"]

@@ -1,6 +1,6 @@
 //! Schedules: the configurations of an acquisition, in the order of measuring.
 
-mod arms;
+pub(crate) mod arms;
 pub(crate) mod convention;
 pub(crate) mod export;
 mod format;

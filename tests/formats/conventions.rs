@@ -747,12 +747,12 @@ fn what_cannot_be_meant_is_refused_in_a_sentence() {
             "phi_o_rad = 7: allowed is a number in [-2 pi, 2 pi]",
         ),
         (
-            format!("{four},value\n1,2,0,4,5\n"),
+            format!("{four},value\n1,2,-1,4,5\n"),
             Conventions {
                 elevation: true,
                 ..none()
             },
-            "theta_o_deg = 0: allowed is a number in (0, 90]: above the horizon",
+            "theta_o_deg = -1: allowed is a number in (0, 90]: above the horizon",
         ),
         (
             format!("{four},value_cos\n1,2,0,4,5\n"),

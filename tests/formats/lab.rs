@@ -64,3 +64,31 @@ fn what_is_not_a_number_is_no_data() {
         "{sentence}"
     );
 }
+
+#[test]
+fn rows_at_the_horizon_are_passed_over() {
+    let rows = "10,0,20,180,1\n10,0,90,180,0\n90,0,20,180,7\n10,0,89.99999999,180,3\n";
+    let readings = read(&format!("{HEAD}{rows}"));
+    assert_eq!((readings.rows, readings.measurement.readings()), (4, 1));
+    let note = "3 rows with light or sensor at the horizon: passed over";
+    assert_eq!(readings.notes, [note]);
+    let radians =
+        "theta_i_rad,phi_i_rad,theta_o_rad,phi_o_rad,value\n0,0,0.1,0,1\n0,0,1.5708,0,1\n";
+    assert_eq!(read(radians).measurement.readings(), 1);
+    let up = Conventions {
+        elevation: true,
+        ..Conventions::default()
+    };
+    let raised = try_read(&format!("{HEAD}80,0,0,180,1\n80,0,70,180,1\n"), up).unwrap();
+    assert_eq!(raised.measurement.readings(), 1);
+    // One line of JSON a row.
+    let json = "{\"theta_i_deg\":1,\"theta_o_deg\":90,\"phi_o_deg\":0,\"value\":1}\n";
+    assert_eq!(read(&(json.to_owned() + &json.replace("90", "9"))).rows, 2);
+    assert!(refused(json).contains("there is no row above the horizon"));
+    // Nothing of a file that counts tries is passed over, and nothing that is further down.
+    let ours = HEAD.replace("value", "value,attempt") + "10,0,20,180,1,1\n10,0,90,180,1,1\n";
+    for text in [ours, format!("{HEAD}10,0,20,180,1\n10,0,91,180,0\n")] {
+        let sentence = refused(&text);
+        assert!(sentence.contains("m.csv:3: theta_o_deg = 9"), "{sentence}");
+    }
+}

@@ -112,6 +112,24 @@ impl Table {
         self.words.get(row).map_or("", String::as_str)
     }
 
+    /// Keeps the rows of which this is true.
+    pub fn retain(&mut self, keep: impl Fn(&Self, usize) -> bool) {
+        let kept: Vec<usize> = (0..self.lines.len())
+            .filter(|&row| keep(self, row))
+            .collect();
+        let width = self.columns.len();
+        let cells = kept
+            .iter()
+            .flat_map(|&row| &self.numbers[row * width..(row + 1) * width]);
+        self.numbers = cells.copied().collect();
+        // Without a column of words there are none.
+        let words = kept
+            .iter()
+            .filter_map(|&row| self.words.get_mut(row).map(std::mem::take));
+        self.words = words.collect();
+        self.lines = kept.iter().map(|&row| self.lines[row]).collect();
+    }
+
     /// The hash of the rows.
     pub fn hash(&self) -> String {
         let mut hash = RowHash::new(self.labels.iter().map(String::as_str));
