@@ -114,7 +114,8 @@ pub fn of_text(text: &str) -> Option<Format> {
 /// The files of a format directly in a folder, sorted by name.
 ///
 /// Names that start with a dot are left out: they are other programs' side files (`._gold.binary`
-/// on a disk that has seen a Mac), not tables.
+/// on a disk that has seen a Mac), not tables. A link that leads nowhere is in the list: whoever
+/// reads it says so.
 ///
 /// # Errors
 /// Whatever the file system reports.
@@ -124,7 +125,7 @@ pub fn files_in(dir: &Path, format: &Format) -> io::Result<Vec<PathBuf>> {
         let path = entry?.path();
         let name = path.file_name().map(|name| name.as_encoded_bytes());
         let hidden = name.is_some_and(|name| name.starts_with(b"."));
-        if !hidden && of_name(&path) == Some(*format) && path.is_file() {
+        if !hidden && of_name(&path) == Some(*format) && !path.is_dir() {
             files.push(path);
         }
     }

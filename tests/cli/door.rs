@@ -389,3 +389,17 @@ fn every_command_can_be_quiet_verbose_or_coloured() {
     assert!(help.contains('\u{1b}') && !bench.good(&["--help"]).contains('\u{1b}'));
     assert!(error(&["run", "--color", "blue"]).contains("auto, always, never"));
 }
+
+#[test]
+#[cfg(unix)]
+fn a_link_that_leads_nowhere_is_named() {
+    let bench = tables();
+    let broken = bench.path("brdfs/lost.binary");
+    std::os::unix::fs::symlink("nowhere.binary", broken).unwrap();
+    let sentence = bench.refused(&["check", "brdfs"], 3);
+    assert!(
+        sentence.contains("brdfs/lost.binary: cannot read or write this MERL table: "),
+        "{sentence}"
+    );
+    bench.good(&["check", "brdfs/satin.binary"]);
+}

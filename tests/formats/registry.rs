@@ -168,7 +168,11 @@ fn only_tables_are_listed_and_in_order() {
         std::fs::write(dir.path().join(name), "").unwrap();
     }
     std::fs::create_dir(dir.path().join("e.binary")).unwrap();
+    // A link that leads nowhere is a table that cannot be read.
+    #[cfg(unix)]
+    std::os::unix::fs::symlink("nowhere", dir.path().join("c.binary")).unwrap();
     let files = formats::files_in(dir.path(), &MERL).unwrap();
     let names: Vec<_> = files.iter().map(|p| p.file_name().unwrap()).collect();
-    assert_eq!(names, ["a.binary", "b.binary"]);
+    let expected = ["a.binary", "b.binary", "c.binary"];
+    assert_eq!(names, expected[..if cfg!(unix) { 3 } else { 2 }]);
 }
