@@ -1,6 +1,7 @@
 //! Readings of a file, and what is peculiar about it.
 
 use super::ReadReadings;
+use crate::error::count;
 use crate::measurement::Measurement;
 use crate::schedule::{Assume, FileError};
 
@@ -23,6 +24,12 @@ fn without_last_line(text: &str) -> (&str, usize) {
     let text = text.trim_end();
     let end = text.rfind('\n').map_or(0, |i| i + 1);
     (&text[..end], text.lines().count())
+}
+
+/// Says how many rows were read.
+fn were_read(rows: usize) -> String {
+    let verb = if rows == 1 { "was" } else { "were" };
+    format!("{} {verb} read", count(rows, "row"))
 }
 
 /// Reads a text by the function of its format. One that was cut is read up to the cut if `assume`
@@ -54,30 +61,32 @@ pub fn read_readings(
     if let Ok(mut readings) = whole
         && (ended || readings.intact)
     {
-        let rows = readings.rows;
-        readings
-            .notes
-            .push(format!("not cut: {rows} rows were read"));
+        let rows = were_read(readings.rows);
+        readings.notes.push(format!("not cut: {rows}"));
         return Ok(readings);
     }
-    let (mut part, mut left_out) = (text, None);
+    let (mut part, mut left_out) = (text, String::new());
     if !ended {
         let (before, line) = without_last_line(text);
-        (part, left_out) = (before, Some(line));
+        let why = "it has no end, and digits may be missing from it";
+        (part, left_out) = (before, format!(", line {line} is left out: {why}"));
     }
     let read_part = match read(part, name, assume) {
         Err(e) if is_last(&e, part) => {
             let (before, line) = without_last_line(part);
-            left_out = Some(line);
+            left_out = format!(
+                ", line {line} is left out{}",
+                match ended {
+                    true => "",
+                    false => ", and the next one, which has no end",
+                }
+            );
             read(before, name, assume)
         }
         result => result,
     };
     let mut readings = read_part?;
-    let line = left_out.map_or(String::new(), |line| format!(", line {line} is left out"));
-    let rows = readings.rows;
-    readings
-        .notes
-        .push(format!("cut: {rows} rows were read{line}"));
+    let rows = were_read(readings.rows);
+    readings.notes.push(format!("cut: {rows}{left_out}"));
     Ok(readings)
 }

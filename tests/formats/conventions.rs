@@ -3,6 +3,7 @@
 use super::common::{distance, random_pair};
 use super::{chain, chord, cuts, measurements, planned};
 use gonio::brdf::{self, Brdf, Channels};
+use gonio::error::count;
 use gonio::formats::{READ_READINGS, Readings, of_text, read_readings};
 use gonio::geometry::{DirectionPair, Symmetry};
 use gonio::instrument::{Ideal, Instrument};
@@ -520,7 +521,7 @@ fn a_cut_file_is_read_up_to_the_cut() {
             let start = if seems_whole { "not cut" } else { "cut" };
             let note = back.notes.last().unwrap();
             assert!(
-                note.starts_with(&format!("{start}: {} rows", back.rows)),
+                note.starts_with(&format!("{start}: {} w", count(back.rows, "row"))),
                 "{note}"
             );
             for i in 0..back.measurement.schedule.poses.len() {

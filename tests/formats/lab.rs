@@ -92,3 +92,31 @@ fn rows_at_the_horizon_are_passed_over() {
         assert!(sentence.contains("m.csv:3: theta_o_deg = 9"), "{sentence}");
     }
 }
+
+#[test]
+fn lines_that_are_left_out_of_a_part_are_told() {
+    let partial = |text: &str| {
+        let conventions = Conventions {
+            partial: true,
+            ..Conventions::default()
+        };
+        try_read(text, conventions).unwrap().notes
+    };
+    for (rows, note) in [
+        ("10,0,20,180,1\n", "not cut: 1 row was read"),
+        (
+            "10,0,20,180,1\n10,0,30,180,1",
+            "cut: 1 row was read, line 3 is left out: it has no end, and digits may be missing from it",
+        ),
+        (
+            "10,0,20,180,1\n10,0,30\n",
+            "cut: 1 row was read, line 3 is left out",
+        ),
+        (
+            "10,0,20,180,1\n10,0,30\n10,0",
+            "cut: 1 row was read, line 3 is left out, and the next one, which has no end",
+        ),
+    ] {
+        assert_eq!(partial(&format!("{HEAD}{rows}")), [note]);
+    }
+}
