@@ -101,6 +101,12 @@ pub trait Brdf: Send + Sync {
     fn as_sample(&self) -> Option<&dyn SampleBrdf> {
         None
     }
+
+    /// The MERL table that this is. Whoever copies it asks for cells: some hold data at the horizon,
+    /// where no pair asks for it.
+    fn as_merl(&self) -> Option<&measured::merl::Merl> {
+        None
+    }
 }
 
 /// A BRDF that can draw directions in proportion (roughly) to itself.

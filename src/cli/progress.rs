@@ -1,6 +1,7 @@
 //! The bar on stderr, with the time that is left.
 
 use super::talk::is_quiet;
+use crate::brdf::measured::merl::Merl;
 use crate::brdf::{Brdf, Channels, Presence};
 use crate::experiment::Event;
 use crate::geometry::{DirectionPair, Symmetry};
@@ -136,6 +137,10 @@ impl Brdf for Watched<'_> {
 
     fn conserves_energy(&self) -> bool {
         self.brdf.conserves_energy()
+    }
+
+    fn as_merl(&self) -> Option<&Merl> {
+        self.brdf.as_merl()
     }
 
     fn eval(&self, pair: &DirectionPair, out: &mut [f64]) -> Presence {

@@ -135,6 +135,36 @@ fn look_ups_return_the_tabulated_function() {
     }
 }
 
+/// Whatever its cells hold: at the horizon, below it, beside cells without data.
+#[test]
+fn a_copy_of_a_table_has_its_cells() {
+    for grid in [MerlGrid::Reciprocal, MerlGrid::Full] {
+        let mut bytes = written(
+            &Smooth::new(Channels::Rgb, grid == MerlGrid::Reciprocal),
+            grid,
+        );
+        for (i, cell) in bytes[12..].as_chunks_mut::<8>().0.iter_mut().enumerate() {
+            let i = i % grid.cells();
+            let value = if i % 7 == 3 {
+                -1.0
+            } else {
+                1.0 + (i % 1000) as f64
+            };
+            *cell = value.to_le_bytes();
+        }
+        let table = Merl::read(bytes.as_slice(), Channels::Rgb).unwrap();
+        let copy = written(&table, grid);
+        assert_eq!(copy.len(), bytes.len());
+        let numbers = |bytes: &[u8]| -> Vec<f64> {
+            let cells = bytes[12..].as_chunks().0.iter();
+            cells.map(|b| f64::from_le_bytes(*b)).collect()
+        };
+        for (copy, cell) in numbers(&copy).into_iter().zip(numbers(&bytes)) {
+            assert!((copy - cell).abs() <= 1e-15 * cell.abs(), "{copy} {cell}");
+        }
+    }
+}
+
 #[test]
 fn missing_data_stay_missing() {
     let mut smooth = Smooth::new(Channels::Rgb, true);

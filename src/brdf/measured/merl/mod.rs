@@ -119,6 +119,10 @@ impl Brdf for Merl {
         false
     }
 
+    fn as_merl(&self) -> Option<&Merl> {
+        Some(self)
+    }
+
     fn eval(&self, pair: &DirectionPair, out: &mut [f64]) -> Presence {
         let mut presence = [Presence::Missing];
         self.eval_batch(std::slice::from_ref(pair), out, &mut presence);

@@ -4,6 +4,10 @@
 //! the horizon (h_z ≤ |k_z|), where the BRDF has no data, and where it breaks its promise and
 //! returns a negative value or one that is not finite when stored. A BRDF in luminance is written as
 //! a grey one.
+//!
+//! The cells of a MERL table of the same layout are copied, those too whose node is not above the
+//! horizon: part of such a cell may be, and the nodes of two (theta_h = 10° and 40°, theta_d = 90° −
+//! theta_h, phi_d = 0; of four in 90×90×360) lie exactly on it.
 
 use super::file::{SCALE, is_data};
 use super::{MerlError, MerlGrid};
@@ -143,6 +147,14 @@ impl Row {
             // Of the scales the least: the others make smaller numbers of a value.
             if presence == Presence::Present && found.iter().all(|&v| is_data(v / SCALE[0])) {
                 values[n * phi..][..n].copy_from_slice(found);
+            }
+        }
+        if let Some(table) = brdf.as_merl().filter(|table| table.grid() == grid) {
+            for (phi, values) in values.chunks_exact_mut(n).enumerate() {
+                match table.value([h, d, phi]) {
+                    Some(found) => values.copy_from_slice(&found[..n]),
+                    None => values.fill(MISSING),
+                }
             }
         }
     }
