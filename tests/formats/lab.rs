@@ -94,6 +94,33 @@ fn rows_at_the_horizon_are_passed_over() {
 }
 
 #[test]
+fn an_unknown_column_gets_a_short_answer() {
+    let text = HEAD.replace("\n", ",lamp\n") + "10,0,20,180,1,0\n";
+    let sentence = refused(&text);
+    assert!(sentence.len() < 400, "{sentence}");
+    for part in [
+        "column \"lamp\" is not known; allowed: index, theta_i_deg, phi_i_deg",
+        " others; with --columns, which says their names in the file, others are passed over, e.g. \
+         --columns theta_i_deg=theta_i_deg",
+    ] {
+        assert!(sentence.contains(part), "{sentence}");
+    }
+    // As it says.
+    let name = "theta_i_deg".to_owned();
+    let conventions = Conventions {
+        columns: vec![(name.clone(), name)],
+        ..Conventions::default()
+    };
+    let notes = try_read(&text, conventions).unwrap().notes;
+    assert_eq!(notes, ["columns that were passed over: lamp"]);
+    let sentence = refused(&text.replace("theta_o_deg", "tetha_o_deg"));
+    assert!(
+        sentence.ends_with("; did you mean theta_o_deg?"),
+        "{sentence}"
+    );
+}
+
+#[test]
 fn lines_that_are_left_out_of_a_part_are_told() {
     let partial = |text: &str| {
         let conventions = Conventions {

@@ -7,13 +7,16 @@
 use super::super::convention::Conventions;
 use super::super::format::ScheduleFormat;
 use super::{FileError, RowHash, WORDS};
-use crate::error::excerpt;
+use crate::error::{excerpt, meant};
 use serde::de::{Deserialize, DeserializeOwned, Deserializer, MapAccess, Visitor};
 use serde_json::{Map, Value};
 use std::fmt::{self, Formatter};
 
 /// The key of the first line of JSON Lines.
 const HEADER: &str = "header";
+
+/// Names of columns that a refusal lists.
+const NAMED: usize = 7;
 
 /// A table that was read. Cells are numbers but for one column of words.
 #[derive(Debug, Default)]
@@ -215,16 +218,30 @@ impl Table {
                 continue;
             }
             if conventions.columns.is_empty() || column != label {
-                let (column, known) = (excerpt(column), known.join(", "));
-                let message = format!(
-                    "column {column:?} is not known; allowed: {known}; with --columns, which says \
-                     their names in the file, others are passed over"
-                );
+                let message = self.unknown(column, &known);
                 return Err(self.error(line, message));
             }
             self.columns[i].clear();
         }
         Ok(())
+    }
+
+    /// The sentence about a column that is none of the `known`: some of them, the one that may be
+    /// meant, and how to pass it over.
+    fn unknown(&self, column: &str, known: &[String]) -> String {
+        let some = known.iter().take(NAMED).map(String::as_str);
+        let (some, others) = (some.collect::<Vec<_>>(), known.len().saturating_sub(NAMED));
+        let ours = self.labels.iter().find(|label| known.contains(label));
+        let example = ours.map_or(String::new(), |ours| {
+            format!(", e.g. --columns {0}={0}", excerpt(ours))
+        });
+        format!(
+            "column {:?} is not known; allowed: {} and {others} others; with --columns, which says \
+             their names in the file, others are passed over{example}{}",
+            excerpt(column),
+            some.join(", "),
+            meant(column, known)
+        )
     }
 
     fn read_csv(
