@@ -108,7 +108,7 @@ enum Command {
 impl Cli {
     /// The command line of this process; ends it where that is refused, or asks for help.
     pub fn read() -> Self {
-        let command = Self::command().color(color_of(std::env::args_os()));
+        let command = signed(Self::command()).color(color_of(std::env::args_os()));
         let matches = command.get_matches();
         Self::from_arg_matches(&matches).unwrap_or_else(|e| e.exit())
     }
@@ -131,6 +131,19 @@ impl Cli {
         });
         done
     }
+}
+
+/// The commands with options that take a negative number for a value, and not for another option:
+/// whoever reads the value says what is allowed.
+fn signed(command: clap::Command) -> clap::Command {
+    let command = command.mut_args(|arg| {
+        let valued = !arg.is_positional() && arg.get_action().takes_values();
+        match valued {
+            true => arg.allow_negative_numbers(true),
+            false => arg,
+        }
+    });
+    command.mut_subcommands(signed)
 }
 
 impl Command {

@@ -403,3 +403,22 @@ fn a_link_that_leads_nowhere_is_named() {
     );
     bench.good(&["check", "brdfs/satin.binary"]);
 }
+
+/// What is said to a refused command line.
+fn usage(bench: &Bench, args: &[&str]) -> String {
+    let output = bench.gonio(args);
+    assert_eq!(output.status.code(), Some(2), "{args:?}");
+    String::from_utf8(output.stderr).unwrap()
+}
+
+#[test]
+fn negative_numbers_are_values() {
+    let bench = Bench::new();
+    for option in ["--budget", "--readings"] {
+        let text = usage(&bench, &["schedule", "small.toml", option, "-1"]);
+        let allowed = "budget = -1: allowed is a whole number from 1 to";
+        assert!(text.contains(allowed), "{text}");
+    }
+    let text = usage(&bench, &["schedule", "small.toml", "--minutes", "-0.5"]);
+    assert!(text.contains("minutes = -0.5: allowed is"), "{text}");
+}
