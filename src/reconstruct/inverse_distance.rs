@@ -18,7 +18,7 @@ const KIND: &str = "inverse-distance";
 /// The registry entry.
 pub(super) const ENTRY: Entry<dyn Reconstruct> = Entry {
     kind: KIND,
-    summary: "inverse-distance weights over the k nearest readings",
+    summary: "inverse-distance weights over the k nearest readings; also stretch (1.5, of sheets 3)",
     examples: &[
         "neighbours = 12\npower = 2.0",
         "coordinates = { kind = \"half-difference\", warp = { theta_h = \"square-root\" } }",

@@ -16,7 +16,7 @@ const KIND: &str = "nearest";
 /// The registry entry.
 pub(super) const ENTRY: Entry<dyn Reconstruct> = Entry {
     kind: KIND,
-    summary: "the nearest reading",
+    summary: "the nearest reading; also stretch (1.5, of sheets 3)",
     examples: &["", "coordinates = { kind = \"half-difference\" }"],
     read: |table| Ok(Box::new(registry::parse::<NearestReading>(table)?)),
 };

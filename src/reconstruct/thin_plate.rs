@@ -15,7 +15,7 @@ const KIND: &str = "thin-plate";
 /// The registry entry.
 pub(super) const ENTRY: Entry<dyn Reconstruct> = Entry {
     kind: KIND,
-    summary: "local thin-plate spline over the k nearest readings",
+    summary: "local thin-plate spline over the k nearest readings; also stretch (1.5, of sheets 3)",
     examples: &["neighbours = 30", "coordinates = { kind = \"hybrid\" }"],
     read: |table| Ok(Box::new(registry::parse::<ThinPlate>(table)?)),
 };

@@ -422,3 +422,9 @@ fn negative_numbers_are_values() {
     let text = usage(&bench, &["schedule", "small.toml", "--minutes", "-0.5"]);
     assert!(text.contains("minutes = -0.5: allowed is"), "{text}");
 }
+
+#[test]
+fn defaults_by_layout_are_listed() {
+    let said = Bench::new().good(&["list", "reconstructions"]);
+    assert_eq!(said.matches("stretch (1.5, of sheets 3)").count(), 3);
+}
