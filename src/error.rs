@@ -80,7 +80,8 @@ pub struct ParameterError {
 }
 
 impl ParameterError {
-    /// The key, the value that was given (of a long one the start is kept), and what is allowed.
+    /// The key, the value that was given (of a long one the start is kept, of none `""`), and what is
+    /// allowed.
     pub fn new(
         key: impl Into<String>,
         value: impl std::fmt::Display,
@@ -88,7 +89,10 @@ impl ParameterError {
     ) -> Self {
         Self {
             key: key.into(),
-            value: excerpt(&value.to_string()).into_owned(),
+            value: match value.to_string() {
+                nothing if nothing.is_empty() => "\"\"".into(),
+                text => excerpt(&text).into_owned(),
+            },
             allowed: allowed.into(),
         }
     }

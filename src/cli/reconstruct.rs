@@ -7,7 +7,7 @@ use super::energy::EnergyArgs;
 use super::reading::ReadingArgs;
 use super::{ThreadArgs, build, choose_material, format_names, print, refuse_existing, tabulate};
 use crate::brdf::Brdf;
-use crate::error::{Error, ParameterError, excerpt, one_of};
+use crate::error::{self, Error, ParameterError, excerpt, one_of};
 use crate::experiment::{AnyPlan, Kind, Source};
 use crate::formats::{self, Format, READ_READINGS, WRITE_TABLE};
 use crate::geometry::Symmetry;
@@ -167,7 +167,7 @@ impl Reconstruct {
         }
         let table = match &self.output {
             Some(path) => {
-                let table = WRITE_TABLE.choose(self.format, path);
+                let table = WRITE_TABLE.format(self.format, path);
                 Some((table.map_err(|e| Error::output(path, e))?, path))
             }
             None => None,
@@ -319,13 +319,13 @@ fn material_of(measurement: &Measurement) -> String {
     let schedule = &measurement.schedule;
     let form = &schedule.parametrization;
     let mut text = format!(
-        "{} poses ({}) in {} coordinates (warp: {}; {}): {} readings\n",
-        schedule.poses.len(),
+        "{} ({}) in {} coordinates (warp: {}; {}): {}\n",
+        error::count(schedule.poses.len(), "pose"),
         schedule.sample_set,
         form.name(),
         form.warp_name(),
         words(form.symmetry()),
-        measurement.readings(),
+        error::count(measurement.readings(), "reading"),
     );
     let outcomes = &measurement.outcomes;
     let count = |is: &dyn Fn(Outcome) -> bool| outcomes.iter().filter(|o| is(**o)).count();

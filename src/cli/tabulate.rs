@@ -7,7 +7,7 @@ use super::{ConfigArgs, ThreadArgs, build, choose_material, format_names, print,
 use crate::brdf::{Brdf, Channels};
 use crate::error::Error;
 use crate::experiment::{Material, Plan, Source};
-use crate::formats::{self, Format, TableError, WRITE_TABLE, WriteTable};
+use crate::formats::{Format, TableError, WRITE_TABLE};
 use clap::Args;
 use std::path::{Path, PathBuf};
 
@@ -39,8 +39,8 @@ pub(super) struct Tabulate {
 impl Tabulate {
     pub(super) fn run(self) -> Result<(), Error> {
         self.threads.apply()?;
-        let table = WRITE_TABLE.choose(self.format, &self.output);
-        let table = table.map_err(|e| Error::output(&self.output, e))?;
+        let format = WRITE_TABLE.format(self.format, &self.output);
+        let format = format.map_err(|e| Error::output(&self.output, e))?;
         let source = self.config.source()?;
         let plan = super::plan(&source)?;
         let material = choose_material(&plan.materials, self.material.as_deref())?;
@@ -48,7 +48,7 @@ impl Tabulate {
         let brdf = build(material, channels(&source, &plan, material)?)?;
         self.energy.check(&*brdf, 0.0)?;
         let name = || format!("--material {}", material.name);
-        write(table, &*brdf, &self.output, name)
+        write(format, &*brdf, &self.output, name)
     }
 }
 
@@ -65,13 +65,15 @@ fn channels(source: &Source, plan: &Plan, material: &Material) -> Result<Channel
 
 /// Writes a BRDF as a table; `place` is who chose it.
 pub(super) fn write(
-    table: WriteTable,
+    format: Format,
     brdf: &dyn Brdf,
     path: &Path,
     place: impl FnOnce() -> String,
 ) -> Result<(), Error> {
-    let pairs = formats::of_name(path).and_then(|format| format.table_pairs);
-    let progress = Progress::of(pairs.map_or(0, |pairs| pairs(brdf)), "tabulates");
+    let table = WRITE_TABLE.function(&format);
+    let table = table.map_err(|e| Error::output(path, e))?;
+    let pairs = format.table_pairs.map_or(0, |pairs| pairs(brdf));
+    let progress = Progress::of(pairs, "tabulates");
     let brdf = Watched::new(brdf, &progress);
     table(&brdf, path).map_err(|e| match e {
         TableError::Io(_) => Error::output(path, e),

@@ -1,6 +1,7 @@
 //! Text of the ALTA library.
 
 use super::{Format, Readings};
+use crate::error::count;
 use crate::measurement::alta::{is_alta, read};
 use crate::measurement::retro_peak;
 
@@ -13,8 +14,10 @@ pub const FORMAT: Format = Format {
     read_readings: Some(|text, name, assume| {
         let file = read(text, name, assume)?;
         let note = format!(
-            "ALTA {}: {} rows below the horizon, {} rows averaged with earlier ones",
-            file.input, file.below_horizon, file.repeated
+            "ALTA {}: {} below the horizon, {} averaged with earlier ones",
+            file.input,
+            count(file.below_horizon, "row"),
+            count(file.repeated, "row")
         );
         let doubt = file.has_azimuths && assume.conventions.azimuth.is_none();
         let peak = retro_peak(&file.measurement).filter(|_| doubt);

@@ -75,11 +75,16 @@ impl<T> Use<T> {
     /// # Errors
     /// [`FormatError`].
     pub fn choose(&self, chosen: Option<Format>, path: &Path) -> Result<T, FormatError> {
-        if let Some(format) = chosen {
-            return self.function(&format);
-        }
-        let said = of_name(path).and_then(|f| (self.of)(&f));
-        said.ok_or_else(|| FormatError::Name {
+        self.function(&self.format(chosen, path)?)
+    }
+
+    /// The format that was chosen, else that which the extension of `path` says.
+    ///
+    /// # Errors
+    /// [`FormatError::Name`].
+    pub fn format(&self, chosen: Option<Format>, path: &Path) -> Result<Format, FormatError> {
+        let said = || of_name(path).filter(|f| (self.of)(f).is_some());
+        chosen.or_else(said).ok_or_else(|| FormatError::Name {
             what: self.what,
             allowed: self.extensions("."),
         })

@@ -105,10 +105,14 @@ impl ValueColumns {
         let mut found = Vec::new();
         for family in [VALUE, VALUE_COS] {
             let mut kinds = vec![Channels::Luminance, Channels::Rgb];
-            let nm: Vec<f64> = spectral_columns(table, family)
-                .iter()
-                .map(|c| c.0)
-                .collect();
+            let spectral = spectral_columns(table, family);
+            if let Some(same) = (spectral.windows(2)).find(|w| w[0].0 == w[1].0) {
+                let [a, b] = [same[0], same[1]].map(|c| excerpt(&table.labels[c.1]).into_owned());
+                return Err(refuse(format!(
+                    "columns {a} and {b} are of one wavelength; allowed: one column for each"
+                )));
+            }
+            let nm: Vec<f64> = spectral.iter().map(|c| c.0).collect();
             if !nm.is_empty() {
                 let wavelengths = Wavelengths::new(&nm);
                 let wavelengths = wavelengths.map_err(|e| refuse(format!("columns of {e}")))?;

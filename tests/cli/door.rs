@@ -428,3 +428,15 @@ fn defaults_by_layout_are_listed() {
     let said = Bench::new().good(&["list", "reconstructions"]);
     assert_eq!(said.matches("stretch (1.5, of sheets 3)").count(), 3);
 }
+
+#[test]
+fn nothing_and_one_are_told_as_such() {
+    let bench = Bench::new();
+    let text = usage(&bench, &["reconstruct", "a.csv", "--columns", ""]);
+    assert!(text.contains("allowed is e.g. theta_i=thetaIn"), "{text}");
+    let head = "theta_i_deg,phi_i_deg,theta_o_deg,phi_o_deg,value\n";
+    fs::write(bench.path("one.csv"), head.to_owned() + "10,0,20,0,1\n").unwrap();
+    let said = bench.good(&["reconstruct", "one.csv", "--reconstruction", "nearest"]);
+    assert!(said.starts_with("1 pose ("), "{said}");
+    assert!(said.contains("): 1 reading\n"), "{said}");
+}

@@ -121,6 +121,15 @@ fn an_unknown_column_gets_a_short_answer() {
 }
 
 #[test]
+fn a_wavelength_has_one_column() {
+    let head = HEAD.replace("value", "value_450nm,value_550nm,value_450.0nm");
+    let sentence = refused(&(head + "10,0,20,180,1,2,3\n"));
+    let part =
+        "columns value_450nm and value_450.0nm are of one wavelength; allowed: one column for each";
+    assert!(sentence.contains(part), "{sentence}");
+}
+
+#[test]
 fn lines_that_are_left_out_of_a_part_are_told() {
     let partial = |text: &str| {
         let conventions = Conventions {
