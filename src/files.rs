@@ -11,27 +11,37 @@ pub const CONFIG_LIMIT: u64 = 64 << 20;
 /// Bytes that a table of poses or readings may have: ten million rows and more.
 pub const TABLE_LIMIT: u64 = 4 << 30;
 
+/// What some programs put in front of a text.
+const BYTE_ORDER_MARK: char = '\u{feff}';
+
 /// Paths of the streams of a process: the shell's `<(…)` and `/dev/stdin`.
 const STREAMS: [&str; 3] = ["/dev/stdin", "/dev/fd", "/proc/self/fd"];
 
 /// Reads a text of at most `limit` bytes from a regular file or from a stream that the process was
-/// given.
+/// given, without the byte-order mark that some programs put in front.
 ///
 /// # Errors
 /// Whatever the file system reports, a folder, pipe or device by name (which may have no end, or
-/// nobody who writes to it), a longer text.
+/// nobody who writes to it), a longer text, the first line that is no UTF-8.
 pub fn read_text(path: &Path, limit: u64) -> io::Result<String> {
     if !STREAMS.iter().any(|stream| path.starts_with(stream)) && !fs::metadata(path)?.is_file() {
         let message = "this is no regular file; allowed: a file, or /dev/stdin";
         return Err(io::Error::new(ErrorKind::InvalidInput, message));
     }
-    let mut text = String::new();
-    File::open(path)?
-        .take(limit + 1)
-        .read_to_string(&mut text)?;
-    if text.len() as u64 > limit {
+    let mut bytes = Vec::new();
+    File::open(path)?.take(limit + 1).read_to_end(&mut bytes)?;
+    if bytes.len() as u64 > limit {
         let message = format!("this is too long; allowed: at most {} MB", limit >> 20);
         return Err(io::Error::new(ErrorKind::InvalidInput, message));
+    }
+    let mut text = String::from_utf8(bytes).map_err(|e| {
+        let good = &e.as_bytes()[..e.utf8_error().valid_up_to()];
+        let line = 1 + good.iter().filter(|b| **b == b'\n').count();
+        let message = format!("line {line} is no UTF-8; allowed: text in UTF-8");
+        io::Error::new(ErrorKind::InvalidData, message)
+    })?;
+    if text.starts_with(BYTE_ORDER_MARK) {
+        text.drain(..BYTE_ORDER_MARK.len_utf8());
     }
     Ok(text)
 }
@@ -185,6 +195,18 @@ mod tests {
         let all = ["below", "circle", "dangling", "far", "near", "round"];
         assert_eq!(names(dir.path()), all);
         assert_eq!(names(&at("below")), ["file", "new"]);
+    }
+
+    #[test]
+    fn a_text_is_utf_8_with_a_mark_in_front_or_without() {
+        let dir = tempfile::tempdir().unwrap();
+        let path = dir.path().join("a.txt");
+        fs::write(&path, "\u{feff}°\n\u{feff}").unwrap();
+        assert_eq!(read_text(&path, 99).unwrap(), "°\n\u{feff}");
+        // A degree sign in Latin-1.
+        fs::write(&path, b"\xc2\xb0\nin \xb0\n").unwrap();
+        let told = read_text(&path, 99).unwrap_err().to_string();
+        assert_eq!(told, "line 2 is no UTF-8; allowed: text in UTF-8");
     }
 
     #[test]
