@@ -25,7 +25,17 @@ impl ConfigArgs {
     /// The text with every override.
     pub(super) fn source(&self) -> Result<Source, Error> {
         detail(|| format!("gonio: reads {}", self.config.display()));
-        let is_table = formats::of_name(&self.config) == Some(MERL);
+        let format = formats::of_name(&self.config);
+        let is_table = format == Some(MERL);
+        if let Some(format) = format.filter(|_| !is_table && self.config.is_file()) {
+            let message = format!(
+                "a file of format {} is no config; allowed: a config (*.toml), a MERL table \
+                 (*.{}), a folder of them",
+                format.name,
+                MERL.extension()
+            );
+            return Err(Error::config(self.config.display().to_string(), message));
+        }
         let source = match is_table || self.config.is_dir() {
             true => of_tables(&self.config)?,
             false => Source::read(&self.config)?,

@@ -440,3 +440,14 @@ fn nothing_and_one_are_told_as_such() {
     assert!(said.starts_with("1 pose ("), "{said}");
     assert!(said.contains("): 1 reading\n"), "{said}");
 }
+
+#[test]
+fn what_is_no_config_is_not_read_as_one() {
+    let bench = Bench::new();
+    for (file, format) in [("one.csv", "csv"), ("cloth.bin", "utia")] {
+        fs::write(bench.path(file), "").unwrap();
+        let sentence = bench.refused(&["tabulate", file, "-o", "x.binary"], 2);
+        let part = format!("{file}: a file of format {format} is no config; allowed: a config");
+        assert!(sentence.contains(&part), "{sentence}");
+    }
+}
