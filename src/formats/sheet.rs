@@ -44,8 +44,15 @@ fn read(text: &str, name: &str, assume: &Assume) -> Result<Readings, FileError> 
     let (measurement, merged) = file.measurement.merged();
     let mut notes = Vec::new();
     if !file.passed_over.is_empty() {
-        let columns = file.passed_over.join(", ");
-        notes.push(format!("columns that were passed over: {columns}"));
+        let names = file.passed_over.iter().map(|name| match name.as_str() {
+            "" => "one without a name",
+            name => name,
+        });
+        let columns: Vec<&str> = names.collect();
+        notes.push(format!(
+            "columns that were passed over: {}",
+            columns.join(", ")
+        ));
     }
     if file.replaced > 0 {
         notes.push(format!(

@@ -156,3 +156,15 @@ fn lines_that_are_left_out_of_a_part_are_told() {
         assert_eq!(partial(&format!("{HEAD}{rows}")), [note]);
     }
 }
+
+#[test]
+fn tables_of_spreadsheets_are_read() {
+    let text = HEAD.replace(',', "\t") + "10,5\t0\t20\t180\t0,25\n";
+    let readings = read(&text).measurement;
+    let theta = readings.schedule.poses[0].pair.omega_i.theta().to_degrees();
+    assert!((theta - 10.5).abs() < 1e-12);
+    assert_eq!(readings.values, [0.25]);
+    // A separator at the end of every line.
+    let notes = read(&(HEAD.replace('\n', ",\n") + "10,0,20,180,1,\n")).notes;
+    assert_eq!(notes, ["columns that were passed over: one without a name"]);
+}

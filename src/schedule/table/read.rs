@@ -1,8 +1,8 @@
 //! Reading of tables.
 //!
 //! Tables come from here, from a program of somebody else, or out of a spreadsheet: a byte-order
-//! mark, CRLF, blank lines, spaces, quotes, semicolons or tabs between cells, and with semicolons a
-//! comma in place of the decimal point are all taken as they are.
+//! mark, CRLF, blank lines, spaces, quotes, semicolons or tabs between cells, and with either a comma
+//! in place of the decimal point are all taken as they are.
 
 use super::super::convention::Conventions;
 use super::super::format::ScheduleFormat;
@@ -280,7 +280,7 @@ impl Table {
                 name_columns(self, columns, line)?;
                 continue;
             };
-            let comma = cells.separator == b';';
+            let comma = cells.separator != b',';
             let cells = cells.of(content).ok_or_else(unclosed)?;
             let (found, expected) = (cells.len(), self.columns.len());
             if found != expected {
