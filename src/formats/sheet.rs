@@ -2,8 +2,9 @@
 
 use super::{Format, Readings};
 use crate::error::{count, count_are};
-use crate::measurement::{read_measurement, retro_peak, write_measurement};
+use crate::measurement::{Measurement, read_measurement, retro_peak, write_measurement};
 use crate::schedule::{Assume, FileError, ScheduleFormat, read_schedule, write_schedule};
+use std::f64::consts::FRAC_PI_2;
 
 /// Comma-separated values.
 pub const CSV: Format = Format {
@@ -38,6 +39,24 @@ pub const JSON_LINES: Format = Format {
     }),
     ..Format::NONE
 };
+
+/// The sentence that doubts the unit of the angles if those of several poses are no larger than
+/// those of the hemisphere in radians.
+fn seems_radians(measurement: &Measurement) -> Option<String> {
+    let poses = &measurement.schedule.poses;
+    let polar = poses.iter().flat_map(|pose| {
+        let pair = &pose.pair;
+        [pair.omega_i.theta(), pair.omega_o.theta()]
+    });
+    let largest = polar.fold(0.0, f64::max).to_degrees();
+    let doubtful = poses.len() > 1 && largest > 0.0 && largest <= FRAC_PI_2;
+    doubtful.then(|| {
+        format!(
+            "no polar angle is above {largest:.2}°, as if radians were read as degrees; allowed: \
+             columns that end in _rad, or --angles rad"
+        )
+    })
+}
 
 fn read(text: &str, name: &str, assume: &Assume) -> Result<Readings, FileError> {
     let file = read_measurement(text, name, assume)?;
@@ -82,11 +101,13 @@ fn read(text: &str, name: &str, assume: &Assume) -> Result<Readings, FileError> 
     let doubt = !file.intact && assume.conventions.azimuth.is_none();
     let peak = retro_peak(&measurement).filter(|_| doubt);
     let negative = file.negative.warning().filter(|_| !file.intact);
+    let radians = seems_radians(&measurement).filter(|_| !file.intact);
     Ok(Readings {
         warnings: peak
             .iter()
             .map(ToString::to_string)
             .chain(negative)
+            .chain(radians)
             .collect(),
         rows: file.rows,
         intact: file.intact,

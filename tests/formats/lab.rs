@@ -168,3 +168,18 @@ fn tables_of_spreadsheets_are_read() {
     let notes = read(&(HEAD.replace('\n', ",\n") + "10,0,20,180,1,\n")).notes;
     assert_eq!(notes, ["columns that were passed over: one without a name"]);
 }
+
+#[test]
+fn radians_in_columns_of_degrees_are_doubted() {
+    let rows = "0.1,0,1.2,3.14,1\n0.1,0,1.5,3.14,1\n";
+    let warnings = read(&format!("{HEAD}{rows}")).warnings;
+    assert_eq!(warnings.len(), 1);
+    assert!(warnings[0].starts_with("no polar angle is above 1.50°, as if radians"));
+    let radians = HEAD.replace("_deg", "_rad");
+    assert!(read(&format!("{radians}{rows}")).warnings.is_empty());
+    assert!(
+        read(&format!("{HEAD}{rows}10,0,20,180,1\n"))
+            .warnings
+            .is_empty()
+    );
+}
