@@ -96,7 +96,7 @@ impl CrossValidationArgs {
             some if some < all => format!(" ({some} of {} take part)", count(all, "reading")),
             _ => String::new(),
         };
-        print(&format!("cross-validation: {}{of}\n", validation.left()))?;
+        print(&format!("left out: {}{of}\n", validation.left()))?;
         if ranked.len() > 1 {
             let shown = if is_verbose() { ranked.len() } else { SHOWN };
             let (quantity, measure) = (Errors::QUANTITIES[0].0.name, Measure::ALL[0].name());
@@ -114,7 +114,10 @@ impl CrossValidationArgs {
         let Some((best, scores)) = ranked.into_iter().next() else {
             return Ok(None);
         };
-        print(&format!("of {} at the readings left out:\n", best.label()))?;
+        print(&format!(
+            "errors of {} at readings left out:\n",
+            best.label()
+        ))?;
         print_scores(&scores)?;
         Ok(Some(best))
     }

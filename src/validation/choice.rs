@@ -10,14 +10,6 @@ use crate::reconstruct::{
 use crate::schedule::Schedule;
 use std::sync::Arc;
 
-/// Half/difference coordinates.
-pub(super) fn half_difference() -> Coordinates {
-    Coordinates {
-        kind: "half-difference".into(),
-        warp: Warps::default(),
-    }
-}
-
 /// What is done with readings that choose nothing: cubic of a grid, thin-plate of others, in the coordinates of
 /// their schedule.
 pub fn plain(schedule: &Schedule) -> Arc<dyn Reconstruct> {

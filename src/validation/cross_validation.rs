@@ -1,20 +1,17 @@
 //! Readings that are predicted from the others.
 
+use super::jury::values;
 use super::left_out::{Groups, Left};
 use super::{Jury, Scores, ValidationError};
-use crate::geometry::DirectionPair;
 use crate::measurement::Measurement;
 use crate::metrics::Values;
-use crate::reconstruct::{Interpolant, Readings, Reconstruct, ReconstructError};
+use crate::reconstruct::{Readings, Reconstruct, ReconstructError};
 use crate::schedule::Schedule;
 use rayon::prelude::*;
 use std::sync::Arc;
 
 /// Most readings that take part: of more, every k-th does.
 const MOST: usize = 20_000;
-
-/// Pairs per call of a reconstruction.
-const BATCH: usize = 256;
 
 /// Readings that are left out in turn.
 pub struct CrossValidation<'a> {
@@ -41,7 +38,7 @@ impl<'a> CrossValidation<'a> {
         let groups = Groups::new(measurement, &poses, sheets)?;
         let judges = groups.judges(&poses);
         Ok(Self {
-            jury: Jury::of(measurement, &judges, groups.count())?,
+            jury: Jury::of(measurement, &judges, groups.count)?,
             measurement,
             poses,
             groups,
@@ -60,7 +57,7 @@ impl<'a> CrossValidation<'a> {
 
     /// Number of reconstructions that [`scores`](Self::scores) makes of this many methods.
     pub fn tasks(&self, methods: usize) -> usize {
-        methods * self.groups.count()
+        methods * self.groups.count
     }
 
     /// Number of readings that take part.
@@ -75,7 +72,7 @@ impl<'a> CrossValidation<'a> {
         methods: &[Arc<dyn Reconstruct>],
         done: impl Fn() + Sync,
     ) -> Vec<Result<Scores, ReconstructError>> {
-        let groups = self.groups.count();
+        let groups = self.groups.count;
         let tasks: Vec<_> = methods
             .iter()
             .flat_map(|method| (0..groups).map(move |group| (method, group)))
@@ -131,15 +128,4 @@ impl<'a> CrossValidation<'a> {
         let luminance = values.chunks_exact(channels.count());
         Ok(luminance.map(|v| channels.luminance(v)).collect())
     }
-}
-
-/// The values of an interpolant at pairs, pair-major.
-pub(super) fn values(interpolant: &dyn Interpolant, pairs: &[DirectionPair]) -> Vec<f64> {
-    let width = interpolant.width();
-    let mut values = vec![0.0; pairs.len() * width];
-    pairs
-        .par_chunks(BATCH)
-        .zip(values.par_chunks_mut(BATCH * width))
-        .for_each(|(pairs, out)| interpolant.eval_batch(pairs, out));
-    values
 }

@@ -1,16 +1,19 @@
 //! Readings that judge a reconstruction.
 
 use super::ValidationError;
-use super::choice::half_difference;
-use super::cross_validation::values;
 use super::left_out::Groups;
 use crate::geometry::DirectionPair;
 use crate::measurement::Measurement;
 use crate::metrics::{Errors, Measure, MetricsSpec, Values, compare_weighted, test_pairs};
-use crate::reconstruct::{NearestReading, Readings, Reconstruct};
+use crate::parametrization::Warps;
+use crate::reconstruct::{Coordinates, Interpolant, NearestReading, Readings, Reconstruct};
+use rayon::prelude::*;
 
 /// Pairs of a measure that look for their nearest reading: ten for each of many readings.
 const PAIRS: usize = 100_000;
+
+/// Pairs per call of an interpolant.
+const BATCH: usize = 256;
 
 /// A number with its standard error, `None` where undefined.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -55,7 +58,7 @@ impl Jury {
             .collect();
         let groups = Groups::new(measurement, &all, Some(false))?;
         let judges = groups.judges(&all);
-        Self::of(measurement, &judges, groups.count())
+        Self::of(measurement, &judges, groups.count)
     }
 
     /// The readings of some poses, each with its group.
@@ -141,7 +144,10 @@ fn weights(
         (present[i], number[i]) = (true, n as f64);
     }
     let nearest = NearestReading {
-        coordinates: Some(half_difference()),
+        coordinates: Some(Coordinates {
+            kind: "half-difference".into(),
+            warp: Warps::default(),
+        }),
         stretch: None,
     };
     let nearest = nearest.interpolate(&Readings {
@@ -164,4 +170,15 @@ fn weights(
         }
     }
     Ok(weights)
+}
+
+/// The values of an interpolant at pairs, pair-major.
+pub(super) fn values(interpolant: &dyn Interpolant, pairs: &[DirectionPair]) -> Vec<f64> {
+    let width = interpolant.width();
+    let mut values = vec![0.0; pairs.len() * width];
+    pairs
+        .par_chunks(BATCH)
+        .zip(values.par_chunks_mut(BATCH * width))
+        .for_each(|(pairs, out)| interpolant.eval_batch(pairs, out));
+    values
 }

@@ -3,21 +3,31 @@
 use super::ValidationError;
 use crate::geometry::DirectionPair;
 use crate::measurement::Measurement;
+use crate::numeric::wrap_angle;
 use crate::parametrization::Parametrization;
 use crate::reconstruct::{IN_SHEETS, incidences};
 use rustc_hash::FxHashMap;
 use std::fmt;
+use std::hash::Hash;
 
 /// Groups that are left out in turn, at most: each costs a reconstruction.
 const MOST: usize = 10;
 
+/// Parts of the directions within sheets, of which one is left out with a sheet. Sheets often share their
+/// directions: readings of the next sheet in the same one would hide what lies between directions.
+const PARTS: usize = 3;
+
 /// Coordinates that differ by less than this, rad, are those of one place.
 const SAME: f64 = 1e-6;
+
+/// Angles within sheets that differ by less than this, rad, are one: 0.06°.
+const SAME_DIRECTION: f64 = 1e-3;
 
 /// What is left out at a time.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Left {
-    /// Whole sheets of constant incidence; of more than ten sheets every tenth at a time.
+    /// Whole sheets of constant incidence, of more than ten sheets every tenth at a time; and of the
+    /// others a third of their directions.
     Sheets {
         /// Number of sheets.
         sheets: usize,
@@ -36,25 +46,37 @@ impl fmt::Display for Left {
         match self {
             Left::Sheets { sheets, of_sensor } => {
                 let angle = if *of_sensor { "theta_o" } else { "theta_i" };
-                let part = sheets.div_ceil(MOST);
-                let each = match part {
-                    1 => "each in turn".to_owned(),
-                    _ => format!("every {MOST}th in turn"),
-                };
-                write!(f, "{each} of {sheets} sheets of constant {angle} left out")
+                let each = if *sheets > MOST { "every 10th" } else { "each" };
+                write!(
+                    f,
+                    "{each} in turn of {sheets} sheets of constant {angle}, with a third of the others"
+                )
             }
-            Left::Points { sets } => write!(f, "each in turn of {sets} random sets left out"),
+            Left::Points { sets } => write!(f, "each in turn of {sets} random sets"),
         }
     }
+}
+
+/// What is left out of a reading's sheet, and of the others.
+#[derive(Clone, Copy, PartialEq, Eq)]
+struct InSheets {
+    /// Sheet modulo [`MOST`]; `None`: in no sheet.
+    sheet: Option<usize>,
+    /// Part of the directions, below [`PARTS`].
+    part: usize,
 }
 
 /// Readings by the group they are left out with.
 pub(super) struct Groups {
     pub left: Left,
-    /// Group of each reading; `None`: it is never left out.
+    /// Number of groups.
+    pub count: usize,
+    /// Group of each reading; `None`: it judges nothing.
     pub of: Vec<Option<usize>>,
     /// Number of the place of each reading: the same under the symmetries is the same place.
-    pub place: Vec<usize>,
+    place: Vec<usize>,
+    /// Of readings in sheets, what is left out with each group; and where each reading is.
+    sheets: Option<(Vec<InSheets>, Vec<InSheets>)>,
 }
 
 impl Groups {
@@ -72,13 +94,30 @@ impl Groups {
             _ => by_sheets(&pairs),
         };
         match in_sheets {
-            Some((sheets, of)) => Ok(Self {
-                left: sheets,
-                of: of.into_iter().map(|n| n.map(|n| n % MOST)).collect(),
-                place,
-            }),
+            Some((left, count, at)) => Ok(Self::of_sheets(left, count, at, place)),
             None if sheets == Some(true) => Err(ValidationError::NoSheets),
             None => Self::of_points(place),
+        }
+    }
+
+    /// A sheet and a part of the directions at a time.
+    fn of_sheets(left: Left, sheets: usize, at: Vec<InSheets>, place: Vec<usize>) -> Self {
+        let sheets = sheets.min(MOST);
+        let rounds = (0..PARTS).flat_map(|turn| (0..sheets).map(move |s| (s, (s + turn) % PARTS)));
+        let group = |(s, part)| InSheets {
+            sheet: Some(s),
+            part,
+        };
+        let groups: Vec<InSheets> = rounds.map(group).take(MOST).collect();
+        Self {
+            left,
+            count: groups.len(),
+            of: at
+                .iter()
+                .map(|at| groups.iter().position(|group| group == at))
+                .collect(),
+            place,
+            sheets: Some((groups, at)),
         }
     }
 
@@ -97,20 +136,14 @@ impl Groups {
         }
         Ok(Self {
             left: Left::Points { sets },
+            count: sets,
             of: place.iter().map(|&n| Some(group[n])).collect(),
             place,
+            sheets: None,
         })
     }
 
-    /// Number of groups.
-    pub fn count(&self) -> usize {
-        match self.left {
-            Left::Sheets { sheets, .. } => sheets.min(MOST),
-            Left::Points { sets } => sets,
-        }
-    }
-
-    /// The poses that are left out once, each with its group, of those that these groups were made of.
+    /// The poses that judge, each with its group, of those that these groups were made of.
     pub fn judges(&self, poses: &[usize]) -> Vec<(usize, usize)> {
         let of = poses.iter().zip(&self.of);
         of.filter_map(|(&pose, &group)| Some((pose, group?)))
@@ -127,7 +160,14 @@ impl Groups {
                 open[place] = false;
             }
         }
-        self.place.iter().map(|&place| open[place]).collect()
+        let mut kept: Vec<bool> = self.place.iter().map(|&place| open[place]).collect();
+        if let Some((groups, at)) = &self.sheets {
+            let left = groups[group];
+            for (kept, at) in kept.iter_mut().zip(at) {
+                *kept &= at.sheet != left.sheet && at.part != left.part;
+            }
+        }
+        kept
     }
 }
 
@@ -141,36 +181,63 @@ fn shuffled(n: usize) -> u64 {
 
 /// The number of the place of each pair; `form` folds pairs that are the same to the material.
 fn places(form: &dyn Parametrization, pairs: &[DirectionPair]) -> Vec<usize> {
-    let mut known = FxHashMap::default();
     let key = |pair: &DirectionPair| form.forward(pair).map(|x| (x / SAME).round() as i64);
-    let number = |pair| {
-        let next = known.len();
-        *known.entry(key(pair)).or_insert(next)
-    };
-    pairs.iter().map(number).collect()
+    numbers(pairs.iter().map(key))
 }
 
-/// Readings by their sheet, if most lie in two sheets or more.
-fn by_sheets(pairs: &[DirectionPair]) -> Option<(Left, Vec<Option<usize>>)> {
+/// Where readings are in sheets, and the number of these, if most lie in two sheets or more.
+fn by_sheets(pairs: &[DirectionPair]) -> Option<(Left, usize, Vec<InSheets>)> {
     let side = |of_sensor: bool| {
-        let theta = |p: &DirectionPair| match of_sensor {
-            true => p.omega_o.theta(),
-            false => p.omega_i.theta(),
-        };
-        let sheets = incidences(&pairs.iter().map(theta).collect::<Vec<_>>());
+        // As if it were the light that stood still.
+        let pairs = pairs
+            .iter()
+            .map(|p| if of_sensor { p.swapped() } else { *p });
+        let pairs: Vec<DirectionPair> = pairs.collect();
+        let thetas: Vec<f64> = pairs.iter().map(|p| p.omega_i.theta()).collect();
+        let sheets = incidences(&thetas);
         let taken: usize = sheets.iter().map(Vec::len).sum();
-        let mut of = vec![None; pairs.len()];
+        if sheets.len() < 2 || (taken as f64) < IN_SHEETS * pairs.len() as f64 {
+            return None;
+        }
+        let mut at: Vec<InSheets> = directions(&pairs)
+            .into_iter()
+            .map(|direction| InSheets {
+                sheet: None,
+                part: (shuffled(direction) % PARTS as u64) as usize,
+            })
+            .collect();
         for (n, sheet) in sheets.iter().enumerate() {
             for &i in sheet {
-                of[i] = Some(n);
+                at[i].sheet = Some(n % MOST);
             }
         }
-        let sheets = sheets.len();
-        let enough = sheets >= 2 && taken as f64 >= IN_SHEETS * pairs.len() as f64;
-        enough.then_some((Left::Sheets { sheets, of_sensor }, of, sheets))
+        let count = sheets.len();
+        let left = Left::Sheets {
+            sheets: count,
+            of_sensor,
+        };
+        Some((left, count, at))
     };
     // The one that stood still is the one with fewer sheets.
     let sides = [false, true].into_iter().filter_map(side);
-    let (left, of, _) = sides.min_by_key(|(_, _, sheets)| *sheets)?;
-    Some((left, of))
+    sides.min_by_key(|(_, sheets, _)| *sheets)
+}
+
+/// The number of the second direction of each pair, seen from the azimuth of the first.
+fn directions(pairs: &[DirectionPair]) -> Vec<usize> {
+    let key = |pair: &DirectionPair| {
+        let turn = wrap_angle(pair.omega_o.phi() - pair.omega_i.phi()).abs();
+        [pair.omega_o.theta(), turn].map(|x| (x / SAME_DIRECTION).round() as i64)
+    };
+    numbers(pairs.iter().map(key))
+}
+
+/// A number for each thing: that of the first that is equal.
+fn numbers<K: Hash + Eq>(things: impl Iterator<Item = K>) -> Vec<usize> {
+    let mut known = FxHashMap::default();
+    let number = |thing| {
+        let next = known.len();
+        *known.entry(thing).or_insert(next)
+    };
+    things.map(number).collect()
 }
