@@ -3,11 +3,11 @@
 use super::progress::Progress;
 use super::talk::{detail, say};
 use super::unknown;
-use crate::brdf::{self, Brdf, Channels};
+use crate::brdf::{Brdf, Channels};
 use crate::error::{Error, excerpt, one_of};
 use crate::experiment::moments::MomentsPlan;
-use crate::experiment::{AnyPlan, Kind, Material, Source};
-use crate::formats::{self, READ_TABLE};
+use crate::experiment::{AnyPlan, Kind, Material, ReadingsSpec, Source, materials};
+use crate::formats::{self, READ_READINGS, READ_TABLE};
 use clap::Args;
 use std::path::Path;
 
@@ -23,8 +23,8 @@ pub(super) fn is_config(target: &str) -> bool {
 #[derive(Debug, Args)]
 pub(super) struct BrdfArgs {
     #[arg(value_name = "CONFIG|BRDF",
-        help = format!("A config (*.toml), a table ({}), or a kind of material (see `gonio list materials`)",
-            READ_TABLE.extensions("*.")))]
+        help = format!("A config (*.toml), a table ({}), readings ({}), or a kind of material (see `gonio list materials`)",
+            READ_TABLE.extensions("*."), READ_READINGS.extensions("*.")))]
     target: String,
     /// Override a key of the config, or set one of the material (alpha=0.1) or of its moments
     /// (moments.views=30)
@@ -57,13 +57,15 @@ impl BrdfArgs {
     /// The config: the one that is named, or one that holds nothing but the material.
     pub(super) fn source(&self) -> Result<Source, Error> {
         let path = Path::new(&self.target);
-        let kinds = || brdf::all().into_iter().map(|e| e.kind);
+        let kinds = || materials().into_iter().map(|e| e.kind);
         let single = |keys: String| {
             let text = format!("experiment = \"moments\"\n\n[[material]]\n{keys}\n");
             Source::new(self.target.as_str(), text)
         };
         let of_config = is_config(&self.target);
-        let table = formats::of_name(path).and_then(|f| f.read_table);
+        let format = formats::of_name(path);
+        let table = format.and_then(|f| f.read_table);
+        let readings = format.is_some_and(|f| f.read_readings.is_some());
         let mut source = match table {
             _ if of_config => {
                 detail(|| format!("gonio: reads {}", path.display()));
@@ -73,11 +75,13 @@ impl BrdfArgs {
             None if kinds().any(|kind| kind == self.target) => {
                 single(format!("kind = \"{}\"", self.target))
             }
+            None if readings || path.is_file() => single(ReadingsSpec::of(path.into()).to_string()),
             None => {
                 let message = format!(
-                    "this is neither a config (*.toml), a table ({}) nor a kind of material; \
-                     allowed kinds: {}",
+                    "this is neither a config (*.toml), a table ({}), readings ({}) nor a kind of \
+                     material; allowed kinds: {}",
                     READ_TABLE.extensions("*."),
+                    READ_READINGS.extensions("*."),
                     one_of(&self.target, kinds())
                 );
                 return Err(Error::config(excerpt(&self.target), message));

@@ -2,9 +2,8 @@
 
 use super::output::{JsonArgs, print_json};
 use super::print;
-use crate::brdf;
 use crate::error::{Error, excerpt, one_of};
-use crate::experiment::{Kind, Row, Use};
+use crate::experiment::{self, Kind, Row, Use};
 use crate::formats;
 use crate::geometry::Symmetry;
 use crate::instrument::{self, InstrumentSpec, Order};
@@ -314,7 +313,7 @@ fn sections(family: Family) -> Vec<Section> {
         }
         Family::Materials => {
             let title = "materials: [[material]] with kind = …";
-            let members = entries(&brdf::all(), |spec| spec.resolved());
+            let members = entries(&experiment::materials(), |spec| spec.resolved());
             Section::new("materials", title, members)
         }
         Family::SampleSets => {

@@ -4,14 +4,13 @@ use super::check::words;
 use super::schedule::out_of_reach;
 use super::talk::{note, wrote};
 use super::{
-    ThreadArgs, axis_names, build, choose_material, format_names, print, read_as, refuse_existing,
-    written,
+    ThreadArgs, build, choose_material, format_names, print, read_as, refuse_existing, written,
 };
 use crate::error::{Error, count};
 use crate::experiment::{IDEAL, Plan, PlannedInstrument, Source};
 use crate::files::write_atomically;
 use crate::formats::{Format, READ_SCHEDULE, WRITE_READINGS};
-use crate::instrument::{Ideal, Instrument, Order};
+use crate::instrument::{self, Ideal, Instrument, Order};
 use crate::measurement::{About, Measurement, Outcome};
 use crate::schedule::{Assume, Sequence, Unreachable};
 use clap::Args;
@@ -76,7 +75,7 @@ impl Measure {
         let material = choose_material(&plan.materials, self.material.as_deref())?;
         let assume = Assume {
             otherwise: material.symmetry,
-            axes: axis_names()?,
+            axes: instrument::axis_names(),
             ..Assume::default()
         };
         let name = self.schedule.display().to_string();

@@ -35,8 +35,7 @@ use crate::brdf::{Brdf, BuildError, Channels};
 use crate::error::{Error, ParameterError, count, excerpt, in_left_open, one_of};
 use crate::experiment::{MAX_BUDGET, MAX_MINUTES, Material, Plan, Source};
 use crate::files;
-use crate::formats::{self, Format, Use, WRITE_TABLE};
-use crate::instrument;
+use crate::formats::{Format, Use, WRITE_TABLE};
 use crate::registry::Entry;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::{Args, CommandFactory, FromArgMatches, Parser, Subcommand};
@@ -293,15 +292,8 @@ fn format_names<T: 'static>(
 
 /// The text of an input file, and the function that reads it.
 fn read_as<T>(path: &Path, wanted: &Use<T>) -> Result<(String, T), Error> {
-    let refused = |e| Error::data(path, e);
-    // What is told by its name alone; text that nothing recognises is CSV.
-    if let Some(format) = formats::of_name(path).filter(|f| f.recognises.is_none()) {
-        let read = wanted.function(&format).map_err(refused)?;
-        return Ok((read_text(path)?, read));
-    }
-    let text = read_text(path)?;
-    let format = formats::of_text(&text).unwrap_or(formats::CSV);
-    Ok((text, wanted.function(&format).map_err(refused)?))
+    detail(|| format!("gonio: reads {}", path.display()));
+    wanted.open(path)
 }
 
 /// The text of an input file.
@@ -328,21 +320,6 @@ fn written(path: &Path, result: io::Result<()>) -> Result<(), Error> {
         }
         _ => Ok(()),
     }
-}
-
-/// Names of the axes of every preset.
-fn axis_names() -> Result<Vec<String>, Error> {
-    let mut names: Vec<String> = Vec::new();
-    for preset in instrument::presets() {
-        let spec = instrument::read(preset.text);
-        let spec = spec.map_err(|e| Error::Internal(format!("preset {}: {e}", preset.name)))?;
-        for axis in spec.axis {
-            if !names.contains(&axis.name) {
-                names.push(axis.name);
-            }
-        }
-    }
-    Ok(names)
 }
 
 /// Reads a number of configurations: 1000, or 1e6.

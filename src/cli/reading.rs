@@ -1,9 +1,8 @@
 //! How files of readings by others are read.
 
-use super::read_as;
-use super::talk::say;
+use super::talk::{detail, say};
 use crate::error::{Error, ParameterError};
-use crate::formats::{READ_READINGS, Readings, read_readings};
+use crate::formats::{Readings, load_readings};
 use crate::schedule::{AngleUnit, Assume, Azimuth, Choice, Conventions, Quantity};
 use clap::Args;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
@@ -59,8 +58,6 @@ fn column(text: &str) -> Result<(String, String), ParameterError> {
 impl ReadingArgs {
     /// The readings of a file; warnings about it go to stderr.
     pub fn read(&self, path: &Path, assume: Assume) -> Result<Readings, Error> {
-        let (text, read) = read_as(path, &READ_READINGS)?;
-        let name = path.display().to_string();
         let assume = Assume {
             conventions: Conventions {
                 columns: self.columns.clone(),
@@ -72,9 +69,10 @@ impl ReadingArgs {
             },
             ..assume
         };
-        let readings = read_readings(read, &text, &name, &assume)?;
+        detail(|| format!("gonio: reads {}", path.display()));
+        let readings = load_readings(path, &assume)?;
         for warning in &readings.warnings {
-            say(&format!("gonio: {name}: {warning}"));
+            say(&format!("gonio: {}: {warning}", path.display()));
         }
         Ok(readings)
     }

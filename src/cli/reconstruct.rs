@@ -11,6 +11,7 @@ use crate::error::{self, Error, ParameterError, excerpt, one_of};
 use crate::experiment::{AnyPlan, Kind, Source};
 use crate::formats::{self, Format, READ_READINGS, WRITE_TABLE};
 use crate::geometry::Symmetry;
+use crate::instrument;
 use crate::measurement::{Flags, Measurement, Outcome};
 use crate::metrics::{self, Errors, Measure, MetricsSpec};
 use crate::parametrization;
@@ -18,7 +19,7 @@ use crate::reconstruct::{self, Coverage, Covered, Fill};
 use crate::report::Columns;
 use crate::schedule::Pose;
 use crate::schedule::{Assume, Unreachable};
-use crate::validation::{self, Jury};
+use crate::validation::Jury;
 use clap::Args;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use std::path::{Path, PathBuf};
@@ -173,11 +174,10 @@ impl Reconstruct {
             None => None,
         };
         self.check_parametrization()?;
-        let named = self.named()?;
         let (measurement, notes) = self.read(&self.measurements)?;
         print(&(material_of(&measurement) + &notes))?;
         let truth = self.truth(&measurement)?;
-        let method = self.method(named, &measurement)?;
+        let method = self.method(&measurement)?;
         let brdf = method
             .reconstruct(&measurement)
             .map_err(|e| Error::data(&self.measurements, e))?;
@@ -227,7 +227,7 @@ impl Reconstruct {
             parametrization: self.parametrization.clone(),
             symmetry: self.symmetry,
             otherwise: Symmetry::FULL,
-            axes: super::axis_names()?,
+            axes: instrument::axis_names(),
             ..Assume::default()
         };
         let readings = self.reading.read(path, assume)?;
@@ -235,18 +235,30 @@ impl Reconstruct {
         Ok((readings.measurement, notes.collect()))
     }
 
-    /// The method that is asked for, if any is.
-    fn named(&self) -> Result<Option<Arc<dyn reconstruct::Reconstruct>>, Error> {
-        let Some(kind) = self.reconstruction.as_deref().filter(|kind| *kind != AUTO) else {
-            return match self.set.first() {
-                Some(set) => Err(Error::config(
-                    format!("--set {set}"),
-                    "no reconstruction is named; allowed: --set with --reconstruction KIND",
-                )),
-                None => Ok(None),
-            };
+    /// The method that is asked for, or the usual one for readings of our own schedules; `None` if the
+    /// readings choose.
+    fn named(
+        &self,
+        measurement: &Measurement,
+    ) -> Result<Option<Arc<dyn reconstruct::Reconstruct>>, Error> {
+        let mut keys = match self.reconstruction.as_deref() {
+            Some(kind) if kind != AUTO => toml::Table::from_iter([("kind".into(), kind.into())]),
+            None if !measurement.schedule.is_of_others() => {
+                reconstruct::default_for(measurement).resolved()
+            }
+            _ => {
+                return match self.set.first() {
+                    Some(set) => Err(Error::config(
+                        format!("--set {set}"),
+                        "the readings choose the reconstruction; allowed: --set with --reconstruction KIND",
+                    )),
+                    None => Ok(None),
+                };
+            }
         };
         let all = reconstruct::all();
+        let kind = keys.remove("kind");
+        let kind = kind.as_ref().and_then(toml::Value::as_str).unwrap_or("");
         let Some(entry) = all.iter().find(|e| e.kind == kind) else {
             let message = format!(
                 "{:?} is no reconstruction; allowed: {}",
@@ -255,7 +267,7 @@ impl Reconstruct {
             );
             return Err(Error::config("--reconstruction", message));
         };
-        let mut keys = Source::new("--set", "");
+        let mut keys = Source::new("--set", keys.to_string());
         for assignment in &self.set {
             keys.set(assignment, format!("--set {assignment}"))?;
         }
@@ -264,19 +276,17 @@ impl Reconstruct {
         Ok(Some(Arc::from(method)))
     }
 
-    /// The method that is asked for, else that of the file's kind; says how good it is.
+    /// The method that is asked for, else the one that the readings choose; says how good it is.
     fn method(
         &self,
-        named: Option<Arc<dyn reconstruct::Reconstruct>>,
         measurement: &Measurement,
     ) -> Result<Arc<dyn reconstruct::Reconstruct>, Error> {
-        let ours = self.reconstruction.is_none() && !measurement.schedule.is_of_others();
-        let default = || validation::plain(&measurement.schedule);
-        let method = named.or_else(|| ours.then(default));
+        let method = self.named(measurement)?;
         let methods = method.iter().cloned().collect();
         let path = &self.measurements;
         let best = self.cross_validation.choose(measurement, path, methods)?;
-        Ok(method.or(best).unwrap_or_else(default))
+        let best = method.or(best);
+        Ok(best.unwrap_or_else(|| reconstruct::default_for(measurement)))
     }
 
     fn truth(&self, measurement: &Measurement) -> Result<Option<Truth>, Error> {

@@ -3,15 +3,13 @@
 use super::output::{JsonArgs, print_json};
 use super::reading::ReadingArgs;
 use super::talk::{note, wrote};
-use super::{
-    ConfigArgs, SeedArgs, axis_names, format_names, print, refuse_existing, unknown, written,
-};
+use super::{ConfigArgs, SeedArgs, format_names, print, refuse_existing, unknown, written};
 use crate::error::{Error, ParameterError, count, in_left_open};
 use crate::experiment::{Allowance, Plan, PlannedInstrument, Router, ScheduleKey};
 use crate::files::write_atomically;
 use crate::formats::{CSV, Format, WRITE_SCHEDULE, WriteSchedule};
 use crate::geometry::DirectionPair;
-use crate::instrument::Order;
+use crate::instrument::{self, Order};
 use crate::report::schedule_stem;
 use crate::schedule::{Assume, Itinerary, Sequence, Unvisited, unvisited};
 use clap::Args;
@@ -209,7 +207,7 @@ impl Schedule {
             return Ok(None);
         };
         let assume = Assume {
-            axes: axis_names()?,
+            axes: instrument::axis_names(),
             ..Assume::default()
         };
         let readings = self.reading.read(path, assume)?;

@@ -126,7 +126,9 @@ pub(super) fn hash(paths: &[PathBuf]) -> Result<Vec<Input>, Unreadable> {
 
 /// Removes paths of files: keys depend on their bytes. Also in the parts of a compound material.
 pub(super) fn forget_paths(table: &mut toml::Table) {
-    table.remove("path");
+    for key in ["path", "file"] {
+        table.remove(key);
+    }
     for (_, value) in table.iter_mut() {
         match value {
             toml::Value::Table(inner) => forget_paths(inner),

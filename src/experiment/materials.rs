@@ -3,16 +3,18 @@
 use super::checks::{Names, below};
 use super::choices::Material;
 use super::keypath::KeyPath;
+use super::of_readings;
 use super::source::Source;
 use super::tables::{Named, insert_list, named, section, with_name};
 use crate::brdf::{self, BrdfSpec, BuildError, Channels};
 use crate::error::Error;
 use crate::formats::{self, MERL};
 use crate::geometry::Symmetry;
-use crate::registry::{self, ReadError, Table};
+use crate::registry::{self, Entry, ReadError, Table};
 use serde::Deserialize;
 use std::borrow::Cow;
 use std::path::Path;
+use std::sync::Once;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
@@ -54,11 +56,25 @@ impl SymmetryTable {
     }
 }
 
+/// Every kind of material that a config can name: the models and tables of [`brdf::all`], and files of
+/// readings, which must be reconstructed first. These join the list of a lower floor as the members of
+/// a program do, so that materials made of other materials have them too.
+pub fn all() -> Vec<Entry<dyn BrdfSpec>> {
+    static JOIN: Once = Once::new();
+    // A program's own kind of this name stays.
+    JOIN.call_once(|| _ = brdf::join(of_readings::ENTRY));
+    brdf::all()
+}
+
+fn read(table: Table<'_>) -> Result<Box<dyn BrdfSpec>, ReadError> {
+    registry::read("material", &all(), table)
+}
+
 pub(super) fn material(mut table: Table<'_>) -> Result<MaterialTable, ReadError> {
     let symmetry = registry::take_table(&mut table, "symmetry")?;
     let symmetry = symmetry.map(registry::parse).transpose()?;
     Ok(MaterialTable {
-        named: named(table, brdf::read)?,
+        named: named(table, read)?,
         symmetry: symmetry.unwrap_or_default(),
     })
 }
@@ -204,7 +220,7 @@ fn files(
             let entry = (Spanned::new(0..0, key.into()), Spanned::new(0..0, value));
             table.get_mut().insert(entry.0, entry.1);
         }
-        specs.push(brdf::read(table).map_err(|e| source.error(e))?);
+        specs.push(read(table).map_err(|e| source.error(e))?);
     }
     Ok(specs)
 }

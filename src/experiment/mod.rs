@@ -63,6 +63,7 @@ mod kind;
 mod materials;
 pub mod moments;
 mod observer;
+mod of_readings;
 mod pictures;
 mod plan;
 mod preview;
@@ -96,8 +97,9 @@ pub use instruments::{InstrumentTable, PlannedInstrument, Use, load as load_inst
 pub use key::{Expected, Input, RESULTS_REVISION, RowKey, asks_the_same, material_key};
 pub use keypath::{KeyPath, Step};
 pub use kind::{Kind, QuantityGroup};
-pub use materials::{MaterialTable, SymmetryTable};
+pub use materials::{MaterialTable, SymmetryTable, all as materials};
 pub use observer::{Event, Failure, Job, Observer, ScheduleKey, Seconds, Summary, Wish};
+pub use of_readings::ReadingsSpec;
 pub use pictures::PictureSpec;
 pub use plan::Plan;
 pub use preview::{Preview, preview};

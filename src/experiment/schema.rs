@@ -11,7 +11,6 @@ use super::moments;
 use super::relations;
 use super::source::Source;
 use super::wording::taken_before;
-use crate::brdf;
 use crate::formats::MERL;
 use crate::instrument;
 use crate::lighting;
@@ -487,7 +486,7 @@ fn about(family: &str, kind: &str) -> About {
         }
     }
     match family {
-        "material" => of(&brdf::all(), kind),
+        "material" => of(&super::materials::all(), kind),
         "parametrization" => of(&parametrization::all(), kind),
         "warp" => of(&parametrization::warps(), kind),
         "sample set" => of(&schedule::all(), kind),

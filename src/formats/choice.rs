@@ -1,7 +1,8 @@
 //! Which format a file has.
 
 use super::{Format, all};
-use crate::error::{excerpt, one_of};
+use crate::error::{Error, excerpt, one_of};
+use crate::files;
 use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
@@ -88,6 +89,24 @@ impl<T> Use<T> {
             what: self.what,
             allowed: self.extensions("."),
         })
+    }
+
+    /// The text of a file, and the function of its format: what is told by its name alone, else by
+    /// its first lines. Text that nothing recognises is CSV.
+    ///
+    /// # Errors
+    /// [`Error::Data`] if it cannot be read, or is of a format that does not do this.
+    pub fn open(&self, path: &Path) -> Result<(String, T), Error> {
+        let function = |format| self.function(&format).map_err(|e| Error::data(path, e));
+        let by_name = of_name(path).filter(|f| f.recognises.is_none());
+        let by_name = by_name.map(function).transpose()?;
+        let text = files::read_text(path, files::TABLE_LIMIT)
+            .map_err(|e| Error::data(path, format!("cannot read this file: {e}")))?;
+        let found = match by_name {
+            Some(found) => found,
+            None => function(of_text(&text).unwrap_or(super::CSV))?,
+        };
+        Ok((text, found))
     }
 
     /// The function of a format.

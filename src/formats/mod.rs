@@ -4,7 +4,8 @@
 //! is read by its first lines; help texts, `gonio list formats` and the page
 //! [`docs::formats`](crate::docs::formats) walk the same list. A new format is one file here and one
 //! line in [`all`]. A table that a config is to name has its own kind of material in
-//! [`brdf::all`](crate::brdf::all) too, and a panorama is decoded by [`MapSpec`](crate::lighting::MapSpec).
+//! [`brdf::all`](crate::brdf::all) too, readings have one for all formats, and a panorama is decoded by
+//! [`MapSpec`](crate::lighting::MapSpec).
 
 mod alta;
 mod choice;
@@ -16,7 +17,7 @@ mod utia;
 
 pub use choice::{FormatError, Use, files_in, of_name, of_text};
 pub use merl::FORMAT as MERL;
-pub use readings::{Readings, read_readings};
+pub use readings::{Readings, load_readings, read_readings};
 pub use sheet::CSV;
 
 use crate::brdf::{Brdf, BrdfSpec};

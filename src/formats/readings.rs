@@ -1,9 +1,10 @@
 //! Readings of a file, and what is peculiar about it.
 
-use super::ReadReadings;
-use crate::error::count;
+use super::{READ_READINGS, ReadReadings};
+use crate::error::{Error, count};
 use crate::measurement::Measurement;
 use crate::schedule::{Assume, FileError};
+use std::path::Path;
 
 /// Readings of a file.
 pub struct Readings {
@@ -30,6 +31,20 @@ fn without_last_line(text: &str) -> (&str, usize) {
 fn were_read(rows: usize) -> String {
     let verb = if rows == 1 { "was" } else { "were" };
     format!("{} {verb} read", count(rows, "row"))
+}
+
+/// The readings of a file, in the format that its name or its first lines say.
+///
+/// # Errors
+/// [`Error::Data`] if it cannot be read, or holds something else.
+pub fn load_readings(path: &Path, assume: &Assume) -> Result<Readings, Error> {
+    let (text, read) = READ_READINGS.open(path)?;
+    Ok(read_readings(
+        read,
+        &text,
+        &path.display().to_string(),
+        assume,
+    )?)
 }
 
 /// Reads a text by the function of its format. One that was cut is read up to the cut if `assume`

@@ -25,7 +25,7 @@ pub use machine::{Axis, Machine};
 pub use motion::{AxisMotion, Motion, Stop, Travel};
 pub use optics::{Average, Filling, Footprint, Optics, Tolerance, Workspace, collected, footprint};
 #[cfg(feature = "experiments")]
-pub use presets::{Preset, presets, read, read_table};
+pub use presets::{Preset, axis_names, presets, read, read_table};
 pub use spec::{
     AxisSpec, BodySpec, CalibrationSpec, CollisionSpec, DetectorSpec, InstrumentSpec, LimitsSpec,
     Provenance, Scan, SourceSpec, Tag, TimingSpec,

@@ -36,6 +36,15 @@ pub fn presets() -> Vec<Preset> {
     ]
 }
 
+/// Names of the axes of every preset, each once.
+pub fn axis_names() -> Vec<String> {
+    let specs = presets().into_iter().filter_map(|p| read(p.text).ok());
+    let mut names: Vec<String> = specs.flat_map(|s| s.axis).map(|a| a.name).collect();
+    names.sort();
+    names.dedup();
+    names
+}
+
 /// Reads and checks the text of an instrument file.
 ///
 /// # Errors

@@ -240,6 +240,16 @@ pub fn read(table: Table<'_>) -> Result<Box<dyn Reconstruct>, ReadError> {
     registry::read("reconstruction", &all(), table)
 }
 
+/// The reconstruction of a measurement for which none is chosen: cubic if the readings are on a grid,
+/// else thin-plate.
+pub fn default_for(measurement: &Measurement) -> Arc<dyn Reconstruct> {
+    if measurement.schedule.lattice.is_some() {
+        Arc::new(Cubic::default())
+    } else {
+        Arc::new(ThinPlate::default())
+    }
+}
+
 /// Default weight of the first radial axis of an embedding against the second: lobes are narrower
 /// along it.
 pub const STRETCH: f64 = 1.5;

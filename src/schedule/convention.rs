@@ -3,6 +3,7 @@
 
 use crate::error::excerpt;
 use crate::geometry::DirectionPair;
+use serde::{Deserialize, Serialize};
 use std::f64::consts::PI;
 
 /// One of the values of an option.
@@ -31,11 +32,13 @@ pub(crate) fn names<T>(all: &[Choice<T>]) -> String {
 }
 
 /// Unit of angles.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum AngleUnit {
     /// Degrees.
+    #[serde(rename = "deg")]
     Degrees,
     /// Radians.
+    #[serde(rename = "rad")]
     Radians,
 }
 
@@ -57,7 +60,8 @@ impl AngleUnit {
 
 /// Where azimuths are counted from. Counted about the normal, between directions that point away
 /// from the sample, the mirror direction is 180° from the light.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum Azimuth {
     /// Both from an axis of the sample.
     Sample,
@@ -108,7 +112,8 @@ impl Azimuth {
 }
 
 /// What a value of a file is.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum Quantity {
     /// f_r, sr⁻¹.
     Brdf,

@@ -7,17 +7,7 @@ use crate::reconstruct::{
     Coordinates, Cubic, InverseDistance, Multilinear, NearestReading, Reconstruct,
     ReconstructError, Sheets, ThinPlate,
 };
-use crate::schedule::Schedule;
 use std::sync::Arc;
-
-/// What is done with readings that choose nothing: cubic of a grid, thin-plate of others, in the coordinates of
-/// their schedule.
-pub fn plain(schedule: &Schedule) -> Arc<dyn Reconstruct> {
-    match schedule.lattice {
-        Some(_) => Arc::new(Cubic::default()),
-        None => Arc::new(ThinPlate::default()),
-    }
-}
 
 /// Every parametrization as it is, and with the square root along its first axis.
 fn coordinates(symmetry: Symmetry) -> Vec<Coordinates> {

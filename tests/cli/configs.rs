@@ -112,7 +112,10 @@ fn lists_name_every_member_of_every_registry() {
     };
     add(
         "materials",
-        gonio::brdf::all().iter().map(|e| e.kind).collect(),
+        gonio::experiment::materials()
+            .iter()
+            .map(|e| e.kind)
+            .collect(),
     );
     add(
         "sample-sets",

@@ -373,3 +373,84 @@ fn a_table_keeps_its_colours() {
         assert!((red / blue - 1.0).abs() < 1e-12, "{red} {blue}");
     }
 }
+
+#[test]
+fn readings_are_a_material_of_commands_and_of_runs() {
+    let bench = Bench::new();
+    let head = "theta_i_deg,phi_i_deg,theta_o_deg,phi_o_deg,value\n";
+    let ours = sheets(|i, o, a| format!("{i},0,{o},{},{}", (a + 180.0) % 360.0, f_r(i, o, a)));
+    fs::write(bench.path("ours.csv"), head.to_owned() + &ours).unwrap();
+    // A reconstruction is its own truth.
+    let said = bench.good(&["reconstruct", "ours.csv", "--against", "ours.csv"]);
+    let line = said.lines().rfind(|l| l.starts_with("nrmse ")).unwrap();
+    let error: f64 = line.split_whitespace().nth(1).unwrap().parse().unwrap();
+    assert!(error < 1e-12, "{said}");
+    // What its readings are worth is what a moment of it is worth.
+    let mean = |keys: &[&str]| -> f64 {
+        let small = [
+            "moments",
+            "ours.csv",
+            "--json",
+            "--set",
+            "moments.views=2",
+            "--set",
+        ];
+        let said = bench.good(&[&small[..], &["reconstruction={kind=\"nearest\"}"], keys].concat());
+        let rows: serde_json::Value = serde_json::from_str(&said).unwrap();
+        rows[0]["energy"]
+            .as_f64()
+            .unwrap_or_else(|| panic!("{said}"))
+    };
+    let pi = std::f64::consts::PI;
+    let factor = mean(&[]) / mean(&["--set", "quantity=reflectance-factor"]);
+    assert!((factor / pi - 1.0).abs() < 1e-3, "{factor}");
+    bench.good(&["symmetry", "ours.csv"]);
+    let size = ["--view-deg", "20", "--resolution", "8", "-o", "slices"];
+    bench.good(&[&["slice", "ours.csv"], &size[..]].concat());
+
+    let config = "budgets = [60]\n[[material]]\nkind = \"readings\"\nname = \"lab\"\nfile = \"ours.csv\"\n\
+                  [[reconstruction]]\nkind = \"nearest\"\n[metrics]\npairs = 200\n";
+    fs::write(bench.path("c.toml"), config).unwrap();
+    bench.good(&["run", "c.toml", "-o", "run", "-q"]);
+    let first = bench.rows("run");
+    assert!(!first.is_empty() && first.iter().all(|r| r.material == "lab"));
+    // It goes on wherever the file is, and not with another one of that name.
+    fs::rename(bench.path("ours.csv"), bench.path("moved.csv")).unwrap();
+    let moved = [
+        "run",
+        "c.toml",
+        "-q",
+        "--set",
+        "material.0.file=moved.csv",
+        "-o",
+    ];
+    bench.good(&[&moved[..], &["run"]].concat());
+    assert_eq!(
+        bench.rows("run"),
+        first,
+        "times included: nothing was made again"
+    );
+    let other = ours.replacen("0.1", "0.2", 1);
+    assert_ne!(other, ours);
+    fs::write(bench.path("moved.csv"), head.to_owned() + &other).unwrap();
+    bench.good(&[&moved[..], &["other"]].concat());
+    let keys = |rows: &[gonio::experiment::Row]| -> Vec<String> {
+        rows.iter().map(|r| r.key.clone()).collect()
+    };
+    let others = keys(&bench.rows("other"));
+    assert!(keys(&first).iter().all(|key| !others.contains(key)));
+
+    let said = bench.refused(&["moments", "nothing.csv"], 3);
+    assert!(
+        said.contains("nothing.csv: cannot read this file"),
+        "{said}"
+    );
+    let said = bench.refused(&["moments", "moved.csv", "--set", "quantity=lux"], 2);
+    assert!(said.contains("percent"), "{said}");
+    let scene = "--set=channels={wavelengths_nm=[450]}";
+    let said = bench.refused(
+        &["run", "c.toml", "--set", "material.0.file=moved.csv", scene],
+        2,
+    );
+    assert!(said.contains("material[0].file = moved.csv"), "{said}");
+}

@@ -34,7 +34,7 @@ impl Planes {
 }
 
 /// Label of a table: the name of its file, or its kind if that has none.
-fn label_of(path: &Path, kind: &str) -> String {
+pub(crate) fn label_of(path: &Path, kind: &str) -> String {
     let stem = path.file_stem();
     stem.map_or(kind.into(), |stem| stem.to_string_lossy().into_owned())
 }

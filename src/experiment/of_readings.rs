@@ -1,0 +1,260 @@
+//! A file of readings as a material: the BRDF that `gonio reconstruct` makes of it.
+
+use crate::brdf::measured::label_of;
+use crate::brdf::{Brdf, BrdfSpec, BuildError, ChannelValues, Channels, Presence, Tables};
+use crate::error::{Error, ParameterError, count, one_of};
+use crate::formats::load_readings;
+use crate::geometry::{DirectionPair, Symmetry};
+use crate::instrument;
+use crate::measurement::Measurement;
+use crate::parametrization;
+use crate::reconstruct::{self, Reconstruct, ReconstructError};
+use crate::registry::{self, Entry, ReadError, Table};
+use crate::schedule::{AngleUnit, Assume, Azimuth, Conventions, Quantity};
+use serde::de::IgnoredAny;
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::PathBuf;
+use std::sync::Arc;
+
+const KIND: &str = "readings";
+
+/// Bytes of a reconstruction for each byte of the file: a row is a pose of four angles and its
+/// values, and stands in a tree with its mirror images.
+const BYTES_A_BYTE: usize = 4;
+
+/// The registry entry. No examples: those must build on every machine, and this kind needs a file.
+pub(super) const ENTRY: Entry<dyn BrdfSpec> = Entry {
+    kind: KIND,
+    summary: "the readings at `file`, reconstructed; also reconstruction, parametrization, symmetries, \
+              and how a foreign file is read: columns, angles, elevation, azimuth, quantity, partial",
+    examples: &[],
+    read: |table| Ok(Box::new(ReadingsSpec::read(table)?)),
+};
+
+/// The keys of a config but the reconstruction, which is taken out before and listed so that the
+/// message about an unknown key names it. Those left out are as [`Assume`] and the file say.
+#[derive(Debug, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Keys {
+    /// The readings.
+    file: PathBuf,
+    /// Name of the coordinates, in which readings that say none are interpolated.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    parametrization: Option<String>,
+    /// Symmetries of the material, by which a reading stands for others.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    symmetries: Option<Symmetry>,
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    columns: BTreeMap<String, String>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    angles: Option<AngleUnit>,
+    #[serde(default)]
+    elevation: bool,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    azimuth: Option<Azimuth>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    quantity: Option<Quantity>,
+    #[serde(default)]
+    partial: bool,
+    #[serde(default, rename = "reconstruction", skip_serializing)]
+    _reconstruction: Option<IgnoredAny>,
+}
+
+/// Readings of a material, as a config writes them.
+#[derive(Debug)]
+pub struct ReadingsSpec {
+    keys: Keys,
+    /// `None`: [`reconstruct::default_for`] the readings.
+    reconstruction: Option<Arc<dyn Reconstruct>>,
+}
+
+impl ReadingsSpec {
+    /// The table of a material that is a file of readings, with every other key at its default.
+    pub fn of(file: PathBuf) -> registry::Keys {
+        let mut keys = registry::Keys::new();
+        keys.insert("kind".into(), KIND.into());
+        keys.insert("file".into(), file.to_string_lossy().into_owned().into());
+        keys
+    }
+
+    fn read(mut table: Table<'_>) -> Result<Self, ReadError> {
+        let method = registry::take_table(&mut table, "reconstruction")?;
+        let method = method.map(reconstruct::read).transpose()?;
+        Ok(Self {
+            keys: registry::parse(table)?,
+            reconstruction: method.map(Arc::from),
+        })
+    }
+
+    /// The readings, and what makes a BRDF of them.
+    fn load(&self, scene: &Channels) -> Result<(Measurement, Arc<dyn Reconstruct>), BuildError> {
+        let Keys { file, .. } = &self.keys;
+        if let Some(name) = &self.keys.parametrization
+            && parametrization::find(name).is_none()
+        {
+            let all = parametrization::all();
+            let allowed = one_of(name, all.iter().map(|e| e.kind));
+            return Err(ParameterError::new("parametrization", name, allowed).into());
+        }
+        if let Some(method) = &self.reconstruction {
+            method.check().map_err(of_method)?;
+        }
+        let readings = load_readings(file, &self.assume()).map_err(|e| match e {
+            Error::Data {
+                path,
+                message,
+                source,
+            } => {
+                let source = source.map_or(String::new(), |e| format!(": {e}"));
+                let message = message + &source;
+                BuildError::Data { path, message }
+            }
+            e => self.unusable(e),
+        })?;
+        let measurement = readings.measurement;
+        let held = &measurement.channels;
+        if held != scene && [held, scene].iter().any(|c| c.wavelengths().is_some()) {
+            let allowed = format!(
+                "readings of {}, as the scene asks for: this file holds {}",
+                words(scene),
+                words(held)
+            );
+            return Err(ParameterError::new("file", file.display(), allowed).into());
+        }
+        let chosen = self.reconstruction.clone();
+        let method = chosen.unwrap_or_else(|| reconstruct::default_for(&measurement));
+        if method.needs_grid() && measurement.schedule.lattice.is_none() {
+            let allowed = format!("one that needs no grid: {} has none", file.display());
+            let error = ParameterError::new("reconstruction.kind", method.label(), allowed);
+            return Err(error.into());
+        }
+        Ok((measurement, method))
+    }
+
+    fn assume(&self) -> Assume {
+        let keys = &self.keys;
+        Assume {
+            parametrization: keys.parametrization.clone(),
+            symmetry: keys.symmetries,
+            otherwise: Symmetry::FULL,
+            axes: instrument::axis_names(),
+            conventions: Conventions {
+                columns: keys.columns.clone().into_iter().collect(),
+                angles: keys.angles,
+                elevation: keys.elevation,
+                azimuth: keys.azimuth,
+                quantity: keys.quantity,
+                partial: keys.partial,
+            },
+        }
+    }
+
+    fn unusable(&self, e: impl ToString) -> BuildError {
+        BuildError::Data {
+            path: self.keys.file.clone(),
+            message: e.to_string(),
+        }
+    }
+}
+
+/// The error of a reconstruction's key, spelled from the material.
+fn of_method(mut e: ParameterError) -> ParameterError {
+    e.key = format!("reconstruction.{}", e.key);
+    e
+}
+
+fn words(channels: &Channels) -> String {
+    match channels {
+        Channels::Luminance => "luminance".into(),
+        Channels::Rgb => "R, G, B".into(),
+        Channels::Wavelengths(w) => {
+            let (nm, count) = (w.nm(), count(w.nm().len(), "wavelength"));
+            format!("{count} from {} to {} nm", nm[0], nm[nm.len() - 1])
+        }
+    }
+}
+
+impl BrdfSpec for ReadingsSpec {
+    fn resolved(&self) -> registry::Keys {
+        let mut table = registry::resolved(KIND, &self.keys);
+        if let Some(method) = &self.reconstruction {
+            table.insert("reconstruction".into(), method.resolved().into());
+        }
+        table
+    }
+
+    fn label(&self) -> String {
+        label_of(&self.keys.file, KIND)
+    }
+
+    fn check(&self, channels: &Channels) -> Result<(), BuildError> {
+        self.load(channels).map(drop)
+    }
+
+    fn symmetry(&self, channels: &Channels) -> Result<Symmetry, BuildError> {
+        let (measurement, _) = self.load(channels)?;
+        Ok(measurement.schedule.parametrization.symmetry())
+    }
+
+    fn build(&self, channels: Channels) -> Result<Box<dyn Brdf>, BuildError> {
+        let (measurement, method) = self.load(&channels)?;
+        let brdf = method.reconstruct(&measurement).map_err(|e| match e {
+            ReconstructError::Parameter(e) => of_method(e).into(),
+            e => self.unusable(e),
+        })?;
+        Ok(if *brdf.channels() == channels {
+            brdf
+        } else {
+            Box::new(Grey { brdf, channels })
+        })
+    }
+
+    fn tables(&self) -> Tables {
+        let bytes = fs::metadata(&self.keys.file).map_or(0, |file| file.len() as usize);
+        Tables {
+            files: vec![self.keys.file.clone()],
+            channel_bytes: BYTES_A_BYTE * bytes,
+        }
+    }
+}
+
+/// The luminance of a BRDF in every channel of a scene: of colours in a scene of luminance, and of
+/// luminance in a scene of colours.
+struct Grey {
+    brdf: Box<dyn Brdf>,
+    channels: Channels,
+}
+
+impl Brdf for Grey {
+    fn channels(&self) -> &Channels {
+        &self.channels
+    }
+
+    fn symmetry(&self) -> Symmetry {
+        self.brdf.symmetry()
+    }
+
+    fn conserves_energy(&self) -> bool {
+        self.brdf.conserves_energy()
+    }
+
+    fn eval(&self, pair: &DirectionPair, out: &mut [f64]) -> Presence {
+        let own = self.brdf.channels();
+        let mut values = ChannelValues::from_elem(0.0, own.count());
+        let presence = self.brdf.eval(pair, &mut values);
+        out.fill(own.luminance(&values));
+        presence
+    }
+
+    fn eval_batch(&self, pairs: &[DirectionPair], out: &mut [f64], presence: &mut [Presence]) {
+        let own = self.brdf.channels();
+        let mut values = vec![0.0; pairs.len() * own.count()];
+        self.brdf.eval_batch(pairs, &mut values, presence);
+        let out = out.chunks_exact_mut(self.channels.count());
+        for (out, values) in out.zip(values.chunks_exact(own.count())) {
+            out.fill(own.luminance(values));
+        }
+    }
+}
