@@ -2,7 +2,14 @@
 //! trace.
 
 use gonio::Error;
+use gonio::brdf::Channels;
 use gonio::experiment::{Event, Experiment, Extent, Known, Observer, Plan, Row, Source};
+use gonio::instrument::{Ideal, Instrument};
+use gonio::metrics::{self, Measure};
+use gonio::parametrization;
+use gonio::reconstruct::{Cover, Coverage};
+use gonio::schedule::{Grid, SampleSet};
+use std::sync::Arc;
 
 /// A sharp lobe whose mirror direction and horizon the machine has trouble with.
 const TEXT: &str = r#"
@@ -290,5 +297,53 @@ fn mistakes_name_the_key_and_the_right_culprit() {
             "{anisotropic}[[instrument]]\npreset = \"{preset}\"\n"
         ))
         .unwrap();
+    }
+}
+
+/// The pairs that rows are compared at, by what the readings of an instrument say of them.
+#[test]
+fn coverage_is_of_the_poses_and_leaves_no_pair_out() {
+    let more = "[[reconstruction]]\nkind = \"thin-plate\"\n[[material]]\nkind = \"lambert\"\n";
+    let plan = plan(&format!("{TEXT}{more}")).unwrap();
+    let ideal = run(&plan);
+    let machine =
+        "[[instrument]]\npreset = \"utia\"\napertures = false\nnoise = false\nholes = false\n";
+    let limited = rows(&format!("{more}{machine}"));
+    assert_eq!([ideal.len(), limited.len()], [16; 2]);
+    let shares = |r: &Row| ["extrapolated", "unknown"].map(|name| r.value(name).unwrap());
+    let schedule = |r: &Row| (r.parametrization.clone(), r.measure.clone());
+    for row in ideal.iter().chain(&limited) {
+        assert_eq!(row.pairs, 400);
+        // A whole number of pairs each.
+        let counts = shares(row).map(|share| share * 400.0);
+        assert!(
+            counts
+                .iter()
+                .all(|n| (n - n.round()).abs() < 1e-9 && *n <= 400.0)
+        );
+        // The same for every material and method, more where a machine cannot go.
+        for other in limited.iter().filter(|r| schedule(r) == schedule(row)) {
+            let [one, two] = [row, other].map(|r| shares(r).iter().sum::<f64>());
+            match row.instrument == other.instrument {
+                true => assert_eq!(shares(row), shares(other)),
+                false => assert!(one < two, "{one} {two}"),
+            }
+        }
+    }
+    // One by one, of readings that were taken again.
+    let truth = plan.materials[0].spec.build(Channels::Luminance).unwrap();
+    for row in &ideal {
+        let form = parametrization::find(&row.parametrization).unwrap();
+        let form = form.form(truth.symmetry());
+        let poses = Arc::new(Grid::default().plan(&form, 300, 1).unwrap());
+        let cover = Cover::of(&Ideal.measure(&*truth, &poses)).unwrap();
+        let mut measures = Measure::ALL.into_iter();
+        let measure = measures.find(|m| m.name() == row.measure).unwrap();
+        let pairs = metrics::test_pairs(measure, &plan.metrics).unwrap();
+        let found: Vec<Coverage> = pairs.iter().map(|p| cover.coverage(p)).collect();
+        assert_eq!(found, cover.coverages(&pairs));
+        let share = |of| found.iter().filter(|c| **c == of).count() as f64 / 400.0;
+        let expected = [Coverage::Extrapolated, Coverage::Unknown].map(share);
+        assert_eq!(shares(row), expected, "{}", row.parametrization);
     }
 }

@@ -13,9 +13,9 @@ use crate::formats::{self, Format, READ_READINGS, WRITE_TABLE};
 use crate::geometry::Symmetry;
 use crate::instrument;
 use crate::measurement::{Flags, Measurement, Outcome};
-use crate::metrics::{self, Errors, Measure, MetricsSpec};
+use crate::metrics::{self, Errors, Measure, MetricsSpec, Uncovered};
 use crate::parametrization;
-use crate::reconstruct::{self, Coverage, Covered, Fill};
+use crate::reconstruct::{self, Cover, Coverage, Covered, Fill};
 use crate::report::Columns;
 use crate::schedule::Pose;
 use crate::schedule::{Assume, Unreachable};
@@ -183,7 +183,11 @@ impl Reconstruct {
             .map_err(|e| Error::data(&self.measurements, e))?;
         print(&format!("reconstruction: {}\n", method.label()))?;
         match truth {
-            Some(Truth::Brdf(truth, metrics)) => compare(&*brdf, &*truth, &metrics)?,
+            Some(Truth::Brdf(truth, metrics)) => {
+                let cover = Cover::of(&measurement);
+                let cover = cover.map_err(|e| Error::data(&self.measurements, e))?;
+                compare(&*brdf, &*truth, &metrics, &cover)?;
+            }
             Some(Truth::Readings(jury)) => {
                 print_scores(&jury.errors(&metrics::evaluate(&*brdf, jury.pairs())))?;
             }
@@ -385,18 +389,31 @@ fn material_of(measurement: &Measurement) -> String {
     text
 }
 
-/// Prints the errors against a truth under both measures.
-fn compare(brdf: &dyn Brdf, truth: &dyn Brdf, metrics: &MetricsSpec) -> Result<(), Error> {
+/// Prints the errors against a truth under both measures, and how much of it is not interpolated.
+fn compare(
+    brdf: &dyn Brdf,
+    truth: &dyn Brdf,
+    metrics: &MetricsSpec,
+    cover: &Cover,
+) -> Result<(), Error> {
     let names = Errors::QUANTITIES.map(|(quantity, _)| format!("\t>{}", quantity.name));
-    let mut text = Columns::new(&format!("measure{}", names.concat()));
+    let shares = Uncovered::QUANTITIES.map(|(quantity, _)| format!("\t>{}", quantity.name));
+    let mut text = Columns::new(&format!("measure{}{}", names.concat(), shares.concat()));
     for measure in Measure::ALL {
         let pairs =
             metrics::test_pairs(measure, metrics).map_err(|e| Error::config("metrics", e))?;
         let values = [truth, brdf].map(|brdf| metrics::evaluate(brdf, &pairs));
         let errors = metrics::compare(&pairs, &values[0], &values[1]);
         let number = |v: Option<f64>| v.map_or("undefined".into(), |v| format!("{v:.4e}"));
-        let values = Errors::QUANTITIES.map(|(_, of)| format!("\t{}", number(of(&errors))));
-        text.row(&format!("{}{}", measure.name(), values.concat()));
+        let errors = Errors::QUANTITIES.map(|(_, of)| format!("\t{}", number(of(&errors))));
+        let uncovered = Uncovered::among(&cover.coverages(Uncovered::counted(&pairs)), &values[0]);
+        let shares = Uncovered::QUANTITIES.map(|(_, of)| format!("\t{}", number(of(&uncovered))));
+        text.row(&format!(
+            "{}{}{}",
+            measure.name(),
+            errors.concat(),
+            shares.concat()
+        ));
     }
     print(&text.to_string())
 }

@@ -11,9 +11,9 @@ use crate::brdf::Brdf;
 use crate::error::{Error, ParameterError};
 use crate::geometry::DirectionPair;
 use crate::measurement::Measurement;
-use crate::metrics::{self, AlbedoProbe, Errors, Values};
+use crate::metrics::{self, AlbedoProbe, Errors, Uncovered, Values};
 use crate::moments::{MomentErrors, Profile};
-use crate::reconstruct::ReconstructError;
+use crate::reconstruct::{Cover, Coverage, ReconstructError};
 use rayon::prelude::*;
 
 /// A material with the values that its reconstructions are compared with.
@@ -34,6 +34,8 @@ pub(super) struct Compared {
     pub errors: Vec<Vec<Errors>>,
     /// Errors of reconstructions from readings without limits, `[measure][material]`, where known.
     whole: Vec<Vec<Option<Errors>>>,
+    /// Shares of the pairs that readings do not surround, `[measure][material]`.
+    uncovered: Vec<Vec<Uncovered>>,
     /// Error of the directional albedo, one per material.
     albedo: Vec<Option<f64>>,
     /// Errors of the moments and number of unresolved slices, one per material.
@@ -94,11 +96,28 @@ impl<'a> Judge<'a> {
         Ok(truth)
     }
 
-    /// Reconstructs a group and compares it with its truths; or the reason why there is none.
+    /// The coverage of the counted test pairs by the poses that have a reading, one list per measure.
+    pub fn coverage(&self, measured: &Measurement, seconds: &mut Seconds) -> Vec<Vec<Coverage>> {
+        let (found, took) = timed(|| {
+            let cover = Cover::of(measured).ok();
+            let at = |pairs: &[DirectionPair]| match &cover {
+                Some(cover) => cover.coverages(pairs),
+                // Without any reading.
+                None => vec![Coverage::Unknown; pairs.len()],
+            };
+            let pairs = self.pairs.iter().map(|p| Uncovered::counted(p));
+            pairs.map(at).collect()
+        });
+        seconds.evaluate += took;
+        found
+    }
+
+    /// Reconstructs a group, whose readings have this coverage, and compares it with its truths; or the reason why there is none.
     pub fn compared(
         &self,
         schedule: &ScheduleKey<'_>,
         members: &[(&Material, &Truth, &Readings)],
+        coverage: &[Vec<Coverage>],
         method: &Method,
         teller: &mut Teller<'_, Row>,
     ) -> Result<Result<Compared, ReconstructError>, Stop> {
@@ -156,7 +175,7 @@ impl<'a> Judge<'a> {
             members.iter().map(|m| m.2.whole.as_ref()).collect();
         // Its reconstruction works if that of fewer readings did.
         let whole = wholes.and_then(|all| Stack::new(&*method.method, &all).ok());
-        let (mut errors, mut whole_errors) = (Vec::new(), Vec::new());
+        let (mut errors, mut whole_errors, mut uncovered) = (Vec::new(), Vec::new(), Vec::new());
         for (at, pairs) in self.pairs.iter().enumerate() {
             let truths: Vec<&Values> = members.iter().map(|m| &m.1.values[at]).collect();
             let compare = |values: Vec<Values>| -> Vec<Errors> {
@@ -179,6 +198,8 @@ impl<'a> Judge<'a> {
                 }
             });
             errors.push(found);
+            let shares = truths.iter().map(|f| Uncovered::among(&coverage[at], f));
+            uncovered.push(shares.collect());
         }
         let evaluated = evaluate_seconds.iter().sum::<f64>();
         // The albedo is in each of them, and was evaluated once.
@@ -187,6 +208,7 @@ impl<'a> Judge<'a> {
         Ok(Ok(Compared {
             errors,
             whole: whole_errors,
+            uncovered,
             albedo,
             moments,
             reconstruct_seconds,
@@ -240,6 +262,9 @@ impl Compared {
                 let more = of(errors).zip(of(whole)).map(|(e, w)| e - w);
                 to.set(hole.name, more);
             }
+        }
+        for (quantity, of) in Uncovered::QUANTITIES {
+            to.set(quantity.name, of(&self.uncovered[at][i]));
         }
         to.set(AlbedoProbe::QUANTITY.name, self.albedo[i]);
         if let Some((errors, unresolved)) = moments {

@@ -11,6 +11,7 @@ use crate::parametrization;
 use crate::reconstruct::{self, Reconstruct, ReconstructError};
 use crate::registry::{self, Entry, ReadError, Table};
 use crate::schedule::{AngleUnit, Assume, Azimuth, Conventions, Quantity};
+use crate::validation;
 use serde::de::IgnoredAny;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -66,7 +67,7 @@ struct Keys {
 #[derive(Debug)]
 pub struct ReadingsSpec {
     keys: Keys,
-    /// `None`: [`reconstruct::default_for`] the readings.
+    /// `None`: what the readings choose, see [`validation::chosen`].
     reconstruction: Option<Arc<dyn Reconstruct>>,
 }
 
@@ -89,7 +90,7 @@ impl ReadingsSpec {
     }
 
     /// The readings, and what makes a BRDF of them.
-    fn load(&self, scene: &Channels) -> Result<(Measurement, Arc<dyn Reconstruct>), BuildError> {
+    fn load(&self, scene: &Channels) -> Result<Measurement, BuildError> {
         let Keys { file, .. } = &self.keys;
         if let Some(name) = &self.keys.parametrization
             && parametrization::find(name).is_none()
@@ -123,14 +124,14 @@ impl ReadingsSpec {
             );
             return Err(ParameterError::new("file", file.display(), allowed).into());
         }
-        let chosen = self.reconstruction.clone();
-        let method = chosen.unwrap_or_else(|| reconstruct::default_for(&measurement));
-        if method.needs_grid() && measurement.schedule.lattice.is_none() {
+        let chosen = self.reconstruction.as_ref();
+        let is_grid = measurement.schedule.lattice.is_some();
+        if let Some(method) = chosen.filter(|method| method.needs_grid() && !is_grid) {
             let allowed = format!("one that needs no grid: {} has none", file.display());
             let error = ParameterError::new("reconstruction.kind", method.label(), allowed);
             return Err(error.into());
         }
-        Ok((measurement, method))
+        Ok(measurement)
     }
 
     fn assume(&self) -> Assume {
@@ -194,12 +195,14 @@ impl BrdfSpec for ReadingsSpec {
     }
 
     fn symmetry(&self, channels: &Channels) -> Result<Symmetry, BuildError> {
-        let (measurement, _) = self.load(channels)?;
+        let measurement = self.load(channels)?;
         Ok(measurement.schedule.parametrization.symmetry())
     }
 
     fn build(&self, channels: Channels) -> Result<Box<dyn Brdf>, BuildError> {
-        let (measurement, method) = self.load(&channels)?;
+        let measurement = self.load(&channels)?;
+        let chosen = self.reconstruction.clone();
+        let method = chosen.unwrap_or_else(|| validation::chosen(&measurement));
         let brdf = method.reconstruct(&measurement).map_err(|e| match e {
             ReconstructError::Parameter(e) => of_method(e).into(),
             e => self.unusable(e),

@@ -3,7 +3,7 @@
 use super::choices::{Choice, Label};
 use super::key::RowKey;
 use super::record::Record;
-use crate::metrics::{AlbedoProbe, Errors, Quantity};
+use crate::metrics::{AlbedoProbe, Errors, Quantity, Uncovered};
 use crate::moments::MomentErrors;
 use serde::de::{self, MapAccess, Visitor};
 use serde::ser::SerializeMap;
@@ -133,6 +133,7 @@ pub fn quantities() -> &'static [Quantity] {
     ALL.get_or_init(|| {
         let mut all: Vec<Quantity> = Vec::new();
         all.extend(Errors::QUANTITIES.map(|(q, _)| q));
+        all.extend(Uncovered::QUANTITIES.map(|(q, _)| q));
         all.push(AlbedoProbe::QUANTITY);
         all.extend(MomentErrors::QUANTITIES.map(|(q, _)| q));
         all.push(MomentErrors::UNRESOLVED);

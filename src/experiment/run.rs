@@ -20,7 +20,9 @@ use super::unit::Unit;
 use crate::error::Error;
 use crate::geometry::Symmetry;
 use crate::measurement::Outcome;
+use crate::reconstruct::Coverage;
 use std::collections::HashMap;
+use std::sync::Arc;
 
 impl Experiment for Plan {
     type Record = Row;
@@ -99,6 +101,8 @@ struct Measured<'t> {
 /// Materials with readings at the same poses.
 struct Group<'t> {
     present: [Vec<bool>; 2],
+    /// The coverage of the counted test pairs, one list per measure.
+    coverage: Arc<Vec<Vec<Coverage>>>,
     members: Vec<Measured<'t>>,
 }
 
@@ -456,10 +460,22 @@ impl<'a> Runner<'a> {
             // Alone, where each is to be a BRDF of its own.
             match alike.find(|g| !self.plan.needs_brdfs() && g.present == present) {
                 Some(group) => group.members.push(measured),
-                None => groups.push(Group {
-                    present,
-                    members: vec![measured],
-                }),
+                None => {
+                    let mut alike = groups.iter().filter(|g| g.present[0] == present[0]);
+                    let coverage = match alike.next() {
+                        Some(group) => Arc::clone(&group.coverage),
+                        None => {
+                            let seconds = &mut self.teller.summary.seconds;
+                            let measured = &measured.readings.measured;
+                            Arc::new(self.judge.coverage(measured, seconds))
+                        }
+                    };
+                    groups.push(Group {
+                        present,
+                        coverage,
+                        members: vec![measured],
+                    });
+                }
             }
         }
         Ok(groups)
@@ -492,16 +508,20 @@ impl<'a> Runner<'a> {
             .map(|m| (m.member.material, m.truth, &m.readings))
             .collect();
         let teller = &mut self.teller;
-        let compared = match self.judge.compared(schedule, &truths, method, teller)? {
-            Ok(compared) => compared,
-            Err(reason) => {
-                for m in members {
-                    let job = format!("{}, {name}", m.member.material.name);
-                    self.teller.failed(job, &reason, 1)?;
+        let compared =
+            match self
+                .judge
+                .compared(schedule, &truths, &group.coverage, method, teller)?
+            {
+                Ok(compared) => compared,
+                Err(reason) => {
+                    for m in members {
+                        let job = format!("{}, {name}", m.member.material.name);
+                        self.teller.failed(job, &reason, 1)?;
+                    }
+                    return Ok(Vec::new());
                 }
-                return Ok(Vec::new());
-            }
-        };
+            };
         let share = 1.0 / members.len() as f64;
         let mut rows = Vec::with_capacity(members.len() * plan.measures.len());
         for (i, m) in members.into_iter().enumerate() {

@@ -21,11 +21,13 @@ mod albedo;
 mod errors;
 mod pairs;
 mod quantity;
+mod uncovered;
 
 pub use albedo::AlbedoProbe;
 pub use errors::{Errors, compare, compare_weighted};
 pub use pairs::{Measure, MetricsSpec, test_pairs};
 pub use quantity::{Judged, Quantity};
+pub use uncovered::Uncovered;
 
 use crate::brdf::{Brdf, Presence};
 use crate::geometry::DirectionPair;

@@ -13,6 +13,7 @@ use super::transform::Transform;
 use crate::brdf::{Brdf, Channels, Presence};
 use crate::geometry::{DirectionPair, Symmetry};
 use crate::measurement::Measurement;
+use rayon::prelude::*;
 use std::num::NonZeroUsize;
 use std::sync::atomic::{AtomicU64, Ordering};
 
@@ -67,16 +68,77 @@ const FAR: f64 = 1.0 / 3.0;
 /// Distance within which a reading speaks for a pair, however far apart readings are: 9° of 90°.
 const NEAR: f64 = 0.1;
 
+/// Pairs of a parallel task, at least.
+const CHUNK: usize = 256;
+
 /// The poses of some readings, in as many dimensions as their coordinates have.
 enum Places {
     Three(Embedded<3>),
     Four(Embedded<4>),
 }
 
+/// What the readings of a measurement cover.
+pub struct Cover(Places);
+
+impl Cover {
+    /// Of the poses of `measurement` that have a reading.
+    ///
+    /// # Errors
+    /// If there is none.
+    pub fn of(measurement: &Measurement) -> Result<Self, ReconstructError> {
+        let present = present(measurement);
+        let readings = Readings {
+            schedule: &measurement.schedule,
+            width: measurement.channels.count(),
+            values: &measurement.values,
+            present: &present,
+        };
+        // Distances are those on the bench: no axis counts more than the other.
+        let own = ReconstructionCoordinates {
+            coordinates: None,
+            stretch: Some(1.0),
+        };
+        let transform = Transform::Linear;
+        Ok(Self(
+            match measurement.schedule.parametrization.axes().len() {
+                3 => Places::Three(Embedded::new("coverage", &readings, &own, transform, 1)?),
+                _ => Places::Four(Embedded::new("coverage", &readings, &own, transform, 1)?),
+            },
+        ))
+    }
+
+    /// The coverage of a pair.
+    pub fn coverage(&self, pair: &DirectionPair) -> Coverage {
+        self.found(pair, &mut Found::default())
+    }
+
+    /// The coverage of many pairs, in parallel.
+    pub fn coverages(&self, pairs: &[DirectionPair]) -> Vec<Coverage> {
+        let pairs = pairs.par_iter().with_min_len(CHUNK);
+        pairs
+            .map_init(Found::default, |found, pair| self.found(pair, found))
+            .collect()
+    }
+
+    fn found(&self, pair: &DirectionPair, found: &mut Found) -> Coverage {
+        match &self.0 {
+            Places::Three(places) => coverage(places, pair, found),
+            Places::Four(places) => coverage(places, pair, found),
+        }
+    }
+
+    fn nearest_value(&self, pair: &DirectionPair) -> &[f64] {
+        match &self.0 {
+            Places::Three(places) => places.nearest_value(pair),
+            Places::Four(places) => places.nearest_value(pair),
+        }
+    }
+}
+
 /// A reconstruction with the coverage of its readings, as a BRDF for files. It counts what it is asked.
 pub struct Covered<'a> {
     brdf: &'a dyn Brdf,
-    places: Places,
+    cover: Cover,
     fill: Fill,
     /// Pairs above the horizon that were asked for, by [`Coverage::ALL`].
     asked: [AtomicU64; 3],
@@ -92,37 +154,12 @@ impl<'a> Covered<'a> {
         measurement: &Measurement,
         fill: Fill,
     ) -> Result<Self, ReconstructError> {
-        let present = present(measurement);
-        let readings = Readings {
-            schedule: &measurement.schedule,
-            width: measurement.channels.count(),
-            values: &measurement.values,
-            present: &present,
-        };
-        // Distances are those on the bench: no axis counts more than the other.
-        let own = ReconstructionCoordinates {
-            coordinates: None,
-            stretch: Some(1.0),
-        };
-        let transform = Transform::Linear;
-        let places = match measurement.schedule.parametrization.axes().len() {
-            3 => Places::Three(Embedded::new("coverage", &readings, &own, transform, 1)?),
-            _ => Places::Four(Embedded::new("coverage", &readings, &own, transform, 1)?),
-        };
         Ok(Self {
             brdf,
-            places,
+            cover: Cover::of(measurement)?,
             fill,
             asked: Default::default(),
         })
-    }
-
-    /// The coverage of a pair.
-    pub fn coverage(&self, pair: &DirectionPair) -> Coverage {
-        match &self.places {
-            Places::Three(places) => coverage(places, pair),
-            Places::Four(places) => coverage(places, pair),
-        }
     }
 
     /// Forgets what was asked for.
@@ -139,21 +176,15 @@ impl<'a> Covered<'a> {
         let all = asked.iter().sum::<u64>().max(1);
         asked.map(|n| n as f64 / all as f64)
     }
-
-    fn nearest(&self, pair: &DirectionPair, out: &mut [f64]) {
-        let value = match &self.places {
-            Places::Three(places) => places.nearest_value(pair),
-            Places::Four(places) => places.nearest_value(pair),
-        };
-        out.copy_from_slice(value);
-    }
 }
 
-fn coverage<const K: usize>(places: &Embedded<K>, pair: &DirectionPair) -> Coverage {
-    let mut found = Found::default();
+fn coverage<const K: usize>(
+    places: &Embedded<K>,
+    pair: &DirectionPair,
+    found: &mut Found,
+) -> Coverage {
     // A few readings may be surrounded by their own images, which says nothing of what is between.
-    let surrounded =
-        places.find(pair, NEIGHBOURS, &mut found) && found.index.len() >= NEIGHBOURS.get();
+    let surrounded = places.find(pair, NEIGHBOURS, found) && found.index.len() >= NEIGHBOURS.get();
     let nearest = found.distance2[0].sqrt();
     if nearest > FAR {
         Coverage::Unknown
@@ -186,19 +217,19 @@ impl Brdf for Covered<'_> {
     fn eval_batch(&self, pairs: &[DirectionPair], out: &mut [f64], presence: &mut [Presence]) {
         self.brdf.eval_batch(pairs, out, presence);
         let width = self.channels().count();
-        let mut asked = [0; 3];
+        let (mut asked, mut found) = ([0; 3], Found::default());
         for ((pair, out), presence) in pairs.iter().zip(out.chunks_mut(width)).zip(presence) {
             if !pair.is_above_horizon() {
                 continue;
             }
-            let coverage = self.coverage(pair);
+            let coverage = self.cover.found(pair, &mut found);
             asked[coverage as usize] += 1;
             if coverage == Coverage::Interpolated {
                 continue;
             }
             match self.fill {
                 Fill::None => *presence = Presence::Missing,
-                Fill::Nearest => self.nearest(pair, out),
+                Fill::Nearest => out.copy_from_slice(self.cover.nearest_value(pair)),
                 Fill::Extrapolate => {}
             }
         }

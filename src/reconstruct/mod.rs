@@ -37,7 +37,7 @@ mod thin_plate;
 mod transform;
 
 pub use coordinates::Coordinates;
-pub use coverage::{Coverage, Covered, Fill};
+pub use coverage::{Cover, Coverage, Covered, Fill};
 pub use cubic::{Cubic, CubicRule};
 pub use interpolant::{Interpolant, Readings};
 pub use inverse_distance::InverseDistance;

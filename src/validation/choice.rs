@@ -2,10 +2,11 @@
 
 use super::{CrossValidation, Left, Scores};
 use crate::geometry::Symmetry;
+use crate::measurement::Measurement;
 use crate::parametrization::{self, WarpSpec, Warps};
 use crate::reconstruct::{
     Coordinates, Cubic, InverseDistance, Multilinear, NearestReading, Reconstruct,
-    ReconstructError, Sheets, ThinPlate,
+    ReconstructError, Sheets, ThinPlate, default_for,
 };
 use std::sync::Arc;
 
@@ -27,6 +28,19 @@ fn coordinates(symmetry: Symmetry) -> Vec<Coordinates> {
         }
     }
     all
+}
+
+/// The method that readings choose, if nothing says which sample set they are; else, and where there is nothing
+/// to choose by, [`default_for`] them.
+pub fn chosen(measurement: &Measurement) -> Arc<dyn Reconstruct> {
+    let ranked = || {
+        let validation = CrossValidation::new(measurement, None).ok()?;
+        let ranked = validation.rank(validation.candidates(), || ()).ok()?;
+        Some(ranked.into_iter().next()?.0)
+    };
+    let of_others = measurement.schedule.is_of_others();
+    let best = of_others.then(ranked).flatten();
+    best.unwrap_or_else(|| default_for(measurement))
 }
 
 /// A method with its errors.

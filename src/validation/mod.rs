@@ -15,7 +15,7 @@ mod cross_validation;
 mod jury;
 mod left_out;
 
-pub use choice::Ranked;
+pub use choice::{Ranked, chosen};
 pub use cross_validation::CrossValidation;
 pub use jury::{Estimate, Jury, Scores};
 pub use left_out::Left;

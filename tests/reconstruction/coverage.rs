@@ -3,7 +3,8 @@
 use super::{form, measure, smooth_material};
 use gonio::brdf::{Brdf, Presence};
 use gonio::geometry::{Direction, DirectionPair, Symmetry};
-use gonio::reconstruct::{Coverage, Covered, Fill, NearestReading, Reconstruct};
+use gonio::metrics::{self, Measure, MetricsSpec, Uncovered};
+use gonio::reconstruct::{Cover, Coverage, Covered, Fill, NearestReading, Reconstruct};
 use gonio::schedule::SobolSet;
 
 fn pair(theta_i: f64, theta_o: f64, phi: f64) -> DirectionPair {
@@ -27,13 +28,13 @@ fn a_full_set_covers_all_and_a_half_one_its_half() {
             )
         })
     };
-    let share = |covered: &Covered<'_>, of: Coverage, keep: &dyn Fn(&DirectionPair) -> bool| {
+    let share = |cover: &Cover, of: Coverage, keep: &dyn Fn(&DirectionPair) -> bool| {
         let pairs: Vec<_> = grid().filter(|p| keep(p)).collect();
-        let found = pairs.iter().filter(|p| covered.coverage(p) == of).count();
+        let found = pairs.iter().filter(|p| cover.coverage(p) == of).count();
         found as f64 / pairs.len() as f64
     };
-    let covered = Covered::new(&*brdf, &m, Fill::Extrapolate).unwrap();
-    assert!(share(&covered, Coverage::Interpolated, &|_| true) > 0.98);
+    let cover = Cover::of(&m).unwrap();
+    assert!(share(&cover, Coverage::Interpolated, &|_| true) > 0.98);
     // Every reading is covered, and stays what it is whatever is filled in.
     for (i, pose) in m.schedule.poses.iter().enumerate().step_by(50) {
         let none = Covered::new(&*brdf, &m, Fill::None).unwrap();
@@ -48,17 +49,46 @@ fn a_full_set_covers_all_and_a_half_one_its_half() {
             *outcome = gonio::measurement::Outcome::NotVisited;
         }
     }
-    let covered = Covered::new(&*brdf, &m, Fill::Extrapolate).unwrap();
-    assert!(share(&covered, Coverage::Interpolated, &|p| axis(p) < 25.0) > 0.97);
-    assert!(share(&covered, Coverage::Interpolated, &|p| axis(p) > 40.0) < 0.03);
-    assert!(share(&covered, Coverage::Unknown, &|p| axis(p) > 65.0) > 0.97);
+    let cover = Cover::of(&m).unwrap();
+    assert!(share(&cover, Coverage::Interpolated, &|p| axis(p) < 25.0) > 0.97);
+    assert!(share(&cover, Coverage::Interpolated, &|p| axis(p) > 40.0) < 0.03);
+    assert!(share(&cover, Coverage::Unknown, &|p| axis(p) > 65.0) > 0.97);
     // One reading covers what is near to it.
     m.outcomes.fill(gonio::measurement::Outcome::NotVisited);
     m.outcomes[0] = gonio::measurement::Outcome::Reading;
-    let covered = Covered::new(&*brdf, &m, Fill::Extrapolate).unwrap();
+    let cover = Cover::of(&m).unwrap();
     assert_eq!(
-        covered.coverage(&m.schedule.poses[0].pair),
+        cover.coverage(&m.schedule.poses[0].pair),
         Coverage::Interpolated
     );
-    assert!(share(&covered, Coverage::Interpolated, &|_| true) < 0.1);
+    assert!(share(&cover, Coverage::Interpolated, &|_| true) < 0.1);
+}
+
+#[test]
+fn the_first_pairs_speak_for_all() {
+    let form = form("half-difference", Symmetry::FULL);
+    let mut m = measure(&smooth_material(Symmetry::FULL), &form, &SobolSet {}, 1000);
+    for (pose, outcome) in m.schedule.poses.iter().zip(&mut m.outcomes) {
+        if pose.pair.omega_i.theta() > 0.8 {
+            *outcome = gonio::measurement::Outcome::NotVisited;
+        }
+    }
+    let cover = Cover::of(&m).unwrap();
+    for measure in Measure::ALL {
+        let pairs = metrics::test_pairs(measure, &MetricsSpec::default()).unwrap();
+        let all = cover.coverages(&pairs);
+        let first = Uncovered::counted(&pairs);
+        let share = |of: &[Coverage], what| {
+            of.iter().filter(|c| **c == what).count() as f64 / of.len() as f64
+        };
+        for (what, _) in Coverage::ALL {
+            let [p, part] = [&all[..], &all[..first.len()]].map(|of| share(of, what));
+            let error = (p * (1.0 - p) / first.len() as f64).sqrt();
+            assert!(
+                (part - p).abs() <= 3.0 * error,
+                "{measure:?} {what:?}: {part} {p}"
+            );
+        }
+        assert!((0.1..0.9).contains(&share(&all, Coverage::Interpolated)));
+    }
 }
