@@ -1,14 +1,15 @@
 //! `gonio schedule`.
 
+use super::check::words;
 use super::output::{JsonArgs, print_json};
 use super::reading::ReadingArgs;
 use super::talk::{note, wrote};
 use super::{ConfigArgs, SeedArgs, format_names, print, refuse_existing, unknown, written};
 use crate::error::{Error, ParameterError, count, in_left_open};
-use crate::experiment::{Allowance, Plan, PlannedInstrument, Router, ScheduleKey};
+use crate::experiment::{Allowance, Plan, PlannedInstrument, Router, ScheduleKey, Source};
 use crate::files::write_atomically;
 use crate::formats::{CSV, Format, WRITE_SCHEDULE, WriteSchedule};
-use crate::geometry::DirectionPair;
+use crate::geometry::{DirectionPair, Symmetry};
 use crate::instrument::{self, Order};
 use crate::report::schedule_stem;
 use crate::schedule::{Assume, Itinerary, Sequence, Unvisited, unvisited};
@@ -159,10 +160,26 @@ fn orders() -> impl TypedValueParser<Value = Order> {
     names.map(move |name| find(name).unwrap_or_default())
 }
 
+/// Poses depend on a material by its symmetries alone: a config that names none is for those that have all.
+fn suppose_material(source: &mut Source) -> Result<(), Error> {
+    let table = source.table()?;
+    let table = table.get_ref();
+    if table.contains_key("material") || table.contains_key("materials_dir") {
+        return Ok(());
+    }
+    note(&format!(
+        "gonio: {} names no material; the poses are for {} ones",
+        source.name(),
+        words(Symmetry::FULL)
+    ));
+    source.set("material=[{kind=\"lambert\"}]", "no material".into())
+}
+
 impl Schedule {
     pub(super) fn run(self) -> Result<(), Error> {
         let mut source = self.config.source()?;
         self.seed.apply(&mut source)?;
+        suppose_material(&mut source)?;
         let plan = super::plan(&source)?;
         let instruments = self.instruments(&plan)?;
         let keys = self.choose(&plan, &instruments)?;

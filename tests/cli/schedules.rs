@@ -192,3 +192,27 @@ fn a_reader_that_has_seen_enough_is_no_error() {
     let stderr = String::from_utf8(output.stderr).unwrap();
     assert_eq!((output.status.code(), stderr.as_str()), (Some(0), ""));
 }
+
+#[test]
+fn a_schedule_needs_no_material() {
+    let bench = Bench::new();
+    let config = "budgets = [100]\n\n[[parametrization]]\nkind = \"hybrid\"\n";
+    fs::write(bench.path("plan.toml"), config).unwrap();
+    let satin = format!("{config}\n[[material]]\nkind = \"ggx\"\n");
+    fs::write(bench.path("satin.toml"), satin).unwrap();
+    let machine = ["--instrument", "utia", "--skip-unreachable"];
+    let schedule = |file: &str| {
+        let output = bench.gonio(&[&["schedule", file], &machine[..]].concat());
+        assert!(output.status.success());
+        (output.stdout, String::from_utf8(output.stderr).unwrap())
+    };
+    let (poses, note) = schedule("plan.toml");
+    assert_eq!(
+        note,
+        "gonio: plan.toml names no material; the poses are for isotropic, reciprocal, bilateral ones\n"
+    );
+    assert!(poses == schedule("satin.toml").0);
+    // What measures needs one.
+    let refused = bench.refused(&["run", "plan.toml"], 2);
+    assert!(refused.contains("material is missing"), "{refused}");
+}
