@@ -9,6 +9,7 @@ mod files;
 mod instruments;
 mod moment_study;
 mod moments;
+mod overview;
 mod picture;
 mod readme;
 mod report;
