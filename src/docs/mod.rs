@@ -1,5 +1,8 @@
 //! Long-form pages.
 
+#[doc = include_str!("laboratory.md")]
+pub mod laboratory {}
+
 #[doc = include_str!("design.md")]
 pub mod design {}
 

@@ -1,0 +1,62 @@
+//! The laboratory's walk-through is played from its first command to its last.
+
+use super::Bench;
+use super::pages::{of_repository, read};
+use std::{env, fs};
+
+/// A page with what its `console` blocks show today; each line after `$` is typed in turn, and each
+/// `toml` block is the file that its first line names.
+fn played(bench: &Bench, page: &str) -> String {
+    let mut now = String::new();
+    let mut lines = page.lines().peekable();
+    while let Some(line) = lines.next() {
+        now += &format!("{line}\n");
+        if line == "```toml" {
+            let name = lines.peek().unwrap().trim_start_matches("# ");
+            let body: Vec<_> = lines.clone().take_while(|l| *l != "```").collect();
+            fs::write(bench.path(name), body.join("\n") + "\n").unwrap();
+        }
+        if line != "```console" {
+            continue;
+        }
+        for line in lines.by_ref() {
+            if let Some(command) = line.strip_prefix("$ ") {
+                let shown = bench.shown(command);
+                now += &format!("{line}\n{shown}");
+                if !shown.is_empty() && !shown.ends_with('\n') {
+                    now.push('\n');
+                }
+            } else if line == "```" {
+                now += "```\n";
+                break;
+            }
+        }
+    }
+    now
+}
+
+#[test]
+fn the_laboratory_s_page_shows_what_its_commands_print() {
+    let bench = Bench::new();
+    let page = read("src/docs/laboratory.md");
+    let now = played(&bench, &page);
+    if env::var_os("GONIO_BLESS").is_some() {
+        fs::write(of_repository("src/docs/laboratory.md"), &now).unwrap();
+        return;
+    }
+    assert!(
+        page.matches("\n$ gonio ").count() >= 8,
+        "its commands are gone"
+    );
+    for (then, now) in page.lines().zip(now.lines()) {
+        assert_eq!(
+            then, now,
+            "src/docs/laboratory.md shows what is not printed today: \
+             GONIO_BLESS=1 cargo test --test cli laboratory writes its outputs anew"
+        );
+    }
+    assert_eq!(page.lines().count(), now.lines().count());
+    for file in ["poses.csv", "left.csv", "copy.binary", "copy.png"] {
+        assert!(bench.path(file).exists(), "{file}");
+    }
+}
