@@ -1,5 +1,8 @@
 //! Long-form pages.
 
+#[doc = include_str!("findings.md")]
+pub mod findings {}
+
 #[doc = include_str!("laboratory.md")]
 pub mod laboratory {}
 

@@ -15,7 +15,56 @@ pub fn read(path: &str) -> String {
     fs::read_to_string(of_repository(path)).unwrap()
 }
 
+/// Words with one space between them: columns may be narrower in a text than on a terminal.
+pub fn squeezed(text: &str) -> String {
+    text.split_whitespace().collect::<Vec<_>>().join(" ")
+}
+
+/// The bodies of the fenced blocks of a language, one after the other.
+pub fn blocks<'a>(page: &'a str, language: &str) -> Vec<&'a str> {
+    let mut found = Vec::new();
+    let mut rest = page;
+    while let Some((_, fenced)) = rest.split_once("\n```") {
+        let (tag, body) = fenced.split_once('\n').unwrap();
+        let end = match body.starts_with("```") {
+            true => 0,
+            false => body.find("\n```").expect("a block ends") + 1,
+        };
+        if tag == language {
+            found.push(&body[..end]);
+        }
+        rest = &body[end + 3..];
+    }
+    found
+}
+
+/// Commands, one a line, without comments; lines that end in a backslash go on.
+pub fn commands(block: &str) -> Vec<String> {
+    let lines = block
+        .lines()
+        .filter(|l| !l.starts_with('#'))
+        .collect::<Vec<_>>();
+    let joined = lines.join("\n").replace("\\\n", " ");
+    let lines = joined.lines().filter(|l| !l.trim().is_empty());
+    lines.map(squeezed).collect()
+}
+
 impl Bench {
+    /// The configs of the repository, where a clone has them.
+    pub fn with_configs(self) -> Self {
+        for dir in ["configs", "configs/instruments", "configs/starters"] {
+            fs::create_dir(self.path(dir)).unwrap();
+            for entry in fs::read_dir(of_repository(dir)).unwrap() {
+                let entry = entry.unwrap();
+                if entry.path().is_file() {
+                    let copy = self.path(dir).join(entry.file_name());
+                    fs::copy(entry.path(), copy).unwrap();
+                }
+            }
+        }
+        self
+    }
+
     /// Has the shell do a line; all that a terminal would show.
     pub fn typed(&self, line: &str) -> (ExitStatus, String) {
         let program = Path::new(env!("CARGO_BIN_EXE_gonio")).parent().unwrap();
@@ -41,4 +90,46 @@ impl Bench {
         assert!(status.success(), "{line}: {shown}");
         shown
     }
+}
+
+/// `gonio run` of what takes minutes, or needs a folder of measured materials, is a `gonio check`:
+/// that reads the same config and the same files.
+fn checked(command: &str) -> String {
+    command.replacen("gonio run ", "gonio check ", 1)
+}
+
+#[test]
+fn the_commands_of_the_pages_are_commands() {
+    let bench = Bench::new().with_configs();
+    // Of the materials that the papers name, two.
+    let some = ["tabulate", "small.toml", "--material", "ggx-0.4", "-o"];
+    fs::create_dir(bench.path("brdfs")).unwrap();
+    for name in ["alum-bronze", "pink-felt"] {
+        let file = format!("brdfs/{name}.binary");
+        bench.good(&[&some[..], &[file.as_str()]].concat());
+    }
+    let mut count = 0;
+    for page in ["findings", "parametrizations"] {
+        for block in blocks(&read(&format!("src/docs/{page}.md")), "sh") {
+            for command in commands(block) {
+                assert!(command.starts_with("gonio "), "{page}: {command}");
+                bench.shown(&checked(&command));
+                count += 1;
+            }
+        }
+    }
+    assert!(count >= 10, "only {count} commands");
+}
+
+#[test]
+#[ignore = "takes minutes without --release"]
+fn the_findings_on_machines_are_what_is_printed() {
+    let bench = Bench::new().with_configs();
+    let page = read("src/docs/findings.md");
+    let printed = bench.shown("gonio run configs/instruments.toml -q");
+    let tables = blocks(&page, "text");
+    let mut lines = tables[0].lines().filter(|l| !l.is_empty());
+    assert_eq!(lines.clone().count(), 4 * 8);
+    let gone = lines.find(|line| !printed.lines().any(|l| l == *line));
+    assert_eq!(gone, None, "not printed today");
 }

@@ -1,48 +1,98 @@
-//! The README keeps its promises: its commands run, and print the numbers beside them.
+//! The README keeps its promises: it is short, its commands run, and print the numbers beside them.
 
 use super::Bench;
-use std::fs;
-use std::path::Path;
+use super::pages::{blocks, commands, read, squeezed};
 
-/// The repository.
-fn root() -> &'static Path {
-    Path::new(env!("CARGO_MANIFEST_DIR"))
+/// Commands that this test, a test itself, leaves to others.
+const OF_CARGO: [&str; 3] = [
+    "cargo test",
+    "cargo install --path .",
+    "cargo doc --no-deps --open",
+];
+
+const MAIN_JOB: &str = "cargo run --release -- run configs/quickstart.toml";
+
+/// Every command, in the order of the page: those of blocks, then those of the table.
+fn all_commands(readme: &str) -> Vec<String> {
+    let blocks = blocks(readme, "sh");
+    let mut all: Vec<String> = blocks.into_iter().flat_map(commands).collect();
+    // Cells in backquotes; one that ends in a backslash goes on in the row below.
+    let rows = readme.lines().filter(|l| l.starts_with('|'));
+    let cells = rows.filter_map(|l| l.trim_end_matches([' ', '|']).rsplit_once("| `"));
+    let cells = cells.filter_map(|(_, cell)| cell.strip_suffix('`'));
+    let of_table = cells.collect::<Vec<_>>().join("\n");
+    all.extend(commands(&of_table));
+    all
+}
+
+#[test]
+fn the_readme_is_short_and_narrow() {
+    let readme = read("README.md");
+    assert!(readme.lines().count() <= 130);
+    for line in readme.lines() {
+        assert!(line.chars().count() <= 80, "{line}");
+    }
+    let (_, picture) = readme.split_once("\n[top]: ").unwrap();
+    assert!(readme.contains("][top]") && !read(picture.trim()).is_empty());
 }
 
 #[test]
 fn the_readme_shows_what_the_quickstart_prints() {
-    let bench = Bench::new();
-    let config = root().join("configs/quickstart.toml");
-    let printed = bench.good(&["run", config.to_str().unwrap(), "-o", "quickstart"]);
-    let readme = fs::read_to_string(root().join("README.md")).unwrap();
-    let (_, block) = readme.split_once("```text\n").unwrap();
-    let (block, _) = block.split_once("```").unwrap();
-    let shown: Vec<&str> = block
-        .lines()
-        .filter(|l| !l.is_empty() && *l != "…")
-        .collect();
-    assert!(shown.len() > 10, "the README's block is gone");
+    let bench = Bench::new().with_configs();
+    let printed = squeezed(&bench.shown("gonio run configs/quickstart.toml"));
+    let readme = read("README.md");
+    let shown = blocks(&readme, "text")[0].lines().filter(|l| !l.is_empty());
+    let shown: Vec<String> = shown.map(squeezed).collect();
+    assert_eq!(shown.len(), 8, "the README's table is gone");
     for line in shown {
-        assert!(
-            printed.lines().any(|l| l == line),
-            "not printed today: {line}"
-        );
+        assert!(printed.contains(&line), "not printed today: {line}");
     }
 }
 
 #[test]
 fn the_readmes_commands_run() {
-    let bench = Bench::new();
-    let readme = fs::read_to_string(root().join("README.md")).unwrap();
-    let mut commands = 0;
-    for line in readme.lines().filter(|l| l.starts_with("gonio ")) {
-        let line = line.replace("configs/", &format!("{}/configs/", root().display()));
-        let args: Vec<&str> = line.split_whitespace().skip(1).collect();
-        bench.good(&args);
-        commands += 1;
+    let bench = Bench::new().with_configs();
+    // Readings, which a reader brings along.
+    bench.shown("gonio init -o sample.toml --quiet");
+    bench.shown("gonio schedule sample.toml --parametrization hybrid --budget 250 -o poses.csv");
+    bench.shown("gonio measure poses.csv --config sample.toml -o my.csv");
+    let readme = read("README.md");
+    let all = all_commands(&readme);
+    assert_eq!(all[..2], ["cargo test", MAIN_JOB]);
+    for job in &all[..2] {
+        let step = job.replace("cargo test", "cargo test --locked");
+        let step = step.replace("--release --", "--release --locked --");
+        let guards = read(".ci/run");
+        assert!(guards.contains(&format!("\nstep {step}")), "{step}");
     }
-    assert!(commands >= 3, "the README's commands are gone");
-    for file in ["poses.csv", "ggx.binary", "out/results.csv"] {
+    let mut own = 0;
+    for command in &all {
+        if command == MAIN_JOB || OF_CARGO.contains(&command.as_str()) {
+            continue;
+        }
+        assert!(command.starts_with("gonio "), "{command}");
+        bench.shown(command);
+        own += 1;
+    }
+    assert!(own >= 8, "the README's commands are gone: {all:?}");
+    for file in [
+        "my.binary",
+        "my.toml",
+        "copy.binary",
+        "poses",
+        "runs/my/results.csv",
+    ] {
         assert!(bench.path(file).exists(), "{file}");
+    }
+    // In the text too each command is one, and each file that is linked is there.
+    for span in readme.split('`').skip(1).step_by(2) {
+        if let Some(command) = span.strip_prefix("gonio ") {
+            let name = command.split_whitespace().next().unwrap();
+            let name = if name.starts_with('-') { "" } else { name };
+            bench.shown(&format!("gonio help {name}"));
+        }
+    }
+    for link in readme.split("](").skip(1) {
+        read(link.split(')').next().unwrap());
     }
 }
