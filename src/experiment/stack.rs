@@ -6,7 +6,7 @@ use crate::brdf::{Brdf, Channels};
 use crate::geometry::DirectionPair;
 use crate::measurement::{Measurement, Outcome};
 use crate::metrics::{self, Values};
-use crate::reconstruct::{Interpolant, Readings, Reconstruct, ReconstructError};
+use crate::reconstruct::{Interpolant, Readings, Reconstruct, ReconstructError, noise};
 use rayon::prelude::*;
 
 /// Pairs at which a stack is evaluated in one task.
@@ -24,7 +24,8 @@ pub(super) fn present(measurement: &Measurement) -> Vec<bool> {
 
 /// Reconstructions of several materials from readings at the same poses.
 pub(super) struct Stack {
-    interpolant: Box<dyn Interpolant>,
+    /// One of all materials, or one of each.
+    interpolants: Vec<Box<dyn Interpolant>>,
     channels: Channels,
 }
 
@@ -36,14 +37,24 @@ impl Stack {
     ) -> Result<Self, ReconstructError> {
         let first = measurements[0];
         let count = first.channels.count();
-        let interpolant = method.interpolate(&Readings {
-            schedule: &first.schedule,
-            width: measurements.len() * count,
-            values: &interleaved(measurements, count),
-            present: &present(first),
-        })?;
+        let present = present(first);
+        let of = |measurements: &[&Measurement], noise| {
+            method.interpolate(&Readings {
+                schedule: &first.schedule,
+                width: measurements.len() * count,
+                values: &interleaved(measurements, count),
+                present: &present,
+                noise,
+            })
+        };
+        let interpolants = if method.weighs_noise() {
+            let alone = measurements.iter().map(|m| of(&[m], noise(m)));
+            alone.collect::<Result<_, _>>()?
+        } else {
+            vec![of(measurements, None)?]
+        };
         Ok(Self {
-            interpolant,
+            interpolants,
             channels: first.channels.clone(),
         })
     }
@@ -54,13 +65,27 @@ impl Stack {
         pairs: &[DirectionPair],
         go_on: &dyn Fn() -> Result<(), Stop>,
     ) -> Result<Vec<Values>, Stop> {
-        let (width, count) = (self.interpolant.width(), self.channels.count());
+        let mut of_materials = Vec::new();
+        for interpolant in &self.interpolants {
+            of_materials.extend(self.of(&**interpolant, pairs, go_on)?);
+        }
+        Ok(of_materials)
+    }
+
+    /// The same of the materials of one interpolant.
+    fn of(
+        &self,
+        interpolant: &dyn Interpolant,
+        pairs: &[DirectionPair],
+        go_on: &dyn Fn() -> Result<(), Stop>,
+    ) -> Result<Vec<Values>, Stop> {
+        let (width, count) = (interpolant.width(), self.channels.count());
         let mut stacked = vec![0.0; pairs.len() * width];
         for (out, pairs) in stacked.chunks_mut(SLAB * width).zip(pairs.chunks(SLAB)) {
             go_on()?;
             out.par_chunks_mut(CHUNK * width)
                 .zip(pairs.par_chunks(CHUNK))
-                .for_each(|(out, pairs)| self.interpolant.eval_batch(pairs, out));
+                .for_each(|(out, pairs)| interpolant.eval_batch(pairs, out));
         }
         let of = |i: usize| Values {
             luminance: stacked

@@ -83,6 +83,8 @@ pub(super) struct Cloud<const K: usize> {
     values: Vec<f64>,
     /// Values per point.
     pub channels: usize,
+    /// Relative uncertainty of each point; empty: all are exact.
+    noise: Vec<f64>,
     tree: Nearest<K>,
     /// Thinner copies, made when first asked for.
     copies: OnceLock<Vec<Copy<K>>>,
@@ -134,9 +136,23 @@ impl<const K: usize> Cloud<K> {
             points,
             values,
             channels,
+            noise: Vec::new(),
             copies: OnceLock::new(),
             in_sheets: OnceLock::new(),
         }
+    }
+
+    /// The same cloud with a relative uncertainty per point.
+    pub fn with_noise(self, noise: Vec<f64>) -> Self {
+        let is_exact = noise.iter().all(|&u| u == 0.0);
+        let noise = if is_exact { Vec::new() } else { noise };
+        Self { noise, ..self }
+    }
+
+    /// The relative uncertainty of point `i`.
+    #[inline]
+    pub fn noise(&self, i: usize) -> f64 {
+        self.noise.get(i).copied().unwrap_or(0.0)
     }
 
     /// The values of point `i`.

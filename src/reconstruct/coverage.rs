@@ -92,6 +92,7 @@ impl Cover {
             width: measurement.channels.count(),
             values: &measurement.values,
             present: &present,
+            noise: None,
         };
         // Distances are those on the bench: no axis counts more than the other.
         let own = ReconstructionCoordinates {

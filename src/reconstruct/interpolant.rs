@@ -21,6 +21,9 @@ pub struct Readings<'a> {
     pub values: &'a [f64],
     /// One flag per pose: true if it has a reading.
     pub present: &'a [bool],
+    /// Standard uncertainty of type A of each value, sr⁻¹, laid out as `values`; `None` of values that are
+    /// taken as they are.
+    pub noise: Option<&'a [f64]>,
 }
 
 impl<'a> Readings<'a> {
@@ -31,10 +34,26 @@ impl<'a> Readings<'a> {
         self.present[i].then_some(values)
     }
 
+    /// The uncertainty of type A of pose `i` as a share of its values plus `epsilon` (sr⁻¹), over all its
+    /// values; 0 if nothing says it.
+    pub(super) fn relative_noise(&self, i: usize, epsilon: f64) -> f64 {
+        let of = i * self.width..(i + 1) * self.width;
+        let Some(noise) = self.noise.map(|noise| &noise[of.clone()]) else {
+            return 0.0;
+        };
+        let values = self.values[of].iter().map(|f| f.max(0.0) + epsilon);
+        noise.iter().sum::<f64>() / values.sum::<f64>()
+    }
+
     /// Number of poses with a reading.
     pub fn count(&self) -> usize {
         self.present.iter().filter(|p| **p).count()
     }
+}
+
+/// The uncertainties of type A of a measurement, where it has some.
+pub fn noise(measurement: &Measurement) -> Option<&[f64]> {
+    Some(&*measurement.details.as_ref()?.type_a)
 }
 
 /// One flag per pose of a measurement: true if it has a reading.

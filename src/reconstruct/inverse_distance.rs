@@ -91,7 +91,7 @@ impl Reconstruct for InverseDistance {
     }
 
     fn label(&self) -> String {
-        super::label(KIND, self.values, self.coordinates.as_ref())
+        super::label(KIND, self.values, false, self.coordinates.as_ref())
     }
 
     fn needs_grid(&self) -> bool {

@@ -63,7 +63,7 @@ impl<R: LatticeRule> Reconstruct for LatticeMethod<R> {
     }
 
     fn label(&self) -> String {
-        super::label(R::KIND, self.values, None)
+        super::label(R::KIND, self.values, false, None)
     }
 
     fn needs_grid(&self) -> bool {

@@ -16,6 +16,10 @@
 //! polynomial then is linear along the directions they determine and constant across, and φ(r) = −r,
 //! for which a constant is enough (conditionally positive definite of order 1).
 //!
+//! Readings that are uncertain are missed by some of it: their variance (of the logarithm, or as a share of f)
+//! stands on the diagonal. That is the mean of a Gaussian process whose values vary by about 1, a factor of e,
+//! over a neighbourhood (Wahba, *Spline Models for Observational Data*, 1990, §1.4).
+//!
 //! The weights of a value far from what surrounds it grow without bound. If the sum of their sizes
 //! exceeds [`LARGEST_WEIGHTS`], points that almost coincide are let miss their values a little
 //! ([`NUGGETS`]); if that is not the cause the query is moved towards its nearest neighbour until the
@@ -148,6 +152,8 @@ pub(super) struct Scratch<const K: usize> {
     ranges: Vec<[f64; 2]>,
     /// The values of one channel.
     values: Vec<f64>,
+    /// Variance of each neighbour.
+    noise: Vec<f64>,
 }
 
 impl<const K: usize> ScatteredRule<K> for Local {
@@ -170,6 +176,7 @@ impl<const K: usize> ScatteredRule<K> for Local {
             weights: Vec::new(),
             ranges: Vec::new(),
             values: Vec::new(),
+            noise: Vec::new(),
         })
     }
 
@@ -182,8 +189,10 @@ impl<const K: usize> ScatteredRule<K> for Local {
     ) {
         let s = &mut **scratch;
         cloud.find(x, self.neighbours, &mut s.found);
-        if s.found.distance2[0].sqrt() <= AT_READING * s.found.size() {
-            out.copy_from_slice(cloud.value(s.found.index[0]));
+        let nearest = s.found.index[0];
+        let at_reading = s.found.distance2[0].sqrt() <= AT_READING * s.found.size();
+        if at_reading && cloud.noise(nearest) == 0.0 {
+            out.copy_from_slice(cloud.value(nearest));
         } else if s.weigh(cloud, x) {
             self.combine(cloud, s, out);
         } else {
@@ -302,6 +311,9 @@ impl<const K: usize> Scratch<K> {
         let size = self.found.size();
         self.points.clear();
         self.basis.clear();
+        self.noise.clear();
+        let noise = self.found.index.iter().map(|&i| cloud.noise(i).powi(2));
+        self.noise.extend(noise);
         self.query = [0.0; K];
         for &i in &self.found.index {
             let p = &cloud.points[i];
@@ -428,7 +440,10 @@ impl<const K: usize> Scratch<K> {
 
     /// The factored reduced system; `None` if it is not positive definite.
     fn factor<P: Kernel>(&mut self, nugget: f64) -> Option<Cholesky<f64, Dyn>> {
-        let at = |a: usize, b: usize| if a == b { nugget } else { 0.0 };
+        let noise = &self.noise;
+        let at = |a: usize, b: usize| {
+            if a == b { nugget + noise[a] } else { 0.0 }
+        };
         self.own = [[0.0; MOST]; MOST];
         for &(a, i) in &self.lagrange {
             for &(b, j) in &self.lagrange {

@@ -39,7 +39,7 @@ mod transform;
 pub use coordinates::Coordinates;
 pub use coverage::{Cover, Coverage, Covered, Fill};
 pub use cubic::{Cubic, CubicRule};
-pub use interpolant::{Interpolant, Readings};
+pub use interpolant::{Interpolant, Readings, noise};
 pub use inverse_distance::InverseDistance;
 pub use lattice_method::{LatticeMethod, LatticeRule};
 pub use multilinear::{Multilinear, MultilinearRule};
@@ -79,6 +79,12 @@ pub trait Reconstruct: std::fmt::Debug + Send + Sync {
         None
     }
 
+    /// True if weights depend on how uncertain readings are: then several values of a pose share them only
+    /// if they are of one material.
+    fn weighs_noise(&self) -> bool {
+        false
+    }
+
     /// Checks every parameter that can be checked without readings.
     ///
     /// # Errors
@@ -107,6 +113,7 @@ pub trait Reconstruct: std::fmt::Debug + Send + Sync {
             width: measurement.channels.count(),
             values: &measurement.values,
             present: &present,
+            noise: noise(measurement),
         })?;
         Ok(Box::new(Interpolated {
             interpolant,
@@ -259,8 +266,11 @@ pub const STRETCH: f64 = 1.5;
 pub const STRETCH_OF_SHEETS: f64 = 3.0;
 
 /// The kind, with the keys that are not at their defaults.
-fn label(kind: &str, values: Values, coordinates: Option<&Coordinates>) -> String {
+fn label(kind: &str, values: Values, noise: bool, coordinates: Option<&Coordinates>) -> String {
     let mut label = kind.to_owned();
+    if noise {
+        label.push_str("-noise");
+    }
     if values == Values::Linear {
         label.push_str("-linear");
     }

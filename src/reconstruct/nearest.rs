@@ -74,7 +74,7 @@ impl Reconstruct for NearestReading {
     }
 
     fn label(&self) -> String {
-        super::label(KIND, Values::Log, self.coordinates.as_ref())
+        super::label(KIND, Values::Log, false, self.coordinates.as_ref())
     }
 
     fn needs_grid(&self) -> bool {

@@ -154,6 +154,7 @@ impl<const K: usize> Embedded<K> {
         let channels = readings.width;
         let mut points: Vec<[f64; K]> = Vec::with_capacity((copies + 1) * count);
         let mut values = Vec::with_capacity(points.capacity() * channels);
+        let mut noise = Vec::new();
         for (i, pose) in schedule.poses.iter().enumerate() {
             let Some(reading) = readings.value(i) else {
                 continue;
@@ -163,6 +164,7 @@ impl<const K: usize> Embedded<K> {
             } else {
                 parametrization.forward(&pose.pair)
             };
+            let own_noise = readings.relative_noise(i, transform.epsilon());
             let first = points.len();
             let mut stand = |c: &Coords| {
                 let x = embedding.point(c);
@@ -170,6 +172,7 @@ impl<const K: usize> Embedded<K> {
                 if !points[first..].iter().any(near) {
                     points.push(x);
                     values.extend(reading.iter().map(|&f| transform.forward(f)));
+                    noise.push(own_noise);
                 }
             };
             for image in parametrization.images(&coords) {
@@ -192,7 +195,7 @@ impl<const K: usize> Embedded<K> {
             }
         }
         Self {
-            cloud: Cloud::new(points, values, channels),
+            cloud: Cloud::new(points, values, channels).with_noise(noise),
             embedding,
         }
     }

@@ -46,6 +46,8 @@ pub struct Sheets {
     pub epsilon: f64,
     /// Number of neighbours in a sheet (readings and their mirror images).
     pub neighbours: usize,
+    /// True to miss readings by their uncertainty of type A, as far as the others ask for it.
+    pub noise: bool,
 }
 
 impl Default for Sheets {
@@ -54,6 +56,7 @@ impl Default for Sheets {
             values: Values::Log,
             epsilon: EPSILON,
             neighbours: 16,
+            noise: false,
         }
     }
 }
@@ -91,11 +94,15 @@ impl Reconstruct for Sheets {
     }
 
     fn label(&self) -> String {
-        super::label(KIND, self.values, None)
+        super::label(KIND, self.values, self.noise, None)
     }
 
     fn needs_grid(&self) -> bool {
         false
+    }
+
+    fn weighs_noise(&self) -> bool {
+        self.noise
     }
 
     fn check(&self) -> Result<(), ParameterError> {
@@ -114,11 +121,21 @@ impl Reconstruct for Sheets {
                 needed: 1,
             });
         }
+        let r = &Readings {
+            noise: r.noise.filter(|_| self.noise),
+            ..*r
+        };
         let poses = r.schedule.poses.iter().enumerate();
-        let of_light: Vec<(DirectionPair, &[f64])> = poses
-            .filter_map(|(i, pose)| Some((pose.pair, r.value(i)?)))
+        let of_light: Vec<Reading> = poses
+            .filter_map(|(i, pose)| {
+                Some(Reading {
+                    pair: pose.pair,
+                    values: r.value(i)?,
+                    noise: r.relative_noise(i, self.epsilon),
+                })
+            })
             .collect();
-        let of_sensor = of_light.iter().map(|&(p, v)| (p.swapped(), v)).collect();
+        let of_sensor = of_light.iter().map(Reading::swapped).collect();
         // The one that stood still is the one with fewer sheets.
         let sides = [(of_light, false), (of_sensor, true)].into_iter();
         let found = sides.filter(|_| symmetry.isotropic);
@@ -149,11 +166,31 @@ impl Sheets {
         ThinPlate {
             values: self.values,
             epsilon: self.epsilon,
+            noise: self.noise,
             coordinates: Some(Coordinates {
                 kind: "half-difference".into(),
                 warp: Warps::default(),
             }),
             ..ThinPlate::default()
+        }
+    }
+}
+
+/// A reading, or the same turned round.
+#[derive(Clone, Copy)]
+struct Reading<'a> {
+    pair: DirectionPair,
+    /// f_r, sr⁻¹, one per channel.
+    values: &'a [f64],
+    /// Type A as a share of the values.
+    noise: f64,
+}
+
+impl Reading<'_> {
+    fn swapped(&self) -> Self {
+        Self {
+            pair: self.pair.swapped(),
+            ..*self
         }
     }
 }
@@ -179,12 +216,12 @@ pub fn incidences(thetas: &[f64]) -> Vec<Vec<usize>> {
 
 /// The sheets of some readings by incidence; `None` if most lie in none.
 fn sheets(
-    readings: &[(DirectionPair, &[f64])],
+    readings: &[Reading<'_>],
     width: usize,
     transform: Transform,
     symmetry: Symmetry,
 ) -> Option<Vec<Sheet>> {
-    let thetas: Vec<f64> = readings.iter().map(|(p, _)| p.omega_i.theta()).collect();
+    let thetas: Vec<f64> = readings.iter().map(|r| r.pair.omega_i.theta()).collect();
     let mut sheets = Vec::new();
     let mut taken = 0;
     for group in incidences(&thetas) {
@@ -192,23 +229,24 @@ fn sheets(
         let mut taken_places = FxHashSet::default();
         let own = group.iter().map(|&i| readings[i]);
         // A reading whose other direction is at this incidence too is in the sheet from both sides.
-        let turned = readings.iter().map(|&(pair, v)| (pair.swapped(), v));
-        let turned = turned.filter(|(pair, _)| {
-            symmetry.reciprocal && (pair.omega_i.theta() - mean).abs() < 0.5 * WIDTH
-        });
-        let (mut points, mut values) = (Vec::new(), Vec::new());
-        for (pair, reading) in own.chain(turned) {
-            let [x, y] = place(&pair, mean);
+        let turned = readings
+            .iter()
+            .map(Reading::swapped)
+            .filter(|r| symmetry.reciprocal && (r.pair.omega_i.theta() - mean).abs() < 0.5 * WIDTH);
+        let (mut points, mut values, mut noise) = (Vec::new(), Vec::new(), Vec::new());
+        for reading in own.chain(turned) {
+            let [x, y] = place(&reading.pair, mean);
             let mirrored = if mean < NORMAL { [-x, y] } else { [x, -y] };
             let both = symmetry.bilateral || mean < NORMAL;
             for place in [[x, y], mirrored].into_iter().take(1 + usize::from(both)) {
                 if taken_places.insert(place.map(|c| (c / SAME).round() as i64)) {
                     points.push(place);
-                    values.extend(reading.iter().map(|&f| transform.forward(f)));
+                    values.extend(reading.values.iter().map(|&f| transform.forward(f)));
+                    noise.push(reading.noise);
                 }
             }
         }
-        let cloud = Cloud::new(points, values, width);
+        let cloud = Cloud::new(points, values, width).with_noise(noise);
         // A scan along a line is no sheet.
         if mean >= NORMAL && cloud.is_in_sheets() {
             continue;

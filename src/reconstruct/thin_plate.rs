@@ -16,7 +16,11 @@ const KIND: &str = "thin-plate";
 pub(super) const ENTRY: Entry<dyn Reconstruct> = Entry {
     kind: KIND,
     summary: "local thin-plate spline over the k nearest readings; also stretch (1.5, of sheets 3)",
-    examples: &["neighbours = 30", "coordinates = { kind = \"hybrid\" }"],
+    examples: &[
+        "neighbours = 30",
+        "noise = true",
+        "coordinates = { kind = \"hybrid\" }",
+    ],
     read: |table| Ok(Box::new(registry::parse::<ThinPlate>(table)?)),
 };
 
@@ -38,6 +42,8 @@ pub struct ThinPlate {
     /// none.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub stretch: Option<f64>,
+    /// True to miss readings by their uncertainty of type A, as far as the others ask for it.
+    pub noise: bool,
 }
 
 impl Default for ThinPlate {
@@ -48,6 +54,7 @@ impl Default for ThinPlate {
             neighbours: 30,
             coordinates: None,
             stretch: None,
+            noise: false,
         }
     }
 }
@@ -82,7 +89,7 @@ impl Reconstruct for ThinPlate {
     }
 
     fn label(&self) -> String {
-        super::label(KIND, self.values, self.coordinates.as_ref())
+        super::label(KIND, self.values, self.noise, self.coordinates.as_ref())
     }
 
     fn needs_grid(&self) -> bool {
@@ -90,6 +97,10 @@ impl Reconstruct for ThinPlate {
     }
 
     chooses_coordinates!();
+
+    fn weighs_noise(&self) -> bool {
+        self.noise
+    }
 
     fn check(&self) -> Result<(), ParameterError> {
         self.values.check(self.epsilon)?;
@@ -99,6 +110,10 @@ impl Reconstruct for ThinPlate {
 
     fn interpolate(&self, r: &Readings<'_>) -> Result<Box<dyn Interpolant>, ReconstructError> {
         self.check()?;
+        let r = &Readings {
+            noise: r.noise.filter(|_| self.noise),
+            ..*r
+        };
         match r.schedule.parametrization.axes().len() {
             3 => self.build::<3>(r),
             _ => self.build::<4>(r),

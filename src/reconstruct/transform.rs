@@ -55,6 +55,14 @@ pub enum Transform {
 }
 
 impl Transform {
+    /// What is added to f, sr⁻¹; of f itself the floor that a share of it is taken of.
+    pub(super) fn epsilon(self) -> f64 {
+        match self {
+            Transform::Linear => EPSILON,
+            Transform::Log { epsilon } => epsilon,
+        }
+    }
+
     /// f to y. A noisy reading may be negative; the logarithm takes it for 0.
     #[inline]
     pub fn forward(self, f: f64) -> f64 {

@@ -6,7 +6,7 @@ use crate::measurement::Measurement;
 use crate::parametrization::{self, WarpSpec, Warps};
 use crate::reconstruct::{
     Coordinates, Cubic, InverseDistance, Multilinear, NearestReading, Reconstruct,
-    ReconstructError, Sheets, ThinPlate, default_for,
+    ReconstructError, Sheets, ThinPlate, default_for, noise,
 };
 use std::sync::Arc;
 
@@ -50,21 +50,31 @@ impl CrossValidation<'_> {
     /// The methods that these readings choose from: of a grid those in its own coordinates, of sheets
     /// [`Sheets`], and the scattered ones in every parametrization.
     pub fn candidates(&self) -> Vec<Arc<dyn Reconstruct>> {
-        let schedule = self.schedule();
+        let schedule = &self.measurement().schedule;
         let symmetry = schedule.parametrization.symmetry();
         let mut all: Vec<Arc<dyn Reconstruct>> = Vec::new();
         if schedule.lattice.is_some() {
             all.push(Arc::new(Cubic::default()));
             all.push(Arc::new(Multilinear::default()));
         }
-        if matches!(self.left(), Left::Sheets { .. }) && symmetry.isotropic {
-            all.push(Arc::new(Sheets::default()));
-        }
-        let scattered: [Arc<dyn Reconstruct>; 3] = [
-            Arc::new(ThinPlate::default()),
+        let mut scattered: Vec<Arc<dyn Reconstruct>> = vec![
             Arc::new(InverseDistance::default()),
             Arc::new(NearestReading::default()),
         ];
+        // Readings without noise are all the same to it.
+        let uncertain = noise(self.measurement()).is_some_and(|u| u.iter().any(|&u| u > 0.0));
+        for noise in [false, true].into_iter().take(1 + usize::from(uncertain)) {
+            if matches!(self.left(), Left::Sheets { .. }) && symmetry.isotropic {
+                all.push(Arc::new(Sheets {
+                    noise,
+                    ..Sheets::default()
+                }));
+            }
+            scattered.push(Arc::new(ThinPlate {
+                noise,
+                ..ThinPlate::default()
+            }));
+        }
         let coordinates = coordinates(symmetry);
         for method in scattered {
             all.extend(coordinates.iter().filter_map(|c| method.within(c)));

@@ -5,8 +5,7 @@ use super::left_out::{Groups, Left};
 use super::{Jury, Scores, ValidationError};
 use crate::measurement::Measurement;
 use crate::metrics::Values;
-use crate::reconstruct::{Readings, Reconstruct, ReconstructError};
-use crate::schedule::Schedule;
+use crate::reconstruct::{Readings, Reconstruct, ReconstructError, noise};
 use rayon::prelude::*;
 use std::sync::Arc;
 
@@ -50,9 +49,9 @@ impl<'a> CrossValidation<'a> {
         self.groups.left
     }
 
-    /// The schedule of the readings.
-    pub fn schedule(&self) -> &Schedule {
-        &self.measurement.schedule
+    /// The readings.
+    pub fn measurement(&self) -> &Measurement {
+        self.measurement
     }
 
     /// Number of reconstructions that [`scores`](Self::scores) makes of this many methods.
@@ -120,6 +119,7 @@ impl<'a> CrossValidation<'a> {
             width: channels.count(),
             values: &self.measurement.values,
             present: &present,
+            noise: noise(self.measurement),
         })?;
         let of = self.poses.iter().zip(&self.groups.of);
         let pairs = of.filter(|(_, of)| **of == Some(group));

@@ -155,6 +155,7 @@ fn weights(
         width: 1,
         values: &number,
         present: &present,
+        noise: None,
     })?;
     let spec = MetricsSpec {
         pairs: PAIRS,

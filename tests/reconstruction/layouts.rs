@@ -204,6 +204,7 @@ impl Bench {
             width,
             values: readings,
             present: &present,
+            noise: None,
         };
         let mut out = vec![0.0; self.pairs.len() * width];
         let interpolant = method.interpolate(&readings).unwrap();
@@ -305,6 +306,7 @@ fn one_bright_reading_does_not_spoil_the_others() {
             width: 1,
             values: &readings,
             present: &present,
+            noise: None,
         });
         let interpolant = interpolant.unwrap();
         let mut out = vec![0.0; bench.pairs.len()];
