@@ -2,7 +2,7 @@
 
 use super::print;
 use super::progress::Progress;
-use super::talk::{is_verbose, note};
+use super::talk::is_verbose;
 use crate::error::{Error, count};
 use crate::measurement::Measurement;
 use crate::metrics::{Errors, Measure};
@@ -77,7 +77,7 @@ impl CrossValidationArgs {
         let validation = match CrossValidation::new(measurement, sheets) {
             Ok(validation) => validation,
             Err(e) if sheets.is_none() => {
-                note(&format!("gonio: no cross-validation: {e}"));
+                print(&format!("no cross-validation: {e}\n"))?;
                 return Ok(None);
             }
             Err(e) => return Err(Error::config("--cross-validation", e)),

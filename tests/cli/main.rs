@@ -24,6 +24,7 @@ mod spectral;
 mod study;
 mod symmetry;
 mod tables;
+mod validation;
 
 use gonio::experiment::Row;
 use std::fs;

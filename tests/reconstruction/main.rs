@@ -7,6 +7,7 @@ mod coverage;
 mod edges;
 mod layouts;
 mod local_spline;
+mod noise;
 mod reproduction;
 mod symmetric;
 mod validation;

@@ -1,0 +1,97 @@
+//! What readings say of their own reconstruction.
+
+use super::Bench;
+use super::tables::{f_r, sheets};
+use std::fs;
+
+const HEAD: &str = "theta_i_deg,phi_i_deg,theta_o_deg,phi_o_deg,value\n";
+
+fn bench() -> Bench {
+    let bench = Bench::new();
+    let rows = sheets(|i, o, a| format!("{i},0,{o},{},{}", (a + 180.0) % 360.0, f_r(i, o, a)));
+    fs::write(bench.path("sheets.csv"), HEAD.to_owned() + &rows).unwrap();
+    bench
+}
+
+#[test]
+fn readings_by_others_choose_their_method() {
+    let bench = bench();
+    let said = bench.good(&["reconstruct", "sheets.csv", "--verbose"]);
+    let left =
+        "left out: each in turn of 3 sheets of constant theta_i, with a third of the others\n";
+    assert!(said.contains(left), "{said}");
+    // What stands first is what is taken, and errors rise from row to row.
+    let from = said.find("nrmse, cosine\n").unwrap();
+    let ranking = said[from..].lines().skip(1);
+    let ranking: Vec<_> = ranking
+        .take_while(|l| !l.starts_with("errors of"))
+        .collect();
+    assert!(ranking.len() > 20, "{said}");
+    let best = ranking[0].split_whitespace().next().unwrap();
+    assert!(
+        said.contains(&format!("reconstruction: {best}\n")),
+        "{said}"
+    );
+    let errors = ranking.iter().map(|l| l.split_whitespace().nth(1).unwrap());
+    let errors: Vec<f64> = errors.map(|e| e.parse().unwrap()).collect();
+    assert!(errors.is_sorted(), "{errors:?}");
+    // One that is named is not ranked, but judged.
+    let named = bench.good(&["reconstruct", "sheets.csv", "--reconstruction", "nearest"]);
+    assert!(
+        named.contains("errors of nearest at readings left out:\n"),
+        "{named}"
+    );
+    assert!(!named.contains("nrmse, cosine"), "{named}");
+    let points = ["--cross-validation", "points"];
+    let points = bench.good(&[&["reconstruct", "sheets.csv"], &points[..]].concat());
+    assert!(
+        points.contains("left out: each in turn of 10 random sets\n"),
+        "{points}"
+    );
+    let none = bench.good(&["reconstruct", "sheets.csv", "--cross-validation", "none"]);
+    assert!(!none.contains("left out"), "{none}");
+    assert!(none.contains("reconstruction: thin-plate\n"), "{none}");
+}
+
+#[test]
+fn readings_judge_those_of_another_file() {
+    let bench = bench();
+    let others = [
+        [25.0, 33.0, 10.0],
+        [50.0, 41.0, 200.0],
+        [33.0, 60.0, 100.0],
+        [10.0, 5.0, 45.0],
+    ];
+    let row = |[i, o, a]: [f64; 3]| format!("{i},0,{o},{},{}\n", (a + 180.0) % 360.0, f_r(i, o, a));
+    let text: String = others.into_iter().map(row).collect();
+    fs::write(bench.path("others.csv"), HEAD.to_owned() + &text).unwrap();
+    let how = ["--cross-validation", "none", "--against", "others.csv"];
+    let said = bench.good(&[&["reconstruct", "sheets.csv"], &how[..]].concat());
+    assert!(said.contains("against others.csv: 4 poses"), "{said}");
+    let line = said
+        .lines()
+        .rfind(|l| l.starts_with("log_relative "))
+        .unwrap();
+    let error: f64 = line.split_whitespace().nth(1).unwrap().parse().unwrap();
+    assert!(error > 0.0 && error < 0.2, "{said}");
+}
+
+#[test]
+fn what_cannot_be_validated_is_said() {
+    let bench = bench();
+    let one = "30,0,20,180,0.2\n";
+    fs::write(bench.path("one.csv"), HEAD.to_owned() + one).unwrap();
+    let said = bench.good(&["reconstruct", "one.csv"]);
+    let told = "no cross-validation: 1 reading: cross-validation needs 2 at different places";
+    assert!(said.contains(told), "{said}");
+    let sheets = ["--cross-validation", "sheets"];
+    let err = bench.refused(&[&["reconstruct", "one.csv"], &sheets[..]].concat(), 2);
+    assert!(err.contains("--cross-validation: "), "{err}");
+    let err = bench.refused(&["reconstruct", "sheets.csv", "--set", "neighbours=12"], 2);
+    assert!(err.contains("--reconstruction KIND"), "{err}");
+    let err = bench.refused(
+        &["reconstruct", "sheets.csv", "--reconstruction", "autos"],
+        2,
+    );
+    assert!(err.contains("did you mean auto?"), "{err}");
+}

@@ -1,0 +1,80 @@
+//! Readings that are known to be uncertain.
+
+use super::layouts::{models, scattered, schedule, sheets};
+use super::method;
+use gonio::brdf::{Brdf, Channels};
+use gonio::measurement::{Details, Flags, Measurement, Outcome};
+use gonio::metrics::{self, Measure, MetricsSpec};
+use gonio::sampling::Random;
+
+/// What a model has at a layout with this relative noise, whose uncertainty is told.
+fn noisy(model: &dyn Brdf, angles: &[[f64; 3]], noise: f64) -> Measurement {
+    let schedule = schedule(angles);
+    let exact: Vec<f64> = schedule
+        .poses
+        .iter()
+        .map(|p| model.luminance(&p.pair).unwrap_or(0.0))
+        .collect();
+    let random = Random::new(5);
+    let normal = |i: usize| {
+        // Twelve uniform numbers less six: near enough to normal.
+        let u: [f64; 12] = random.point(i as u64);
+        u.iter().sum::<f64>() - 6.0
+    };
+    let values = exact
+        .iter()
+        .enumerate()
+        .map(|(i, f)| f * (1.0 + noise * normal(i)));
+    Measurement {
+        channels: Channels::Luminance,
+        values: values.map(|f| f.max(0.0)).collect(),
+        outcomes: vec![Outcome::Reading; exact.len()],
+        details: Some(Details {
+            type_a: exact.iter().map(|f| noise * f).collect(),
+            type_b: vec![0.0; exact.len()],
+            flags: vec![Flags::NONE; exact.len()],
+        }),
+        schedule,
+    }
+}
+
+/// To miss readings by their noise never costs much, and wins where they are noisy.
+#[test]
+fn known_noise_is_smoothed() {
+    let spec = MetricsSpec {
+        pairs: 2000,
+        ..MetricsSpec::default()
+    };
+    let pairs = metrics::test_pairs(Measure::Cosine, &spec).unwrap();
+    let layouts = [sheets(&[15.0, 30.0, 45.0, 60.0], 8, 12), scattered(500)];
+    let mut gains = Vec::new();
+    for (name, model) in models() {
+        let truth = metrics::evaluate(&*model, &pairs);
+        for angles in &layouts {
+            for noise in [0.0, 0.02, 0.3] {
+                let m = noisy(&*model, angles, noise);
+                for kind in ["thin-plate", "sheets"] {
+                    let error = |keys: &str| {
+                        let brdf = method(kind, keys).reconstruct(&m).unwrap();
+                        let values = metrics::evaluate(&*brdf, &pairs);
+                        metrics::compare(&pairs, &truth, &values)
+                            .log_relative
+                            .unwrap()
+                    };
+                    let [plain, missed] = ["", "noise = true"].map(error);
+                    if noise == 0.0 {
+                        assert_eq!(plain, missed, "{name} {kind}");
+                    } else {
+                        let what = || format!("{name} {kind} {noise}: {missed} of {plain}");
+                        assert!(missed <= 1.02 * plain + 1e-6, "{}", what());
+                    }
+                    if noise == 0.3 {
+                        gains.push(missed / plain);
+                    }
+                }
+            }
+        }
+    }
+    let mean = gains.iter().sum::<f64>() / gains.len() as f64;
+    assert!(mean < 0.8, "{mean}");
+}
