@@ -24,8 +24,8 @@
 //! exceeds [`LARGEST_WEIGHTS`], points that almost coincide are let miss their values a little
 //! ([`NUGGETS`]); if that is not the cause the query is moved towards its nearest neighbour until the
 //! sum is small enough. And no value leaves the range of its neighbours by more than [`OVERSHOOT`] of
-//! it; where the readings fill space and the weights are small it rises above by [`RISE`] times what the
-//! largest stands above the median at most. Of f itself no more than the factors [`LARGEST_FACTOR`] and [`LARGEST_FACTOR_IN_SPACE`]
+//! it; where the readings fill space it rises above by [`RISE`] times what the largest stands above the
+//! median at most. Of f itself no more than the factors [`LARGEST_FACTOR`] and [`LARGEST_FACTOR_IN_SPACE`]
 //! if it is logarithms that are interpolated.
 
 use super::cloud::{Cloud, Found, Reach, covariance};
@@ -65,13 +65,12 @@ const OVERSHOOT: f64 = 0.5;
 
 /// Largest distance of a value above its neighbours, as a share of that of the largest from their median:
 /// a peak rises over its flanks, and one small value among equal ones lifts nothing.
-const RISE: f64 = 2.0;
+const RISE: f64 = 3.0;
 
 /// Largest factor by which a value exceeds its neighbours, f + epsilon.
 const LARGEST_FACTOR: f64 = 4.0;
 
-/// The same where the readings fill space and the weights are small: of narrow lobes readings seldom see
-/// the peak.
+/// The same where the readings fill space: of narrow lobes they seldom see the peak.
 const LARGEST_FACTOR_IN_SPACE: f64 = 30.0;
 
 /// Steps of the search along the way to the nearest neighbour: the place to 1 in 64.
@@ -222,10 +221,7 @@ impl Local {
                 *range = [range[0].min(y), range[1].max(y)];
             }
         }
-        let sizes: f64 = s.weights.iter().map(|w| w.abs()).sum();
-        let is_sure = s.found.reach == Reach::Nearest
-            && sizes <= LARGEST_WEIGHTS[Reach::Nearest as usize]
-            && !cloud.is_in_sheets();
+        let in_space = s.found.reach == Reach::Nearest && !cloud.is_in_sheets();
         for (channel, (out, &[low, high])) in out.iter_mut().zip(&s.ranges).enumerate() {
             let reach = match s.found.reach {
                 Reach::Flat => 0.0,
@@ -233,11 +229,11 @@ impl Local {
             };
             *out = out.max(low - reach);
             if *out > high {
-                let rise = if is_sure {
+                let rise = if in_space {
                     s.values.clear();
                     let values = s.found.index.iter().map(|&i| cloud.value(i)[channel]);
                     s.values.extend(values);
-                    let middle = s.values.len() / 2;
+                    let middle = (s.values.len() - 1) / 2;
                     let (_, &mut median, _) =
                         s.values.select_nth_unstable_by(middle, f64::total_cmp);
                     self.above_in_space.min(RISE * (high - median))
