@@ -22,12 +22,14 @@ mod errors;
 mod pairs;
 mod quantity;
 mod uncovered;
+mod within;
 
 pub use albedo::AlbedoProbe;
 pub use errors::{Errors, compare, compare_weighted};
 pub use pairs::{Measure, MetricsSpec, test_pairs};
 pub use quantity::{Judged, Quantity};
 pub use uncovered::Uncovered;
+pub use within::{WITHIN, share_within};
 
 use crate::brdf::{Brdf, Presence};
 use crate::geometry::DirectionPair;

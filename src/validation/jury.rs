@@ -4,7 +4,9 @@ use super::ValidationError;
 use super::left_out::Groups;
 use crate::geometry::DirectionPair;
 use crate::measurement::Measurement;
-use crate::metrics::{Errors, Measure, MetricsSpec, Values, compare_weighted, test_pairs};
+use crate::metrics::{
+    Errors, Measure, MetricsSpec, Values, compare_weighted, share_within, test_pairs,
+};
 use crate::parametrization::Warps;
 use crate::reconstruct::{Coordinates, Interpolant, NearestReading, Readings, Reconstruct};
 use rayon::prelude::*;
@@ -39,6 +41,8 @@ impl Scores {
 pub struct Jury {
     pairs: Vec<DirectionPair>,
     truth: Values,
+    /// Standard uncertainty of each reading in luminance, as if its channels erred alike, sr⁻¹.
+    uncertainty: Vec<f64>,
     /// Weights of the readings per measure, in pairs of the measure.
     weights: [Vec<f64>; Measure::ALL.len()],
     /// Group of each reading; the jackknife leaves out one group at a time.
@@ -81,6 +85,7 @@ impl Jury {
                 luminance: poses.iter().map(luminance).collect(),
                 missing: Vec::new(),
             },
+            uncertainty: poses.iter().map(|&i| uncertainty(measurement, i)).collect(),
             weights: weights(measurement, &poses)?,
             group: judges.iter().map(|&(_, group)| group).collect(),
             groups,
@@ -97,28 +102,69 @@ impl Jury {
     /// # Panics
     /// If there is another number of them.
     pub fn errors(&self, predicted: &Values) -> Scores {
-        Scores(self.weights.each_ref().map(|weights| {
-            let compared = |weights: &[f64]| {
-                let errors = compare_weighted(&self.pairs, weights, &self.truth, predicted);
-                Errors::QUANTITIES.map(|(_, of)| of(&errors))
-            };
+        let mut scores = self.estimates(|weights| {
+            let errors = compare_weighted(&self.pairs, weights, &self.truth, predicted);
+            Errors::QUANTITIES.map(|(_, of)| of(&errors))
+        });
+        for (q, (quantity, _)) in Errors::QUANTITIES.iter().enumerate() {
+            if quantity.name == MAXIMUM {
+                scores.iter_mut().for_each(|of| of[q].standard_error = None);
+            }
+        }
+        Scores(scores)
+    }
+
+    /// The share of readings that are within k = 2 of predicted values, per [`Measure::ALL`]; these have
+    /// standard uncertainties (sr⁻¹), one per reading, and those of the readings count too, as independent
+    /// of them.
+    ///
+    /// # Panics
+    /// If there is another number of them.
+    pub fn within(
+        &self,
+        predicted: &Values,
+        uncertainty: &[f64],
+    ) -> [Estimate; Measure::ALL.len()] {
+        let both = self.uncertainty.iter().zip(uncertainty);
+        let both: Vec<f64> = both.map(|(f, g)| f.hypot(*g)).collect();
+        let within = |weights: &[f64]| share_within(|i| weights[i], &self.truth, predicted, &both);
+        self.estimates(|weights| [within(weights)])
+            .map(|[share]| share)
+    }
+
+    /// Numbers that depend on the weights of the readings, with their standard errors, per measure.
+    fn estimates<const N: usize>(
+        &self,
+        of: impl Fn(&[f64]) -> [Option<f64>; N],
+    ) -> [[Estimate; N]; Measure::ALL.len()] {
+        self.weights.each_ref().map(|weights| {
             let without = |group| {
                 let weights = weights.iter().zip(&self.group);
                 let kept = weights.map(|(&w, &of)| if of == group { 0.0 } else { w });
-                compared(&kept.collect::<Vec<_>>())
+                of(&kept.collect::<Vec<_>>())
             };
-            let whole = compared(weights);
+            let whole = of(weights);
             let without: Vec<_> = (0..self.groups).map(without).collect();
             std::array::from_fn(|q| {
-                let of_groups: Option<Vec<f64>> = without.iter().map(|errors| errors[q]).collect();
-                let spread = of_groups.filter(|_| Errors::QUANTITIES[q].0.name != MAXIMUM);
+                let of_groups: Option<Vec<f64>> =
+                    without.iter().map(|numbers| numbers[q]).collect();
                 Estimate {
                     value: whole[q],
-                    standard_error: spread.map(|values| jackknife(&values)),
+                    standard_error: of_groups.map(|values| jackknife(&values)),
                 }
             })
-        }))
+        })
     }
+}
+
+/// The standard uncertainty of the luminance of reading `i`, sr⁻¹, as if its channels erred alike.
+fn uncertainty(measurement: &Measurement, i: usize) -> f64 {
+    let of = |types: &[f64]| {
+        let n = measurement.channels.count();
+        measurement.channels.luminance(&types[i * n..(i + 1) * n])
+    };
+    let details = measurement.details.as_ref();
+    details.map_or(0.0, |d| of(&d.type_a).hypot(of(&d.type_b)))
 }
 
 /// The error whose spread says nothing.

@@ -1,0 +1,58 @@
+//! Whether a reconstruction is as far from the truth as its uncertainty says.
+
+use super::Values;
+use super::errors::Sum;
+
+/// Name of [`share_within`] in tables.
+pub const WITHIN: &str = "within_2u";
+
+/// Share of the pairs where |g − f| ≤ 2 u (k = 2), u the standard uncertainty of g − f; pairs count by
+/// `weight`, those where f or g has no value do not. `None` if no pair is left.
+///
+/// Of normal errors of which u knows it is 0.95. Less says that the reconstruction has errors that u knows
+/// nothing of, such as what it makes up between readings. An error that all readings share (type B) is within
+/// k = 2 nearly everywhere or nearly nowhere.
+///
+/// # Panics
+/// If the three lengths differ.
+pub fn share_within(
+    weight: impl Fn(usize) -> f64,
+    truth: &Values,
+    reconstruction: &Values,
+    uncertainty: &[f64],
+) -> Option<f64> {
+    assert_eq!(truth.luminance.len(), uncertainty.len());
+    assert_eq!(reconstruction.luminance.len(), uncertainty.len());
+    let [mut within, mut all] = [Sum::default(); 2];
+    for (i, u) in uncertainty.iter().enumerate() {
+        let (Some(f), Some(g)) = (truth.get(i), reconstruction.get(i)) else {
+            continue;
+        };
+        all.add(weight(i));
+        if (g - f).abs() <= 2.0 * u {
+            within.add(weight(i));
+        }
+    }
+    (all.value() > 0.0).then(|| within.value() / all.value())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn pairs_count_by_their_weight_where_both_have_a_value() {
+        let values = |luminance: [f64; 4], missing: [bool; 4]| Values {
+            luminance: luminance.into(),
+            missing: missing.into(),
+        };
+        let truth = values([1.0, 1.0, 0.0, 1.0], [false, false, false, true]);
+        let same = values([1.0, 1.25, 0.0, 9.0], [false; 4]);
+        let weights = [3.0, 1.0, 4.0, 5.0];
+        let share = |u: f64| share_within(|i| weights[i], &truth, &same, &[u; 4]);
+        assert_eq!(share(0.0), Some(7.0 / 8.0));
+        assert_eq!(share(0.124), Some(7.0 / 8.0));
+        assert_eq!(share(0.125), Some(1.0));
+        assert_eq!(share_within(|_| 0.0, &truth, &same, &[1.0; 4]), None);
+    }
+}
