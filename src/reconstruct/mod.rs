@@ -35,6 +35,7 @@ mod scattered;
 mod sheets;
 mod thin_plate;
 mod transform;
+mod uncertainty;
 
 pub use coordinates::Coordinates;
 pub use coverage::{Cover, Coverage, Covered, Fill};
@@ -47,6 +48,7 @@ pub use nearest::NearestReading;
 pub use sheets::{IN_SHEETS, Sheets, incidences};
 pub use thin_plate::ThinPlate;
 pub use transform::{Transform, Values};
+pub use uncertainty::{Replicated, Uncertain};
 
 use coordinates::ReconstructionCoordinates;
 use interpolant::Interpolated;

@@ -10,6 +10,7 @@ mod local_spline;
 mod noise;
 mod reproduction;
 mod symmetric;
+mod uncertainty;
 mod validation;
 
 use common::{polar, symmetries};

@@ -1,0 +1,221 @@
+//! What uncertainties of readings make of their reconstruction.
+
+use super::layouts::{models, scattered, schedule};
+use super::{Material, each, form, method, methods, smooth, value};
+use gonio::brdf::{Brdf, Channels};
+use gonio::geometry::{DirectionPair, Symmetry};
+use gonio::measurement::{Details, Flags, Measurement, Outcome};
+use gonio::metrics::{self, Measure, MetricsSpec};
+use gonio::reconstruct::{Reconstruct, Replicated, Uncertain};
+use gonio::sampling::Random;
+use gonio::validation::Jury;
+use rand_distr::{Distribution, StandardNormal};
+
+/// Readings of a smooth material with uncertainties of both types, shares of their values.
+fn readings(angles: &[[f64; 3]], type_a: f64, type_b: f64) -> Measurement {
+    let schedule = schedule(angles);
+    let poses = schedule.poses.iter();
+    let values: Vec<f64> = poses.map(|p| smooth(Symmetry::FULL, &p.pair)).collect();
+    let share = |u: f64| values.iter().map(|v| u * v).collect();
+    Measurement {
+        channels: Channels::Luminance,
+        outcomes: vec![Outcome::Reading; values.len()],
+        details: Some(Details {
+            type_a: share(type_a),
+            type_b: share(type_b),
+            flags: vec![Flags::NONE; values.len()],
+        }),
+        values,
+        schedule,
+    }
+}
+
+fn replicated(m: &Measurement, method: &dyn Reconstruct) -> Replicated {
+    Replicated::of(m, method).unwrap().unwrap()
+}
+
+fn pairs() -> Vec<DirectionPair> {
+    let spec = MetricsSpec {
+        pairs: 500,
+        ..MetricsSpec::default()
+    };
+    metrics::test_pairs(Measure::Cosine, &spec).unwrap()
+}
+
+fn scattered_methods() -> impl Iterator<Item = Box<dyn Reconstruct>> {
+    methods().into_iter().filter(|m| !m.needs_grid())
+}
+
+/// Lets readings err by their type A.
+fn err(m: &mut Measurement, seed: u64) {
+    let random = Random::new(seed);
+    let Some(details) = &m.details else { return };
+    for (i, (value, u)) in m.values.iter_mut().zip(&details.type_a).enumerate() {
+        let z: f64 = StandardNormal.sample(&mut random.stream(i as u64));
+        *value += u * z;
+    }
+}
+
+#[test]
+fn a_common_scale_stays_one() {
+    let m = readings(&scattered(400), 0.0, 0.02);
+    for method in scattered_methods() {
+        for u in replicated(&m, &*method).at(&pairs()) {
+            assert_eq!(u.type_a, 0.0, "{}", method.label());
+            let share = u.uncertainty() / u.value;
+            assert!((share - 0.02).abs() < 1e-3, "{}: {share}", method.label());
+        }
+    }
+}
+
+#[test]
+fn the_nearest_reading_gives_its_own_uncertainty() {
+    let mut m = readings(&scattered(300), 0.0, 0.01);
+    let details = m.details.as_mut().unwrap();
+    for (i, u) in details.type_a.iter_mut().enumerate() {
+        *u = 1e-3 * (1 + i % 7) as f64;
+    }
+    let nearest = replicated(&m, &*method("nearest", ""));
+    let details = m.details.as_ref().unwrap();
+    let pairs: Vec<_> = m.schedule.poses.iter().map(|p| p.pair).collect();
+    for (i, u) in nearest.at(&pairs).into_iter().enumerate() {
+        assert_eq!(u.value, m.values[i]);
+        assert!((u.type_a / details.type_a[i] - 1.0).abs() < 1e-9, "{i}");
+        assert!((u.type_b / details.type_b[i] - 1.0).abs() < 1e-9, "{i}");
+    }
+}
+
+/// The only uncertain reading makes its surroundings uncertain, and nothing far from it.
+#[test]
+fn the_uncertainty_of_a_reading_decays_around_it() {
+    let mut angles = scattered(600);
+    angles.push([40.0, 20.0, 60.0]);
+    // Nothing beside that of the last.
+    let mut m = readings(&angles, 1e-9, 0.0);
+    let last = m.values.len() - 1;
+    let u = 0.01 * m.values[last];
+    m.details.as_mut().unwrap().type_a[last] = u;
+    for method in scattered_methods() {
+        let of = replicated(&m, &*method);
+        let at = |theta_o: f64, phi: f64| {
+            let [i, o, phi] = [40.0, theta_o, phi].map(f64::to_radians);
+            of.at(&[DirectionPair::from_spherical(i, 0.0, o, phi)])[0].type_a / u
+        };
+        let (here, far) = (at(20.0, 60.0), at(75.0, 175.0));
+        assert!((here - 1.0).abs() < 0.03, "{}: {here}", method.label());
+        assert!(far < 0.02, "{}: {far}", method.label());
+    }
+}
+
+#[test]
+fn the_plain_part_is_the_reconstruction() {
+    let m = readings(&scattered(400), 0.05, 0.02);
+    for method in scattered_methods() {
+        let brdf = method.reconstruct(&m).unwrap();
+        let of = replicated(&m, &*method);
+        for (pair, u) in pairs().iter().zip(of.at(&pairs())) {
+            let plain = value(&*brdf, pair);
+            assert!(
+                (u.value - plain).abs() <= 1e-12 * plain,
+                "{}",
+                method.label()
+            );
+        }
+    }
+}
+
+/// A mean of independent errors is less than each.
+#[test]
+fn a_mean_is_less_uncertain_than_readings() {
+    let m = readings(&scattered(1500), 0.05, 0.0);
+    let mean = |method: Box<dyn Reconstruct>| {
+        let of = replicated(&m, &*method).at(&pairs());
+        of.iter().map(|u| u.type_a / u.value).sum::<f64>() / of.len() as f64
+    };
+    let nearest = mean(method("nearest", ""));
+    let several = mean(method("inverse-distance", ""));
+    assert!((nearest - 0.05).abs() < 1e-3, "{nearest}");
+    assert!(several < 0.8 * nearest, "{several} of {nearest}");
+}
+
+/// Readings of Lambert's law err by nothing but their uncertainties; those of a lobe say nothing of what is
+/// between them.
+#[test]
+fn readings_alone_are_within_their_uncertainty() {
+    let share = |name: &str, claimed: f64| {
+        let model: Box<dyn Brdf> = models()
+            .into_iter()
+            .find(|(n, _)| n.starts_with(name))
+            .unwrap()
+            .1;
+        let mut m = readings(&scattered(3000), 0.0, 0.0);
+        let of_model = |p: &DirectionPair| value(&*model, p);
+        m.values = m.schedule.poses.iter().map(|p| of_model(&p.pair)).collect();
+        let truth = Jury::new(&m).unwrap();
+        m.details.as_mut().unwrap().type_a = m.values.iter().map(|v| 0.03 * v).collect();
+        err(&mut m, 7);
+        let claims = |u: &f64| claimed * u;
+        let details = m.details.as_mut().unwrap();
+        details.type_a = details.type_a.iter().map(claims).collect();
+        let method = method("nearest", "");
+        let pairs = metrics::test_pairs(Measure::Cosine, &MetricsSpec::default()).unwrap();
+        let brdf = method.reconstruct(&m).unwrap();
+        let of = replicated(&m, &*method);
+        let at = |pairs: &[DirectionPair]| -> Vec<f64> {
+            of.at(pairs).iter().map(Uncertain::uncertainty).collect()
+        };
+        let [f, g] = [&*model, &*brdf].map(|b| metrics::evaluate(b, &pairs));
+        let plain = metrics::share_within(|_| 1.0, &f, &g, &at(&pairs)).unwrap();
+        let predicted = metrics::evaluate(&*brdf, truth.pairs());
+        let judged = truth.within(&predicted, &at(truth.pairs()))[0];
+        (plain, judged.value.unwrap(), judged.standard_error.unwrap())
+    };
+    let (plain, judged, error) = share("lambert", 1.0);
+    for of in [plain, judged] {
+        assert!((0.93..0.975).contains(&of), "{plain} {judged} ± {error}");
+    }
+    assert!(error < 0.02, "{error}");
+    // Half of what it is: k = 1, 68 %.
+    let (half, ..) = share("lambert", 0.5);
+    assert!((0.64..0.73).contains(&half), "{half}");
+    let (lobe, at_readings, _) = share("ggx", 1.0);
+    assert!(lobe < 0.8 && at_readings > 0.9, "{lobe} {at_readings}");
+}
+
+#[test]
+fn readings_without_uncertainties_have_none() {
+    let mut m = readings(&scattered(50), 0.0, 0.0);
+    let nearest = method("nearest", "");
+    assert!(Replicated::of(&m, &*nearest).unwrap().is_none());
+    // A few that were repeated.
+    m.details.as_mut().unwrap().type_a[..20].fill(0.1);
+    assert!(Replicated::of(&m, &*nearest).unwrap().is_none());
+    m.details = None;
+    assert!(Replicated::of(&m, &*nearest).unwrap().is_none());
+}
+
+/// Grids and scattered readings, all symmetries and channels: alike for the same share.
+#[test]
+fn channels_and_grids_keep_a_common_scale() {
+    let coloured = |symmetry: Symmetry| -> Box<dyn Brdf> {
+        let f = move |p: &DirectionPair| Some([1.0, 0.5, 0.8].map(|c| c * smooth(symmetry, p)));
+        Box::new(Material {
+            symmetry,
+            channels: Channels::Rgb,
+            f,
+        })
+    };
+    let forms = ["half-difference", "spherical"].map(|name| form(name, Symmetry::FULL));
+    each(&forms, coloured, 300, |what, method, m, _| {
+        let mut m = m.clone();
+        m.details = Some(Details {
+            type_a: vec![0.0; m.values.len()],
+            type_b: m.values.iter().map(|v| 0.02 * v).collect(),
+            flags: vec![Flags::NONE; m.outcomes.len()],
+        });
+        for u in replicated(&m, method).at(&pairs()[..50]) {
+            let share = u.type_b / u.value;
+            assert!((share - 0.02).abs() < 2e-3, "{what}: {share}");
+        }
+    });
+}
