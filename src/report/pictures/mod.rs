@@ -12,6 +12,7 @@ mod render;
 pub(super) mod slice;
 mod slices;
 pub(super) mod sphere;
+mod uncertainty;
 
 pub use compare::Comparison;
 pub use functions::test_functions_svg;
@@ -21,3 +22,4 @@ pub use render::{render_sphere, render_spheres};
 pub use slice::{RESOLUTION, THETA_O_DEG, write_slice};
 pub use slices::BrdfSlices;
 pub use sphere::{FilterEllipse, SphereImage, sphere_svg};
+pub use uncertainty::uncertainty_svg;

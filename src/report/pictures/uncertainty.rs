@@ -1,0 +1,282 @@
+//! Where a reconstruction is uncertain, over the directions of the sensor.
+
+use super::plot::{FRAME, Plot, middles, text};
+use crate::error::Error;
+use crate::geometry::DirectionPair;
+use crate::reconstruct::{Cover, Coverage, Replicated, Uncertain};
+use crate::report::pictures::sphere::write_rgb;
+use crate::report::svg::canvas::{Align, Canvas, Ink, Lettering, fitted};
+use crate::report::svg::plot::ramp;
+use std::f64::consts::{FRAC_PI_2, TAU};
+
+/// Polar angles of the light, degrees.
+const THETA_I_DEG: [f64; 3] = [0.0, 30.0, 60.0];
+
+const SIDE: f64 = 230.0;
+const PIXELS: usize = 160;
+const MARGIN: f64 = 18.0;
+const GAP: f64 = 34.0;
+const TOP: f64 = 78.0;
+const DARK: Ink = [30, 30, 30];
+
+/// Where no reading is near.
+const UNKNOWN: Ink = [150; 3];
+
+/// What is striped.
+const ONE_SIDE: &str = "readings on one side only";
+
+/// Every other stripe where readings lie on one side.
+const STRIPE: Ink = [255; 3];
+
+/// Where readings surround a pair, without uncertainties.
+const KNOWN: Ink = [0x56, 0xb4, 0xe9];
+
+/// Polar maps of the relative standard uncertainty (k = 1) of a reconstruction: the polar angle of the sensor
+/// outwards from 0° to 90°, light at 0°, 30° and 60° with azimuth 0 to the right. Colours go by the logarithm,
+/// the same in all maps. Striped where readings do not surround a pair, grey where none is near; without
+/// uncertainties that is all there is to see.
+///
+/// # Errors
+/// [`Error::Internal`] if drawing fails, which it should not.
+pub fn uncertainty_svg(
+    title: &str,
+    replicated: Option<&Replicated>,
+    cover: &Cover,
+) -> Result<String, Error> {
+    let maps = THETA_I_DEG.map(|theta| Map::new(theta.to_radians(), replicated, cover));
+    let scale = replicated.map(|_| Scale::of(maps.iter().flat_map(Map::known)));
+    let width = 2.0 * MARGIN + 3.0 * SIDE + 2.0 * GAP;
+    let below = TOP + SIDE + 34.0;
+    Canvas::draw([width, below + 96.0], |canvas| {
+        let middle = 0.5 * width;
+        let fits = fitted(title, 17.0, width - 2.0 * MARGIN);
+        text(canvas, [middle, 22.0], &fits, 15.5, true);
+        for (i, (map, theta)) in maps.iter().zip(THETA_I_DEG).enumerate() {
+            let plot = Plot {
+                at: [MARGIN + i as f64 * (SIDE + GAP), TOP],
+                side: SIDE,
+            };
+            let above = [plot.at[0] + 0.5 * SIDE, TOP - 18.0];
+            text(canvas, above, &format!("θ_i = {theta}°"), 13.0, true);
+            plot.raster(canvas, &map.colours(scale.as_ref()))?;
+            rings(canvas, &plot, theta);
+        }
+        if let Some(scale) = &scale {
+            scale.key(canvas, [middle, below])?;
+        }
+        swatches(canvas, [middle, below + 56.0], scale.is_some());
+        let says = "rings: θ_o = 30°, 60°, 90°;  circle: the light, at azimuth 0;  dot: its mirror direction";
+        text(canvas, [middle, below + 80.0], says, 11.5, false);
+        Ok(())
+    })
+}
+
+/// What is known at the pixels of a map.
+struct Map(Vec<Option<(Coverage, Option<f64>)>>);
+
+impl Map {
+    fn new(theta_i: f64, replicated: Option<&Replicated>, cover: &Cover) -> Self {
+        let pixels: Vec<_> = middles(PIXELS).map(|p| pair(theta_i, p)).collect();
+        let pairs: Vec<_> = pixels.iter().flatten().copied().collect();
+        let relative = replicated.map(|r| r.at(&pairs).iter().map(relative).collect::<Vec<_>>());
+        let coverages = cover.coverages(&pairs);
+        let mut known = (0..pairs.len()).map(|i| {
+            let relative = relative.as_ref().map(|of| of[i]);
+            (coverages[i], relative)
+        });
+        let pixels = pixels.iter().map(|pair| pair.and_then(|_| known.next()));
+        Self(pixels.collect())
+    }
+
+    /// Relative uncertainties where a reading is near.
+    fn known(&self) -> impl Iterator<Item = f64> {
+        let near = |(coverage, _): &&(Coverage, _)| *coverage != Coverage::Unknown;
+        let pixels = self.0.iter().flatten().filter(near);
+        pixels.filter_map(|(_, relative)| *relative)
+    }
+
+    fn colours(&self, scale: Option<&Scale>) -> Vec<Ink> {
+        let colour = |(i, pixel): (usize, &Option<(Coverage, Option<f64>)>)| {
+            let Some((coverage, relative)) = pixel else {
+                return [255; 3];
+            };
+            let known = match (scale, relative) {
+                (Some(scale), Some(relative)) => scale.colour(*relative),
+                _ => KNOWN,
+            };
+            match coverage {
+                Coverage::Interpolated => known,
+                Coverage::Extrapolated if (i % PIXELS + i / PIXELS) % 6 < 3 => STRIPE,
+                Coverage::Extrapolated => known,
+                Coverage::Unknown => UNKNOWN,
+            }
+        };
+        self.0.iter().enumerate().map(colour).collect()
+    }
+}
+
+/// The pair at a point of the unit square, `None` beside the disk.
+fn pair(theta_i: f64, point: [f64; 2]) -> Option<DirectionPair> {
+    let [x, y] = point.map(|t| 2.0 * t - 1.0);
+    let r = x.hypot(y);
+    let pair = || DirectionPair::from_spherical(theta_i, 0.0, r * FRAC_PI_2, y.atan2(x));
+    (r < 1.0).then(pair)
+}
+
+/// u/f; infinite where the reconstruction is black and yet uncertain.
+fn relative(uncertain: &Uncertain) -> f64 {
+    match uncertain.uncertainty() {
+        0.0 => 0.0,
+        u => u / uncertain.value,
+    }
+}
+
+/// Draws rings of the polar angle, and the directions of light and mirror.
+fn rings(canvas: &mut Canvas, plot: &Plot, theta_deg: f64) {
+    const STEPS: usize = 180;
+    for (ring, ink, width) in [(30.0, FRAME, 0.6), (60.0, FRAME, 0.6), (90.0, DARK, 1.3)] {
+        let at = |i: usize| {
+            let (s, c) = (TAU * i as f64 / STEPS as f64).sin_cos();
+            [c, s].map(|v| 0.5 + v * ring / 180.0)
+        };
+        let points: Vec<_> = (0..=STEPS).map(at).collect();
+        plot.line(canvas, &points, ink, width);
+    }
+    let away = theta_deg / 180.0;
+    let [light, mirror] = [0.5 + away, 0.5 - away].map(|x| plot.place([x, 0.5]));
+    canvas.dot(light, 5.6, DARK);
+    canvas.dot(light, 4.2, [255; 3]);
+    canvas.dot(mirror, 3.4, [255; 3]);
+    canvas.dot(mirror, 2.4, DARK);
+}
+
+/// Draws what stripes and grey mean.
+fn swatches(canvas: &mut Canvas, [middle, y]: [f64; 2], coloured: bool) {
+    let known = if coloured { ramp(0.3) } else { KNOWN };
+    let says = [
+        (known, "readings surround it"),
+        (known, ONE_SIDE),
+        (UNKNOWN, "no reading within 30°"),
+    ];
+    let says = &says[usize::from(coloured)..];
+    let length = |text: &str| 26.0 + 6.4 * text.chars().count() as f64;
+    let all: f64 = says.iter().map(|(_, text)| length(text)).sum();
+    let mut x = middle - 0.5 * all;
+    for (ink, name) in says {
+        let [right, above, below] = [x + 16.0, y - 6.0, y + 6.0];
+        let corners = [[x, above], [right, above], [right, below], [x, below]];
+        canvas.area(&corners, *ink, 1.0);
+        if *name == ONE_SIDE {
+            for from in [x + 1.0, x + 8.0] {
+                canvas.line(
+                    &[[from, below - 1.5], [from + 7.0, above + 1.5]],
+                    STRIPE,
+                    2.5,
+                );
+            }
+        }
+        canvas.text([x + 21.0, y], name, Lettering::new(11.5, Align::Start));
+        x += length(name);
+    }
+}
+
+/// Colours of relative uncertainties.
+struct Scale {
+    /// The ends and what is written between them, 1, 2 or 5 times a power of ten.
+    levels: Vec<f64>,
+}
+
+impl Scale {
+    /// A scale that shows all but a hundredth at either end, of two to six steps (two decades).
+    fn of(relative: impl Iterator<Item = f64>) -> Self {
+        let mut shown: Vec<f64> = relative.filter(|r| *r > 0.0 && r.is_finite()).collect();
+        shown.sort_by(f64::total_cmp);
+        let at = |i: usize| shown.get(i).copied().unwrap_or(0.01);
+        let ends = [at(shown.len() / 100), at(shown.len() * 99 / 100)];
+        let steps = (-8..=2).flat_map(|d| [1.0, 2.0, 5.0].map(|m| m * 10f64.powi(d)));
+        let steps: Vec<f64> = steps.collect();
+        let last = steps.len() - 1;
+        let lo = steps.partition_point(|s| *s <= ends[0]).clamp(1, last - 1) - 1;
+        let hi = steps.partition_point(|s| *s <= ends[1]).clamp(lo + 2, last);
+        let lo = lo.max(hi.saturating_sub(6));
+        Self {
+            levels: steps[lo..=hi].to_vec(),
+        }
+    }
+
+    /// Place on the scale, in [0, 1].
+    fn place(&self, relative: f64) -> f64 {
+        let [lo, hi] = [self.levels[0], self.levels[self.levels.len() - 1]];
+        ((relative / lo).ln() / (hi / lo).ln()).clamp(0.0, 1.0)
+    }
+
+    fn colour(&self, relative: f64) -> Ink {
+        // White is stripes.
+        ramp(0.1 + 0.64 * self.place(relative))
+    }
+
+    /// Draws the scale with its levels.
+    fn key(&self, canvas: &mut Canvas, [middle, y]: [f64; 2]) -> Result<(), Error> {
+        const LENGTH: f64 = 440.0;
+        const STEPS: usize = 220;
+        let [lo, hi] = [self.levels[0], self.levels[self.levels.len() - 1]];
+        let at = |i: usize| lo * ((hi / lo).ln() * (i as f64 + 0.5) / STEPS as f64).exp();
+        let colours: Vec<u8> = (0..STEPS).flat_map(|i| self.colour(at(i))).collect();
+        let mut png = Vec::new();
+        write_rgb(&colours, STEPS, &mut png)
+            .map_err(|e| Error::Internal(format!("cannot draw: {e}")))?;
+        let (left, below) = (middle - 0.5 * LENGTH, y + 14.0);
+        canvas.image([left, y], [LENGTH, 14.0], &png);
+        for level in &self.levels {
+            let x = left + LENGTH * self.place(*level);
+            canvas.line(&[[x, below], [x, below + 3.0]], FRAME, 0.8);
+            // As many digits as the smallest level has.
+            let percent = format!("{:.7}", 100.0 * level);
+            let percent = percent.trim_end_matches('0').trim_end_matches('.');
+            let how = Lettering::new(10.0, Align::Middle);
+            canvas.text([x, below + 11.0], &format!("{percent} %"), how);
+        }
+        let says =
+            "relative standard uncertainty of the BRDF, u/f (k = 1), from those of its readings";
+        text(canvas, [middle, y - 12.0], says, 11.5, false);
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::iter::repeat_n;
+
+    #[test]
+    fn scales_end_at_round_numbers_around_what_is_shown() {
+        let ends = |of: &[f64]| {
+            let levels = Scale::of(of.iter().copied()).levels;
+            [levels[0], levels[levels.len() - 1]]
+        };
+        let close =
+            |got: [f64; 2], want: [f64; 2]| (0..2).all(|i| (got[i] / want[i] - 1.0).abs() < 1e-9);
+        assert!(close(ends(&[0.013, 0.04, 0.07]), [0.01, 0.1]));
+        // One value has colours on both sides.
+        assert!(close(ends(&[0.03]), [0.02, 0.1]));
+        assert!(close(ends(&[]), [0.01, 0.05]));
+        // A black pixel is off every scale, and so is what nobody measures.
+        let black = [0.02, 0.03, f64::INFINITY, 0.0];
+        assert!(close(ends(&black), [0.02, 0.1]));
+        let many: Vec<f64> = repeat_n(1e-7, 50).chain(repeat_n(0.03, 50)).collect();
+        let [lo, hi] = ends(&many);
+        assert!(close([lo, hi], [hi / 100.0, 0.05]), "{lo} {hi}");
+        let scale = Scale::of([0.01, 0.1].into_iter());
+        assert_eq!([scale.place(0.0), scale.place(f64::INFINITY)], [0.0, 1.0]);
+    }
+
+    #[test]
+    fn maps_have_the_light_where_it_is_drawn() {
+        let theta = 0.5;
+        let at = |theta_o: f64| pair(theta, [0.5 + 0.5 * theta_o / FRAC_PI_2, 0.5]);
+        assert!(at(theta).unwrap().separation() < 1e-12);
+        let mirror = pair(theta, [0.5 - 0.5 * theta / FRAC_PI_2, 0.5]).unwrap();
+        assert!(mirror.half().truncate().length() < 1e-12);
+        assert!(pair(theta, [0.99, 0.99]).is_none());
+    }
+}
