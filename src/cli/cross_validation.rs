@@ -5,7 +5,7 @@ use super::progress::Progress;
 use super::talk::is_verbose;
 use crate::error::{Error, count};
 use crate::measurement::Measurement;
-use crate::metrics::{Errors, Measure};
+use crate::metrics::{Errors, Measure, WITHIN};
 use crate::reconstruct::Reconstruct;
 use crate::report::Columns;
 use crate::validation::{CrossValidation, Estimate, Scores};
@@ -45,8 +45,11 @@ fn estimate(e: &Estimate) -> String {
     }
 }
 
-/// Prints all errors at readings.
-pub(super) fn print_scores(scores: &Scores) -> Result<(), Error> {
+/// Prints all errors at readings, and which share of the readings is within k = 2 if that is known.
+pub(super) fn print_scores(
+    scores: &Scores,
+    within: Option<[Estimate; Measure::ALL.len()]>,
+) -> Result<(), Error> {
     let names = Measure::ALL.map(|measure| format!("\t>{}", measure.name()));
     let mut table = Columns::new(&format!("error{}", names.concat()));
     for (q, (quantity, _)) in Errors::QUANTITIES.iter().enumerate() {
@@ -55,6 +58,10 @@ pub(super) fn print_scores(scores: &Scores) -> Result<(), Error> {
             .each_ref()
             .map(|of| format!("\t{}", estimate(&of[q])));
         table.row(&format!("{}{}", quantity.name, of.concat()));
+    }
+    if let Some(within) = within {
+        let of = within.map(|share| format!("\t{}", estimate(&share)));
+        table.row(&format!("{WITHIN}{}", of.concat()));
     }
     print(&table.to_string())
 }
@@ -118,7 +125,7 @@ impl CrossValidationArgs {
             "errors of {} at readings left out:\n",
             best.label()
         ))?;
-        print_scores(&scores)?;
+        print_scores(&scores, None)?;
         Ok(Some(best))
     }
 }

@@ -9,19 +9,22 @@ use super::{ThreadArgs, build, choose_material, format_names, print, refuse_exis
 use crate::brdf::Brdf;
 use crate::error::{self, Error, ParameterError, excerpt, one_of};
 use crate::experiment::{AnyPlan, Kind, Source};
+use crate::files::write_atomically;
 use crate::formats::{self, Format, READ_READINGS, WRITE_TABLE};
-use crate::geometry::Symmetry;
+use crate::geometry::{DirectionPair, Symmetry};
 use crate::instrument;
 use crate::measurement::{Flags, Measurement, Outcome};
-use crate::metrics::{self, Errors, Measure, MetricsSpec, Uncovered};
+use crate::metrics::{self, Errors, Measure, MetricsSpec, Uncovered, Values, WITHIN};
 use crate::parametrization;
-use crate::reconstruct::{self, Cover, Coverage, Covered, Fill};
+use crate::reconstruct::{self, Cover, Coverage, Covered, Fill, Replicated, Uncertain};
 use crate::report::Columns;
+use crate::report::pictures::uncertainty_svg;
 use crate::schedule::Pose;
 use crate::schedule::{Assume, Unreachable};
 use crate::validation::Jury;
 use clap::Args;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
+use std::io::{self, Write as _};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -74,7 +77,10 @@ pub(super) struct Reconstruct {
     energy: EnergyArgs,
     #[command(flatten)]
     cross_validation: CrossValidationArgs,
-    /// Compare with a truth: a config, a table, a kind of material, or other readings
+    /// Compare with a truth: a config, a table, a kind of material, or other readings. Of readings with
+    /// uncertainties it also tells within_2u: the share of pairs where the truth is within the uncertainty
+    /// (k = 2) that the readings give the BRDF; about 0.95 if they err at random and nothing else does,
+    /// less if it errs between them
     #[arg(long, value_name = "CONFIG|BRDF|READINGS")]
     against: Option<String>,
     /// The material of --against, by its name; not needed if there is only one
@@ -83,6 +89,10 @@ pub(super) struct Reconstruct {
     /// Draw a sphere of the BRDF under a sky
     #[arg(long, value_name = "FILE.png")]
     picture: Option<PathBuf>,
+    /// Draw where the BRDF is uncertain: maps of its relative uncertainty (k = 1) over the directions of
+    /// the sensor, for light at 0°, 30° and 60°, and where readings do not surround it
+    #[arg(long, value_name = "FILE.svg")]
+    uncertainty: Option<PathBuf>,
     /// Replace files that exist
     #[arg(long)]
     force: bool,
@@ -163,7 +173,8 @@ const AUTO: &str = "auto";
 impl Reconstruct {
     pub(super) fn run(self) -> Result<(), Error> {
         self.threads.apply()?;
-        for path in self.output.iter().chain(&self.picture) {
+        let files = [&self.output, &self.picture, &self.uncertainty];
+        for path in files.into_iter().flatten() {
             refuse_existing(path, self.force)?;
         }
         let table = match &self.output {
@@ -182,14 +193,22 @@ impl Reconstruct {
             .reconstruct(&measurement)
             .map_err(|e| Error::data(&self.measurements, e))?;
         print(&format!("reconstruction: {}\n", method.label()))?;
+        let failed = |e| Error::data(&self.measurements, e);
+        let replicated = match truth.is_some() || self.uncertainty.is_some() {
+            true => Replicated::of(&measurement, &*method).map_err(failed)?,
+            false => None,
+        };
         match truth {
             Some(Truth::Brdf(truth, metrics)) => {
-                let cover = Cover::of(&measurement);
-                let cover = cover.map_err(|e| Error::data(&self.measurements, e))?;
-                compare(&*brdf, &*truth, &metrics, &cover)?;
+                let cover = Cover::of(&measurement).map_err(failed)?;
+                compare(&*brdf, replicated.as_ref(), &*truth, &metrics, &cover)?;
             }
             Some(Truth::Readings(jury)) => {
-                print_scores(&jury.errors(&metrics::evaluate(&*brdf, jury.pairs())))?;
+                let predicted = metrics::evaluate(&*brdf, jury.pairs());
+                let within = replicated
+                    .as_ref()
+                    .map(|r| jury.within(&predicted, &uncertainties(r, jury.pairs())));
+                print_scores(&jury.errors(&predicted), within)?;
             }
             None => {}
         }
@@ -203,10 +222,17 @@ impl Reconstruct {
             tabulate::write(table, &covered, path, || "--output".into())?;
             print(&shares(&covered))?;
         }
-        match &self.picture {
-            Some(path) => picture(&*brdf, path),
-            None => Ok(()),
+        if let Some(path) = &self.picture {
+            picture(&*brdf, path)?;
         }
+        if let Some(path) = &self.uncertainty {
+            let cover = Cover::of(&measurement).map_err(failed)?;
+            let title = format!("{}: {}", self.measurements.display(), method.label());
+            let svg = uncertainty_svg(&title, replicated.as_ref(), &cover)?;
+            let drawn = write_atomically(path, |out| out.write_all(svg.as_bytes()));
+            drawn.map_err(|e| cannot_write(path, &e))?;
+        }
+        Ok(())
     }
 
     fn check_parametrization(&self) -> Result<(), Error> {
@@ -389,16 +415,26 @@ fn material_of(measurement: &Measurement) -> String {
     text
 }
 
-/// Prints the errors against a truth under both measures, and how much of it is not interpolated.
+/// Standard uncertainties at pairs, sr⁻¹.
+fn uncertainties(replicated: &Replicated, pairs: &[DirectionPair]) -> Vec<f64> {
+    let uncertain = replicated.at(pairs);
+    uncertain.iter().map(Uncertain::uncertainty).collect()
+}
+
+/// Prints the errors against a truth under both measures, how much of it is not interpolated, and of
+/// uncertain readings how much of it is within k = 2.
 fn compare(
     brdf: &dyn Brdf,
+    replicated: Option<&Replicated>,
     truth: &dyn Brdf,
     metrics: &MetricsSpec,
     cover: &Cover,
 ) -> Result<(), Error> {
     let names = Errors::QUANTITIES.map(|(quantity, _)| format!("\t>{}", quantity.name));
     let shares = Uncovered::QUANTITIES.map(|(quantity, _)| format!("\t>{}", quantity.name));
-    let mut text = Columns::new(&format!("measure{}{}", names.concat(), shares.concat()));
+    let within = replicated.map_or(String::new(), |_| format!("\t>{WITHIN}"));
+    let (names, shares) = (names.concat(), shares.concat());
+    let mut text = Columns::new(&format!("measure{names}{shares}{within}"));
     for measure in Measure::ALL {
         let pairs =
             metrics::test_pairs(measure, metrics).map_err(|e| Error::config("metrics", e))?;
@@ -408,22 +444,26 @@ fn compare(
         let errors = Errors::QUANTITIES.map(|(_, of)| format!("\t{}", number(of(&errors))));
         let uncovered = Uncovered::among(&cover.coverages(Uncovered::counted(&pairs)), &values[0]);
         let shares = Uncovered::QUANTITIES.map(|(_, of)| format!("\t{}", number(of(&uncovered))));
-        text.row(&format!(
-            "{}{}{}",
-            measure.name(),
-            errors.concat(),
-            shares.concat()
-        ));
+        let within = |r| {
+            let [f, g]: &[Values; 2] = &values;
+            metrics::share_within(|_| 1.0, f, g, &uncertainties(r, &pairs))
+        };
+        let within = replicated.map_or(String::new(), |r| format!("\t{}", number(within(r))));
+        let (errors, shares) = (errors.concat(), shares.concat());
+        text.row(&format!("{}{errors}{shares}{within}", measure.name()));
     }
     print(&text.to_string())
 }
 
 fn picture(brdf: &dyn Brdf, path: &Path) -> Result<(), Error> {
-    use crate::files::write_atomically;
     use crate::lighting::{LightingSpec, SkySpec};
     let light = SkySpec::default().build();
     let light = light.map_err(|e| Error::Internal(e.to_string()))?;
     let image = crate::report::pictures::render_sphere(brdf, &*light, PICTURE, SAMPLES);
     let drawn = write_atomically(path, |out| image.write_png(image.white(), out));
-    drawn.map_err(|e| Error::output(path, format!("cannot write this file: {e}")))
+    drawn.map_err(|e| cannot_write(path, &e))
+}
+
+fn cannot_write(path: &Path, e: &io::Error) -> Error {
+    Error::output(path, format!("cannot write this file: {e}"))
 }

@@ -56,7 +56,13 @@ fn the_laboratory_s_page_shows_what_its_commands_print() {
         );
     }
     assert_eq!(page.lines().count(), now.lines().count());
-    for file in ["poses.csv", "left.csv", "copy.binary", "copy.png"] {
+    for file in [
+        "poses.csv",
+        "left.csv",
+        "copy.binary",
+        "copy.png",
+        "where.svg",
+    ] {
         assert!(bench.path(file).exists(), "{file}");
     }
 }
