@@ -14,7 +14,7 @@ use crate::formats::{self, Format, READ_READINGS, WRITE_TABLE};
 use crate::geometry::{DirectionPair, Symmetry};
 use crate::instrument;
 use crate::measurement::{Flags, Measurement, Outcome};
-use crate::metrics::{self, Errors, Measure, MetricsSpec, Uncovered, Values, WITHIN};
+use crate::metrics::{self, Errors, Measure, MetricsSpec, Uncovered, WITHIN};
 use crate::parametrization;
 use crate::reconstruct::{self, Cover, Coverage, Covered, Fill, Replicated, Uncertain};
 use crate::report::Columns;
@@ -430,27 +430,35 @@ fn compare(
     metrics: &MetricsSpec,
     cover: &Cover,
 ) -> Result<(), Error> {
-    let names = Errors::QUANTITIES.map(|(quantity, _)| format!("\t>{}", quantity.name));
-    let shares = Uncovered::QUANTITIES.map(|(quantity, _)| format!("\t>{}", quantity.name));
-    let within = replicated.map_or(String::new(), |_| format!("\t>{WITHIN}"));
-    let (names, shares) = (names.concat(), shares.concat());
-    let mut text = Columns::new(&format!("measure{names}{shares}{within}"));
+    let errors = Errors::QUANTITIES.iter().map(|(quantity, _)| quantity.name);
+    let shares = Uncovered::QUANTITIES
+        .iter()
+        .map(|(quantity, _)| quantity.name);
+    let within = replicated.map(|_| WITHIN);
+    let mut rows: Vec<String> = errors
+        .chain(shares)
+        .chain(within)
+        .map(String::from)
+        .collect();
     for measure in Measure::ALL {
         let pairs =
             metrics::test_pairs(measure, metrics).map_err(|e| Error::config("metrics", e))?;
         let values = [truth, brdf].map(|brdf| metrics::evaluate(brdf, &pairs));
         let errors = metrics::compare(&pairs, &values[0], &values[1]);
-        let number = |v: Option<f64>| v.map_or("undefined".into(), |v| format!("{v:.4e}"));
-        let errors = Errors::QUANTITIES.map(|(_, of)| format!("\t{}", number(of(&errors))));
+        let errors = Errors::QUANTITIES.iter().map(|(_, of)| of(&errors));
         let uncovered = Uncovered::among(&cover.coverages(Uncovered::counted(&pairs)), &values[0]);
-        let shares = Uncovered::QUANTITIES.map(|(_, of)| format!("\t{}", number(of(&uncovered))));
-        let within = |r| {
-            let [f, g]: &[Values; 2] = &values;
-            metrics::share_within(|_| 1.0, f, g, &uncertainties(r, &pairs))
-        };
-        let within = replicated.map_or(String::new(), |r| format!("\t{}", number(within(r))));
-        let (errors, shares) = (errors.concat(), shares.concat());
-        text.row(&format!("{}{errors}{shares}{within}", measure.name()));
+        let shares = Uncovered::QUANTITIES.iter().map(|(_, of)| of(&uncovered));
+        let [f, g] = &values;
+        let within =
+            replicated.map(|r| metrics::share_within(|_| 1.0, f, g, &uncertainties(r, &pairs)));
+        for (row, number) in rows.iter_mut().zip(errors.chain(shares).chain(within)) {
+            *row += &number.map_or("\tundefined".into(), |v| format!("\t{v:.4e}"));
+        }
+    }
+    let names = Measure::ALL.map(|measure| format!("\t>{}", measure.name()));
+    let mut text = Columns::new(&format!("error{}", names.concat()));
+    for row in rows {
+        text.row(&row);
     }
     print(&text.to_string())
 }

@@ -13,7 +13,7 @@
 //!
 //! It says what the errors of readings do to the reconstruction, and not what lies between readings.
 
-use super::interpolant::{Readings, present};
+use super::interpolant::{Readings, noise, present};
 use super::{Interpolant, Reconstruct, ReconstructError};
 use crate::brdf::Channels;
 use crate::geometry::DirectionPair;
@@ -95,11 +95,15 @@ impl Replicated {
         if uncertain == 0 || 2 * uncertain < measurement.readings() {
             return Ok(None);
         }
+        // Every set is as noisy as the first.
+        let noise = noise(measurement).unwrap_or_default().chunks_exact(n);
+        let noise: Vec<f64> = noise.flat_map(|of| of.repeat(SETS)).collect();
         let interpolant = method.interpolate(&Readings {
             schedule: &measurement.schedule,
             width,
             values: &values,
             present: &present(measurement),
+            noise: Some(&noise),
         })?;
         let channels = measurement.channels.clone();
         Ok(Some(Self {

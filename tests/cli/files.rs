@@ -1,13 +1,18 @@
 //! Poses and readings as files: schedule → measure → reconstruct.
 
 use super::Bench;
+use gonio::metrics::Measure;
 use std::fs;
 
-/// The numbers of a line of the table of errors.
-fn errors(text: &str, measure: &str) -> Vec<f64> {
-    let line = text.lines().find(|l| l.starts_with(&format!("{measure} ")));
-    let cells = line.unwrap_or_else(|| panic!("{text}")).split_whitespace();
-    cells.skip(1).map(|c| c.parse().unwrap()).collect()
+/// The numbers of a column of the table of errors.
+pub fn errors(text: &str, measure: &str) -> Vec<f64> {
+    let table = text.rfind("\nerror ").unwrap_or_else(|| panic!("{text}"));
+    let mut rows = text[table..].lines().skip(1);
+    let mut headings = rows.next().unwrap().split_whitespace();
+    let column = headings.position(|h| h == measure).unwrap();
+    let rows = rows.map(|row| row.split_whitespace().collect::<Vec<_>>());
+    let rows = rows.take_while(|row| row.len() == 1 + Measure::ALL.len());
+    rows.map(|row| row[column].parse().unwrap()).collect()
 }
 
 #[test]

@@ -1,6 +1,7 @@
 //! Experiments by wavelength, from a config to files and back.
 
 use super::Bench;
+use super::files::errors;
 use std::fs;
 
 const CONFIG: &str = r#"
@@ -70,9 +71,7 @@ fn readings_by_wavelength_go_through_files() {
         assert!(text.contains("value_550.5nm") && !text.contains("value_r"));
         let how = ["--reconstruction", "multilinear", "--against", "s.toml"];
         let said = bench.good(&[&["reconstruct", file], &how[..], &of].concat());
-        let line = said.lines().find(|l| l.starts_with("cosine")).unwrap();
-        let nrmse: f64 = line.split_whitespace().nth(1).unwrap().parse().unwrap();
-        assert!(nrmse < 1e-12, "{said}");
+        assert!(errors(&said, "cosine")[0] < 1e-12, "{said}");
         let table = ["--reconstruction", "multilinear", "-o", "t.binary"];
         let sentence = bench.refused(&[&["reconstruct", file], &table[..]].concat(), 2);
         assert!(
