@@ -67,13 +67,20 @@ pub(super) fn print_scores(
 }
 
 impl CrossValidationArgs {
+    /// True if nothing is left out.
+    pub(super) fn is_none(self) -> bool {
+        self.cross_validation == LeaveOut::None
+    }
+
     /// Prints how good `methods` are at readings that they were not given; returns the best. Without methods
-    /// the readings choose from all that there are. `None` if there is nothing to choose by.
+    /// the readings choose from all that there are, in these `coordinates` if some are asked for. `None` if
+    /// there is nothing to choose by.
     pub(super) fn choose(
         self,
         measurement: &Measurement,
         path: &Path,
         methods: Vec<Arc<dyn Reconstruct>>,
+        coordinates: Option<&str>,
     ) -> Result<Option<Arc<dyn Reconstruct>>, Error> {
         let sheets = match self.cross_validation {
             LeaveOut::None => return Ok(None),
@@ -90,7 +97,14 @@ impl CrossValidationArgs {
             Err(e) => return Err(Error::config("--cross-validation", e)),
         };
         let methods = match methods.is_empty() {
-            true => validation.candidates(),
+            true => {
+                let mut all = validation.candidates();
+                all.retain(|method| {
+                    let its = method.coordinates().map(|c| c.kind.as_str());
+                    coordinates.is_none() || its == coordinates
+                });
+                all
+            }
             false => methods,
         };
         let progress = Progress::of(validation.tasks(methods.len()) as u64, "cross-validates");

@@ -185,6 +185,12 @@ impl Reconstruct {
             None => None,
         };
         self.check_parametrization()?;
+        if self.reconstruction.as_deref() == Some(AUTO) && self.cross_validation.is_none() {
+            return Err(Error::config(
+                "--cross-validation none",
+                "auto chooses by what is left out; allowed: auto, sheets, points",
+            ));
+        }
         let (measurement, notes) = self.read(&self.measurements)?;
         print(&(material_of(&measurement) + &notes))?;
         let truth = self.truth(&measurement)?;
@@ -314,7 +320,12 @@ impl Reconstruct {
         let method = self.named(measurement)?;
         let methods = method.iter().cloned().collect();
         let path = &self.measurements;
-        let best = self.cross_validation.choose(measurement, path, methods)?;
+        let best = self.cross_validation.choose(
+            measurement,
+            path,
+            methods,
+            self.parametrization.as_deref(),
+        )?;
         let best = method.or(best);
         Ok(best.unwrap_or_else(|| reconstruct::default_for(measurement)))
     }

@@ -1,6 +1,6 @@
 //! Which readings are left out together.
 
-use super::ValidationError;
+use super::{Beside, ValidationError};
 use crate::geometry::DirectionPair;
 use crate::measurement::Measurement;
 use crate::numeric::wrap_angle;
@@ -16,6 +16,9 @@ const MOST: usize = 10;
 /// Parts of the directions within sheets, of which one is left out with a sheet. Sheets often share their
 /// directions: readings of the next sheet in the same one would hide what lies between directions.
 const PARTS: usize = 3;
+
+/// Fewest sheets of which one is left out: without one of two nothing lies between sheets.
+const FEWEST: usize = 3;
 
 /// Coordinates that differ by less than this, rad, are those of one place.
 const SAME: f64 = 1e-6;
@@ -93,10 +96,19 @@ impl Groups {
             Some(false) => None,
             _ => by_sheets(&pairs),
         };
+        if sheets.is_none() && pairs.len() > 1 && are_in_plane(&pairs) {
+            return Err(ValidationError::NothingBeside(Beside::Plane));
+        }
         match in_sheets {
-            Some((left, count, at)) => Ok(Self::of_sheets(left, count, at, place)),
-            None if sheets == Some(true) => Err(ValidationError::NoSheets),
-            None => Self::of_points(place),
+            Some((left, count, at)) if count >= FEWEST => {
+                Ok(Self::of_sheets(left, count, at, place))
+            }
+            _ if sheets == Some(true) => Err(ValidationError::NoSheets),
+            Some((Left::Sheets { sheets, of_sensor }, ..)) => {
+                let beside = Beside::Sheets(sheets, of_sensor);
+                Err(ValidationError::NothingBeside(beside))
+            }
+            _ => Self::of_points(place),
         }
     }
 
@@ -185,7 +197,16 @@ fn places(form: &dyn Parametrization, pairs: &[DirectionPair]) -> Vec<usize> {
     numbers(pairs.iter().map(key))
 }
 
-/// Where readings are in sheets, and the number of these, if most lie in two sheets or more.
+/// True if most readings lie in the plane of incidence.
+fn are_in_plane(pairs: &[DirectionPair]) -> bool {
+    let out = |pair: &&DirectionPair| {
+        let [i, o] = [pair.omega_i, pair.omega_o].map(|d| d.vector().truncate());
+        i.perp_dot(o).abs() > SAME_DIRECTION
+    };
+    (pairs.iter().filter(out).count() as f64) < (1.0 - IN_SHEETS) * pairs.len() as f64
+}
+
+/// Where readings are in sheets, and the number of these, if most lie in sheets.
 fn by_sheets(pairs: &[DirectionPair]) -> Option<(Left, usize, Vec<InSheets>)> {
     let side = |of_sensor: bool| {
         // As if it were the light that stood still.
@@ -196,7 +217,7 @@ fn by_sheets(pairs: &[DirectionPair]) -> Option<(Left, usize, Vec<InSheets>)> {
         let thetas: Vec<f64> = pairs.iter().map(|p| p.omega_i.theta()).collect();
         let sheets = incidences(&thetas);
         let taken: usize = sheets.iter().map(Vec::len).sum();
-        if sheets.len() < 2 || (taken as f64) < IN_SHEETS * pairs.len() as f64 {
+        if sheets.is_empty() || (taken as f64) < IN_SHEETS * pairs.len() as f64 {
             return None;
         }
         let mut at: Vec<InSheets> = directions(&pairs)

@@ -82,11 +82,49 @@ fn what_cannot_be_validated_is_said() {
     let one = "30,0,20,180,0.2\n";
     fs::write(bench.path("one.csv"), HEAD.to_owned() + one).unwrap();
     let said = bench.good(&["reconstruct", "one.csv"]);
-    let told = "no cross-validation: 1 reading: cross-validation needs 2 at different places";
+    let told = "no cross-validation: 1 reading; allowed: 2 or more at different places";
     assert!(said.contains(told), "{said}");
     let sheets = ["--cross-validation", "sheets"];
     let err = bench.refused(&[&["reconstruct", "one.csv"], &sheets[..]].concat(), 2);
     assert!(err.contains("--cross-validation: "), "{err}");
+    // What was read at one incidence or two, or in one plane, says nothing of the rest.
+    let rows = fs::read_to_string(bench.path("sheets.csv")).unwrap();
+    let some = |file: &str, keep: &dyn Fn(&str) -> bool| {
+        let kept = rows
+            .lines()
+            .filter(|row| row.starts_with("theta") || keep(row));
+        fs::write(bench.path(file), kept.collect::<Vec<_>>().join("\n")).unwrap();
+        bench.good(&["reconstruct", file])
+    };
+    let said = some("sheet.csv", &|row| row.starts_with("40,"));
+    assert!(
+        said.contains("the readings are of 1 value of theta_i, and"),
+        "{said}"
+    );
+    let said = some("two.csv", &|row| !row.starts_with("40,"));
+    assert!(
+        said.contains("the readings are of 2 values of theta_i, and"),
+        "{said}"
+    );
+    let said = some("scans.csv", &|row| {
+        row.split(',')
+            .nth(3)
+            .is_some_and(|a| a == "0" || a == "180")
+    });
+    assert!(
+        said.contains("the readings are in the plane of incidence, and"),
+        "{said}"
+    );
+    let stark = ["--parametrization", "stark"];
+    let said = bench.good(&[&["reconstruct", "sheets.csv"], &stark[..]].concat());
+    let best = said
+        .lines()
+        .rfind(|l| l.starts_with("reconstruction: "))
+        .unwrap();
+    assert!(best.contains("[stark"), "{said}");
+    let none = ["--reconstruction", "auto", "--cross-validation", "none"];
+    let err = bench.refused(&[&["reconstruct", "sheets.csv"], &none[..]].concat(), 2);
+    assert!(err.contains("auto chooses by what is left out"), "{err}");
     let err = bench.refused(&["reconstruct", "sheets.csv", "--set", "neighbours=12"], 2);
     assert!(err.contains("--reconstruction KIND"), "{err}");
     let err = bench.refused(
