@@ -26,7 +26,7 @@ pub(super) struct CrossValidationArgs {
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 enum LeaveOut {
-    /// Sheets, or points if fewer than two sheets hold most readings
+    /// Sheets if most readings lie in three or more, points if they lie in none, else nothing
     Auto,
     /// Whole sheets of constant incidence
     Sheets,

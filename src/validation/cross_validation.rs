@@ -3,6 +3,7 @@
 use super::jury::values;
 use super::left_out::{Groups, Left};
 use super::{Jury, Scores, ValidationError};
+use crate::geometry::DirectionPair;
 use crate::measurement::Measurement;
 use crate::metrics::Values;
 use crate::reconstruct::{Readings, Reconstruct, ReconstructError, noise};
@@ -11,6 +12,14 @@ use std::sync::Arc;
 
 /// Most readings that take part: of more, every k-th does.
 const MOST: usize = 20_000;
+
+/// Readings that are predicted together.
+struct Part {
+    /// One flag per pose: true of the readings that predict.
+    present: Vec<bool>,
+    /// Pairs of the readings that are predicted.
+    pairs: Vec<DirectionPair>,
+}
 
 /// Readings that are left out in turn.
 pub struct CrossValidation<'a> {
@@ -23,10 +32,11 @@ pub struct CrossValidation<'a> {
 
 impl<'a> CrossValidation<'a> {
     /// Of the readings of a measurement. `sheets`: whole sheets are left out, or not; `None`: where most
-    /// readings lie in two sheets or more.
+    /// readings lie in sheets.
     ///
     /// # Errors
-    /// If there are fewer than two readings at different places, or no sheets where `sheets` asks for them.
+    /// If there are fewer than two readings at different places, or than three sheets where `sheets` asks for
+    /// them; of `None` also if the readings are all of one incidence or two, or in the plane of incidence.
     pub fn new(
         measurement: &'a Measurement,
         sheets: Option<bool>,
@@ -72,14 +82,15 @@ impl<'a> CrossValidation<'a> {
         done: impl Fn() + Sync,
     ) -> Vec<Result<Scores, ReconstructError>> {
         let groups = self.groups.count;
+        let parts: Vec<Part> = (0..groups).map(|group| self.part(group)).collect();
         let tasks: Vec<_> = methods
             .iter()
-            .flat_map(|method| (0..groups).map(move |group| (method, group)))
+            .flat_map(|method| parts.iter().map(move |part| (method, part)))
             .collect();
         let predicted: Vec<_> = tasks
             .into_par_iter()
-            .map(|(method, group)| {
-                let predicted = self.predict(&**method, group);
+            .map(|(method, part)| {
+                let predicted = self.predict(&**method, part);
                 done();
                 predicted
             })
@@ -101,30 +112,32 @@ impl<'a> CrossValidation<'a> {
             .collect()
     }
 
-    /// What a method makes of the readings of a group without them, in their order: luminance, sr⁻¹.
-    fn predict(
-        &self,
-        method: &dyn Reconstruct,
-        group: usize,
-    ) -> Result<Vec<f64>, ReconstructError> {
-        let Measurement {
-            schedule, channels, ..
-        } = self.measurement;
-        let mut present = vec![false; schedule.poses.len()];
+    /// A group of readings and what predicts it.
+    fn part(&self, group: usize) -> Part {
+        let poses = &self.measurement.schedule.poses;
+        let mut present = vec![false; poses.len()];
         for (&pose, kept) in self.poses.iter().zip(self.groups.kept(group)) {
             present[pose] = kept;
         }
+        let of = self.poses.iter().zip(&self.groups.of);
+        let left = of.filter(|(_, of)| **of == Some(group));
+        Part {
+            present,
+            pairs: left.map(|(&pose, _)| poses[pose].pair).collect(),
+        }
+    }
+
+    /// What a method makes of the pairs of a part, in their order: luminance, sr⁻¹.
+    fn predict(&self, method: &dyn Reconstruct, part: &Part) -> Result<Vec<f64>, ReconstructError> {
+        let channels = &self.measurement.channels;
         let interpolant = method.interpolate(&Readings {
-            schedule,
+            schedule: &self.measurement.schedule,
             width: channels.count(),
             values: &self.measurement.values,
-            present: &present,
+            present: &part.present,
             noise: noise(self.measurement),
         })?;
-        let of = self.poses.iter().zip(&self.groups.of);
-        let pairs = of.filter(|(_, of)| **of == Some(group));
-        let pairs: Vec<_> = pairs.map(|(&pose, _)| schedule.poses[pose].pair).collect();
-        let values = values(&*interpolant, &pairs);
+        let values = values(&*interpolant, &part.pairs);
         let luminance = values.chunks_exact(channels.count());
         Ok(luminance.map(|v| channels.luminance(v)).collect())
     }

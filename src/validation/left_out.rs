@@ -91,21 +91,21 @@ impl Groups {
     ) -> Result<Self, ValidationError> {
         let schedule = &measurement.schedule;
         let pairs: Vec<_> = poses.iter().map(|&i| schedule.poses[i].pair).collect();
+        if sheets.is_none() && pairs.len() > 1 && are_in_plane(&pairs) {
+            return Err(ValidationError::NothingBeside(Beside::Plane));
+        }
         let place = places(&*schedule.parametrization, &pairs);
         let in_sheets = match sheets {
             Some(false) => None,
             _ => by_sheets(&pairs),
         };
-        if sheets.is_none() && pairs.len() > 1 && are_in_plane(&pairs) {
-            return Err(ValidationError::NothingBeside(Beside::Plane));
-        }
         match in_sheets {
-            Some((left, count, at)) if count >= FEWEST => {
-                Ok(Self::of_sheets(left, count, at, place))
+            Some((count, of_sensor, at)) if count >= FEWEST => {
+                Ok(Self::of_sheets(count, of_sensor, at, place))
             }
             _ if sheets == Some(true) => Err(ValidationError::NoSheets),
-            Some((Left::Sheets { sheets, of_sensor }, ..)) => {
-                let beside = Beside::Sheets(sheets, of_sensor);
+            Some((count, of_sensor, _)) => {
+                let beside = Beside::Sheets(count, of_sensor);
                 Err(ValidationError::NothingBeside(beside))
             }
             _ => Self::of_points(place),
@@ -113,8 +113,12 @@ impl Groups {
     }
 
     /// A sheet and a part of the directions at a time.
-    fn of_sheets(left: Left, sheets: usize, at: Vec<InSheets>, place: Vec<usize>) -> Self {
-        let sheets = sheets.min(MOST);
+    fn of_sheets(count: usize, of_sensor: bool, at: Vec<InSheets>, place: Vec<usize>) -> Self {
+        let left = Left::Sheets {
+            sheets: count,
+            of_sensor,
+        };
+        let sheets = count.min(MOST);
         let rounds = (0..PARTS).flat_map(|turn| (0..sheets).map(move |s| (s, (s + turn) % PARTS)));
         let group = |(s, part)| InSheets {
             sheet: Some(s),
@@ -206,8 +210,9 @@ fn are_in_plane(pairs: &[DirectionPair]) -> bool {
     (pairs.iter().filter(out).count() as f64) < (1.0 - IN_SHEETS) * pairs.len() as f64
 }
 
-/// Where readings are in sheets, and the number of these, if most lie in sheets.
-fn by_sheets(pairs: &[DirectionPair]) -> Option<(Left, usize, Vec<InSheets>)> {
+/// Number of sheets, true if it is the sensor that stood still, and where readings are in them, if most lie
+/// in sheets.
+fn by_sheets(pairs: &[DirectionPair]) -> Option<(usize, bool, Vec<InSheets>)> {
     let side = |of_sensor: bool| {
         // As if it were the light that stood still.
         let pairs = pairs
@@ -232,16 +237,11 @@ fn by_sheets(pairs: &[DirectionPair]) -> Option<(Left, usize, Vec<InSheets>)> {
                 at[i].sheet = Some(n % MOST);
             }
         }
-        let count = sheets.len();
-        let left = Left::Sheets {
-            sheets: count,
-            of_sensor,
-        };
-        Some((left, count, at))
+        Some((sheets.len(), of_sensor, at))
     };
     // The one that stood still is the one with fewer sheets.
     let sides = [false, true].into_iter().filter_map(side);
-    sides.min_by_key(|(_, sheets, _)| *sheets)
+    sides.min_by_key(|(sheets, ..)| *sheets)
 }
 
 /// The number of the second direction of each pair, seen from the azimuth of the first.

@@ -1,17 +1,17 @@
 //! Readings of others: a file of ours, written in each of their conventions, is the same readings.
 
 use super::common::{distance, random_pair};
-use super::{chain, chord, cuts, measurements, planned};
+use super::{chain, chord, cuts, measurements, planned, try_read};
 use gonio::brdf::{self, Brdf, Channels};
 use gonio::error::count;
-use gonio::formats::{READ_READINGS, Readings, of_text, read_readings};
+use gonio::formats::Readings;
 use gonio::geometry::{DirectionPair, Symmetry};
 use gonio::instrument::{Ideal, Instrument};
 use gonio::measurement::{About, Measurement, retro_peak, write_measurement};
 use gonio::parametrization::{self, Parametrization};
 use gonio::registry;
 use gonio::sampling::Random;
-use gonio::schedule::{AngleUnit, Assume, Azimuth, Conventions, FileError, Pose, Quantity};
+use gonio::schedule::{AngleUnit, Azimuth, Conventions, Pose, Quantity};
 use gonio::schedule::{Schedule, ScheduleFormat, Sequence};
 use std::f64::consts::PI;
 use std::sync::Arc;
@@ -21,15 +21,6 @@ const ISOTROPIC: Symmetry = Symmetry {
     reciprocal: false,
     bilateral: false,
 };
-
-fn try_read(text: &str, conventions: Conventions) -> Result<Readings, FileError> {
-    let assume = Assume {
-        conventions,
-        ..Assume::default()
-    };
-    let read = READ_READINGS.function(&of_text(text).unwrap()).unwrap();
-    read_readings(read, text, "m.csv", &assume)
-}
 
 fn read(text: &str, conventions: Conventions) -> Readings {
     try_read(text, conventions).unwrap_or_else(|e| panic!("{}\n{text}", chain(&e)))

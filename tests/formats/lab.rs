@@ -1,19 +1,10 @@
 //! Tables of laboratories that are not quite what they should be.
 
-use super::chain;
-use gonio::formats::{READ_READINGS, Readings, of_text, read_readings};
-use gonio::schedule::{Assume, Conventions, FileError};
+use super::{chain, try_read};
+use gonio::formats::Readings;
+use gonio::schedule::Conventions;
 
 const HEAD: &str = "theta_i_deg,phi_i_deg,theta_o_deg,phi_o_deg,value\n";
-
-fn try_read(text: &str, conventions: Conventions) -> Result<Readings, FileError> {
-    let assume = Assume {
-        conventions,
-        ..Assume::default()
-    };
-    let read = READ_READINGS.function(&of_text(text).unwrap()).unwrap();
-    read_readings(read, text, "m.csv", &assume)
-}
 
 fn read(text: &str) -> Readings {
     try_read(text, Conventions::default()).unwrap_or_else(|e| panic!("{}\n{text}", chain(&e)))

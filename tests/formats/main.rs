@@ -14,10 +14,11 @@ mod schema;
 mod visited;
 
 use gonio::brdf::{Channels, Wavelengths};
+use gonio::formats::{READ_READINGS, Readings, of_text, read_readings};
 use gonio::geometry::{DirectionPair, Symmetry};
 use gonio::parametrization::{self, Parametrization, WarpSpec};
 use gonio::schedule::{self, Itinerary, Schedule, ScheduleFormat, Unreachable, Visit};
-use gonio::schedule::{MAX_AXES, write_schedule};
+use gonio::schedule::{Assume, Conventions, FileError, MAX_AXES, write_schedule};
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
@@ -25,6 +26,16 @@ use std::sync::Arc;
 fn chain(e: &dyn std::error::Error) -> String {
     let causes = std::iter::successors(e.source(), |e| e.source());
     causes.fold(e.to_string(), |text, e| format!("{text}; because: {e}"))
+}
+
+/// The readings of a text in the format that it says.
+fn try_read(text: &str, conventions: Conventions) -> Result<Readings, FileError> {
+    let assume = Assume {
+        conventions,
+        ..Assume::default()
+    };
+    let read = READ_READINGS.function(&of_text(text).unwrap()).unwrap();
+    read_readings(read, text, "m.csv", &assume)
 }
 
 const FORMATS: [ScheduleFormat; 2] = [ScheduleFormat::Csv, ScheduleFormat::JsonLines];
