@@ -120,6 +120,28 @@ fn a_machine_without_flaws_is_the_ideal_one_that_takes_time() {
     }
 }
 
+/// A machine's readings of Lambert's law err by what it says, and nothing errs between them.
+#[test]
+fn most_pairs_are_within_the_uncertainty_of_the_readings() {
+    let text = TEXT.replace("kind = \"ggx\"\nalpha = 0.2", "kind = \"lambert\"");
+    let asked = format!("quantities = [\"uncertainty\"]\n{text}");
+    let instrument = "[[instrument]]\npreset = \"utia\"\nlimits = false\napertures = false\n";
+    let within = |text: &str| {
+        let rows = run(&plan(text).unwrap()).into_iter();
+        let within = rows.map(|r| r.value("within_2u"));
+        within.collect::<Vec<_>>()
+    };
+    // What all readings share (type B) is most of it here: nearly all pairs are within, or nearly none.
+    let seeds = format!("seeds = [1, 2, 3, 4, 5, 6]\n{asked}{instrument}");
+    let shares: Vec<f64> = within(&seeds).into_iter().map(|s| s.unwrap()).collect();
+    let mean = shares.iter().sum::<f64>() / shares.len() as f64;
+    assert!(mean > 0.94, "{shares:?}");
+    // Nothing is known without an instrument, and nothing is computed that was not asked for.
+    for text in [asked, format!("{text}{instrument}")] {
+        assert_eq!(within(&text), [None; 4]);
+    }
+}
+
 #[test]
 fn holes_cost_what_the_two_runs_differ_by() {
     for preset in PRESETS {

@@ -21,16 +21,19 @@ pub enum Favours {
     HalfDifferenceTable,
     /// A table over spherical coordinates.
     SphericalTable,
+    /// A reconstruction of readings.
+    Reconstruction,
 }
 
 impl Favours {
     /// Every kind of favour, in the order of reports.
-    pub const ALL: [Favours; 5] = [
+    pub const ALL: [Favours; 6] = [
         Favours::HalfAngle,
         Favours::ProjectedHalf,
         Favours::Neither,
         Favours::HalfDifferenceTable,
         Favours::SphericalTable,
+        Favours::Reconstruction,
     ];
 
     /// Name in reports: the coordinate, or the table.
@@ -41,6 +44,7 @@ impl Favours {
             Favours::Neither => "neither",
             Favours::HalfDifferenceTable => "half-difference table",
             Favours::SphericalTable => "spherical table",
+            Favours::Reconstruction => "reconstruction",
         }
     }
 
@@ -66,6 +70,10 @@ impl Favours {
             Favours::SphericalTable => {
                 "The table was sampled in spherical coordinates: \
                  it favours a grid in the same coordinates."
+            }
+            Favours::Reconstruction => {
+                "It is a reconstruction of readings: \
+                 it favours the coordinates that these were interpolated in."
             }
         }
     }

@@ -152,6 +152,11 @@ pub trait BrdfSpec: std::fmt::Debug + Send + Sync {
         Favours::Neither
     }
 
+    /// What is peculiar about its files, or may be wrong, a sentence each; called after [`check`](Self::check).
+    fn remarks(&self) -> Vec<String> {
+        Vec::new()
+    }
+
     /// True if f_r is one number above the horizon: it then favours no coordinates, and a lobe
     /// that is added to it keeps what it favours.
     fn is_constant(&self) -> bool {

@@ -6,7 +6,7 @@ use super::unknown;
 use crate::brdf::{Brdf, Channels};
 use crate::error::{Error, excerpt, one_of};
 use crate::experiment::moments::MomentsPlan;
-use crate::experiment::{AnyPlan, Kind, Material, ReadingsSpec, Source, materials};
+use crate::experiment::{Kind, Material, ReadingsSpec, Source, materials};
 use crate::formats::{self, READ_READINGS, READ_TABLE};
 use clap::Args;
 use std::path::Path;
@@ -145,7 +145,7 @@ impl BrdfArgs {
 
     /// The materials and the settings of their moments.
     pub(super) fn plan(&self, source: &Source) -> Result<MomentsPlan, Error> {
-        let mut plan = AnyPlan::read(source)?.into_moments();
+        let mut plan = super::any_plan(source)?.into_moments();
         let Some(name) = &self.material else {
             return Ok(plan);
         };

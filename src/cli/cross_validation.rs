@@ -61,7 +61,7 @@ pub(super) fn print_scores(
     }
     if let Some(within) = within {
         let of = within.map(|share| format!("\t{}", estimate(&share)));
-        table.row(&format!("{WITHIN}{}", of.concat()));
+        table.row(&format!("{}{}", WITHIN.name, of.concat()));
     }
     print(&table.to_string())
 }
@@ -139,7 +139,8 @@ impl CrossValidationArgs {
             "errors of {} at readings left out:\n",
             best.label()
         ))?;
-        print_scores(&scores, None)?;
+        let within = validation.within(&*best);
+        print_scores(&scores, within.map_err(|e| Error::data(path, e))?)?;
         Ok(Some(best))
     }
 }

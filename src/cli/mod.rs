@@ -33,7 +33,7 @@ mod talk;
 
 use crate::brdf::{Brdf, BuildError, Channels};
 use crate::error::{Error, ParameterError, count, excerpt, in_left_open, one_of};
-use crate::experiment::{MAX_BUDGET, MAX_MINUTES, Material, Plan, Source};
+use crate::experiment::{AnyPlan, MAX_BUDGET, MAX_MINUTES, Material, Plan, Source};
 use crate::files;
 use crate::formats::{Format, Use, WRITE_TABLE};
 use crate::registry::Entry;
@@ -44,7 +44,7 @@ use std::io::{self, ErrorKind, Write};
 use std::path::Path;
 use std::time::Instant;
 pub use talk::say_error;
-use talk::{TalkArgs, color_of, detail};
+use talk::{TalkArgs, color_of, detail, say};
 
 /// A virtual gonio-reflectometer: measure, reconstruct and compare BRDFs.
 #[derive(Debug, Parser)]
@@ -210,7 +210,27 @@ impl ThreadArgs {
 }
 
 fn plan(source: &Source) -> Result<Plan, Error> {
-    Plan::read(source)
+    let plan = Plan::read(source)?;
+    remark(&plan.materials);
+    Ok(plan)
+}
+
+/// The experiment of a config of any kind.
+fn any_plan(source: &Source) -> Result<AnyPlan, Error> {
+    let plan = AnyPlan::read(source)?;
+    remark(match &plan {
+        AnyPlan::Acquisition(plan) => &plan.materials,
+        AnyPlan::Moments(plan) => &plan.materials,
+        AnyPlan::Relations(plan) => &plan.base.materials,
+    });
+    Ok(plan)
+}
+
+/// Says what is peculiar about the files of materials.
+fn remark(materials: &[Material]) {
+    for remark in materials.iter().flat_map(|m| &m.remarks) {
+        say(&format!("gonio: {remark}"));
+    }
 }
 
 /// The material that `--material` names; the only one needs no name.

@@ -8,15 +8,15 @@ use super::reading::ReadingArgs;
 use super::{ThreadArgs, build, choose_material, format_names, print, refuse_existing, tabulate};
 use crate::brdf::Brdf;
 use crate::error::{self, Error, ParameterError, excerpt, one_of};
-use crate::experiment::{AnyPlan, Kind, Source};
+use crate::experiment::{Kind, Source};
 use crate::files::write_atomically;
 use crate::formats::{self, Format, READ_READINGS, WRITE_TABLE};
-use crate::geometry::{DirectionPair, Symmetry};
+use crate::geometry::Symmetry;
 use crate::instrument;
 use crate::measurement::{Flags, Measurement, Outcome};
 use crate::metrics::{self, Errors, Measure, MetricsSpec, Uncovered, WITHIN};
 use crate::parametrization;
-use crate::reconstruct::{self, Cover, Coverage, Covered, Fill, Replicated, Uncertain};
+use crate::reconstruct::{self, Cover, Coverage, Covered, Fill, Replicated};
 use crate::report::Columns;
 use crate::report::pictures::uncertainty_svg;
 use crate::schedule::Pose;
@@ -213,7 +213,7 @@ impl Reconstruct {
                 let predicted = metrics::evaluate(&*brdf, jury.pairs());
                 let within = replicated
                     .as_ref()
-                    .map(|r| jury.within(&predicted, &uncertainties(r, jury.pairs())));
+                    .map(|r| jury.within(&predicted, &r.uncertainties(jury.pairs())));
                 print_scores(&jury.errors(&predicted), within)?;
             }
             None => {}
@@ -353,7 +353,7 @@ impl Reconstruct {
             let plan = super::plan(&source)?;
             (plan.materials, plan.metrics)
         } else {
-            let plan = AnyPlan::read(&source)?.into_moments();
+            let plan = super::any_plan(&source)?.into_moments();
             (plan.materials, MetricsSpec::default())
         };
         let material = choose_material(&materials, self.material.as_deref())?;
@@ -426,12 +426,6 @@ fn material_of(measurement: &Measurement) -> String {
     text
 }
 
-/// Standard uncertainties at pairs, sr⁻¹.
-fn uncertainties(replicated: &Replicated, pairs: &[DirectionPair]) -> Vec<f64> {
-    let uncertain = replicated.at(pairs);
-    uncertain.iter().map(Uncertain::uncertainty).collect()
-}
-
 /// Prints the errors against a truth under both measures, how much of it is not interpolated, and of
 /// uncertain readings how much of it is within k = 2.
 fn compare(
@@ -445,7 +439,7 @@ fn compare(
     let shares = Uncovered::QUANTITIES
         .iter()
         .map(|(quantity, _)| quantity.name);
-    let within = replicated.map(|_| WITHIN);
+    let within = replicated.map(|_| WITHIN.name);
     let mut rows: Vec<String> = errors
         .chain(shares)
         .chain(within)
@@ -461,7 +455,7 @@ fn compare(
         let shares = Uncovered::QUANTITIES.iter().map(|(_, of)| of(&uncovered));
         let [f, g] = &values;
         let within =
-            replicated.map(|r| metrics::share_within(|_| 1.0, f, g, &uncertainties(r, &pairs)));
+            replicated.map(|r| metrics::share_within(|_| 1.0, f, g, &r.uncertainties(&pairs)));
         for (row, number) in rows.iter_mut().zip(errors.chain(shares).chain(within)) {
             *row += &number.map_or("\tundefined".into(), |v| format!("\t{v:.4e}"));
         }

@@ -112,7 +112,7 @@ pub(super) trait Runnable {
 
 /// The experiment of a config.
 pub(super) fn experiment(source: &Source) -> Result<Box<dyn Runnable>, Error> {
-    Ok(match AnyPlan::read(source)? {
+    Ok(match super::any_plan(source)? {
         AnyPlan::Acquisition(plan) => plan,
         AnyPlan::Moments(plan) => plan,
         AnyPlan::Relations(plan) => plan,

@@ -28,6 +28,8 @@ pub struct Material {
     pub spec: Box<dyn BrdfSpec>,
     /// Symmetries that its schedules use to fold the coordinates.
     pub symmetry: Symmetry,
+    /// What is peculiar about its files, a sentence each.
+    pub remarks: Vec<String>,
 }
 
 impl Material {

@@ -11,9 +11,9 @@ use crate::brdf::Brdf;
 use crate::error::{Error, ParameterError};
 use crate::geometry::DirectionPair;
 use crate::measurement::Measurement;
-use crate::metrics::{self, AlbedoProbe, Errors, Uncovered, Values};
+use crate::metrics::{self, AlbedoProbe, Errors, Uncovered, Values, WITHIN};
 use crate::moments::{MomentErrors, Profile};
-use crate::reconstruct::{Cover, Coverage, ReconstructError};
+use crate::reconstruct::{Cover, Coverage, ReconstructError, Replicated, Uncertain};
 use rayon::prelude::*;
 
 /// A material with the values that its reconstructions are compared with.
@@ -36,6 +36,8 @@ pub(super) struct Compared {
     whole: Vec<Vec<Option<Errors>>>,
     /// Shares of the pairs that readings do not surround, `[measure][material]`.
     uncovered: Vec<Vec<Uncovered>>,
+    /// Share of the pairs within the uncertainty, `[measure][material]`, if it is counted and there is one.
+    within: Vec<Vec<Option<f64>>>,
     /// Error of the directional albedo, one per material.
     albedo: Vec<Option<f64>>,
     /// Errors of the moments and number of unresolved slices, one per material.
@@ -175,7 +177,15 @@ impl<'a> Judge<'a> {
             members.iter().map(|m| m.2.whole.as_ref()).collect();
         // Its reconstruction works if that of fewer readings did.
         let whole = wholes.and_then(|all| Stack::new(&*method.method, &all).ok());
+        // As above.
+        let replicated = |measurement: &&Measurement| {
+            let of = |_| Replicated::of(measurement, &*method.method).ok().flatten();
+            self.plan.uncertainty.then_some(()).and_then(of)
+        };
+        let (replicated, mut uncertainty_seconds) =
+            timed(|| all.iter().map(replicated).collect::<Vec<_>>());
         let (mut errors, mut whole_errors, mut uncovered) = (Vec::new(), Vec::new(), Vec::new());
+        let mut within = Vec::new();
         for (at, pairs) in self.pairs.iter().enumerate() {
             let truths: Vec<&Values> = members.iter().map(|m| &m.1.values[at]).collect();
             let compare = |values: Vec<Values>| -> Vec<Errors> {
@@ -200,21 +210,49 @@ impl<'a> Judge<'a> {
             errors.push(found);
             let shares = truths.iter().map(|f| Uncovered::among(&coverage[at], f));
             uncovered.push(shares.collect());
+            let (shares, seconds) = timed(|| self.within(pairs, &truths, &replicated, &go_on));
+            within.push(shares?);
+            uncertainty_seconds += seconds;
         }
         let evaluated = evaluate_seconds.iter().sum::<f64>();
         // The albedo is in each of them, and was evaluated once.
         let again = (evaluate_seconds.len() - 1) as f64 * albedo_seconds;
-        teller.summary.seconds.evaluate += evaluated - again;
+        teller.summary.seconds.evaluate += evaluated - again + uncertainty_seconds;
         Ok(Ok(Compared {
             errors,
             whole: whole_errors,
             uncovered,
+            within,
             albedo,
             moments,
             reconstruct_seconds,
             evaluate_seconds,
             moment_seconds,
         }))
+    }
+
+    /// Shares of the pairs where a reconstruction is as near as its uncertainty says, one per material.
+    fn within(
+        &self,
+        pairs: &[DirectionPair],
+        truths: &[&Values],
+        replicated: &[Option<Replicated>],
+        go_on: &dyn Fn() -> Result<(), Stop>,
+    ) -> Result<Vec<Option<f64>>, Stop> {
+        let of = |(truth, replicated): (&&Values, &Option<Replicated>)| {
+            let Some(replicated) = replicated else {
+                return Ok(None);
+            };
+            go_on()?;
+            let at = replicated.at(pairs);
+            let values = Values {
+                luminance: at.iter().map(|at| at.value).collect(),
+                missing: Vec::new(),
+            };
+            let uncertainty: Vec<f64> = at.iter().map(Uncertain::uncertainty).collect();
+            Ok(metrics::share_within(|_| 1.0, truth, &values, &uncertainty))
+        };
+        truths.iter().zip(replicated).map(of).collect()
     }
 
     /// The moment profile of a BRDF; `None` if moments are not compared.
@@ -266,6 +304,7 @@ impl Compared {
         for (quantity, of) in Uncovered::QUANTITIES {
             to.set(quantity.name, of(&self.uncovered[at][i]));
         }
+        to.set(WITHIN.name, self.within[at][i]);
         to.set(AlbedoProbe::QUANTITY.name, self.albedo[i]);
         if let Some((errors, unresolved)) = moments {
             for (quantity, of) in MomentErrors::QUANTITIES {

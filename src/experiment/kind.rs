@@ -123,6 +123,8 @@ pub enum QuantityGroup {
     Albedo,
     /// The moments of their slices, see [`moments`](crate::moments).
     Moments,
+    /// The share of the pairs that are as near as the uncertainty of the readings says.
+    Uncertainty,
 }
 
 impl QuantityGroup {
@@ -131,6 +133,7 @@ impl QuantityGroup {
         match self {
             QuantityGroup::Albedo => "albedo",
             QuantityGroup::Moments => "moments",
+            QuantityGroup::Uncertainty => "uncertainty",
         }
     }
 }

@@ -237,6 +237,7 @@ pub(super) fn checked(
     let declared = declared.map_err(|e| build_error(source, path, e))?;
     let symmetry = symmetry.over(declared);
     Ok(Material {
+        remarks: spec.remarks(),
         name,
         spec,
         symmetry,

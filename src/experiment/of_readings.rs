@@ -1,12 +1,11 @@
 //! A file of readings as a material: the BRDF that `gonio reconstruct` makes of it.
 
 use crate::brdf::measured::label_of;
-use crate::brdf::{Brdf, BrdfSpec, BuildError, ChannelValues, Channels, Presence, Tables};
+use crate::brdf::{Brdf, BrdfSpec, BuildError, ChannelValues, Channels, Favours, Presence, Tables};
 use crate::error::{Error, ParameterError, count, one_of};
-use crate::formats::load_readings;
+use crate::formats::{Readings, load_readings};
 use crate::geometry::{DirectionPair, Symmetry};
 use crate::instrument;
-use crate::measurement::Measurement;
 use crate::parametrization;
 use crate::reconstruct::{self, Reconstruct, ReconstructError};
 use crate::registry::{self, Entry, ReadError, Table};
@@ -90,7 +89,7 @@ impl ReadingsSpec {
     }
 
     /// The readings, and what makes a BRDF of them.
-    fn load(&self, scene: &Channels) -> Result<Measurement, BuildError> {
+    fn load(&self, scene: &Channels) -> Result<Readings, BuildError> {
         let Keys { file, .. } = &self.keys;
         if let Some(name) = &self.keys.parametrization
             && parametrization::find(name).is_none()
@@ -109,12 +108,12 @@ impl ReadingsSpec {
                 source,
             } => {
                 let source = source.map_or(String::new(), |e| format!(": {e}"));
-                let message = message + &source;
+                let message = as_keys(&(message + &source));
                 BuildError::Data { path, message }
             }
             e => self.unusable(e),
         })?;
-        let measurement = readings.measurement;
+        let measurement = &readings.measurement;
         let held = &measurement.channels;
         if held != scene && [held, scene].iter().any(|c| c.wavelengths().is_some()) {
             let allowed = format!(
@@ -131,7 +130,7 @@ impl ReadingsSpec {
             let error = ParameterError::new("reconstruction.kind", method.label(), allowed);
             return Err(error.into());
         }
-        Ok(measurement)
+        Ok(readings)
     }
 
     fn assume(&self) -> Assume {
@@ -158,6 +157,22 @@ impl ReadingsSpec {
             message: e.to_string(),
         }
     }
+}
+
+/// A sentence about a file that advises options, with the keys of a material in their place.
+fn as_keys(sentence: &str) -> String {
+    let options = [
+        ("--symmetry", "symmetries"),
+        ("--columns", "columns"),
+        ("--angles", "angles"),
+        ("--elevation", "elevation"),
+        ("--azimuth", "azimuth"),
+        ("--quantity", "quantity"),
+        ("--partial", "partial"),
+    ];
+    let replace =
+        |text: String, (option, key): &(&str, &str)| text.replace(option, &format!("key `{key}`"));
+    options.iter().fold(sentence.to_owned(), replace)
 }
 
 /// The error of a reconstruction's key, spelled from the material.
@@ -195,12 +210,35 @@ impl BrdfSpec for ReadingsSpec {
     }
 
     fn symmetry(&self, channels: &Channels) -> Result<Symmetry, BuildError> {
-        let measurement = self.load(channels)?;
+        let measurement = self.load(channels)?.measurement;
         Ok(measurement.schedule.parametrization.symmetry())
     }
 
+    fn favours(&self) -> Favours {
+        Favours::Reconstruction
+    }
+
+    fn remarks(&self) -> Vec<String> {
+        let file = self.keys.file.display();
+        let Ok(readings) = load_readings(&self.keys.file, &self.assume()) else {
+            return Vec::new();
+        };
+        let choose = self.reconstruction.is_none() && readings.measurement.schedule.is_of_others();
+        let choice = choose.then(|| {
+            format!(
+                "the readings choose their reconstruction, and `gonio reconstruct {file}` says which"
+            )
+        });
+        let sentences = readings.notes.into_iter().chain(readings.warnings);
+        let sentences = sentences.map(|sentence| as_keys(&sentence));
+        let sentences = sentences.chain(choice);
+        sentences
+            .map(|sentence| format!("{file}: {sentence}"))
+            .collect()
+    }
+
     fn build(&self, channels: Channels) -> Result<Box<dyn Brdf>, BuildError> {
-        let measurement = self.load(&channels)?;
+        let measurement = self.load(&channels)?.measurement;
         let chosen = self.reconstruction.clone();
         let method = chosen.unwrap_or_else(|| validation::chosen(&measurement));
         let brdf = method.reconstruct(&measurement).map_err(|e| match e {

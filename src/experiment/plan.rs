@@ -55,6 +55,8 @@ pub struct Plan {
     pub metrics: MetricsSpec,
     /// True if directional albedos are compared.
     pub albedo: bool,
+    /// True if it is counted how much is within the uncertainty of the readings.
+    pub uncertainty: bool,
     /// Moments that are compared, and their estimator; `None` if they are not compared.
     pub moments: Option<MomentsTable>,
     /// The materials.
@@ -147,6 +149,7 @@ impl Plan {
             measures: scalars.measures,
             metrics,
             albedo: groups.contains(&QuantityGroup::Albedo),
+            uncertainty: groups.contains(&QuantityGroup::Uncertainty),
             moments: wanted.then(|| moments.unwrap_or_default()),
             materials,
             missing,

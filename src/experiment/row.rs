@@ -3,7 +3,7 @@
 use super::choices::{Choice, Label};
 use super::key::RowKey;
 use super::record::Record;
-use crate::metrics::{AlbedoProbe, Errors, Quantity, Uncovered};
+use crate::metrics::{AlbedoProbe, Errors, Quantity, Uncovered, WITHIN};
 use crate::moments::MomentErrors;
 use serde::de::{self, MapAccess, Visitor};
 use serde::ser::SerializeMap;
@@ -44,7 +44,7 @@ row! {
     /// hash of what it is: its keys and the bytes of its files
     material_key: RowKey,
     /// what the truth is aligned with or a table in, and may favour: theta_h, h_bar, neither,
-    /// half-difference table, spherical table; anisotropic ones say so
+    /// half-difference table, spherical table, reconstruction; anisotropic ones say so
     truth: String,
     /// measured alignment q of the lobe, whose width in theta_h goes as (cos theta_d)^-q: 0 is
     /// theta_h, 1 is |h_bar|; empty without a lobe
@@ -134,6 +134,7 @@ pub fn quantities() -> &'static [Quantity] {
         let mut all: Vec<Quantity> = Vec::new();
         all.extend(Errors::QUANTITIES.map(|(q, _)| q));
         all.extend(Uncovered::QUANTITIES.map(|(q, _)| q));
+        all.push(WITHIN);
         all.push(AlbedoProbe::QUANTITY);
         all.extend(MomentErrors::QUANTITIES.map(|(q, _)| q));
         all.push(MomentErrors::UNRESOLVED);

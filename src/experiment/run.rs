@@ -15,12 +15,11 @@ use super::record::{Experiment, Extent, Known, Shard};
 use super::route::{Route, Router};
 use super::row::Row;
 use super::schedules::{Share, name_of};
-use super::stack::present;
 use super::unit::Unit;
 use crate::error::Error;
 use crate::geometry::Symmetry;
 use crate::measurement::Outcome;
-use crate::reconstruct::Coverage;
+use crate::reconstruct::{Coverage, present};
 use std::collections::HashMap;
 use std::sync::Arc;
 

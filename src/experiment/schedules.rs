@@ -140,6 +140,7 @@ impl Plan {
         part.feed(&method.method.resolved().to_string());
         part.feed(&section(&self.metrics).to_string());
         part.feed(if self.albedo { "albedo" } else { "" });
+        part.feed(if self.uncertainty { "uncertainty" } else { "" });
         let moments = self.moments.as_ref().map(MomentsTable::resolved);
         part.feed(&moments.unwrap_or_default().to_string());
         if self.moments.is_some() {

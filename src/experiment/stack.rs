@@ -4,23 +4,16 @@
 use super::observer::Stop;
 use crate::brdf::{Brdf, Channels};
 use crate::geometry::DirectionPair;
-use crate::measurement::{Measurement, Outcome};
+use crate::measurement::Measurement;
 use crate::metrics::{self, Values};
-use crate::reconstruct::{Interpolant, Readings, Reconstruct, ReconstructError, noise};
+use crate::reconstruct::{
+    Interpolant, Readings, Reconstruct, ReconstructError, noise, present, values_at,
+};
 use rayon::prelude::*;
-
-/// Pairs at which a stack is evaluated in one task.
-const CHUNK: usize = 256;
 
 /// Pairs that reconstructions are evaluated at between two checks for cancellation: a
 /// fraction of a second of the slowest one. (A multiple of what a thread takes at a time.)
 const SLAB: usize = 1 << 14;
-
-/// One flag per pose: true if it has a reading.
-pub(super) fn present(measurement: &Measurement) -> Vec<bool> {
-    let outcomes = measurement.outcomes.iter();
-    outcomes.map(|&o| o == Outcome::Reading).collect()
-}
 
 /// Reconstructions of several materials from readings at the same poses.
 pub(super) struct Stack {
@@ -80,12 +73,10 @@ impl Stack {
         go_on: &dyn Fn() -> Result<(), Stop>,
     ) -> Result<Vec<Values>, Stop> {
         let (width, count) = (interpolant.width(), self.channels.count());
-        let mut stacked = vec![0.0; pairs.len() * width];
-        for (out, pairs) in stacked.chunks_mut(SLAB * width).zip(pairs.chunks(SLAB)) {
+        let mut stacked = Vec::with_capacity(pairs.len() * width);
+        for pairs in pairs.chunks(SLAB) {
             go_on()?;
-            out.par_chunks_mut(CHUNK * width)
-                .zip(pairs.par_chunks(CHUNK))
-                .for_each(|(out, pairs)| interpolant.eval_batch(pairs, out));
+            stacked.extend(values_at(interpolant, pairs));
         }
         let of = |i: usize| Values {
             luminance: stacked

@@ -17,15 +17,16 @@ pub const FORMAT: Format = Format {
             "ALTA {}: {} below the horizon, {} averaged with earlier ones",
             file.input,
             count(file.below_horizon, "row"),
-            count(file.repeated, "row")
+            count(file.folded.poses, "row")
         );
         let doubt = file.has_azimuths && assume.conventions.azimuth.is_none();
         let peak = retro_peak(&file.measurement).filter(|_| doubt);
         Ok(Readings {
             warnings: (peak.iter().map(ToString::to_string))
                 .chain(file.negative.warning())
+                .chain(file.folded.warning())
                 .collect(),
-            rows: file.measurement.schedule.poses.len() + file.below_horizon + file.repeated,
+            rows: file.measurement.schedule.poses.len() + file.below_horizon + file.folded.poses,
             intact: false,
             measurement: file.measurement,
             notes: vec![note],

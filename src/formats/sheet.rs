@@ -60,7 +60,7 @@ fn seems_radians(measurement: &Measurement) -> Option<String> {
 
 fn read(text: &str, name: &str, assume: &Assume) -> Result<Readings, FileError> {
     let file = read_measurement(text, name, assume)?;
-    let (measurement, merged) = file.measurement.merged();
+    let (measurement, folded) = file.measurement.merged();
     let mut notes = Vec::new();
     if !file.passed_over.is_empty() {
         let names = file.passed_over.iter().map(|name| match name.as_str() {
@@ -79,16 +79,22 @@ fn read(text: &str, name: &str, assume: &Assume) -> Result<Readings, FileError> 
             count(file.replaced, "row")
         ));
     }
+    if file.signed > 0 {
+        notes.push(format!(
+            "{} with a polar angle below 0: the same angle in the opposite azimuth",
+            count(file.signed, "row")
+        ));
+    }
     if file.averaged > 0 {
         notes.push(format!(
             "{} with a pose of another row: averaged, with the standard error of the mean",
             count(file.averaged, "row")
         ));
     }
-    if merged > 0 {
+    if folded.poses > 0 {
         notes.push(format!(
             "{} averaged with others under these symmetries",
-            count_are(merged, "pose")
+            count_are(folded.poses, "pose")
         ));
     }
     if file.at_horizon > 0 {
@@ -107,6 +113,7 @@ fn read(text: &str, name: &str, assume: &Assume) -> Result<Readings, FileError> 
             .iter()
             .map(ToString::to_string)
             .chain(negative)
+            .chain(folded.warning().filter(|_| !file.intact))
             .chain(radians)
             .collect(),
         rows: file.rows,

@@ -32,7 +32,7 @@
 //! symmetric interval, of the first value or of each: it is taken for a standard uncertainty that
 //! readings share. The two ends that `#VS 2` gives are passed over.
 
-use super::{Details, Flags, Measurement, Negative, Outcome, reading_of};
+use super::{Details, Flags, Folded, Measurement, Negative, Outcome, reading_of};
 use crate::brdf::{Channels, Wavelengths};
 use crate::error::excerpt;
 use crate::geometry::{Direction, DirectionPair, Symmetry};
@@ -211,7 +211,7 @@ pub struct AltaFile {
     pub negative: Negative,
     /// Rows of a configuration that came before: their values are averaged, see
     /// [`Measurement::merged`].
-    pub repeated: usize,
+    pub folded: Folded,
 }
 
 /// True if a text has the header of such a file.
@@ -338,14 +338,14 @@ pub fn read(text: &str, name: &str, assume: &Assume) -> Result<AltaFile, FileErr
             unphysical_share: 0.0,
         }),
     };
-    let (measurement, repeated) = measurement.merged();
+    let (measurement, folded) = measurement.merged();
     Ok(AltaFile {
         measurement,
         input,
         has_azimuths: matches!(inverse, Inverse::Angles(_)),
         below_horizon,
         negative,
-        repeated,
+        folded,
     })
 }
 

@@ -80,6 +80,8 @@ pub struct MeasurementFile {
     pub about: About,
     /// Rows that a later attempt replaced.
     pub replaced: usize,
+    /// Rows with a polar angle below 0, which is the opposite azimuth.
+    pub signed: usize,
     /// Rows that repeat the reading of another one and were averaged with it.
     pub averaged: usize,
     /// Rows that were read.
@@ -325,6 +327,7 @@ pub fn read_measurement(
         },
         replaced: table.lines.len() - used.len(),
         averaged,
+        signed: rows.signed,
         rows: table.lines.len() + at_horizon,
         at_horizon,
         negative,

@@ -10,9 +10,19 @@
 
 use super::{Details, Flags, Measurement, Outcome};
 use crate::brdf::Channels;
+use crate::error::count;
 use crate::schedule::grid::Distinct;
 use crate::schedule::{Pose, Schedule};
 use std::sync::Arc;
+
+/// Configurations that tell whether symmetries hold, at least.
+const FEWEST_COMPARED: usize = 10;
+
+/// Median scatter of the readings of one configuration up to which they are noisy, as a share of their mean.
+const LARGEST_SCATTER: f64 = 0.1;
+
+/// The same in units of the uncertainty that they claim.
+const CLAIMED: f64 = 3.0;
 
 /// Readings of one channel of one configuration.
 #[derive(Clone, Copy, Default)]
@@ -99,6 +109,28 @@ impl Pool {
         beyond.map(|n| n as usize).sum()
     }
 
+    /// How much the readings of one configuration differ, of its first channel.
+    fn folded(&self, poses: usize) -> Folded {
+        let several = self.means.iter().step_by(self.channels);
+        let several = several.filter(|m| m.count > 1 && m.mean > 0.0);
+        let (mut scatter, mut claimed) = (Vec::new(), Vec::new());
+        for m in several {
+            let n = f64::from(m.count);
+            scatter.push((m.squares / (n - 1.0)).sqrt() / m.mean);
+            claimed.push(m.type_a / n.sqrt() / m.mean);
+        }
+        let median = |values: &mut [f64]| {
+            values.sort_by(f64::total_cmp);
+            values.get(values.len() / 2).copied().unwrap_or(0.0)
+        };
+        Folded {
+            poses,
+            compared: scatter.len(),
+            scatter: median(&mut scatter),
+            claimed: median(&mut claimed),
+        }
+    }
+
     /// The measurement; it has details if `detailed`, or if there are flags or repeats.
     pub fn measurement(
         self,
@@ -124,17 +156,46 @@ impl Pool {
     }
 }
 
+/// Poses that symmetries made one.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Folded {
+    /// Poses that were dropped.
+    pub poses: usize,
+    /// Configurations of which several poses have readings.
+    pub compared: usize,
+    /// Median over these of the standard deviation of the readings, as a share of their mean.
+    pub scatter: f64,
+    /// The same of the uncertainty of type A that the readings claim.
+    pub claimed: f64,
+}
+
+impl Folded {
+    /// The sentence that doubts the symmetries, if readings that they make one differ by far more than noise.
+    pub fn warning(&self) -> Option<String> {
+        let differ = self.compared >= FEWEST_COMPARED
+            && self.scatter > LARGEST_SCATTER.max(CLAIMED * self.claimed);
+        differ.then(|| {
+            format!(
+                "readings that these symmetries make one scatter by {:.0} % (median of {}), and their mean is \
+                 taken: unless that is noise, the sample does not have them all; allowed: --symmetry with \
+                 those that it has, or none",
+                100.0 * self.scatter,
+                count(self.compared, "configuration")
+            )
+        })
+    }
+}
+
 impl Measurement {
-    /// The measurement with each configuration once, and the number of poses that were dropped:
-    /// those that name the configuration of an earlier one under the symmetries of the schedule,
+    /// The measurement with each configuration once, and what was folded: poses are dropped that name the configuration of an earlier one under the symmetries of the schedule,
     /// as in tables by others (light and sensor exchanged, the sample turned). Readings become
     /// their mean with the larger of the type A that they claim and that they show; shared errors
     /// (type B) stay, and so does every flag. A schedule on a lattice has no such poses.
     #[must_use]
-    pub fn merged(self) -> (Self, usize) {
+    pub fn merged(self) -> (Self, Folded) {
         let schedule = &self.schedule;
         if schedule.lattice.is_some() {
-            return (self, 0);
+            return (self, Folded::default());
         }
         let mut distinct = Distinct::new(schedule.parametrization.axes());
         let mut poses = Vec::new();
@@ -148,7 +209,7 @@ impl Measurement {
         let places: Vec<usize> = schedule.poses.iter().map(&mut place).collect();
         let merged = places.len() - poses.len();
         if merged == 0 {
-            return (self, 0);
+            return (self, Folded::default());
         }
         let n = self.channels.count();
         let mut pool = Pool::new(poses.len(), n);
@@ -170,6 +231,7 @@ impl Measurement {
             ..Schedule::clone(schedule)
         });
         let detailed = self.details.is_some();
-        (pool.measurement(schedule, self.channels, detailed), merged)
+        let folded = pool.folded(merged);
+        (pool.measurement(schedule, self.channels, detailed), folded)
     }
 }

@@ -10,6 +10,7 @@ mod record;
 mod retro;
 
 pub use file::{About, FlagsError, MeasurementFile, read_measurement, write_measurement};
+pub use merge::Folded;
 pub use negative::Negative;
 #[cfg(feature = "schemas")]
 pub use record::{MeasurementRow, measurement_schema};

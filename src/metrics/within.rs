@@ -1,10 +1,13 @@
 //! Whether a reconstruction is as far from the truth as its uncertainty says.
 
-use super::Values;
 use super::errors::Sum;
+use super::{Quantity, Values};
 
-/// Name of [`share_within`] in tables.
-pub const WITHIN: &str = "within_2u";
+/// [`share_within`] in tables: more is better, about 0.95 is right.
+pub const WITHIN: Quantity = Quantity::real(
+    "within_2u",
+    "share of the pairs where the truth is within k = 2 of the uncertainty that the readings give, about 0.95 if nothing else errs",
+);
 
 /// Share of the pairs where |g − f| ≤ 2 u (k = 2), u the standard uncertainty of g − f; pairs count by
 /// `weight`, those where f or g has no value do not. `None` if no pair is left.

@@ -8,6 +8,7 @@ use crate::brdf::{Brdf, Channels, Presence};
 use crate::geometry::{DirectionPair, Symmetry};
 use crate::measurement::{Measurement, Outcome};
 use crate::schedule::Schedule;
+use rayon::prelude::*;
 use std::sync::Arc;
 
 /// Values at the poses of a schedule.
@@ -57,7 +58,7 @@ pub fn noise(measurement: &Measurement) -> Option<&[f64]> {
 }
 
 /// One flag per pose of a measurement: true if it has a reading.
-pub(super) fn present(measurement: &Measurement) -> Vec<bool> {
+pub fn present(measurement: &Measurement) -> Vec<bool> {
     let outcomes = measurement.outcomes.iter();
     outcomes.map(|&o| o == Outcome::Reading).collect()
 }
@@ -78,6 +79,20 @@ pub trait Interpolant: Send + Sync {
             self.eval(pair, out);
         }
     }
+}
+
+/// Pairs that an interpolant is given at a time.
+const BATCH: usize = 256;
+
+/// The values of an interpolant at pairs, pair-major (`pairs × width`), in parallel.
+pub fn values_at(interpolant: &dyn Interpolant, pairs: &[DirectionPair]) -> Vec<f64> {
+    let width = interpolant.width();
+    let mut values = vec![0.0; pairs.len() * width];
+    pairs
+        .par_chunks(BATCH)
+        .zip(values.par_chunks_mut(BATCH * width))
+        .for_each(|(pairs, out)| interpolant.eval_batch(pairs, out));
+    values
 }
 
 /// An interpolant whose values are the channels of one material.

@@ -25,7 +25,7 @@
 //! ([`NUGGETS`]); if that is not the cause the query is moved towards its nearest neighbour until the
 //! sum is small enough. And no value leaves the range of its neighbours by more than [`OVERSHOOT`] of
 //! it; where the readings fill space it rises above by [`RISE`] times what the largest stands above the
-//! median at most. Of f itself no more than the factors [`LARGEST_FACTOR`] and [`LARGEST_FACTOR_IN_SPACE`]
+//! median at most, and beside gaps that they do not surround not at all. Of f itself no more than the factors [`LARGEST_FACTOR`] and [`LARGEST_FACTOR_IN_SPACE`]
 //! if it is logarithms that are interpolated.
 
 use super::cloud::{Cloud, Found, Reach, covariance};
@@ -193,7 +193,7 @@ impl<const K: usize> ScatteredRule<K> for Local {
         if at_reading && cloud.noise(nearest) == 0.0 {
             out.copy_from_slice(cloud.value(nearest));
         } else if s.weigh(cloud, x) {
-            self.combine(cloud, s, out);
+            self.combine(cloud, x, s, out);
         } else {
             Shepard::mean(2.0, cloud, &s.found, out);
         }
@@ -210,7 +210,13 @@ impl Local {
     }
 
     /// Σ weight · value, kept near the range of the values.
-    fn combine<const K: usize>(&self, cloud: &Cloud<K>, s: &mut Scratch<K>, out: &mut [f64]) {
+    fn combine<const K: usize>(
+        &self,
+        cloud: &Cloud<K>,
+        x: &[f64; K],
+        s: &mut Scratch<K>,
+        out: &mut [f64],
+    ) {
         out.fill(0.0);
         s.ranges.clear();
         s.ranges
@@ -222,6 +228,7 @@ impl Local {
             }
         }
         let in_space = s.found.reach == Reach::Nearest && !cloud.is_in_sheets();
+        let mut is_inside = None;
         for (channel, (out, &[low, high])) in out.iter_mut().zip(&s.ranges).enumerate() {
             let reach = match s.found.reach {
                 Reach::Flat => 0.0,
@@ -238,7 +245,12 @@ impl Local {
                         s.values.select_nth_unstable_by(middle, f64::total_cmp);
                     self.above_in_space.min(RISE * (high - median))
                 } else {
-                    self.above.min(reach)
+                    let index = &s.found.index;
+                    let inside = s.found.reach == Reach::Nearest;
+                    match *is_inside.get_or_insert_with(|| inside || cloud.surrounds(index, x)) {
+                        true => self.above.min(reach),
+                        false => 0.0,
+                    }
                 };
                 *out = out.min(high + rise);
             }

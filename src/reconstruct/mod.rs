@@ -40,7 +40,7 @@ mod uncertainty;
 pub use coordinates::Coordinates;
 pub use coverage::{Cover, Coverage, Covered, Fill};
 pub use cubic::{Cubic, CubicRule};
-pub use interpolant::{Interpolant, Readings, noise};
+pub use interpolant::{Interpolant, Readings, noise, present, values_at};
 pub use inverse_distance::InverseDistance;
 pub use lattice_method::{LatticeMethod, LatticeRule};
 pub use multilinear::{Multilinear, MultilinearRule};

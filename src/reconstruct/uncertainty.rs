@@ -13,14 +13,13 @@
 //!
 //! It says what the errors of readings do to the reconstruction, and not what lies between readings.
 
-use super::interpolant::{Readings, noise, present};
+use super::interpolant::{Readings, noise, present, values_at};
 use super::{Interpolant, Reconstruct, ReconstructError};
 use crate::brdf::Channels;
 use crate::geometry::DirectionPair;
 use crate::measurement::Measurement;
 use crate::sampling::Random;
 use rand_distr::{Distribution, StandardNormal};
-use rayon::prelude::*;
 
 /// Sets of readings with errors of type A.
 const REPLICAS: usize = 16;
@@ -30,9 +29,6 @@ const SETS: usize = 2 + REPLICAS;
 
 /// Seed of the errors.
 const SEED: u64 = 0;
-
-/// Pairs per call of an interpolant.
-const BATCH: usize = 256;
 
 /// The luminance of a reconstruction at a pair, with its standard uncertainties (k = 1), sr⁻¹.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -68,15 +64,32 @@ impl Replicated {
         measurement: &Measurement,
         method: &dyn Reconstruct,
     ) -> Result<Option<Self>, ReconstructError> {
+        Self::of_some(measurement, &present(measurement), method)
+    }
+
+    /// The same of some of its readings: one flag per pose, true of those.
+    ///
+    /// # Errors
+    /// As [`Reconstruct::interpolate`].
+    ///
+    /// # Panics
+    /// If there is another number of flags.
+    pub fn of_some(
+        measurement: &Measurement,
+        present: &[bool],
+        method: &dyn Reconstruct,
+    ) -> Result<Option<Self>, ReconstructError> {
+        assert_eq!(present.len(), measurement.outcomes.len());
         let n = measurement.channels.count();
         let width = n * SETS;
         let mut values = vec![0.0; measurement.outcomes.len() * width];
-        let mut uncertain = 0;
+        let (mut readings, mut uncertain) = (0, 0);
         let random = Random::new(SEED);
         for (i, sets) in values.chunks_exact_mut(width).enumerate() {
             let (Some(value), Some(details)) = (measurement.value(i), &measurement.details) else {
                 continue;
             };
+            readings += 1;
             let [a, b] = [&details.type_a, &details.type_b].map(|u| &u[i * n..(i + 1) * n]);
             uncertain += usize::from(a.iter().chain(b).any(|u| *u > 0.0));
             let errors = errors(&random, i);
@@ -92,7 +105,7 @@ impl Replicated {
             }
         }
         // A few poses that were repeated say nothing of the others.
-        if uncertain == 0 || 2 * uncertain < measurement.readings() {
+        if uncertain == 0 || 2 * uncertain < readings {
             return Ok(None);
         }
         // Every set is as noisy as the first.
@@ -102,7 +115,7 @@ impl Replicated {
             schedule: &measurement.schedule,
             width,
             values: &values,
-            present: &present(measurement),
+            present,
             noise: Some(&noise),
         })?;
         let channels = measurement.channels.clone();
@@ -114,14 +127,14 @@ impl Replicated {
 
     /// Luminance and its uncertainties at many pairs, in parallel.
     pub fn at(&self, pairs: &[DirectionPair]) -> Vec<Uncertain> {
-        let width = self.interpolant.width();
-        let batches = pairs.par_chunks(BATCH).map(|pairs| {
-            let mut values = vec![0.0; pairs.len() * width];
-            self.interpolant.eval_batch(pairs, &mut values);
-            let of_pairs = values.chunks_exact(width);
-            of_pairs.map(|v| self.uncertain(v)).collect::<Vec<_>>()
-        });
-        batches.collect::<Vec<_>>().concat()
+        let values = values_at(&*self.interpolant, pairs);
+        let of_pairs = values.chunks_exact(self.interpolant.width());
+        of_pairs.map(|v| self.uncertain(v)).collect()
+    }
+
+    /// Standard uncertainties of the luminance at many pairs, sr⁻¹, in parallel.
+    pub fn uncertainties(&self, pairs: &[DirectionPair]) -> Vec<f64> {
+        self.at(pairs).iter().map(Uncertain::uncertainty).collect()
     }
 
     /// What the values of a pair say.

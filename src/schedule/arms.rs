@@ -75,18 +75,25 @@ pub(crate) fn take_horizon(table: &mut Table, conventions: &Conventions) -> usiz
                 .number(row, angles.column)
                 .map(|a| angles.unit.degrees(a));
             let theta = degrees.map(|a| if conventions.elevation { 90.0 - a } else { a });
-            theta.is_none_or(|theta| is_above(theta) || theta > QUARTER)
+            theta.is_none_or(|theta| is_above(theta.abs()) || theta.abs() > QUARTER)
         })
     });
     rows - table.lines.len()
 }
 
-/// The light and the sensor of every row; true if nothing fixes the light's azimuth, which is 0
-/// then, as of an isotropic sample.
-pub(super) fn read_pairs(
-    table: &Table,
-    conventions: &Conventions,
-) -> Result<(Vec<DirectionPair>, bool), FileError> {
+/// The directions of the rows of a table.
+pub(super) struct Pairs {
+    /// The light and the sensor of every row.
+    pub pairs: Vec<DirectionPair>,
+    /// True if nothing fixes the light's azimuth, which is 0 then, as of an isotropic sample.
+    pub isotropic: bool,
+    /// Rows with a polar angle on the other side of the normal.
+    pub signed: usize,
+}
+
+/// The directions of every row. A polar angle below 0, as of an arm that scans through the normal, is the
+/// same angle in the opposite azimuth.
+pub(super) fn read_pairs(table: &Table, conventions: &Conventions) -> Result<Pairs, FileError> {
     let polar = |name| Angles::needed(table, name);
     let [theta_i, theta_o] = [polar("theta_i")?, polar("theta_o")?];
     let phi_i = Angles::find(table, "phi_i");
@@ -102,17 +109,21 @@ pub(super) fn read_pairs(
     let azimuth = conventions.azimuth.unwrap_or(Azimuth::Sample);
     let up = conventions.elevation;
     let mut pairs = Vec::with_capacity(table.lines.len());
+    let mut signed = 0;
     for row in 0..table.lines.len() {
         let polar = |angles: &Angles| {
-            let from_normal = |degrees| if up { 90.0 - degrees } else { degrees };
+            let from_normal = |degrees: f64| if up { 90.0 - degrees } else { degrees };
             let good = |degrees| {
                 let theta = from_normal(degrees);
-                theta >= 0.0 && is_above(theta)
+                is_above(theta.abs())
             };
             let allowed = if up {
-                ["(0, 90]: above the horizon", "(0, pi/2]: above the horizon"]
+                ["(0, 180): above the horizon", "(0, pi): above the horizon"]
             } else {
-                ["[0, 90): above the horizon", "[0, pi/2): above the horizon"]
+                [
+                    "(-90, 90): above the horizon",
+                    "(-pi/2, pi/2): above the horizon",
+                ]
             };
             let degrees = angles.degrees(table, row, good, allowed)?;
             Ok::<_, FileError>(from_normal(degrees).to_radians())
@@ -129,11 +140,18 @@ pub(super) fn read_pairs(
             turn(&phi_o)?
         };
         let [i, o] = azimuth.about_axis(relative, 180.0, [i, o]);
-        let [i, o] = [i, o].map(f64::to_radians);
+        let turned = |theta: f64, phi: f64| if theta < 0.0 { phi + 180.0 } else { phi };
+        let [i, o] = [turned(theta_i, i), turned(theta_o, o)].map(f64::to_radians);
+        signed += usize::from(theta_i < 0.0 || theta_o < 0.0);
+        let [theta_i, theta_o] = [theta_i.abs(), theta_o.abs()];
         pairs.push(DirectionPair::from_spherical(theta_i, i, theta_o, o));
     }
     if pairs.is_empty() {
         return Err(FileError::whole(&table.name, "there is no row"));
     }
-    Ok((pairs, phi_i.is_none()))
+    Ok(Pairs {
+        pairs,
+        isotropic: phi_i.is_none(),
+        signed,
+    })
 }

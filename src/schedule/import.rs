@@ -9,7 +9,7 @@
 //! (of the rows, if there is none). With a lattice it has all of the lattice's poses under their own
 //! numbers, whether they have a row or not.
 
-use super::arms::read_pairs;
+use super::arms::{Pairs, read_pairs};
 use super::convention::{ANGLES, Conventions};
 use super::export::{ARMS, FROM_FILE, SCHEDULE_HASH, TIMES, coordinate_axes};
 use super::grid;
@@ -183,6 +183,8 @@ pub(crate) struct Rows {
     pub pairs: Vec<DirectionPair>,
     /// True if nothing fixes the light's azimuth.
     isotropic: bool,
+    /// Rows with a polar angle below 0.
+    pub signed: usize,
     /// The column `index`, if there is one.
     index: Option<Vec<u64>>,
 }
@@ -218,7 +220,11 @@ impl Again {
 impl Rows {
     /// The angles and numbers of every row.
     pub fn read(table: &Table, conventions: &Conventions) -> Result<Self, FileError> {
-        let (pairs, isotropic) = read_pairs(table, conventions)?;
+        let Pairs {
+            pairs,
+            isotropic,
+            signed,
+        } = read_pairs(table, conventions)?;
         let index = table.column("index").map(|column| {
             let rows = 0..pairs.len();
             rows.map(|row| match table.number(row, column) {
@@ -239,6 +245,7 @@ impl Rows {
         Ok(Self {
             pairs,
             isotropic,
+            signed,
             index,
         })
     }

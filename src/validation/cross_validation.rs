@@ -1,12 +1,13 @@
 //! Readings that are predicted from the others.
 
-use super::jury::values;
 use super::left_out::{Groups, Left};
-use super::{Jury, Scores, ValidationError};
+use super::{Estimate, Jury, Scores, ValidationError};
 use crate::geometry::DirectionPair;
 use crate::measurement::Measurement;
-use crate::metrics::Values;
-use crate::reconstruct::{Readings, Reconstruct, ReconstructError, noise};
+use crate::metrics::{Measure, Values};
+use crate::reconstruct::{
+    Readings, Reconstruct, ReconstructError, Replicated, Uncertain, noise, values_at,
+};
 use rayon::prelude::*;
 use std::sync::Arc;
 
@@ -95,21 +96,51 @@ impl<'a> CrossValidation<'a> {
                 predicted
             })
             .collect();
-        let judges = self.groups.judges(&self.poses);
         predicted
             .chunks(groups)
             .map(|of_groups| {
-                let mut of_groups = of_groups
-                    .iter()
-                    .map(|p| p.as_ref().map(|p| p.iter()).map_err(Clone::clone))
-                    .collect::<Result<Vec<_>, _>>()?;
-                let next = |&(_, group): &(usize, usize)| of_groups[group].next().copied();
+                let of_groups = of_groups.iter().cloned().collect::<Result<Vec<_>, _>>()?;
                 Ok(self.jury.errors(&Values {
-                    luminance: judges.iter().filter_map(next).collect(),
+                    luminance: self.in_order_of_judges(&of_groups),
                     missing: Vec::new(),
                 }))
             })
             .collect()
+    }
+
+    /// The share of the readings left out that a method predicts within k = 2, per [`Measure::ALL`], by the
+    /// uncertainty that those left give it and by their own, see [`Jury::within`]; `None` if more than half of
+    /// the readings have no uncertainty.
+    ///
+    /// # Errors
+    /// As [`Reconstruct::interpolate`].
+    pub fn within(
+        &self,
+        method: &dyn Reconstruct,
+    ) -> Result<Option<[Estimate; Measure::ALL.len()]>, ReconstructError> {
+        let mut predicted = Vec::new();
+        for group in 0..self.groups.count {
+            let part = self.part(group);
+            match Replicated::of_some(self.measurement, &part.present, method)? {
+                Some(replicated) => predicted.push(replicated.at(&part.pairs)),
+                None => return Ok(None),
+            }
+        }
+        let predicted = self.in_order_of_judges(&predicted);
+        let values = Values {
+            luminance: predicted.iter().map(|p| p.value).collect(),
+            missing: Vec::new(),
+        };
+        let uncertainty: Vec<f64> = predicted.iter().map(Uncertain::uncertainty).collect();
+        Ok(Some(self.jury.within(&values, &uncertainty)))
+    }
+
+    /// What was predicted of each group, as one list in the order of the jury.
+    fn in_order_of_judges<T: Copy>(&self, predicted: &[Vec<T>]) -> Vec<T> {
+        let mut of_groups: Vec<_> = predicted.iter().map(|p| p.iter().copied()).collect();
+        let judges = self.groups.judges(&self.poses);
+        let next = |&(_, group): &(usize, usize)| of_groups[group].next();
+        judges.iter().filter_map(next).collect()
     }
 
     /// A group of readings and what predicts it.
@@ -137,7 +168,7 @@ impl<'a> CrossValidation<'a> {
             present: &part.present,
             noise: noise(self.measurement),
         })?;
-        let values = values(&*interpolant, &part.pairs);
+        let values = values_at(&*interpolant, &part.pairs);
         let luminance = values.chunks_exact(channels.count());
         Ok(luminance.map(|v| channels.luminance(v)).collect())
     }

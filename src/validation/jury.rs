@@ -8,14 +8,10 @@ use crate::metrics::{
     Errors, Measure, MetricsSpec, Values, compare_weighted, share_within, test_pairs,
 };
 use crate::parametrization::Warps;
-use crate::reconstruct::{Coordinates, Interpolant, NearestReading, Readings, Reconstruct};
-use rayon::prelude::*;
+use crate::reconstruct::{Coordinates, NearestReading, Readings, Reconstruct, values_at};
 
 /// Pairs of a measure that look for their nearest reading: ten for each of many readings.
 const PAIRS: usize = 100_000;
-
-/// Pairs per call of an interpolant.
-const BATCH: usize = 256;
 
 /// A number with its standard error, `None` where undefined.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -212,20 +208,9 @@ fn weights(
         let Ok(pairs) = test_pairs(measure, &spec) else {
             unreachable!("the default pairs of a measure");
         };
-        for n in values(&*nearest, &pairs) {
+        for n in values_at(&*nearest, &pairs) {
             weights[n as usize] += 1.0;
         }
     }
     Ok(weights)
-}
-
-/// The values of an interpolant at pairs, pair-major.
-pub(super) fn values(interpolant: &dyn Interpolant, pairs: &[DirectionPair]) -> Vec<f64> {
-    let width = interpolant.width();
-    let mut values = vec![0.0; pairs.len() * width];
-    pairs
-        .par_chunks(BATCH)
-        .zip(values.par_chunks_mut(BATCH * width))
-        .for_each(|(pairs, out)| interpolant.eval_batch(pairs, out));
-    values
 }

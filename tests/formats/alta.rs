@@ -120,7 +120,7 @@ fn pairs_come_back_from_every_kind_of_coordinates() {
             .collect();
         let back = good(&file(input, "INV_STERADIAN", 1, &rows, "#VS 0\n"));
         assert_eq!(back.input, input);
-        assert_eq!((back.below_horizon, back.repeated), (0, 0), "{input}");
+        assert_eq!((back.below_horizon, back.folded.poses), (0, 0), "{input}");
         let m = &back.measurement;
         assert_eq!(m.channels, Channels::Luminance);
         assert_eq!(m.readings(), pairs.len());
@@ -271,7 +271,7 @@ fn rows_below_the_horizon_are_counted_and_rows_of_one_pose_averaged() {
         &rows,
         "",
     ));
-    assert_eq!((back.below_horizon, back.repeated), (2, 2));
+    assert_eq!((back.below_horizon, back.folded.poses), (2, 2));
     assert_eq!(back.measurement.values, [2.5, 2.5]);
     // Outside the domain of lengths there is no pair.
     for input in ["STARK_3D", "NEUMANN_3D"] {

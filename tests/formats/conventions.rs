@@ -731,7 +731,7 @@ fn what_cannot_be_meant_is_refused_in_a_sentence() {
         (
             "theta_i_rad,theta_o_rad,phi_o_rad,value\n1,1.6,3,4\n".into(),
             none(),
-            "theta_o_rad = 1.6: allowed is a number in [0, pi/2): above the horizon",
+            "theta_o_rad = 1.6: allowed is a number in (-pi/2, pi/2): above the horizon",
         ),
         (
             "a,theta_o_rad,phi_o_rad,value\n1,1.5,7,4\n".into(),
@@ -744,7 +744,7 @@ fn what_cannot_be_meant_is_refused_in_a_sentence() {
                 elevation: true,
                 ..none()
             },
-            "theta_o_deg = -1: allowed is a number in (0, 90]: above the horizon",
+            "theta_o_deg = -1: allowed is a number in (0, 180): above the horizon",
         ),
         (
             format!("{four},value_cos\n1,2,0,4,5\n"),

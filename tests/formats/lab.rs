@@ -174,3 +174,64 @@ fn radians_in_columns_of_degrees_are_doubted() {
             .is_empty()
     );
 }
+
+#[test]
+fn an_arm_may_scan_through_the_normal() {
+    // The plane of incidence, once with signs and once as a polar angle and an azimuth.
+    let signed = format!("{HEAD}-30,0,-50,0,1\n-30,0,0,0,2\n-30,10,50,10,3\n-30,0,50,40,4\n");
+    let plain = format!("{HEAD}30,180,50,180,1\n30,180,0,0,2\n30,190,50,10,3\n30,180,50,40,4\n");
+    let [a, b] = [&signed, &plain].map(|text| read(text));
+    let note = "4 rows with a polar angle below 0: the same angle in the opposite azimuth";
+    assert_eq!(a.notes[0], note);
+    assert!(b.notes.iter().all(|n| !n.contains("below 0")));
+    let values = |r: &Readings| r.measurement.values.clone();
+    assert_eq!(values(&a), values(&b));
+    for (a, b) in a
+        .measurement
+        .schedule
+        .poses
+        .iter()
+        .zip(&b.measurement.schedule.poses)
+    {
+        assert!((a.pair.omega_i.vector() - b.pair.omega_i.vector()).length() < 1e-15);
+        assert!((a.pair.omega_o.vector() - b.pair.omega_o.vector()).length() < 1e-15);
+    }
+    // Elevations beyond the zenith are the same.
+    let up = Conventions {
+        elevation: true,
+        ..Conventions::default()
+    };
+    let raised = format!("{HEAD}120,0,140,0,1\n120,0,90,0,2\n120,10,40,10,3\n120,0,40,40,4\n");
+    let raised = try_read(&raised, up).unwrap();
+    assert_eq!(values(&raised), values(&b));
+    assert_eq!(raised.notes[0], note);
+}
+
+#[test]
+fn symmetries_that_readings_do_not_have_are_doubted() {
+    let table = |of: &dyn Fn(f64) -> f64, columns: &str, uncertainty: &str| {
+        let all = "{\"isotropic\": true, \"reciprocal\": true, \"bilateral\": true}";
+        let head = HEAD.replace("value", &format!("value{columns}"));
+        let mut text = format!("# symmetry = {all}\n{head}");
+        for (theta_o, turn) in (1..=12).flat_map(|o| [0, 45, 90].map(|turn| (5 * o, turn))) {
+            let (i, o) = (turn, turn + 180);
+            let value = of(f64::from(turn)) + 0.001 * f64::from(theta_o);
+            text += &format!("30,{i},{theta_o},{o},{value}{uncertainty}\n");
+        }
+        text
+    };
+    let brushed = |turn: f64| 1.0 + 0.5 * turn.to_radians().cos();
+    let warnings = read(&table(&brushed, "", "")).warnings;
+    assert!(
+        warnings[0].contains("scatter by 20 % (median of 12 configurations)"),
+        "{warnings:?}"
+    );
+    assert!(warnings[0].contains("--symmetry"), "{warnings:?}");
+    // What they claim to be uncertain by explains it; a sample that looks alike has nothing to explain.
+    assert!(
+        read(&table(&brushed, ",type_a", ",0.3"))
+            .warnings
+            .is_empty()
+    );
+    assert!(read(&table(&|_| 1.0, "", "")).warnings.is_empty());
+}

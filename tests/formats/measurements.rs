@@ -301,9 +301,11 @@ fn readings_of_one_configuration_become_their_mean() {
         read.measurement.merged()
     };
     let (m, n) = merged(Symmetry::NONE);
-    assert_eq!((m.outcomes.len(), n), (4, 0));
+    assert_eq!((m.outcomes.len(), n.poses), (4, 0));
     let (m, n) = merged(Symmetry::FULL);
-    assert_eq!(n, 2);
+    assert_eq!((n.poses, n.compared), (2, 1));
+    // 1 and 3: a deviation of the root of 2 about 2.
+    assert!((n.scatter - 0.5_f64.sqrt()).abs() < 1e-15);
     assert_eq!(m.outcomes, [Outcome::Reading; 2]);
     assert_eq!(
         (m.values.as_slice(), m.schedule.poses.len()),
@@ -332,7 +334,7 @@ fn readings_of_one_configuration_become_their_mean() {
         .form(Symmetry::FULL);
     let (m, _) = measured(planned(&form, "grid", 60), Channels::Rgb, true);
     let (again, n) = m.clone().merged();
-    assert_eq!(n, 0);
+    assert_eq!(n.poses, 0);
     assert_same(&again, &m);
 }
 

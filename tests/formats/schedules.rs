@@ -315,10 +315,10 @@ fn what_is_no_schedule_is_refused_with_its_line() {
         (
             "H90,2,3,4\n",
             Some(2),
-            "theta_i_deg = 90: allowed is a number in [0, 90)",
+            "theta_i_deg = 90: allowed is a number in (-90, 90)",
         ),
         ("H1,2,89.9999999,4\n", Some(2), "theta_o_deg = 89.9999999"),
-        ("H-1,2,3,4\n", Some(2), "theta_i_deg = -1"),
+        ("H-91,2,3,4\n", Some(2), "theta_i_deg = -91"),
         (
             "H1,2,3,361\n",
             Some(2),

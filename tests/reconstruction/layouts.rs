@@ -321,13 +321,13 @@ fn one_bright_reading_does_not_spoil_the_others() {
 /// direction), one guess is as good as another, and these are what the guesses cost.
 fn allowed([layout, coordinates, kind]: [&str; 3], model: &str) -> f64 {
     match (layout, kind) {
-        ("lines" | "line", "thin-plate" | "sheets") => 2.2,
-        ("plane", "thin-plate" | "sheets") => 2.8,
+        ("lines" | "line", "thin-plate" | "sheets") if coordinates == "stark" => 1.3,
+        ("lines" | "line" | "sheet", "thin-plate" | "sheets") => 1.2,
+        ("plane", "thin-plate" | "sheets") => 1.33,
         ("sheets", "thin-plate") if coordinates == "stark" => 1.25,
         ("sheet" | "lines" | "line" | "plane" | "gap", "inverse-distance") => 1.35,
         // The highlight of these does not keep its half vector.
         ("sheets", "sheets") if model.starts_with("retro") || model.starts_with("sheen") => 2.5,
-        ("sheet", "sheets" | "thin-plate") => 1.3,
         _ => 1.05,
     }
 }

@@ -8,7 +8,7 @@ use gonio::measurement::{Details, Flags, Measurement, Outcome};
 use gonio::metrics::{self, Measure, MetricsSpec};
 use gonio::reconstruct::{Reconstruct, Replicated, Uncertain};
 use gonio::sampling::Random;
-use gonio::validation::Jury;
+use gonio::validation::{CrossValidation, Jury};
 use rand_distr::{Distribution, StandardNormal};
 
 /// Readings of a smooth material with uncertainties of both types, shares of their values.
@@ -168,18 +168,24 @@ fn readings_alone_are_within_their_uncertainty() {
         let plain = metrics::share_within(|_| 1.0, &f, &g, &at(&pairs)).unwrap();
         let predicted = metrics::evaluate(&*brdf, truth.pairs());
         let judged = truth.within(&predicted, &at(truth.pairs()))[0];
-        (plain, judged.value.unwrap(), judged.standard_error.unwrap())
+        let validation = CrossValidation::new(&m, Some(false)).unwrap();
+        let left_out = validation.within(&*method).unwrap().unwrap()[0];
+        for of in [judged, left_out] {
+            assert!(of.standard_error.unwrap() < 0.02, "{of:?}");
+        }
+        [plain, judged.value.unwrap(), left_out.value.unwrap()]
     };
-    let (plain, judged, error) = share("lambert", 1.0);
-    for of in [plain, judged] {
-        assert!((0.93..0.975).contains(&of), "{plain} {judged} ± {error}");
+    for of in share("lambert", 1.0) {
+        assert!((0.93..0.975).contains(&of), "{of}");
     }
-    assert!(error < 0.02, "{error}");
     // Half of what it is: k = 1, 68 %.
-    let (half, ..) = share("lambert", 0.5);
-    assert!((0.64..0.73).contains(&half), "{half}");
-    let (lobe, at_readings, _) = share("ggx", 1.0);
+    let [half, _, left_out] = share("lambert", 0.5);
+    for of in [half, left_out] {
+        assert!((0.64..0.73).contains(&of), "{of}");
+    }
+    let [lobe, at_readings, left_out] = share("ggx", 1.0);
     assert!(lobe < 0.8 && at_readings > 0.9, "{lobe} {at_readings}");
+    assert!(left_out < 0.9, "{left_out}");
 }
 
 #[test]
