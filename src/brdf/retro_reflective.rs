@@ -86,6 +86,10 @@ impl BrdfSpec for RetroReflectiveSpec {
         Ok(Box::new(RetroReflective::new(of)))
     }
 
+    fn remarks(&self) -> Vec<String> {
+        self.of.remarks()
+    }
+
     fn tables(&self) -> Tables {
         self.of.tables()
     }

@@ -150,6 +150,11 @@ impl BrdfSpec for SumSpec {
         Ok(Box::new(Sum::new(components, channels)))
     }
 
+    fn remarks(&self) -> Vec<String> {
+        let components = self.component.iter();
+        components.flat_map(|c| c.brdf.remarks()).collect()
+    }
+
     fn tables(&self) -> Tables {
         let mut all = Tables::NONE;
         for c in &self.component {

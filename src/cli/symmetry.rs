@@ -5,7 +5,7 @@ use super::output::{JsonArgs, print_json};
 use super::progress::Progress;
 use super::{ThreadArgs, build, print};
 use crate::analysis::{self, Deviation, Deviations, SYMMETRY_TOLERANCE};
-use crate::brdf::{Brdf, Channels};
+use crate::brdf::{Brdf, Channels, Favours};
 use crate::error::Error;
 use crate::experiment::Material;
 use crate::geometry::Symmetry;
@@ -172,6 +172,9 @@ impl<'a> Sheet<'a> {
             "{}\n  favours {}: {}\n",
             self.material, self.favours, self.favours_because
         );
+        if self.favours == Favours::Reconstruction.name() {
+            text += "  the symmetries that it declares were imposed on its readings\n";
+        }
         text += &match &self.alignment {
             Some(a) => format!(
                 "  alignment q = {:.3} ± {:.3} (0: theta_h, 1: |h_bar|), half width {:.3}°, {} of 13 slices\n",

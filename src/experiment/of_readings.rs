@@ -10,7 +10,7 @@ use crate::parametrization;
 use crate::reconstruct::{self, Reconstruct, ReconstructError};
 use crate::registry::{self, Entry, ReadError, Table};
 use crate::schedule::{AngleUnit, Assume, Azimuth, Conventions, Quantity};
-use crate::validation;
+use crate::validation::{self, CrossValidation};
 use serde::de::IgnoredAny;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -162,7 +162,10 @@ impl ReadingsSpec {
 /// A sentence about a file that advises options, with the keys of a material in their place.
 fn as_keys(sentence: &str) -> String {
     let options = [
-        ("--symmetry", "symmetries"),
+        (
+            "--symmetry with those that it has, or none",
+            "symmetries = { isotropic = …, reciprocal = …, bilateral = … }",
+        ),
         ("--columns", "columns"),
         ("--angles", "angles"),
         ("--elevation", "elevation"),
@@ -171,7 +174,7 @@ fn as_keys(sentence: &str) -> String {
         ("--partial", "partial"),
     ];
     let replace =
-        |text: String, (option, key): &(&str, &str)| text.replace(option, &format!("key `{key}`"));
+        |text: String, (option, key): &(&str, &str)| text.replace(option, &format!("`{key}`"));
     options.iter().fold(sentence.to_owned(), replace)
 }
 
@@ -223,7 +226,10 @@ impl BrdfSpec for ReadingsSpec {
         let Ok(readings) = load_readings(&self.keys.file, &self.assume()) else {
             return Vec::new();
         };
-        let choose = self.reconstruction.is_none() && readings.measurement.schedule.is_of_others();
+        let measurement = &readings.measurement;
+        let choose = self.reconstruction.is_none()
+            && measurement.schedule.is_of_others()
+            && CrossValidation::new(measurement, None).is_ok();
         let choice = choose.then(|| {
             format!(
                 "the readings choose their reconstruction, and `gonio reconstruct {file}` says which"

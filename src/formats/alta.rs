@@ -19,12 +19,16 @@ pub const FORMAT: Format = Format {
             count(file.below_horizon, "row"),
             count(file.folded.poses, "row")
         );
+        let degrees = file.beyond_turn.then(|| {
+            "some angles are beyond two turns, as if degrees were read as radians, which ALTA's files have".into()
+        });
         let doubt = file.has_azimuths && assume.conventions.azimuth.is_none();
         let peak = retro_peak(&file.measurement).filter(|_| doubt);
         Ok(Readings {
             warnings: (peak.iter().map(ToString::to_string))
                 .chain(file.negative.warning())
                 .chain(file.folded.warning())
+                .chain(degrees)
                 .collect(),
             rows: file.measurement.schedule.poses.len() + file.below_horizon + file.folded.poses,
             intact: false,

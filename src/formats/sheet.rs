@@ -103,6 +103,12 @@ fn read(text: &str, name: &str, assume: &Assume) -> Result<Readings, FileError> 
             count(file.at_horizon, "row")
         ));
     }
+    let exact = (file.exact > 0).then(|| {
+        format!(
+            "{} without an uncertainty, in a file that has a column of them: it counts as 0",
+            count(file.exact, "reading")
+        )
+    });
     // Our own files count azimuths from the sample, and say what is below their noise.
     let doubt = !file.intact && assume.conventions.azimuth.is_none();
     let peak = retro_peak(&measurement).filter(|_| doubt);
@@ -114,6 +120,7 @@ fn read(text: &str, name: &str, assume: &Assume) -> Result<Readings, FileError> 
             .map(ToString::to_string)
             .chain(negative)
             .chain(folded.warning().filter(|_| !file.intact))
+            .chain(exact.filter(|_| !file.intact))
             .chain(radians)
             .collect(),
         rows: file.rows,

@@ -209,6 +209,8 @@ pub struct AltaFile {
     pub below_horizon: usize,
     /// Rows with values below 0.
     pub negative: Negative,
+    /// True if an angle is beyond two turns, rad.
+    pub beyond_turn: bool,
     /// Rows of a configuration that came before: their values are averaged, see
     /// [`Measurement::merged`].
     pub folded: Folded,
@@ -255,6 +257,7 @@ pub fn read(text: &str, name: &str, assume: &Assume) -> Result<AltaFile, FileErr
     let azimuth = conventions.azimuth.unwrap_or(Azimuth::Sample);
     let (mut pairs, mut values, mut radii) = (Vec::new(), Vec::new(), Vec::new());
     let (mut below_horizon, mut negative) = (0, Negative::default());
+    let mut beyond_turn = false;
     for (i, line) in text.lines().enumerate() {
         let content = line.trim();
         if content.is_empty() || content.starts_with('#') {
@@ -264,6 +267,9 @@ pub fn read(text: &str, name: &str, assume: &Assume) -> Result<AltaFile, FileErr
         let [light, view] = match inverse {
             Inverse::Vectors(of) => of(&cells[..dimension]),
             Inverse::Angles(of) => {
+                beyond_turn |= cells[..dimension]
+                    .iter()
+                    .any(|angle| angle.abs() > 4.0 * PI);
                 let [theta_l, phi_l, theta_v, phi_v] = of(&cells[..dimension]);
                 let turned = azimuth.about_axis(!fixes_sample, PI, [phi_l, phi_v]);
                 [unit(theta_l, turned[0]), unit(theta_v, turned[1])]
@@ -344,6 +350,7 @@ pub fn read(text: &str, name: &str, assume: &Assume) -> Result<AltaFile, FileErr
         input,
         has_azimuths: matches!(inverse, Inverse::Angles(_)),
         below_horizon,
+        beyond_turn,
         negative,
         folded,
     })

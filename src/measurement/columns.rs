@@ -237,21 +237,29 @@ impl ValueColumns {
             0 => Ok(None),
             n if n == self.values.len() => Ok(Some(found)),
             _ => {
-                let message = "some of the values are empty; allowed: all or none";
+                let message = "some of the values are empty or NaN; allowed: all or none";
                 Err(table.row_error(row, message))
             }
         }
     }
 
-    /// The uncertainties of a row of type A and type B; an empty one is 0.
+    /// True if a cell of an uncertainty of this row is empty.
+    pub fn lacks_uncertainty(&self, table: &Table, row: usize) -> bool {
+        let all = [&self.type_a, &self.type_b, &self.both];
+        let mut columns = all.into_iter().flatten().flatten();
+        columns.any(|&column| table.number(row, column).is_none())
+    }
+
+    /// The uncertainties of a row of type A and type B; an empty one is 0. `uncertainty`, that of both, is of
+    /// type B but for what type A explains of it.
     pub fn read_uncertainties(
         &self,
         table: &Table,
         row: usize,
         pair: &DirectionPair,
     ) -> Result<[Vec<f64>; 2], FileError> {
-        let alone = self.type_a.is_none() && self.type_b.is_none();
-        let of_b = if alone { &self.both } else { &self.type_b };
+        let of_both = self.type_b.is_none();
+        let of_b = if of_both { &self.both } else { &self.type_b };
         let mut types = [&self.type_a, of_b].map(|_| vec![0.0; self.values.len()]);
         for (columns, out) in [&self.type_a, of_b].into_iter().zip(&mut types) {
             for (&column, out) in columns.iter().flatten().zip(out) {
@@ -262,6 +270,12 @@ impl ValueColumns {
                     return Err(table.row_error(row, message));
                 }
                 *out = self.reading(table, row, column, value, pair)?;
+            }
+        }
+        if of_both {
+            let [a, both] = &mut types;
+            for (a, b) in a.iter().zip(both) {
+                *b = (*b * *b - a * a).max(0.0).sqrt();
             }
         }
         Ok(types)

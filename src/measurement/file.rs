@@ -80,6 +80,8 @@ pub struct MeasurementFile {
     pub about: About,
     /// Rows that a later attempt replaced.
     pub replaced: usize,
+    /// Rows with a value and an empty uncertainty, which counts as 0.
+    pub exact: usize,
     /// Rows with a polar angle below 0, which is the opposite azimuth.
     pub signed: usize,
     /// Rows that repeat the reading of another one and were averaged with it.
@@ -275,6 +277,7 @@ pub fn read_measurement(
     let (schedule, order) = rows.schedule(&table, &kept, assume, MEASUREMENT_HASH)?;
     let mut pool = Pool::new(schedule.poses.len(), columns.channels.count());
     let mut negative = Negative::default();
+    let mut exact = 0;
     for &(row, first) in &used {
         let pose = order[place[first]] as usize;
         let (reason, flags) = parse_words(table.words(row)).map_err(|e| {
@@ -296,6 +299,7 @@ pub fn read_measurement(
         pool.see(pose, outcome, flags);
         if let Some(values) = values {
             let [a, b] = columns.read_uncertainties(&table, row, pair)?;
+            exact += usize::from(columns.lacks_uncertainty(&table, row));
             let channels = columns.span(&table, row);
             for ((channel, value), (a, b)) in channels.zip(values).zip(a.into_iter().zip(b)) {
                 pool.add(pose, channel, value, a, b);
@@ -327,6 +331,7 @@ pub fn read_measurement(
         },
         replaced: table.lines.len() - used.len(),
         averaged,
+        exact,
         signed: rows.signed,
         rows: table.lines.len() + at_horizon,
         at_horizon,

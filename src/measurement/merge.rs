@@ -24,6 +24,9 @@ const LARGEST_SCATTER: f64 = 0.1;
 /// The same in units of the uncertainty that they claim.
 const CLAIMED: f64 = 3.0;
 
+/// Scatter that is rounding, as a share of the mean.
+const ROUNDING: f64 = 1e-12;
+
 /// Readings of one channel of one configuration.
 #[derive(Clone, Copy, Default)]
 struct Mean {
@@ -54,6 +57,12 @@ impl Mean {
     fn type_a(&self) -> f64 {
         let n = f64::from(self.count.max(1));
         let shown = (self.squares / (n * (n - 1.0).max(1.0))).sqrt();
+        // Equal numbers that were rounded differently are equal.
+        let shown = if shown > ROUNDING * self.mean.abs() {
+            shown
+        } else {
+            0.0
+        };
         shown.max(self.type_a / n)
     }
 

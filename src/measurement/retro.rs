@@ -16,6 +16,9 @@ const AROUND: f64 = 20.0;
 /// above, matte materials of rough facets send back several times what they mirror.
 const TELLING: [f64; 2] = [20.0, 60.5];
 
+/// Cosine of the angle up to which azimuths of the light are one: 2.6°.
+const SAME_AZIMUTH: f64 = 0.999;
+
 /// Readings that a mean needs.
 const ENOUGH: usize = 3;
 
@@ -30,18 +33,29 @@ const PEAK: f64 = 1.1;
 pub struct RetroPeak {
     /// Within 10° of the light.
     pub retro: f64,
-    /// Within 10° of its mirror direction.
+    /// Within 10° of its mirror direction, or within 20° if there is none so near.
     pub mirror: f64,
+    /// True if no reading is within 10° of the mirror direction.
+    is_gap: bool,
+    /// True if the light's azimuth varies: the peak follows it.
+    turns: bool,
 }
 
 impl fmt::Display for RetroPeak {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        let (from, option) = match self.turns {
+            false => ("azimuths count from the mirror direction", "mirror"),
+            true => (
+                "the light's azimuths are those in which it travels",
+                "propagation",
+            ),
+        };
+        let mirror = if self.is_gap { AROUND } else { NEAR };
         write!(
             f,
-            "readings within {NEAR}° of the light have a mean of {:.3e} 1/sr, those within {NEAR}° of \
-             its mirror direction one of {:.3e} 1/sr: if the sample is no retro-reflector, azimuths \
-             count from the mirror direction, which --azimuth mirror takes into account (--azimuth \
-             sample, if they are right)",
+            "readings within {NEAR}° of the light have a mean of {:.3e} 1/sr, those within {mirror}° of \
+             its mirror direction one of {:.3e} 1/sr: if the sample is no retro-reflector, {from}, \
+             which --azimuth {option} takes into account (--azimuth sample, if they are right)",
             self.retro, self.mirror
         )
     }
@@ -84,18 +98,24 @@ impl Place {
     /// horizon have none.
     fn peak(&self) -> Option<(f64, bool)> {
         let near = self.near.get()?;
-        let around = self.around[0].get()?.max(self.around[1].get()?);
-        Some((near, near > 0.0 && near >= PEAK * around))
+        Some((near, near > 0.0 && near >= PEAK * self.around()?))
+    }
+
+    /// The larger mean around the direction.
+    fn around(&self) -> Option<f64> {
+        Some(self.around[0].get()?.max(self.around[1].get()?))
     }
 }
 
 /// The peak at the light. Lights count between 20° and 60° from the normal. Readings near the light
 /// (within 10°) are on average at least three times those near its mirror direction, and there is
 /// a peak at the light and none at the mirror direction. A peak is 1.1 times the mean of the readings
-/// around it (10° to 20°) that are nearer to the normal, and of those that are further away.
+/// around it (10° to 20°) that are nearer to the normal, and of those that are further away. Where no reading
+/// is near the mirror direction, those around it stand for it.
 /// Matte readings and sheen have no such peak.
 pub fn retro_peak(measurement: &Measurement) -> Option<RetroPeak> {
     let (mut at_light, mut at_mirror) = (Place::default(), Place::default());
+    let (mut first, mut turns) = (None, false);
     let telling = TELLING[0]..=TELLING[1];
     for (i, pose) in measurement.schedule.poses.iter().enumerate() {
         let (light, sensor) = (pose.pair.omega_i, pose.pair.omega_o);
@@ -106,6 +126,8 @@ pub fn retro_peak(measurement: &Measurement) -> Option<RetroPeak> {
             continue;
         }
         let value = measurement.channels.luminance(reading);
+        let azimuth = light.vector().truncate().normalize_or_zero();
+        turns |= first.get_or_insert(azimuth).dot(azimuth) < SAME_AZIMUTH;
         let mirrored = light.vector() * DVec3::new(-1.0, -1.0, 1.0);
         let off = |v: DVec3| angle_between(sensor.vector(), v).to_degrees();
         let is_further = sensor.cos_theta() < light.cos_theta();
@@ -113,7 +135,17 @@ pub fn retro_peak(measurement: &Measurement) -> Option<RetroPeak> {
         at_mirror.add(off(mirrored), is_further, value);
     }
     let (retro, is_peak) = at_light.peak()?;
-    let (mirror, is_mirror) = at_mirror.peak()?;
+    // No arm reads at the light: a gap opposite a peak is the place of the light.
+    let is_gap = at_mirror.near.count == 0;
+    let (mirror, is_mirror) = match is_gap {
+        false => at_mirror.peak()?,
+        true => (at_mirror.around()?, false),
+    };
     let doubtful = is_peak && !is_mirror && retro >= HIGHER * mirror;
-    doubtful.then_some(RetroPeak { retro, mirror })
+    doubtful.then_some(RetroPeak {
+        retro,
+        mirror,
+        is_gap,
+        turns,
+    })
 }

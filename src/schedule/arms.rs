@@ -37,6 +37,16 @@ impl Angles {
         })
     }
 
+    /// True if an angle of some row is below 0.
+    fn is_signed(&self, table: &Table) -> bool {
+        let mut rows = 0..table.lines.len();
+        rows.any(|row| {
+            table
+                .number(row, self.column)
+                .is_some_and(|angle| angle < 0.0)
+        })
+    }
+
     /// The angle of a row in degrees, if `good`.
     fn degrees(
         &self,
@@ -102,9 +112,12 @@ pub(super) fn read_pairs(table: &Table, conventions: &Conventions) -> Result<Pai
         None => Angles::find(table, "delta_phi"),
     };
     let relative = difference.is_some();
-    let phi_o = match difference {
-        Some(difference) => difference,
-        None => Angles::needed(table, "phi_o")?,
+    let is_scan = || phi_i.is_none() && [&theta_i, &theta_o].iter().any(|a| a.is_signed(table));
+    let phi_o = match difference.or_else(|| Angles::find(table, "phi_o")) {
+        // An arm that scans through the normal stays in one plane.
+        None if is_scan() => None,
+        None => Some(Angles::needed(table, "phi_o")?),
+        found => found,
     };
     let azimuth = conventions.azimuth.unwrap_or(Azimuth::Sample);
     let up = conventions.elevation;
@@ -134,11 +147,8 @@ pub(super) fn read_pairs(table: &Table, conventions: &Conventions) -> Result<Pai
         };
         let (theta_i, theta_o) = (polar(&theta_i)?, polar(&theta_o)?);
         let i = phi_i.as_ref().map_or(Ok(0.0), turn)?;
-        let o = if relative {
-            -turn(&phi_o)?
-        } else {
-            turn(&phi_o)?
-        };
+        let o = phi_o.as_ref().map_or(Ok(0.0), turn)?;
+        let o = if relative { -o } else { o };
         let [i, o] = azimuth.about_axis(relative, 180.0, [i, o]);
         let turned = |theta: f64, phi: f64| if theta < 0.0 { phi + 180.0 } else { phi };
         let [i, o] = [turned(theta_i, i), turned(theta_o, o)].map(f64::to_radians);

@@ -235,3 +235,97 @@ fn symmetries_that_readings_do_not_have_are_doubted() {
     );
     assert!(read(&table(&|_| 1.0, "", "")).warnings.is_empty());
 }
+
+#[test]
+fn a_scan_needs_no_azimuth() {
+    let plain = read(&format!("{HEAD}30,0,50,180,1\n30,0,20,0,2\n"));
+    let scan = read("theta_i_deg,theta_o_deg,value\n30,-50,1\n30,20,2\n");
+    let poses = |r: &Readings| -> Vec<_> {
+        let poses = r.measurement.schedule.poses.iter();
+        poses.map(|p| p.pair.omega_o.vector()).collect()
+    };
+    for (a, b) in poses(&plain).into_iter().zip(poses(&scan)) {
+        assert!((a - b).length() < 1e-15);
+    }
+    // Without a sign nothing says that it is one.
+    let sentence = refused("theta_i_deg,theta_o_deg,value\n30,50,1\n30,20,2\n");
+    assert!(
+        sentence.contains("column phi_o_deg is missing"),
+        "{sentence}"
+    );
+}
+
+/// In-plane readings of a lobe about the light, whose azimuths these are.
+fn lobe(lights: &[u32]) -> String {
+    let mut text = HEAD.to_owned();
+    for light in lights {
+        for theta in [30_u32, 45] {
+            for o in (0..=80).step_by(4) {
+                for side in [0, 180] {
+                    let off = if side == 0 {
+                        theta.abs_diff(o)
+                    } else {
+                        theta + o
+                    };
+                    let value = 0.1 + (-f64::from(off * off) / 50.0).exp();
+                    text += &format!("{theta},{light},{o},{},{value}\n", light + side);
+                }
+            }
+        }
+    }
+    text
+}
+
+#[test]
+fn a_peak_at_the_light_is_doubted_by_what_can_cause_it() {
+    let warning = |text: &str| read(text).warnings.join("; ");
+    assert!(warning(&lobe(&[0])).contains("--azimuth mirror"));
+    // Counted from the mirror direction, the peak would not follow the light.
+    let turned = warning(&lobe(&[0, 30, 60]));
+    assert!(turned.contains("--azimuth propagation"), "{turned}");
+    // Nothing can be read at the light: the gap is opposite the peak.
+    let gap = |text: &str| -> String {
+        let rows = text.lines().filter(|row| {
+            let cells: Vec<f64> = row.split(',').filter_map(|c| c.parse().ok()).collect();
+            cells.len() < 5 || cells[3] == 0.0 || (cells[0] - cells[2]).abs() > 11.0
+        });
+        rows.map(|row| row.to_owned() + "\n").collect()
+    };
+    let hidden = warning(&gap(&lobe(&[0])));
+    assert!(
+        hidden.contains("those within 20° of its mirror direction"),
+        "{hidden}"
+    );
+}
+
+#[test]
+fn uncertainties_are_split_and_empty_ones_are_told() {
+    let rows = |text: &str| {
+        read(&format!(
+            "{}{text}",
+            HEAD.replace("value", "value,type_a,uncertainty")
+        ))
+    };
+    let readings = rows("10,0,20,180,1,0.3,0.5\n10,0,30,180,1,0.3,0.1\n10,0,40,180,1,0.3,\n");
+    let details = readings.measurement.details.as_ref().unwrap();
+    assert_eq!(details.type_a, [0.3; 3]);
+    assert!((details.type_b[0] - 0.4).abs() < 1e-15);
+    assert_eq!(details.type_b[1..], [0.0, 0.0]);
+    let exact =
+        "1 reading without an uncertainty, in a file that has a column of them: it counts as 0";
+    assert_eq!(readings.warnings, [exact]);
+    // Equal readings that were rounded differently show no scatter.
+    let twice = read(&format!(
+        "{HEAD}10,0,20,180,0.3\n10,0,20,180,0.30000000000000004\n"
+    ));
+    assert_eq!(twice.measurement.details.unwrap().type_a, [0.0]);
+}
+
+#[test]
+fn angles_of_alta_in_degrees_are_doubted() {
+    let head = "#DIM 4 1\n#PARAM_IN SPHERICAL_TL_PL_TV_PV\n#PARAM_OUT INV_STERADIAN\n";
+    let good = read(&format!("{head}0.5 0 0.3 3.1 1\n0.5 0 0.4 3.1 1\n"));
+    assert!(good.warnings.is_empty());
+    let degrees = read(&format!("{head}30 0 20 180 1\n1 0 1 180 1\n"));
+    assert!(degrees.warnings[0].contains("as if degrees were read as radians"));
+}

@@ -164,6 +164,10 @@ impl BrdfSpec for TabulatedSpec {
         }
     }
 
+    fn remarks(&self) -> Vec<String> {
+        self.of.remarks()
+    }
+
     fn tables(&self) -> Tables {
         let bytes = match self.keys.format {
             // The grid is chosen when the material is built: the larger one.
