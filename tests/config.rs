@@ -33,6 +33,7 @@ kind = "cubic"
 
 [metrics]
 pairs = 100
+max_pairs = 1
 mask_deg = 80.0
 
 [output]
@@ -266,7 +267,7 @@ fn a_mistake_in_the_file_is_reported_with_its_line() {
         (
             "pairs = 100",
             "pears = 100",
-            "c.toml:28: unknown key metrics.pears; allowed: pairs, mask_deg",
+            "c.toml:28: unknown key metrics.pears; allowed: pairs, max_pairs, tolerance, mask_deg",
         ),
         (
             "pairs = 100",
@@ -276,22 +277,22 @@ fn a_mistake_in_the_file_is_reported_with_its_line() {
         (
             "80.0",
             "nan",
-            "c.toml:29: metrics.mask_deg = NaN: allowed is",
+            "c.toml:30: metrics.mask_deg = NaN: allowed is",
         ),
         (
             "slices = false",
             "slices = 1",
-            "c.toml:32: output.slices is integer `1`; allowed: true or false",
+            "c.toml:33: output.slices is integer `1`; allowed: true or false",
         ),
         (
             "slices = false",
             "schedules = true",
-            "c.toml:32: output.schedules is boolean `true`; allowed: false or one of \"csv\", \"json-lines\"",
+            "c.toml:33: output.schedules is boolean `true`; allowed: false or one of \"csv\", \"json-lines\"",
         ),
         (
             "slices = false",
             "schedules = \"xml\"",
-            "c.toml:32: output.schedules is string \"xml\"; allowed: false",
+            "c.toml:33: output.schedules is string \"xml\"; allowed: false",
         ),
         (
             "question = \"?\"",
@@ -404,7 +405,7 @@ fn lines_are_those_of_the_file_whatever_was_set() {
     let sets = ["metrics.seed=5", "material.0.name=first", "question=why"];
     let text = GOOD.replace("slices = false", "slices = 0");
     let (message, _) = refusal(&text, &sets);
-    assert!(message.starts_with("c.toml:32: output.slices"), "{message}");
+    assert!(message.starts_with("c.toml:33: output.slices"), "{message}");
 }
 
 #[test]
@@ -552,6 +553,7 @@ kind = "spherical"
 
 [metrics]
 pairs = 50
+max_pairs = 1
 
 [moments]
 views = 3

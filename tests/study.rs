@@ -55,6 +55,7 @@ neighbours = 16
 
 [metrics]
 pairs = 700
+max_pairs = 1
 "#;
 
 fn plan(text: &str) -> Plan {
@@ -225,6 +226,7 @@ kind = "multilinear"
 
 [metrics]
 pairs = 300
+max_pairs = 1
 "#
     );
     let rows = rows(&plan(&text));
@@ -533,6 +535,7 @@ kind = "half-difference"
 
 [metrics]
 pairs = 200
+max_pairs = 1
 "#;
     let plan = plan(text);
     let rows = rows(&plan);
@@ -589,6 +592,7 @@ kind = "cubic"
 
 [metrics]
 pairs = 10
+max_pairs = 1
 "#,
     );
     let made = rows(&plan);
@@ -903,6 +907,7 @@ preset = "utia"
 
 [metrics]
 pairs = 300
+max_pairs = 1
 
 [moments]
 views = 3

@@ -34,6 +34,7 @@ kind = "cubic"
 
 [metrics]
 pairs = 500
+max_pairs = 1
 
 [tuning]
 pairs = 500

@@ -172,6 +172,7 @@ impl Bench {
             pairs: test_pairs(
                 Measure::Cosine,
                 &MetricsSpec {
+                    pairs: 20_000,
                     mask_deg: 90.0,
                     ..MetricsSpec::default()
                 },

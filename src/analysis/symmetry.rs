@@ -86,6 +86,7 @@ impl Deviations {
 /// The fixed pairs: 20 000 of measure `lobe`, both elevations below 75°.
 pub fn symmetry_pairs() -> Vec<DirectionPair> {
     let spec = MetricsSpec {
+        pairs: 20_000,
         mask_deg: MASK_DEG,
         ..MetricsSpec::default()
     };

@@ -157,10 +157,12 @@ fn acquisition(plan: &Plan, told: &mut Told) -> Result<Option<Error>, Error> {
         false => ways(plan, told)?,
     };
     told.text(&format!(
-        "\nreconstructions: {}\nmeasures: {}, {} each\nseeds: {:?}\n{}, {}, {}\n",
+        "\nreconstructions: {}\nmeasures: {}, at {} or more, up to {}, until standard errors are below {} %\nseeds: {:?}\n{}, {}, {}\n",
         names.join(", "),
         measures.join(", "),
         count(plan.metrics.pairs, "pair"),
+        plan.metrics.max_pairs.max(plan.metrics.pairs),
+        100.0 * plan.metrics.tolerance,
         plan.seeds,
         count(plan.units().len(), "schedule"),
         count(plan.jobs(), "reconstruction"),
@@ -169,6 +171,8 @@ fn acquisition(plan: &Plan, told: &mut Told) -> Result<Option<Error>, Error> {
     told.fact("reconstructions", names);
     told.fact("measures", measures);
     told.fact("pairs", plan.metrics.pairs);
+    told.fact("max_pairs", plan.metrics.max_pairs);
+    told.fact("tolerance", plan.metrics.tolerance);
     told.fact("seeds", plan.seeds.clone());
     told.fact("schedule_count", plan.units().len());
     told.fact("reconstruction_count", plan.jobs());

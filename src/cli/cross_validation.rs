@@ -48,9 +48,9 @@ fn estimate(e: &Estimate) -> String {
 /// Prints all errors at readings, and which share of the readings is within k = 2 if that is known.
 pub(super) fn print_scores(
     scores: &Scores,
-    within: Option<[Estimate; Measure::ALL.len()]>,
+    within: Option<[Estimate; Measure::USUAL.len()]>,
 ) -> Result<(), Error> {
-    let names = Measure::ALL.map(|measure| format!("\t>{}", measure.name()));
+    let names = Measure::USUAL.map(|measure| format!("\t>{}", measure.name()));
     let mut table = Columns::new(&format!("error{}", names.concat()));
     for (q, (quantity, _)) in Errors::QUANTITIES.iter().enumerate() {
         let of = scores
@@ -120,7 +120,7 @@ impl CrossValidationArgs {
         print(&format!("left out: {}{of}\n", validation.left()))?;
         if ranked.len() > 1 {
             let shown = if is_verbose() { ranked.len() } else { SHOWN };
-            let (quantity, measure) = (Errors::QUANTITIES[0].0.name, Measure::ALL[0].name());
+            let (quantity, measure) = (Errors::QUANTITIES[0].0.name, Measure::USUAL[0].name());
             let mut table = Columns::new(&format!("reconstruction\t>{quantity}, {measure}"));
             for (method, scores) in ranked.iter().take(shown) {
                 let error = estimate(&scores.0[0][0]);

@@ -465,5 +465,7 @@ fn summary(measure: Measure) -> &'static str {
         Measure::Lobe => {
             "half of that, half about the mirror direction: half vectors from GGX, alpha 0.3, 0.1, 0.03, 0.01"
         }
+        Measure::Steep => "the part of cosine with both polar angles up to 65°",
+        Measure::Grazing => "the part of cosine with a polar angle above 65°",
     }
 }

@@ -14,14 +14,14 @@ use crate::formats::{self, Format, READ_READINGS, WRITE_TABLE};
 use crate::geometry::Symmetry;
 use crate::instrument;
 use crate::measurement::{Flags, Measurement, Outcome};
-use crate::metrics::{self, Errors, Measure, MetricsSpec, Uncovered, WITHIN};
+use crate::metrics::{self, Errors, Level, Measure, MetricsSpec, TestSet, Uncovered, WITHIN};
 use crate::parametrization;
 use crate::reconstruct::{self, Cover, Coverage, Covered, Fill, Replicated};
 use crate::report::Columns;
 use crate::report::pictures::uncertainty_svg;
 use crate::schedule::Pose;
 use crate::schedule::{Assume, Unreachable};
-use crate::validation::Jury;
+use crate::validation::{Estimate, Jury};
 use clap::Args;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use std::io::{self, Write as _};
@@ -161,8 +161,8 @@ fn shares(covered: &Covered<'_>) -> String {
 
 /// What a reconstruction is compared with.
 enum Truth {
-    /// Another BRDF, at test pairs.
-    Brdf(Box<dyn Brdf>, MetricsSpec),
+    /// Another BRDF, at the test pairs of these measures.
+    Brdf(Box<dyn Brdf>, MetricsSpec, Vec<Measure>),
     /// Other readings.
     Readings(Jury),
 }
@@ -205,9 +205,11 @@ impl Reconstruct {
             false => None,
         };
         match truth {
-            Some(Truth::Brdf(truth, metrics)) => {
+            Some(Truth::Brdf(truth, metrics, measures)) => {
                 let cover = Cover::of(&measurement).map_err(failed)?;
-                compare(&*brdf, replicated.as_ref(), &*truth, &metrics, &cover)?;
+                let set = TestSet::new(&measures, &metrics);
+                let set = set.map_err(|e| Error::config("metrics", e))?;
+                compare(&*brdf, replicated.as_ref(), &*truth, &set, &cover)?;
             }
             Some(Truth::Readings(jury)) => {
                 let predicted = metrics::evaluate(&*brdf, jury.pairs());
@@ -349,16 +351,18 @@ impl Reconstruct {
             };
         }
         let source = BrdfArgs::of(target).source()?;
-        let (materials, metrics) = if is_config(target) && !Kind::of(&source)?.has_profiles() {
-            let plan = super::plan(&source)?;
-            (plan.materials, plan.metrics)
-        } else {
-            let plan = super::any_plan(&source)?.into_moments();
-            (plan.materials, MetricsSpec::default())
-        };
+        let (materials, metrics, measures) =
+            if is_config(target) && !Kind::of(&source)?.has_profiles() {
+                let plan = super::plan(&source)?;
+                (plan.materials, plan.metrics, plan.measures)
+            } else {
+                let plan = super::any_plan(&source)?.into_moments();
+                let all = Measure::USUAL.to_vec();
+                (plan.materials, MetricsSpec::default(), all)
+            };
         let material = choose_material(&materials, self.material.as_deref())?;
         let brdf = build(material, measurement.channels.clone())?;
-        Ok(Some(Truth::Brdf(brdf, metrics)))
+        Ok(Some(Truth::Brdf(brdf, metrics, measures)))
     }
 }
 
@@ -426,44 +430,72 @@ fn material_of(measurement: &Measurement) -> String {
     text
 }
 
-/// Prints the errors against a truth under both measures, how much of it is not interpolated, and of
+/// A number with its standard error, as text.
+fn estimate(e: &Estimate) -> String {
+    match (e.value, e.standard_error) {
+        (None, _) => "undefined".into(),
+        (Some(value), None) => format!("{value:.4e}"),
+        (Some(value), Some(error)) => format!("{value:.4e} ± {error:.0e}"),
+    }
+}
+
+/// Prints the errors against a truth under some measures, how much of it is not interpolated, and of
 /// uncertain readings how much of it is within k = 2.
 fn compare(
     brdf: &dyn Brdf,
     replicated: Option<&Replicated>,
     truth: &dyn Brdf,
-    metrics: &MetricsSpec,
+    set: &TestSet,
     cover: &Cover,
 ) -> Result<(), Error> {
+    let first = set.level(0);
+    let values = |level: &Level| [truth, brdf].map(|brdf| metrics::evaluate(brdf, &level.pairs));
+    let [f, g] = values(&first);
+    let mut tally = set.tally();
+    first.add_to(&mut tally, &f, &g);
+    let mut n = 0;
+    while !set.has_converged(&tally) && !set.is_last(n) {
+        n += 1;
+        let level = set.level(n);
+        let [f, g] = values(&level);
+        level.add_to(&mut tally, &f, &g);
+    }
+    let counted: Vec<_> = Uncovered::counted(first.pairs.len()).collect();
+    let counted: Vec<_> = counted.into_iter().map(|i| first.pairs[i]).collect();
+    let coverage = cover.coverages(&counted);
+    let uncertainty = replicated.map(|r| r.uncertainties(&first.pairs));
+    let columns = (0..set.measures().len()).map(|at| {
+        let weights = &first.weights[at];
+        let (errors, standard) = (tally.errors(at), tally.standard_errors(at));
+        let mut column: Vec<Estimate> = Errors::QUANTITIES
+            .iter()
+            .map(|(_, of)| Estimate {
+                value: of(&errors),
+                standard_error: of(&standard),
+            })
+            .collect();
+        let uncovered = Uncovered::among(&coverage, weights, &f);
+        let shares = Uncovered::QUANTITIES.iter().map(|(_, of)| of(&uncovered));
+        let within = uncertainty
+            .as_ref()
+            .map(|u| metrics::share_within(|i| weights[i], &f, &g, u));
+        column.extend(shares.chain(within).map(|value| Estimate {
+            value,
+            standard_error: None,
+        }));
+        column
+    });
+    let columns: Vec<Vec<Estimate>> = columns.collect();
     let errors = Errors::QUANTITIES.iter().map(|(quantity, _)| quantity.name);
     let shares = Uncovered::QUANTITIES
         .iter()
         .map(|(quantity, _)| quantity.name);
     let within = replicated.map(|_| WITHIN.name);
-    let mut rows: Vec<String> = errors
-        .chain(shares)
-        .chain(within)
-        .map(String::from)
-        .collect();
-    for measure in Measure::ALL {
-        let pairs =
-            metrics::test_pairs(measure, metrics).map_err(|e| Error::config("metrics", e))?;
-        let values = [truth, brdf].map(|brdf| metrics::evaluate(brdf, &pairs));
-        let errors = metrics::compare(&pairs, &values[0], &values[1]);
-        let errors = Errors::QUANTITIES.iter().map(|(_, of)| of(&errors));
-        let uncovered = Uncovered::among(&cover.coverages(Uncovered::counted(&pairs)), &values[0]);
-        let shares = Uncovered::QUANTITIES.iter().map(|(_, of)| of(&uncovered));
-        let [f, g] = &values;
-        let within =
-            replicated.map(|r| metrics::share_within(|_| 1.0, f, g, &r.uncertainties(&pairs)));
-        for (row, number) in rows.iter_mut().zip(errors.chain(shares).chain(within)) {
-            *row += &number.map_or("\tundefined".into(), |v| format!("\t{v:.4e}"));
-        }
-    }
-    let names = Measure::ALL.map(|measure| format!("\t>{}", measure.name()));
-    let mut text = Columns::new(&format!("error{}", names.concat()));
-    for row in rows {
-        text.row(&row);
+    let names = set.measures().iter().map(|m| format!("\t>{}", m.name()));
+    let mut text = Columns::new(&format!("error{}", names.collect::<String>()));
+    for (i, name) in errors.chain(shares).chain(within).enumerate() {
+        let cells = columns.iter().map(|c| format!("\t{}", estimate(&c[i])));
+        text.row(&format!("{name}{}", cells.collect::<String>()));
     }
     print(&text.to_string())
 }

@@ -153,7 +153,7 @@ impl Default for Scalars {
             budgets: vec![250, 1000],
             readings: Vec::new(),
             minutes: Vec::new(),
-            measures: Measure::ALL.to_vec(),
+            measures: Measure::USUAL.to_vec(),
             quantities: None,
             materials_dir: None,
             only: None,

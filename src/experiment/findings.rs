@@ -216,8 +216,9 @@ struct Table<'i, 'a> {
     bootstrap: &'i Bootstrap,
     measure: usize,
     materials: Vec<usize>,
-    /// By choice, allowance and position in `materials`.
+    /// By choice, allowance and position in `materials`: an error, and its standard error as a share of it.
     errors: Vec<Vec<Vec<Option<f64>>>>,
+    relative: Vec<Vec<Vec<f64>>>,
 }
 
 impl<'i, 'a> Table<'i, 'a> {
@@ -228,17 +229,23 @@ impl<'i, 'a> Table<'i, 'a> {
         measure: usize,
         materials: Vec<usize>,
     ) -> Self {
-        let choices = 0..index.choices.list.len();
-        let errors = choices.map(|c| {
+        let places = |choice: usize| {
             let allowances = 0..index.allowances.list.len();
-            let of = |a| {
-                let of = |&m: &usize| index.mean([measure, c, a, m], |r| metric.of(r));
-                materials.iter().map(of).collect()
-            };
-            allowances.map(of).collect()
+            let materials = &materials;
+            allowances.map(move |a| materials.iter().map(move |&m| [measure, choice, a, m]))
+        };
+        let choices = 0..index.choices.list.len();
+        let errors = choices.clone().map(|c| {
+            let of = |at| index.mean(at, |r| metric.of(r));
+            places(c).map(|at| at.map(of).collect()).collect()
+        });
+        let relative = choices.map(|c| {
+            let of = |at| index.average(at, |r| metric.relative_error(r));
+            places(c).map(|at| at.map(of).collect()).collect()
         });
         Self {
             errors: errors.collect(),
+            relative: relative.collect(),
             index,
             bootstrap,
             measure,
@@ -322,7 +329,10 @@ impl<'i, 'a> Table<'i, 'a> {
         };
         let compared: Vec<Option<Paired>> = others
             .iter()
-            .map(|&c| self.paired(whole[c].as_deref()?, of_best, band))
+            .map(|&c| {
+                let both = whole[c].as_deref()?.iter().zip(of_best);
+                self.paired([c, best], a, both.map(|(x, y)| Some((*x, *y))), band)
+            })
             .collect();
         let compared = adjusted(&compared);
         for (i, &c) in order.iter().enumerate() {
@@ -333,9 +343,23 @@ impl<'i, 'a> Table<'i, 'a> {
         }
     }
 
-    fn paired(&self, a: &[f64], b: &[f64], band: f64) -> Option<Paired> {
-        let pairs: Vec<(f64, f64)> = a.iter().copied().zip(b.iter().copied()).collect();
-        Paired::new(&pairs, band, self.bootstrap)
+    /// Compares two choices at an allowance by their errors at each material, `None` where one has none.
+    fn paired(
+        &self,
+        choices: [usize; 2],
+        allowance: usize,
+        errors: impl Iterator<Item = Option<(f64, f64)>>,
+        band: f64,
+    ) -> Option<Paired> {
+        let (mut pairs, mut known) = (Vec::new(), Vec::new());
+        let [a, b] = choices.map(|c| &self.relative[c][allowance]);
+        for (both, relative) in errors.zip(a.iter().copied().zip(b.iter().copied())) {
+            if let Some(both) = both {
+                pairs.push(both);
+                known.push(relative);
+            }
+        }
+        Some(Paired::new(&pairs, band, self.bootstrap)?.known_to(&known))
     }
 
     /// All pairs of choices that differ in the factor only; `b` is the earlier one.
@@ -350,8 +374,8 @@ impl<'i, 'a> Table<'i, 'a> {
                 }
                 let cells = (0..self.index.allowances.list.len()).map(|at| {
                     let (x, y) = (&self.errors[i][at], &self.errors[j][at]);
-                    let both = x.iter().zip(y).filter_map(|(x, y)| Some(((*x)?, (*y)?)));
-                    Paired::new(&both.collect::<Vec<_>>(), band, self.bootstrap)
+                    let both = x.iter().zip(y).map(|(x, y)| Some(((*x)?, (*y)?)));
+                    self.paired([i, j], at, both, band)
                 });
                 duels.push(Duel {
                     a: a.clone(),

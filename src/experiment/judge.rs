@@ -11,71 +11,106 @@ use crate::brdf::Brdf;
 use crate::error::{Error, ParameterError};
 use crate::geometry::DirectionPair;
 use crate::measurement::Measurement;
-use crate::metrics::{self, AlbedoProbe, Errors, Uncovered, Values, WITHIN};
+use crate::metrics::{self, AlbedoProbe, Errors, Level, Tally, TestSet, Uncovered, Values, WITHIN};
 use crate::moments::{MomentErrors, Profile};
 use crate::reconstruct::{Cover, Coverage, ReconstructError, Replicated, Uncertain};
 use rayon::prelude::*;
+use std::sync::{Arc, Mutex, PoisonError};
+
+/// Candidates up to which the values of a truth are kept; beyond they are evaluated again.
+const KEPT: usize = 1 << 17;
+
+/// Pairs that the reconstructions of a group are evaluated at together.
+const SLAB: usize = 1 << 15;
 
 /// A material with the values that its reconstructions are compared with.
 pub(super) struct Truth {
     pub brdf: Box<dyn Brdf>,
     pub alignment: Option<f64>,
-    /// Values at the test pairs, sr⁻¹, without the cosine: one list per measure.
-    values: Vec<Values>,
+    /// Values at the levels of test pairs that were asked for, sr⁻¹, without the cosine.
+    levels: Mutex<Vec<Arc<Values>>>,
     /// Values at the pairs of the albedo probe, sr⁻¹, if albedos are compared.
     albedo: Option<Values>,
     /// Moment profile, if moments are compared.
     profile: Option<Profile>,
 }
 
-/// Errors of one method's reconstructions of a group of materials.
+/// A material, its truth, its readings.
+type Member<'a> = (&'a Material, &'a Truth, &'a Readings);
+
+/// The comparison of one material's reconstruction with its truth.
 pub(super) struct Compared {
-    /// Errors, `[measure][material]`.
-    pub errors: Vec<Vec<Errors>>,
-    /// Errors of reconstructions from readings without limits, `[measure][material]`, where known.
-    whole: Vec<Vec<Option<Errors>>>,
-    /// Shares of the pairs that readings do not surround, `[measure][material]`.
-    uncovered: Vec<Vec<Uncovered>>,
-    /// Share of the pairs within the uncertainty, `[measure][material]`, if it is counted and there is one.
-    within: Vec<Vec<Option<f64>>>,
-    /// Error of the directional albedo, one per material.
-    albedo: Vec<Option<f64>>,
-    /// Errors of the moments and number of unresolved slices, one per material.
-    moments: Vec<Option<(MomentErrors, usize)>>,
+    /// Sums over the pairs.
+    tally: Tally,
+    /// The same of a reconstruction from readings without limits, where that differs.
+    whole: Option<Tally>,
+    /// True if these are known to be the same.
+    nothing_lost: bool,
+    /// True if the standard errors are below the tolerance.
+    pub converged: bool,
+    /// Shares of the pairs that readings do not surround, one per measure.
+    uncovered: Vec<Uncovered>,
+    /// Share of the pairs within the uncertainty, one per measure, if it is counted and there is one.
+    within: Vec<Option<f64>>,
+    /// Error of the directional albedo.
+    albedo: Option<f64>,
+    /// Errors of the moments and number of unresolved slices.
+    moments: Option<(MomentErrors, usize)>,
+    /// Wall times, s: of reconstruction, of evaluation and comparison, of the moments.
     pub reconstruct_seconds: f64,
-    /// Wall time of evaluation and comparison, s, one per measure.
-    pub evaluate_seconds: Vec<f64>,
+    pub evaluate_seconds: f64,
     pub moment_seconds: Option<f64>,
+    /// False as long as pairs are added.
+    is_done: bool,
 }
 
 /// The test pairs and probes that reconstructions are compared at.
 pub(super) struct Judge<'a> {
     plan: &'a Plan,
-    /// Test pairs, one list per measure.
-    pairs: Vec<Vec<DirectionPair>>,
+    /// Test pairs of all measures.
+    set: TestSet,
+    /// Its levels that were asked for.
+    levels: Mutex<Vec<Arc<Level>>>,
     /// Albedo probe, if albedos are compared.
     probe: Option<AlbedoProbe>,
 }
 
+/// Reconstructions of some members of a group.
+struct Made {
+    /// Their positions in the group, ascending.
+    members: Vec<usize>,
+    copies: Copies,
+    /// Those from readings without limits, where they differ.
+    whole: Option<Stack>,
+}
+
 impl<'a> Judge<'a> {
     pub fn new(plan: &'a Plan) -> Result<Self, Error> {
-        let pairs = plan.measures.iter().map(|&measure| {
-            metrics::test_pairs(measure, &plan.metrics).map_err(|e| Error::config("metrics", e))
-        });
+        let set = TestSet::new(&plan.measures, &plan.metrics);
         Ok(Self {
-            pairs: pairs.collect::<Result<_, _>>()?,
+            set: set.map_err(|e| Error::config("metrics", e))?,
+            levels: Mutex::default(),
             probe: plan.albedo.then(AlbedoProbe::new),
             plan,
         })
     }
 
-    /// Number of pairs at which every material and reconstruction is evaluated.
+    /// Number of pairs at which the values of a material are kept.
     pub fn pairs(&self) -> usize {
         let probe = self.probe.as_ref().map_or(0, |p| p.pairs().len());
-        probe + self.pairs.iter().map(Vec::len).sum::<usize>()
+        probe + self.set.candidates(0).max(KEPT)
     }
 
-    /// Evaluates a material at the test pairs and probes.
+    fn level(&self, n: usize) -> Arc<Level> {
+        let mut levels = self.levels.lock().unwrap_or_else(PoisonError::into_inner);
+        while levels.len() <= n {
+            let next = self.set.level(levels.len());
+            levels.push(Arc::new(next));
+        }
+        Arc::clone(&levels[n])
+    }
+
+    /// Evaluates a material at the first test pairs and probes.
     pub fn truth(
         &self,
         brdf: Box<dyn Brdf>,
@@ -85,10 +120,10 @@ impl<'a> Judge<'a> {
         seconds.moments += took;
         let profile = profile?;
         let (truth, took) = timed(|| {
-            let at = |pairs: &Vec<DirectionPair>| metrics::evaluate(&*brdf, pairs);
+            let first = metrics::evaluate(&*brdf, &self.level(0).pairs);
             Truth {
                 alignment: alignment(&*brdf).map(|a| a.q),
-                values: self.pairs.iter().map(at).collect(),
+                levels: Mutex::new(vec![Arc::new(first)]),
                 albedo: self.probe.as_ref().map(|p| p.evaluate(&*brdf)),
                 profile,
                 brdf,
@@ -98,161 +133,271 @@ impl<'a> Judge<'a> {
         Ok(truth)
     }
 
-    /// The coverage of the counted test pairs by the poses that have a reading, one list per measure.
-    pub fn coverage(&self, measured: &Measurement, seconds: &mut Seconds) -> Vec<Vec<Coverage>> {
+    /// The values of a truth at a level of pairs; a material asks for them in order.
+    fn values(&self, truth: &Truth, n: usize) -> Arc<Values> {
+        let mut levels = truth.levels.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(values) = levels.get(n) {
+            return Arc::clone(values);
+        }
+        let values = Arc::new(metrics::evaluate(&*truth.brdf, &self.level(n).pairs));
+        if levels.len() == n && self.set.candidates(n) <= KEPT {
+            levels.push(Arc::clone(&values));
+        }
+        values
+    }
+
+    /// The coverage of the counted test pairs by the poses that have a reading.
+    pub fn coverage(&self, measured: &Measurement, seconds: &mut Seconds) -> Vec<Coverage> {
         let (found, took) = timed(|| {
-            let cover = Cover::of(measured).ok();
-            let at = |pairs: &[DirectionPair]| match &cover {
-                Some(cover) => cover.coverages(pairs),
+            let all = &self.level(0).pairs;
+            let pairs: Vec<_> = Uncovered::counted(all.len()).map(|i| all[i]).collect();
+            match Cover::of(measured) {
+                Ok(cover) => cover.coverages(&pairs),
                 // Without any reading.
-                None => vec![Coverage::Unknown; pairs.len()],
-            };
-            let pairs = self.pairs.iter().map(|p| Uncovered::counted(p));
-            pairs.map(at).collect()
+                Err(_) => vec![Coverage::Unknown; pairs.len()],
+            }
         });
         seconds.evaluate += took;
         found
     }
 
-    /// Reconstructs a group, whose readings have this coverage, and compares it with its truths; or the reason why there is none.
+    /// Reconstructs a group, whose readings have this coverage, and compares each with its truth, at as many pairs
+    /// as each needs; or the reason why there is none.
     pub fn compared(
         &self,
         schedule: &ScheduleKey<'_>,
-        members: &[(&Material, &Truth, &Readings)],
-        coverage: &[Vec<Coverage>],
+        members: &[Member<'_>],
+        coverage: &[Coverage],
         method: &Method,
         teller: &mut Teller<'_, Row>,
-    ) -> Result<Result<Compared, ReconstructError>, Stop> {
-        let all: Vec<&Measurement> = members.iter().map(|m| &m.2.measured).collect();
-        let alone = self.plan.needs_brdfs();
-        let (made, reconstruct_seconds) = timed(|| match (alone, members) {
-            (true, [only]) => method.method.reconstruct(&only.2.measured).map(Copies::One),
-            _ => Stack::new(&*method.method, &all).map(Copies::Stack),
-        });
-        teller.summary.seconds.reconstruct += reconstruct_seconds;
-        let copies = match made {
-            Ok(copies) => copies,
+    ) -> Result<Result<Vec<Compared>, ReconstructError>, Stop> {
+        let all = (0..members.len()).collect();
+        let (made, seconds) = timed(|| self.made(method, members, all));
+        teller.summary.seconds.reconstruct += seconds;
+        let mut made = match made {
+            Ok(made) => made,
             Err(e) => return Ok(Err(e)),
         };
-        let mut moments = vec![None; members.len()];
-        let mut moment_seconds = None;
-        if let (Copies::One(copy), [only]) = (&copies, members) {
-            if self.plan.output.slices {
-                let job = Job {
-                    schedule: Some(*schedule),
-                    method: Some(method),
-                    ..Job::of(only.0)
-                };
-                let event = Event::Reconstructed(&job, &*only.1.brdf, &**copy);
-                teller.observer.tell(&event)?;
-            }
-            if let Some(of_truth) = &only.1.profile {
-                teller.go_on()?;
-                let (profile, seconds) = timed(|| self.profile(&**copy));
-                // The truth went the same way before.
-                let profile = profile.map_err(|e| Error::Internal(e.to_string()))?;
-                moments[0] = profile.map(|profile| {
-                    let errors = MomentErrors::between(of_truth, &profile);
-                    (errors, of_truth.unresolved() + profile.unresolved())
-                });
-                teller.summary.seconds.moments += seconds;
-                moment_seconds = Some(seconds);
-            }
+        let share = 1.0 / members.len() as f64;
+        let new = |member: &Member<'_>| Compared {
+            tally: self.set.tally(),
+            whole: made.whole.as_ref().map(|_| self.set.tally()),
+            nothing_lost: member.2.nothing_lost,
+            converged: false,
+            uncovered: Vec::new(),
+            within: Vec::new(),
+            albedo: None,
+            moments: None,
+            reconstruct_seconds: seconds * share,
+            evaluate_seconds: 0.0,
+            moment_seconds: None,
+            is_done: false,
+        };
+        let mut compared: Vec<Compared> = members.iter().map(new).collect();
+        if let (Copies::One(copy), [only]) = (&made.copies, members) {
+            self.examine(&**copy, only, &mut compared[0], (schedule, method), teller)?;
         }
         let go_on = || teller.go_on();
-        let mut evaluate_seconds = Vec::new();
-        let (albedo, albedo_seconds) = timed(|| match &self.probe {
-            None => Ok(vec![None; members.len()]),
-            Some(probe) => {
-                let values = copies.evaluate(probe.pairs(), &go_on)?;
-                let of = |(m, values): (&(&Material, &Truth, &Readings), &Values)| {
-                    let truth = m.1.albedo.as_ref()?;
-                    probe.error(truth, values)
-                };
-                Ok::<_, Stop>(members.iter().zip(&values).map(of).collect())
-            }
+        let (first, seconds) = timed(|| -> Result<(), Stop> {
+            self.albedos(&made.copies, members, &mut compared, &go_on)?;
+            self.cover(members, coverage, &mut compared);
+            self.within(method, members, &mut compared, &go_on)
         });
-        let albedo = albedo?;
-        let wholes: Option<Vec<&Measurement>> =
-            members.iter().map(|m| m.2.whole.as_ref()).collect();
-        // Its reconstruction works if that of fewer readings did.
-        let whole = wholes.and_then(|all| Stack::new(&*method.method, &all).ok());
-        // As above.
-        let replicated = |measurement: &&Measurement| {
-            let of = |_| Replicated::of(measurement, &*method.method).ok().flatten();
-            self.plan.uncertainty.then_some(()).and_then(of)
-        };
-        let (replicated, mut uncertainty_seconds) =
-            timed(|| all.iter().map(replicated).collect::<Vec<_>>());
-        let (mut errors, mut whole_errors, mut uncovered) = (Vec::new(), Vec::new(), Vec::new());
-        let mut within = Vec::new();
-        for (at, pairs) in self.pairs.iter().enumerate() {
-            let truths: Vec<&Values> = members.iter().map(|m| &m.1.values[at]).collect();
-            let compare = |values: Vec<Values>| -> Vec<Errors> {
-                let both = truths.par_iter().zip(&values);
-                both.map(|(f, g)| metrics::compare(pairs, f, g)).collect()
-            };
-            let (found, seconds) = timed(|| copies.evaluate(pairs, &go_on).map(compare));
-            let found = found?;
-            evaluate_seconds.push(seconds + albedo_seconds);
-            whole_errors.push(match &whole {
-                Some(whole) => {
-                    let found = compare(whole.evaluate(pairs, &go_on)?);
-                    found.into_iter().map(Some).collect()
+        first?;
+        let mut evaluate = seconds;
+        compared
+            .iter_mut()
+            .for_each(|c| c.evaluate_seconds = seconds * share);
+        for n in 0.. {
+            let open: Vec<usize> = (0..members.len())
+                .filter(|&i| !compared[i].is_done)
+                .collect();
+            if open.is_empty() {
+                break;
+            }
+            let (seen, seconds) = timed(|| -> Result<(), Stop> {
+                // The neighbours of a pair are found once for all: few are worth another reconstruction.
+                if 2 * open.len() <= made.members.len()
+                    && let Ok(fewer) = self.made(method, members, open.clone())
+                {
+                    made = fewer;
                 }
-                None => {
-                    let lost = |(m, e): (&(&Material, &Truth, &Readings), &Errors)| {
-                        m.2.nothing_lost.then_some(*e)
-                    };
-                    members.iter().zip(&found).map(lost).collect()
-                }
+                self.see(n, &made, members, &mut compared, &go_on)
             });
-            errors.push(found);
-            let shares = truths.iter().map(|f| Uncovered::among(&coverage[at], f));
-            uncovered.push(shares.collect());
-            let (shares, seconds) = timed(|| self.within(pairs, &truths, &replicated, &go_on));
-            within.push(shares?);
-            uncertainty_seconds += seconds;
+            seen?;
+            evaluate += seconds;
+            for &i in &open {
+                let compared = &mut compared[i];
+                compared.evaluate_seconds += seconds / open.len() as f64;
+                compared.converged = self.set.has_converged(&compared.tally);
+                compared.is_done = compared.converged || self.set.is_last(n);
+            }
         }
-        let evaluated = evaluate_seconds.iter().sum::<f64>();
-        // The albedo is in each of them, and was evaluated once.
-        let again = (evaluate_seconds.len() - 1) as f64 * albedo_seconds;
-        teller.summary.seconds.evaluate += evaluated - again + uncertainty_seconds;
-        Ok(Ok(Compared {
-            errors,
-            whole: whole_errors,
-            uncovered,
-            within,
-            albedo,
-            moments,
-            reconstruct_seconds,
-            evaluate_seconds,
-            moment_seconds,
-        }))
+        teller.summary.seconds.evaluate += evaluate;
+        Ok(Ok(compared))
     }
 
-    /// Shares of the pairs where a reconstruction is as near as its uncertainty says, one per material.
+    /// Reconstructs some members of a group.
+    fn made(
+        &self,
+        method: &Method,
+        members: &[Member<'_>],
+        which: Vec<usize>,
+    ) -> Result<Made, ReconstructError> {
+        let some = || which.iter().map(|&i| &members[i]);
+        let all: Vec<&Measurement> = some().map(|m| &m.2.measured).collect();
+        let copies = match (self.plan.needs_brdfs(), all.as_slice()) {
+            (true, [only]) => Copies::One(method.method.reconstruct(only)?),
+            (_, all) => Copies::Stack(Stack::new(&*method.method, all)?),
+        };
+        let wholes: Option<Vec<&Measurement>> = some().map(|m| m.2.whole.as_ref()).collect();
+        Ok(Made {
+            // Its reconstruction works if that of fewer readings did.
+            whole: wholes.and_then(|all| Stack::new(&*method.method, &all).ok()),
+            copies,
+            members: which,
+        })
+    }
+
+    /// Adds the pairs of a level to the comparisons that are not done.
+    fn see(
+        &self,
+        n: usize,
+        made: &Made,
+        members: &[Member<'_>],
+        compared: &mut [Compared],
+        go_on: &dyn Fn() -> Result<(), Stop>,
+    ) -> Result<(), Stop> {
+        let level = self.level(n);
+        let place = |i: usize| made.members.binary_search(&i).ok();
+        let truth = |(i, compared): (usize, &Compared)| {
+            (!compared.is_done).then(|| self.values(members[i].1, n))
+        };
+        let truths: Vec<Option<Arc<Values>>> = compared.iter().enumerate().map(truth).collect();
+        for replicates in level.chunks(SLAB) {
+            let span = level.span(&replicates);
+            let pairs = &level.pairs[span.clone()];
+            let values = made.copies.evaluate(pairs, go_on)?;
+            let whole = made.whole.as_ref();
+            let whole = whole
+                .map(|stack| stack.evaluate(pairs, go_on))
+                .transpose()?;
+            compared
+                .par_iter_mut()
+                .enumerate()
+                .for_each(|(i, compared)| {
+                    let (Some(truth), Some(at)) = (&truths[i], place(i)) else {
+                        return;
+                    };
+                    let lists = (level.pairs.as_slice(), level.weights.as_slice());
+                    let add = |tally: &mut Tally, values: &Values| {
+                        for r in replicates.clone() {
+                            let range = level.replicates[r].clone();
+                            tally.add(r, range, lists, truth, (values, span.start));
+                        }
+                    };
+                    add(&mut compared.tally, &values[at]);
+                    if let (Some(tally), Some(whole)) = (&mut compared.whole, &whole) {
+                        add(tally, &whole[at]);
+                    }
+                });
+        }
+        Ok(())
+    }
+
+    /// Shows a reconstruction, and compares its moments.
+    fn examine(
+        &self,
+        copy: &dyn Brdf,
+        only: &Member<'_>,
+        compared: &mut Compared,
+        (schedule, method): (&ScheduleKey<'_>, &Method),
+        teller: &mut Teller<'_, Row>,
+    ) -> Result<(), Stop> {
+        if self.plan.output.slices {
+            let job = Job {
+                schedule: Some(*schedule),
+                method: Some(method),
+                ..Job::of(only.0)
+            };
+            let event = Event::Reconstructed(&job, &*only.1.brdf, copy);
+            teller.observer.tell(&event)?;
+        }
+        if let Some(of_truth) = &only.1.profile {
+            teller.go_on()?;
+            let (profile, seconds) = timed(|| self.profile(copy));
+            // The truth went the same way before.
+            let profile = profile.map_err(|e| Error::Internal(e.to_string()))?;
+            compared.moments = profile.map(|profile| {
+                let errors = MomentErrors::between(of_truth, &profile);
+                (errors, of_truth.unresolved() + profile.unresolved())
+            });
+            teller.summary.seconds.moments += seconds;
+            compared.moment_seconds = Some(seconds);
+        }
+        Ok(())
+    }
+
+    fn albedos(
+        &self,
+        copies: &Copies,
+        members: &[Member<'_>],
+        compared: &mut [Compared],
+        go_on: &dyn Fn() -> Result<(), Stop>,
+    ) -> Result<(), Stop> {
+        let Some(probe) = &self.probe else {
+            return Ok(());
+        };
+        let values = copies.evaluate(probe.pairs(), go_on)?;
+        for ((member, values), compared) in members.iter().zip(&values).zip(compared) {
+            let truth = member.1.albedo.as_ref();
+            compared.albedo = truth.and_then(|truth| probe.error(truth, values));
+        }
+        Ok(())
+    }
+
+    fn cover(&self, members: &[Member<'_>], coverage: &[Coverage], compared: &mut [Compared]) {
+        let level = self.level(0);
+        for (member, compared) in members.iter().zip(compared) {
+            let truth = self.values(member.1, 0);
+            let weights = level.weights.iter();
+            let shares = weights.map(|weights| Uncovered::among(coverage, weights, &truth));
+            compared.uncovered = shares.collect();
+        }
+    }
+
+    /// Shares of the first pairs where a reconstruction is as near as its uncertainty says, if they are asked for.
     fn within(
         &self,
-        pairs: &[DirectionPair],
-        truths: &[&Values],
-        replicated: &[Option<Replicated>],
+        method: &Method,
+        members: &[Member<'_>],
+        compared: &mut [Compared],
         go_on: &dyn Fn() -> Result<(), Stop>,
-    ) -> Result<Vec<Option<f64>>, Stop> {
-        let of = |(truth, replicated): (&&Values, &Option<Replicated>)| {
-            let Some(replicated) = replicated else {
-                return Ok(None);
-            };
+    ) -> Result<(), Stop> {
+        if !self.plan.uncertainty {
+            return Ok(());
+        }
+        let level = self.level(0);
+        for (member, compared) in members.iter().zip(compared) {
             go_on()?;
-            let at = replicated.at(pairs);
+            // Its reconstruction works if that of the readings alone did.
+            let of = Replicated::of(&member.2.measured, &*method.method);
+            let Some(replicated) = of.ok().flatten() else {
+                continue;
+            };
+            let at = replicated.at(&level.pairs);
             let values = Values {
                 luminance: at.iter().map(|at| at.value).collect(),
                 missing: Vec::new(),
             };
             let uncertainty: Vec<f64> = at.iter().map(Uncertain::uncertainty).collect();
-            Ok(metrics::share_within(|_| 1.0, truth, &values, &uncertainty))
-        };
-        truths.iter().zip(replicated).map(of).collect()
+            let truth = self.values(member.1, 0);
+            let share = |weights: &Vec<f64>| {
+                metrics::share_within(|i| weights[i], &truth, &values, &uncertainty)
+            };
+            compared.within = level.weights.iter().map(share).collect();
+        }
+        Ok(())
     }
 
     /// The moment profile of a BRDF; `None` if moments are not compared.
@@ -288,25 +433,36 @@ impl Copies {
 }
 
 impl Compared {
-    /// Writes the numbers of a material under a measure.
-    pub fn write(&self, at: usize, i: usize, to: &mut Quantities) {
-        let errors = &self.errors[at][i];
-        let whole = self.whole[at][i].as_ref();
-        let moments = self.moments[i].as_ref();
+    /// The errors under a measure, by number.
+    pub fn errors(&self, at: usize) -> Errors {
+        self.tally.errors(at)
+    }
+
+    /// Writes the numbers under a measure.
+    pub fn write(&self, at: usize, to: &mut Quantities) {
+        let errors = self.errors(at);
+        let whole = match &self.whole {
+            Some(whole) => Some(whole.errors(at)),
+            None => self.nothing_lost.then_some(errors),
+        };
         for (quantity, of) in Errors::QUANTITIES {
-            to.set(quantity.name, of(errors));
+            to.set(quantity.name, of(&errors));
             let hole = HOLES.iter().find(|(_, less)| *less == quantity.name);
-            if let (Some((hole, _)), Some(whole)) = (hole, whole) {
-                let more = of(errors).zip(of(whole)).map(|(e, w)| e - w);
+            if let (Some((hole, _)), Some(whole)) = (hole, &whole) {
+                let more = of(&errors).zip(of(whole)).map(|(e, w)| e - w);
                 to.set(hole.name, more);
             }
         }
-        for (quantity, of) in Uncovered::QUANTITIES {
-            to.set(quantity.name, of(&self.uncovered[at][i]));
+        let standard = self.tally.standard_errors(at);
+        for (quantity, of) in Errors::STANDARD_ERRORS {
+            to.set(quantity.name, of(&standard));
         }
-        to.set(WITHIN.name, self.within[at][i]);
-        to.set(AlbedoProbe::QUANTITY.name, self.albedo[i]);
-        if let Some((errors, unresolved)) = moments {
+        for (quantity, of) in Uncovered::QUANTITIES {
+            to.set(quantity.name, of(&self.uncovered[at]));
+        }
+        to.set(WITHIN.name, self.within.get(at).copied().flatten());
+        to.set(AlbedoProbe::QUANTITY.name, self.albedo);
+        if let Some((errors, unresolved)) = &self.moments {
             for (quantity, of) in MomentErrors::QUANTITIES {
                 to.set(quantity.name, of(errors));
             }

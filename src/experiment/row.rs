@@ -89,8 +89,10 @@ row! {
     instrument_seconds: Option<f64>,
     /// share of the points of the box that are no physical configuration
     unphysical_share: f64,
-    /// test pairs compared
+    /// test pairs compared, of all measures together
     pairs: usize,
+    /// true if every standard error is below `tolerance` of its average; else `max_pairs` was reached
+    converged: bool,
     /// test pairs left out because the truth has no data there
     pairs_missing: usize,
     /// test pairs left out because the reconstruction has no value there
@@ -103,8 +105,8 @@ row! {
     /// wall time to reconstruct all materials that share the schedule, over their number; shared by
     /// the measures
     reconstruct_seconds: f64,
-    /// wall time to evaluate them at the pairs of this measure and compare, over their number, plus
-    /// that of the albedo, which the measures share
+    /// wall time to evaluate them at the pairs and compare, over their number, and that of the albedo;
+    /// shared by the measures
     evaluate_seconds: f64,
     /// wall time to integrate the moments of the reconstruction; shared by the measures
     moment_seconds: Option<f64>,
@@ -133,6 +135,7 @@ pub fn quantities() -> &'static [Quantity] {
     ALL.get_or_init(|| {
         let mut all: Vec<Quantity> = Vec::new();
         all.extend(Errors::QUANTITIES.map(|(q, _)| q));
+        all.extend(Errors::STANDARD_ERRORS.map(|(q, _)| q));
         all.extend(Uncovered::QUANTITIES.map(|(q, _)| q));
         all.push(WITHIN);
         all.push(AlbedoProbe::QUANTITY);

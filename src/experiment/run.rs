@@ -100,8 +100,8 @@ struct Measured<'t> {
 /// Materials with readings at the same poses.
 struct Group<'t> {
     present: [Vec<bool>; 2],
-    /// The coverage of the counted test pairs, one list per measure.
-    coverage: Arc<Vec<Vec<Coverage>>>,
+    /// The coverage of the counted test pairs.
+    coverage: Arc<Vec<Coverage>>,
     members: Vec<Measured<'t>>,
 }
 
@@ -521,7 +521,6 @@ impl<'a> Runner<'a> {
                     return Ok(Vec::new());
                 }
             };
-        let share = 1.0 / members.len() as f64;
         let mut rows = Vec::with_capacity(members.len() * plan.measures.len());
         for (i, m) in members.into_iter().enumerate() {
             let keys = task.keys(m.identity).zip(&plan.measures).enumerate();
@@ -529,7 +528,8 @@ impl<'a> Runner<'a> {
                 if self.known.contains_key(&key) {
                     continue;
                 }
-                let errors = &compared.errors[at][i];
+                let compared = &compared[i];
+                let errors = compared.errors(at);
                 let facts = &m.readings.facts;
                 let mut row = Row {
                     key,
@@ -558,15 +558,16 @@ impl<'a> Runner<'a> {
                     instrument_seconds: facts.instrument_seconds,
                     unphysical_share: facts.unphysical_share,
                     pairs: errors.pairs,
+                    converged: compared.converged,
                     pairs_missing: errors.pairs_missing,
                     pairs_unreconstructed: errors.pairs_unreconstructed,
                     plan_seconds: route.seconds,
                     measure_seconds: m.seconds,
-                    reconstruct_seconds: compared.reconstruct_seconds * share,
-                    evaluate_seconds: compared.evaluate_seconds[at] * share,
+                    reconstruct_seconds: compared.reconstruct_seconds,
+                    evaluate_seconds: compared.evaluate_seconds,
                     moment_seconds: compared.moment_seconds,
                 };
-                compared.write(at, i, &mut row.quantities);
+                compared.write(at, &mut row.quantities);
                 rows.push(row);
             }
         }

@@ -37,7 +37,7 @@
 //! the resolution of the outer nodes, some 3°, and a lobe that is narrow along one tangent axis only
 //! with that of the nodes in φ_h, 6°: [`crate::brdf::laws::directional_albedo`] finds both.
 
-use super::{Quantity, Values, errors::Sum, evaluate};
+use super::{Quantity, Values, evaluate, tally::Sum};
 use crate::brdf::Brdf;
 use crate::geometry::{Direction, DirectionPair};
 use crate::sampling::gauss_legendre;

@@ -1,9 +1,10 @@
 //! Weighted error measures between two BRDFs, and directional albedo.
 //!
 //! f truth, g reconstruction, both in luminance (sr⁻¹, without the cosine), cos = cos θ_i. The
-//! metrics are plain averages over a fixed set of test pairs, whose distribution is the *measure*:
-//! the same pairs for every job, so that two reconstructions are compared on the same questions
-//! and the truth is evaluated once.
+//! metrics are averages over test pairs, whose distribution is the *measure*. A [`TestSet`] has the pairs of a run,
+//! with weights that lead back to each measure and with standard errors: its beginning is the same for every
+//! reconstruction, so that two are compared on the same questions, and it goes on until what is asked is known.
+//! [`test_pairs`] are pairs without weights, for whom a list is enough.
 //!
 //! ```
 //! use gonio::brdf::{Channels, Lambert, Spectrum};
@@ -21,13 +22,18 @@ mod albedo;
 mod errors;
 mod pairs;
 mod quantity;
+mod tally;
+mod test_set;
 mod uncovered;
 mod within;
 
 pub use albedo::AlbedoProbe;
-pub use errors::{Errors, compare, compare_weighted};
+pub use errors::Errors;
 pub use pairs::{Measure, MetricsSpec, test_pairs};
 pub use quantity::{Judged, Quantity};
+pub(crate) use tally::jackknife;
+pub use tally::{Tally, compare, compare_weighted};
+pub use test_set::{Level, REPLICATES, TestSet};
 pub use uncovered::Uncovered;
 pub use within::{WITHIN, share_within};
 

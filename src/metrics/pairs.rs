@@ -3,6 +3,7 @@
 //! | measure | density of (omega_i, omega_o), sr⁻² |
 //! |---|---|
 //! | `cosine` | cos θ_i cos θ_o / π² |
+//! | `steep`, `grazing` | the same where both polar angles are up to 65°, and where one is above |
 //! | `lobe` | half of that; half: omega_o with density cos θ_o / π, half vector with density D(θ_h) cos θ_h of GGX, alpha 0.3, 0.1, 0.03, 0.01 equally often, omega_i the reflection of omega_o about it |
 //!
 //! Both restricted to pairs with θ_i, θ_o < mask and at least the minimum separation between light
@@ -21,7 +22,10 @@ use crate::sampling::{Sobol, cosine_hemisphere, ggx_half_vector};
 use serde::{Deserialize, Serialize};
 
 /// Roughnesses of the lobes in [`Measure::Lobe`], equally often.
-const LOBE_ALPHAS: [f64; 4] = [0.3, 0.1, 0.03, 0.01];
+pub(super) const LOBE_ALPHAS: [f64; 4] = [0.3, 0.1, 0.03, 0.01];
+
+/// cos 65°: below, coordinates that are wide apart at the horizon show it.
+const COS_GRAZING: f64 = 0.422_618_261_740_699_44;
 
 /// Largest number of pairs: beyond it the pairs alone fill half a gigabyte.
 const MAX_PAIRS: usize = 10_000_000;
@@ -41,17 +45,41 @@ pub enum Measure {
     /// Half as `Cosine`; half with omega_o cosine-distributed and the half vector drawn from GGX,
     /// alpha 0.3, 0.1, 0.03, 0.01 equally, pairs below the horizon dropped.
     Lobe,
+    /// The part of `Cosine` where both polar angles are up to 65°.
+    Steep,
+    /// The part of `Cosine` where one polar angle or both are above 65°.
+    Grazing,
 }
 
 impl Measure {
     /// Every measure.
-    pub const ALL: [Measure; 2] = [Measure::Cosine, Measure::Lobe];
+    pub const ALL: [Measure; 4] = [
+        Measure::Cosine,
+        Measure::Lobe,
+        Measure::Steep,
+        Measure::Grazing,
+    ];
+
+    /// Those that are used where none are named.
+    pub const USUAL: [Measure; 2] = [Measure::Cosine, Measure::Lobe];
 
     /// Name in configs and result files.
     pub fn name(self) -> &'static str {
         match self {
             Measure::Cosine => "cosine",
             Measure::Lobe => "lobe",
+            Measure::Steep => "steep",
+            Measure::Grazing => "grazing",
+        }
+    }
+
+    /// True if a pair is in the part of the hemispheres that it is about.
+    pub(super) fn has(self, pair: &DirectionPair) -> bool {
+        let lower = pair.omega_i.cos_theta().min(pair.omega_o.cos_theta());
+        match self {
+            Measure::Cosine | Measure::Lobe => true,
+            Measure::Steep => lower >= COS_GRAZING,
+            Measure::Grazing => lower < COS_GRAZING,
         }
     }
 }
@@ -60,8 +88,13 @@ impl Measure {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct MetricsSpec {
-    /// Pairs per measure, 1 to 10 000 000.
+    /// Pairs to begin with, 1 to 10 000 000; of [`TestSet`](super::TestSet) the next multiple of 512, of which
+    /// those outside the window are left out.
     pub pairs: usize,
+    /// Pairs that are not exceeded where more are added, up to 10 000 000.
+    pub max_pairs: usize,
+    /// Largest standard error of an average, as a share of it, at which no more pairs are added; in (0, 1].
+    pub tolerance: f64,
     /// Both elevations stay below it, degrees in (0, 90].
     pub mask_deg: f64,
     /// Smallest angle between light and sensor, degrees in [0, 180) and below twice the mask.
@@ -73,7 +106,9 @@ pub struct MetricsSpec {
 impl Default for MetricsSpec {
     fn default() -> Self {
         Self {
-            pairs: 20_000,
+            pairs: 1 << 13,
+            max_pairs: 1 << 18,
+            tolerance: 0.02,
             mask_deg: 80.0,
             min_separation_deg: 0.0,
             seed: 0,
@@ -87,13 +122,13 @@ impl MetricsSpec {
     /// # Errors
     /// Names the key, its value and what is allowed.
     pub fn check(&self) -> Result<(), ParameterError> {
-        if !(1..=MAX_PAIRS).contains(&self.pairs) {
-            return Err(ParameterError::new(
-                "pairs",
-                self.pairs,
-                format!("a whole number from 1 to {MAX_PAIRS}"),
-            ));
+        for (key, pairs) in [("pairs", self.pairs), ("max_pairs", self.max_pairs)] {
+            if !(1..=MAX_PAIRS).contains(&pairs) {
+                let allowed = format!("a whole number from 1 to {MAX_PAIRS}");
+                return Err(ParameterError::new(key, pairs, allowed));
+            }
         }
+        in_left_open("tolerance", self.tolerance, 0.0, 1.0)?;
         in_left_open("mask_deg", self.mask_deg, 0.0, 90.0)?;
         // Two directions inside the mask are less than twice the mask apart. 90° gives 180.
         let limit = 2.0 * self.mask_deg;
@@ -105,6 +140,15 @@ impl MetricsSpec {
             ));
         }
         Ok(())
+    }
+
+    /// The error for a mask and separation that leave next to no pairs.
+    pub(super) fn hopeless(&self) -> ParameterError {
+        ParameterError::new(
+            "mask_deg, min_separation_deg",
+            format!("{}, {}", self.mask_deg, self.min_separation_deg),
+            "a window that keeps at least one pair in a thousand: a wider mask or a smaller separation",
+        )
     }
 }
 
@@ -130,13 +174,6 @@ pub fn test_pairs(
 ) -> Result<Vec<DirectionPair>, ParameterError> {
     spec.check()?;
     let window = Window::new(spec);
-    let refused = || {
-        ParameterError::new(
-            "mask_deg, min_separation_deg",
-            format!("{}, {}", spec.mask_deg, spec.min_separation_deg),
-            "a window that keeps at least one pair in a thousand: a wider mask or a smaller separation",
-        )
-    };
     let mut cosine = Population::new(spec.seed, 0, None);
     let mut lobes = [0, 1, 2, 3].map(|i| Population::new(spec.seed, i + 1, Some(LOBE_ALPHAS[i])));
     (0..spec.pairs)
@@ -145,22 +182,27 @@ pub fn test_pairs(
                 Measure::Lobe if i % 2 == 1 => &mut lobes[i / 2 % LOBE_ALPHAS.len()],
                 _ => &mut cosine,
             };
-            population.draw(&window).ok_or_else(refused)
+            population
+                .draw(
+                    |pair| window.keeps(pair) && measure.has(pair),
+                    window.sin2_mask,
+                )
+                .ok_or_else(|| spec.hopeless())
         })
         .collect()
 }
 
 /// Condition on the pairs that are kept.
-struct Window {
+pub(super) struct Window {
     /// Both cosines are above this.
-    cos_mask: f64,
-    sin2_mask: f64,
+    pub cos_mask: f64,
+    pub sin2_mask: f64,
     /// Smallest angle between light and sensor, rad.
     min_separation: f64,
 }
 
 impl Window {
-    fn new(spec: &MetricsSpec) -> Self {
+    pub fn new(spec: &MetricsSpec) -> Self {
         let (sin, cos) = spec.mask_deg.to_radians().sin_cos();
         Self {
             // cos 90° is 6e-17 in `f64`; a mask of 90° means the horizon itself.
@@ -170,7 +212,7 @@ impl Window {
         }
     }
 
-    fn keeps(&self, pair: &DirectionPair) -> bool {
+    pub fn keeps(&self, pair: &DirectionPair) -> bool {
         pair.omega_i.cos_theta() > self.cos_mask
             && pair.omega_o.cos_theta() > self.cos_mask
             && (self.min_separation == 0.0 || pair.separation() >= self.min_separation)
@@ -199,15 +241,19 @@ impl Population {
     }
 
     /// The next pair inside the window, `None` if there are next to none.
-    fn draw(&mut self, window: &Window) -> Option<DirectionPair> {
+    fn draw(
+        &mut self,
+        keeps: impl Fn(&DirectionPair) -> bool,
+        sin2_mask: f64,
+    ) -> Option<DirectionPair> {
         loop {
             if self.tried >= TRIAL && self.kept * MIN_ACCEPTANCE_INVERSE < self.tried {
                 return None;
             }
             let u = self.sobol.point(self.tried);
             self.tried += 1;
-            let pair = self.candidate(u, window.sin2_mask);
-            if window.keeps(&pair) {
+            let pair = self.candidate(u, sin2_mask);
+            if keeps(&pair) {
                 self.kept += 1;
                 return Some(pair);
             }
@@ -238,6 +284,7 @@ mod tests {
             mask_deg,
             min_separation_deg,
             seed: 7,
+            ..MetricsSpec::default()
         }
     }
 
@@ -326,7 +373,7 @@ mod tests {
 
     #[test]
     fn mask_separation_and_number_hold() {
-        for measure in Measure::ALL {
+        for measure in Measure::USUAL {
             for (n, mask_deg, separation_deg) in [
                 (1, 80.0, 0.0),
                 (2, 90.0, 0.0),
@@ -366,7 +413,7 @@ mod tests {
 
     #[test]
     fn the_set_depends_on_the_seed_and_a_shorter_one_is_its_beginning() {
-        for measure in Measure::ALL {
+        for measure in Measure::USUAL {
             let long = test_pairs(measure, &spec(1000, 80.0, 0.0)).unwrap();
             let short = test_pairs(measure, &spec(100, 80.0, 0.0)).unwrap();
             assert_eq!(long[..100], short);
@@ -377,6 +424,25 @@ mod tests {
             let other = test_pairs(measure, &other).unwrap();
             assert!(short.iter().zip(&other).all(|(a, b)| a != b));
         }
+    }
+
+    #[test]
+    fn steep_and_grazing_pairs_are_the_parts_of_the_cosine_pairs() {
+        let of = |measure| test_pairs(measure, &spec(20_000, 80.0, 0.0)).unwrap();
+        let grazes =
+            |p: &DirectionPair| p.omega_i.theta().max(p.omega_o.theta()).to_degrees() > 65.0;
+        assert!(of(Measure::Grazing).iter().all(grazes));
+        assert!(!of(Measure::Steep).iter().any(grazes));
+        let cosine = of(Measure::Cosine);
+        // sin² is uniform up to the mask.
+        let below = (65_f64.to_radians().sin() / 80_f64.to_radians().sin()).powi(4);
+        let share = cosine.iter().filter(|p| !grazes(p)).count() as f64 / 20_000.0;
+        assert!((share - below).abs() < 5e-3, "{share} {below}");
+        // They begin as the cosine pairs do.
+        let part: Vec<_> = cosine.iter().filter(|p| grazes(p)).copied().collect();
+        assert_eq!(of(Measure::Grazing)[..part.len()], part);
+        let hopeless = test_pairs(Measure::Grazing, &spec(10, 60.0, 0.0)).unwrap_err();
+        assert!(hopeless.key.contains("mask_deg"));
     }
 
     #[test]
@@ -400,7 +466,7 @@ mod tests {
         // Possible on paper, but next to no pairs; at 1e-7° no cosine exceeds the mask's.
         for hopeless in [spec(10, 80.0, 159.0), spec(10, 1e-7, 0.0)] {
             assert!(hopeless.check().is_ok());
-            for measure in Measure::ALL {
+            for measure in Measure::USUAL {
                 let error = test_pairs(measure, &hopeless).unwrap_err();
                 assert!(error.key.contains("mask_deg"), "{error}");
                 assert!(error.key.contains("min_separation_deg"), "{error}");

@@ -4,15 +4,14 @@
 //! shares stand beside them and say how much of the whole is extrapolated. They are facts of the
 //! poses that have a reading, and the same for every method.
 //!
-//! They are counted at the first 2000 pairs, which are spread as all are (a prefix of Sobol points): a
-//! search of neighbours for each of 20 000 would take twice the time of a run that interpolates on
-//! grids. The standard error of a share is at most 0.011, of one of 1 % it is 0.002.
+//! They are counted at 2000 pairs at most, spread over those that a comparison begins with: a search of
+//! neighbours for each would take twice the time of a run that interpolates on grids. The standard error of a
+//! share is at most 0.015.
 
 use super::{Judged, Quantity, Values};
-use crate::geometry::DirectionPair;
 use crate::reconstruct::Coverage;
 
-/// Pairs at which shares are counted: a multiple of the 8 after which the lobes of a measure repeat.
+/// Pairs at which shares are counted, at most.
 const COUNTED: usize = 2000;
 
 /// Shares of the test pairs by their [`Coverage`]; interpolated is the rest. `None` if the truth has data
@@ -31,7 +30,7 @@ impl Uncovered {
         (
             Quantity::real(
                 "extrapolated",
-                "share of the pairs (of the first 2000) on one side of the readings; interpolated is what this and unknown leave",
+                "share of the pairs (of 2000 of them) on one side of the readings; interpolated is what this and unknown leave",
             ),
             |u| u.extrapolated,
         ),
@@ -44,25 +43,26 @@ impl Uncovered {
         ),
     ];
 
-    /// The pairs whose coverage is counted: the first of all.
-    pub fn counted(pairs: &[DirectionPair]) -> &[DirectionPair] {
-        &pairs[..pairs.len().min(COUNTED)]
+    /// Numbers of the pairs whose coverage is counted, of so many: evenly spread over all.
+    pub fn counted(pairs: usize) -> impl Iterator<Item = usize> {
+        // Odd: parts of a mixture follow each other in even cycles.
+        (0..pairs).step_by(pairs.div_ceil(COUNTED) | 1)
     }
 
     /// From the coverage of the [`counted`](Self::counted) pairs: shares of those where the truth has
-    /// data, as the errors are averaged.
+    /// data, by the weights of all pairs, as the errors are averaged.
     ///
     /// # Panics
-    /// If the truth has fewer values.
-    pub fn among(coverage: &[Coverage], truth: &Values) -> Self {
-        let compared = coverage.iter().enumerate();
-        let compared = compared.filter(|(i, _)| truth.get(*i).is_some());
-        let mut counts = [0_usize; Coverage::ALL.len()];
-        for (_, coverage) in compared {
-            counts[*coverage as usize] += 1;
+    /// If truth or weights are fewer.
+    pub fn among(coverage: &[Coverage], weights: &[f64], truth: &Values) -> Self {
+        let mut weight = [0.0; Coverage::ALL.len()];
+        for (i, coverage) in Self::counted(weights.len()).zip(coverage) {
+            if truth.get(i).is_some() {
+                weight[*coverage as usize] += weights[i];
+            }
         }
-        let all: usize = counts.iter().sum();
-        let share = |of: Coverage| (all > 0).then(|| counts[of as usize] as f64 / all as f64);
+        let all: f64 = weight.iter().sum();
+        let share = |of: Coverage| (all > 0.0).then(|| weight[of as usize] / all);
         Self {
             extrapolated: share(Coverage::Extrapolated),
             unknown: share(Coverage::Unknown),
@@ -83,7 +83,7 @@ mod tests {
             missing: Vec::new(),
         };
         let shares = |truth: &Values| {
-            let found = Uncovered::among(&coverage, truth);
+            let found = Uncovered::among(&coverage, &[1.0; 5], truth);
             Uncovered::QUANTITIES.map(|(_, of)| of(&found))
         };
         assert_eq!(shares(&truth), [Some(0.4), Some(0.4)]);

@@ -90,6 +90,28 @@ impl Paired {
         })
     }
 
+    /// The comparison of errors that are known to these relative standard errors (of A, of B; one pair per
+    /// material): each end of the interval is further out, in quadrature. They are taken for independent; those of
+    /// two reconstructions that are compared at the same points are alike, and the interval is too wide then.
+    #[must_use]
+    pub fn known_to(self, relative: &[(f64, f64)]) -> Self {
+        let square: f64 = relative.iter().map(|(a, b)| a * a + b * b).sum();
+        // 95 % of a normal distribution.
+        let more = 1.96 * square.sqrt() / self.n as f64;
+        if more == 0.0 {
+            return self;
+        }
+        let centre = self.ratio.ln();
+        let wider = |end: f64| {
+            let off = end.ln() - centre;
+            (centre + off.hypot(more).copysign(off)).exp()
+        };
+        Self {
+            interval: self.interval.map(|ends| ends.map(wider)),
+            ..self
+        }
+    }
+
     /// The comparison of B with A.
     #[must_use]
     pub fn inverted(&self) -> Self {
@@ -181,6 +203,20 @@ mod tests {
         Paired::new(&pairs(n, shift, spread), BAND, &Bootstrap::new(1))
             .unwrap()
             .verdict()
+    }
+
+    #[test]
+    fn what_is_known_badly_has_a_wider_interval() {
+        let plain = Paired::new(&pairs(20, 0.1, 0.05), BAND, &Bootstrap::new(1)).unwrap();
+        assert_eq!(plain.known_to(&[(0.0, 0.0); 20]).interval, plain.interval);
+        let wide = plain.known_to(&[(0.3, 0.4); 20]);
+        let [a, b] = [plain, wide].map(|p| p.interval.unwrap().map(|end| (end / p.ratio).ln()));
+        // 0.5 for each of 20 materials.
+        let more = 1.96 * 0.5 / 20_f64.sqrt();
+        for (a, b) in a.into_iter().zip(b) {
+            assert!((b - a.hypot(more).copysign(a)).abs() < 1e-12, "{a} {b}");
+        }
+        assert_eq!((wide.ratio, wide.p), (plain.ratio, plain.p));
     }
 
     #[test]

@@ -5,9 +5,7 @@ use super::{Estimate, Jury, Scores, ValidationError};
 use crate::geometry::DirectionPair;
 use crate::measurement::Measurement;
 use crate::metrics::{Measure, Values};
-use crate::reconstruct::{
-    Readings, Reconstruct, ReconstructError, Replicated, Uncertain, noise, values_at,
-};
+use crate::reconstruct::{Readings, Reconstruct, ReconstructError, Replicated, noise, values_at};
 use rayon::prelude::*;
 use std::sync::Arc;
 
@@ -48,7 +46,7 @@ impl<'a> CrossValidation<'a> {
         let groups = Groups::new(measurement, &poses, sheets)?;
         let judges = groups.judges(&poses);
         Ok(Self {
-            jury: Jury::of(measurement, &judges, groups.count)?,
+            jury: Jury::of(measurement, &judges, groups.count, true)?,
             measurement,
             poses,
             groups,
@@ -108,16 +106,16 @@ impl<'a> CrossValidation<'a> {
             .collect()
     }
 
-    /// The share of the readings left out that a method predicts within k = 2, per [`Measure::ALL`], by the
-    /// uncertainty that those left give it and by their own, see [`Jury::within`]; `None` if more than half of
-    /// the readings have no uncertainty.
+    /// The share of the readings left out that a method predicts within k = 2, per [`Measure::USUAL`], by the
+    /// uncertainty of type A that those left give it and by their own, see [`Jury::within`]: what is shared (type
+    /// B) is no difference between them. `None` if more than half of the readings have no uncertainty.
     ///
     /// # Errors
     /// As [`Reconstruct::interpolate`].
     pub fn within(
         &self,
         method: &dyn Reconstruct,
-    ) -> Result<Option<[Estimate; Measure::ALL.len()]>, ReconstructError> {
+    ) -> Result<Option<[Estimate; Measure::USUAL.len()]>, ReconstructError> {
         let mut predicted = Vec::new();
         for group in 0..self.groups.count {
             let part = self.part(group);
@@ -131,7 +129,7 @@ impl<'a> CrossValidation<'a> {
             luminance: predicted.iter().map(|p| p.value).collect(),
             missing: Vec::new(),
         };
-        let uncertainty: Vec<f64> = predicted.iter().map(Uncertain::uncertainty).collect();
+        let uncertainty: Vec<f64> = predicted.iter().map(|p| p.type_a).collect();
         Ok(Some(self.jury.within(&values, &uncertainty)))
     }
 

@@ -3,9 +3,9 @@
 use super::ValidationError;
 use super::left_out::Groups;
 use crate::geometry::DirectionPair;
-use crate::measurement::Measurement;
+use crate::measurement::{Details, Measurement};
 use crate::metrics::{
-    Errors, Measure, MetricsSpec, Values, compare_weighted, share_within, test_pairs,
+    Errors, Measure, MetricsSpec, Values, compare_weighted, jackknife, share_within, test_pairs,
 };
 use crate::parametrization::Warps;
 use crate::reconstruct::{Coordinates, NearestReading, Readings, Reconstruct, values_at};
@@ -18,13 +18,13 @@ const PAIRS: usize = 100_000;
 pub struct Estimate {
     /// The number.
     pub value: Option<f64>,
-    /// Its standard error; `None` also of a maximum.
+    /// Its standard error.
     pub standard_error: Option<f64>,
 }
 
-/// Errors of a method: per [`Measure::ALL`], in the order of [`Errors::QUANTITIES`].
+/// Errors of a method: per [`Measure::USUAL`], in the order of [`Errors::QUANTITIES`].
 #[derive(Clone, Debug, PartialEq)]
-pub struct Scores(pub [[Estimate; Errors::QUANTITIES.len()]; Measure::ALL.len()]);
+pub struct Scores(pub [[Estimate; Errors::QUANTITIES.len()]; Measure::USUAL.len()]);
 
 impl Scores {
     /// The first error of the first measure that is defined: what methods are ranked by.
@@ -40,7 +40,7 @@ pub struct Jury {
     /// Standard uncertainty of each reading in luminance, as if its channels erred alike, sr⁻¹.
     uncertainty: Vec<f64>,
     /// Weights of the readings per measure, in pairs of the measure.
-    weights: [Vec<f64>; Measure::ALL.len()],
+    weights: [Vec<f64>; Measure::USUAL.len()],
     /// Group of each reading; the jackknife leaves out one group at a time.
     group: Vec<usize>,
     /// Number of groups.
@@ -58,14 +58,16 @@ impl Jury {
             .collect();
         let groups = Groups::new(measurement, &all, Some(false))?;
         let judges = groups.judges(&all);
-        Self::of(measurement, &judges, groups.count)
+        Self::of(measurement, &judges, groups.count, false)
     }
 
-    /// The readings of some poses, each with its group.
+    /// The readings of some poses, each with its group. `share`: what they are compared with has their errors
+    /// of type B, which then are no difference.
     pub(super) fn of(
         measurement: &Measurement,
         judges: &[(usize, usize)],
         groups: usize,
+        share: bool,
     ) -> Result<Self, ValidationError> {
         let poses: Vec<usize> = judges.iter().map(|&(pose, _)| pose).collect();
         let luminance = |&i: &usize| {
@@ -81,7 +83,10 @@ impl Jury {
                 luminance: poses.iter().map(luminance).collect(),
                 missing: Vec::new(),
             },
-            uncertainty: poses.iter().map(|&i| uncertainty(measurement, i)).collect(),
+            uncertainty: poses
+                .iter()
+                .map(|&i| uncertainty(measurement, i, share))
+                .collect(),
             weights: weights(measurement, &poses)?,
             group: judges.iter().map(|&(_, group)| group).collect(),
             groups,
@@ -98,19 +103,13 @@ impl Jury {
     /// # Panics
     /// If there is another number of them.
     pub fn errors(&self, predicted: &Values) -> Scores {
-        let mut scores = self.estimates(|weights| {
+        Scores(self.estimates(|weights| {
             let errors = compare_weighted(&self.pairs, weights, &self.truth, predicted);
             Errors::QUANTITIES.map(|(_, of)| of(&errors))
-        });
-        for (q, (quantity, _)) in Errors::QUANTITIES.iter().enumerate() {
-            if quantity.name == MAXIMUM {
-                scores.iter_mut().for_each(|of| of[q].standard_error = None);
-            }
-        }
-        Scores(scores)
+        }))
     }
 
-    /// The share of readings that are within k = 2 of predicted values, per [`Measure::ALL`]; these have
+    /// The share of readings that are within k = 2 of predicted values, per [`Measure::USUAL`]; these have
     /// standard uncertainties (sr⁻¹), one per reading, and those of the readings count too, as independent
     /// of them.
     ///
@@ -120,7 +119,7 @@ impl Jury {
         &self,
         predicted: &Values,
         uncertainty: &[f64],
-    ) -> [Estimate; Measure::ALL.len()] {
+    ) -> [Estimate; Measure::USUAL.len()] {
         let both = self.uncertainty.iter().zip(uncertainty);
         let both: Vec<f64> = both.map(|(f, g)| f.hypot(*g)).collect();
         let within = |weights: &[f64]| share_within(|i| weights[i], &self.truth, predicted, &both);
@@ -132,7 +131,7 @@ impl Jury {
     fn estimates<const N: usize>(
         &self,
         of: impl Fn(&[f64]) -> [Option<f64>; N],
-    ) -> [[Estimate; N]; Measure::ALL.len()] {
+    ) -> [[Estimate; N]; Measure::USUAL.len()] {
         self.weights.each_ref().map(|weights| {
             let without = |group| {
                 let weights = weights.iter().zip(&self.group);
@@ -153,32 +152,23 @@ impl Jury {
     }
 }
 
-/// The standard uncertainty of the luminance of reading `i`, sr⁻¹, as if its channels erred alike.
-fn uncertainty(measurement: &Measurement, i: usize) -> f64 {
+/// The standard uncertainty of the luminance of reading `i`, sr⁻¹, as if its channels erred alike; of type A only
+/// if that of type B is shared.
+fn uncertainty(measurement: &Measurement, i: usize, share: bool) -> f64 {
     let of = |types: &[f64]| {
         let n = measurement.channels.count();
         measurement.channels.luminance(&types[i * n..(i + 1) * n])
     };
     let details = measurement.details.as_ref();
-    details.map_or(0.0, |d| of(&d.type_a).hypot(of(&d.type_b)))
-}
-
-/// The error whose spread says nothing.
-const MAXIMUM: &str = "max_relative";
-
-/// Standard error of an estimate from those without one group each, of which there are two or more.
-fn jackknife(without: &[f64]) -> f64 {
-    let n = without.len() as f64;
-    let mean = without.iter().sum::<f64>() / n;
-    let spread = without.iter().map(|v| (v - mean).powi(2)).sum::<f64>();
-    ((n - 1.0) / n * spread).sqrt()
+    let both = |d: &Details| of(&d.type_a).hypot(if share { 0.0 } else { of(&d.type_b) });
+    details.map_or(0.0, both)
 }
 
 /// How many pairs of each measure are nearest to each reading, in half/difference coordinates.
 fn weights(
     measurement: &Measurement,
     poses: &[usize],
-) -> Result<[Vec<f64>; Measure::ALL.len()], ValidationError> {
+) -> Result<[Vec<f64>; Measure::USUAL.len()], ValidationError> {
     let schedule = &measurement.schedule;
     let mut present = vec![false; schedule.poses.len()];
     let mut number = vec![0.0; schedule.poses.len()];
@@ -203,8 +193,8 @@ fn weights(
         pairs: PAIRS,
         ..MetricsSpec::default()
     };
-    let mut weights = [(); Measure::ALL.len()].map(|()| vec![0.0; poses.len()]);
-    for (measure, weights) in Measure::ALL.into_iter().zip(&mut weights) {
+    let mut weights = [(); Measure::USUAL.len()].map(|()| vec![0.0; poses.len()]);
+    for (measure, weights) in Measure::USUAL.into_iter().zip(&mut weights) {
         let Ok(pairs) = test_pairs(measure, &spec) else {
             unreachable!("the default pairs of a measure");
         };

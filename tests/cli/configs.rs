@@ -208,7 +208,7 @@ fn every_shipped_config_runs_on_a_small_budget() {
             small = vec!["--set", "readings=[40]", "--set", "minutes=[3]"];
         }
         bench.good(&[&["check", &file], &small[..]].concat());
-        small.extend(["--set", "metrics.pairs=200", "-q"]);
+        small.extend(["--set", "metrics={ pairs = 200, max_pairs = 1 }", "-q"]);
         bench.good(&[&["run", &file, "-o", &name], &small[..]].concat());
         assert_eq!(bench.manifest(&name)["status"], "complete", "{name}");
         count += 1;

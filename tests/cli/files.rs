@@ -1,17 +1,27 @@
 //! Poses and readings as files: schedule → measure → reconstruct.
 
 use super::Bench;
-use gonio::metrics::Measure;
 use std::fs;
 
 /// The numbers of a column of the table of errors.
 pub fn errors(text: &str, measure: &str) -> Vec<f64> {
     let table = text.rfind("\nerror ").unwrap_or_else(|| panic!("{text}"));
     let mut rows = text[table..].lines().skip(1);
-    let mut headings = rows.next().unwrap().split_whitespace();
-    let column = headings.position(|h| h == measure).unwrap();
-    let rows = rows.map(|row| row.split_whitespace().collect::<Vec<_>>());
-    let rows = rows.take_while(|row| row.len() == 1 + Measure::ALL.len());
+    let headings: Vec<&str> = rows.next().unwrap().split_whitespace().skip(1).collect();
+    let column = headings.iter().position(|h| *h == measure).unwrap();
+    let headings = headings.len();
+    let cells = |row: &str| -> Vec<String> {
+        // A number, or one with its standard error.
+        let words: Vec<&str> = row.split_whitespace().collect();
+        let mut cells = Vec::new();
+        for (i, word) in words.iter().enumerate().skip(1) {
+            if *word != "±" && words[i - 1] != "±" {
+                cells.push((*word).to_owned());
+            }
+        }
+        cells
+    };
+    let rows = rows.map(cells).take_while(|row| row.len() == headings);
     rows.map(|row| row[column].parse().unwrap()).collect()
 }
 
@@ -19,7 +29,12 @@ pub fn errors(text: &str, measure: &str) -> Vec<f64> {
 fn the_way_through_files_ends_where_a_run_does() {
     let bench = Bench::new();
     let config = concat!(env!("CARGO_MANIFEST_DIR"), "/configs/quickstart.toml");
-    let set = ["--set", "budgets=[250]", "--set", "metrics.pairs=2000"];
+    let set = [
+        "--set",
+        "budgets=[250]",
+        "--set",
+        "metrics={ pairs = 2000, max_pairs = 1 }",
+    ];
     bench.good(&[&["run", config, "-o", "run", "-q"], &set[..]].concat());
     let rows = bench.rows("run");
     let material = rows
@@ -44,7 +59,8 @@ fn the_way_through_files_ends_where_a_run_does() {
             for kind in ["multilinear", "cubic"] {
                 let how = ["--reconstruction", kind, "--against", "c.toml"];
                 // The same test pairs as the run.
-                let text = fs::read_to_string(config).unwrap() + "\n[metrics]\npairs = 2000\n";
+                let text = fs::read_to_string(config).unwrap()
+                    + "\n[metrics]\npairs = 2000\nmax_pairs = 1\n";
                 fs::write(bench.path("c.toml"), text).unwrap();
                 let of = ["--material", &material];
                 let said = bench.good(&[&["reconstruct", &readings], &how[..], &of].concat());
@@ -67,7 +83,7 @@ fn the_way_through_files_ends_where_a_run_does() {
                         "log1p",
                         "cbrt",
                         "mean_relative",
-                        "max_relative",
+                        "relative_p999",
                         "extrapolated",
                         "unknown",
                     ]) {
@@ -101,6 +117,7 @@ kind = "cubic"
 preset = "utia"
 [metrics]
 pairs = 2000
+max_pairs = 1
 "#;
     fs::write(bench.path("i.toml"), config).unwrap();
     bench.good(&["run", "i.toml", "-o", "run", "-q"]);

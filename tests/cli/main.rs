@@ -71,6 +71,7 @@ kind = "inverse-distance"
 
 [metrics]
 pairs = 500
+max_pairs = 1
 "#;
 
 /// One schedule of `small.toml`.

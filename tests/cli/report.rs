@@ -14,6 +14,7 @@ budgets = [60, 200, 600]
 
 [metrics]
 pairs = 500
+max_pairs = 1
 
 [[material]]
 kind = "ggx"

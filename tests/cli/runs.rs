@@ -115,7 +115,7 @@ fn folders_are_chosen_kept_and_made_again() {
     // The same question goes on where it was, another takes the next name.
     bench.good(&run(&[]));
     assert_eq!(bench.read("runs/small/results.csv"), first);
-    let other = ["--set", "metrics.pairs=400"];
+    let other = ["--set", "metrics={ pairs = 400, max_pairs = 1 }"];
     bench.good(&run(&other));
     bench.good(&run(&other));
     bench.good(&run(&[]));

@@ -25,6 +25,7 @@ kind = "multilinear"
 
 [metrics]
 pairs = 500
+max_pairs = 1
 "#;
 
 #[test]

@@ -39,6 +39,7 @@ kind = "spherical"
 
 [metrics]
 pairs = 200
+max_pairs = 1
 
 [pictures]
 draw = false
@@ -155,7 +156,7 @@ fn parts_make_up_the_whole() {
         "-o",
         "other",
         "--set",
-        "metrics.pairs=100",
+        "metrics={ pairs = 100, max_pairs = 1 }",
     ]);
     let refusal = bench.refused(&["merge", a, "other", "-o", "no"], 3);
     assert!(refusal.contains("other/config.toml") && refusal.contains("another config"));
@@ -301,7 +302,13 @@ fn parts_must_be_of_the_same_inputs() {
     assert!(!bench.path("no").exists());
     // Made from the same: whatever else the folder held, and wherever the file is.
     let args = ["run", "c.toml", "-q", "--shard", "1/2", "-o", "one"];
-    bench.good(&[&args[..], &["--set", "metrics.pairs=100"]].concat());
+    bench.good(
+        &[
+            &args[..],
+            &["--set", "metrics={ pairs = 100, max_pairs = 1 }"],
+        ]
+        .concat(),
+    );
     bench.good(&args);
     let output = bench.gonio(&["merge", "one", "two", "-o", "both"]);
     let stderr = String::from_utf8(output.stderr).unwrap();

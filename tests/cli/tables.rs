@@ -427,7 +427,7 @@ fn readings_are_a_material_of_commands_and_of_runs() {
     bench.good(&[&["slice", "ours.csv"], &size[..]].concat());
 
     let config = "budgets = [60]\n[[material]]\nkind = \"readings\"\nname = \"lab\"\nfile = \"ours.csv\"\n\
-                  [[reconstruction]]\nkind = \"nearest\"\n[metrics]\npairs = 200\n";
+                  [[reconstruction]]\nkind = \"nearest\"\n[metrics]\npairs = 200\nmax_pairs = 1\n";
     fs::write(bench.path("c.toml"), config).unwrap();
     bench.good(&["run", "c.toml", "-o", "run", "-q"]);
     let first = bench.rows("run");

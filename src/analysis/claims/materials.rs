@@ -28,7 +28,11 @@ pub fn on_material(name: &str, brdf: &dyn Brdf) -> Result<Vec<Claim>, BuildError
         let form = form(chart, true);
         distortion_within(brdf, Scale::Log, &*form, Weight::Coordinates, CORNER)
     });
-    let pairs = test_pairs(Measure::Cosine, &MetricsSpec::default())?;
+    let spec = MetricsSpec {
+        pairs: 20_000,
+        ..MetricsSpec::default()
+    };
+    let pairs = test_pairs(Measure::Cosine, &spec)?;
     let claims = [
         like_s(&pictures, &solid),
         corner_stable(&corner),

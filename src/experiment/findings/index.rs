@@ -154,6 +154,12 @@ impl<'a> Index<'a> {
         (kept, left_out)
     }
 
+    /// The arithmetic mean over seeds of a number of the rows; 0 of none.
+    pub fn average(&self, at: [usize; 4], of: impl Fn(&Row) -> f64) -> f64 {
+        let rows = self.rows.get(&at).map_or(&[][..], Vec::as_slice);
+        rows.iter().map(|r| of(r)).sum::<f64>() / rows.len().max(1) as f64
+    }
+
     /// The mean over seeds of something of the rows; `None` where there is none or it is not
     /// defined.
     pub fn mean(&self, at: [usize; 4], of: impl Fn(&Row) -> Option<f64>) -> Option<f64> {

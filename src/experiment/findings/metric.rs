@@ -1,6 +1,7 @@
 //! The errors that findings compare.
 
 use crate::experiment::row::Row;
+use crate::metrics::Errors;
 
 /// An error metric that is compared.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -25,5 +26,16 @@ impl Metric {
 
     pub(super) fn of(self, row: &Row) -> Option<f64> {
         row.value(self.name())
+    }
+
+    /// Its standard error as a share of it, 0 if there is none.
+    pub(super) fn relative_error(self, row: &Row) -> f64 {
+        let standard = Errors::STANDARD_ERRORS.iter().zip(Errors::QUANTITIES);
+        let mut of = standard.filter(|(_, (quantity, _))| quantity.name == self.name());
+        let standard = of
+            .next()
+            .and_then(|((standard, _), _)| row.value(standard.name));
+        let share = standard.zip(self.of(row)).map(|(se, error)| se / error);
+        share.filter(|share| share.is_finite()).unwrap_or(0.0)
     }
 }

@@ -1,0 +1,549 @@
+//! Sums over test pairs, and the [`Errors`] that follow from them.
+
+use super::{Errors, Values};
+use crate::geometry::DirectionPair;
+use std::ops::Range;
+
+/// ε (sr⁻¹): the floor of the relative metrics, a third of a percent of a white diffuse surface.
+const FLOOR: f64 = 1e-3;
+
+/// Standard error that is small enough for any error.
+const NEGLIGIBLE: f64 = 1e-6;
+
+/// Share of the measure where the relative error is below `relative_p999`.
+const QUANTILE: f64 = 0.999;
+
+/// Sums over pairs, from which errors are made: per measure and replicate of the pairs.
+#[derive(Clone, Debug)]
+pub struct Tally {
+    /// Measure by measure.
+    sums: Vec<Vec<Sums>>,
+    compared: usize,
+    missing: usize,
+    unreconstructed: usize,
+}
+
+/// Weighted sums over some pairs.
+#[derive(Clone, Debug, Default)]
+struct Sums {
+    /// In the order of [`terms`], after that of the weights.
+    of: [Sum; 1 + TERMS],
+    /// Weights by relative error.
+    relative: Histogram,
+}
+
+/// Numbers of a pair that are averaged.
+const TERMS: usize = 6;
+
+/// ((g − f) cos)², (f cos)², the squared difference of cube roots, |Δ ln(f + ε)|, |Δ ln(1 + f cos)|, relative error.
+#[inline]
+fn terms(f: f64, g: f64, cos: f64) -> [f64; TERMS] {
+    let (f_cos, g_cos, difference) = (f * cos, g * cos, g - f);
+    let cbrt = g_cos.cbrt() - f_cos.cbrt();
+    [
+        (difference * cos) * (difference * cos),
+        f_cos * f_cos,
+        cbrt * cbrt,
+        ((g + FLOOR) / (f + FLOOR)).ln().abs(),
+        // One logarithm instead of two, and no cancellation where g is close to f.
+        (difference * cos / (1.0 + f_cos)).ln_1p().abs(),
+        difference.abs() / f.max(FLOOR),
+    ]
+}
+
+impl Tally {
+    /// Of no pairs yet, of so many measures and independent replicates.
+    pub fn new(measures: usize, replicates: usize) -> Self {
+        Self {
+            sums: vec![vec![Sums::default(); replicates]; measures],
+            compared: 0,
+            missing: 0,
+            unreconstructed: 0,
+        }
+    }
+
+    /// Adds the pairs in a range of a list to a replicate; `weights` are lists, one per measure. A
+    /// reconstruction begins at `offset` of the list.
+    ///
+    /// # Panics
+    /// If a list is too short, or there is no such replicate.
+    pub fn add(
+        &mut self,
+        replicate: usize,
+        range: Range<usize>,
+        (pairs, weights): (&[DirectionPair], &[Vec<f64>]),
+        truth: &Values,
+        (reconstruction, offset): (&Values, usize),
+    ) {
+        for i in range {
+            self.see(
+                replicate,
+                pairs[i].omega_i.cos_theta(),
+                |measure| weights[measure][i],
+                truth.get(i),
+                reconstruction.get(i - offset),
+            );
+        }
+    }
+
+    /// One pair of these values.
+    #[inline]
+    fn see(
+        &mut self,
+        replicate: usize,
+        cos: f64,
+        weight: impl Fn(usize) -> f64,
+        truth: Option<f64>,
+        reconstruction: Option<f64>,
+    ) {
+        let Some(f) = truth else {
+            self.missing += 1;
+            return;
+        };
+        let Some(g) = reconstruction else {
+            self.unreconstructed += 1;
+            return;
+        };
+        self.compared += 1;
+        let terms = terms(f, g, cos);
+        for (measure, sums) in self.sums.iter_mut().enumerate() {
+            let (w, sums) = (weight(measure), &mut sums[replicate]);
+            sums.of[0].add(w);
+            for (sum, term) in sums.of[1..].iter_mut().zip(terms) {
+                sum.add(w * term);
+            }
+            sums.relative.add(w, terms[TERMS - 1]);
+        }
+    }
+
+    /// The errors under a measure, by number.
+    pub fn errors(&self, measure: usize) -> Errors {
+        self.without(measure, None)
+    }
+
+    /// The standard error of each error under a measure: of the jackknife over the replicates, which is that of
+    /// their mean for an average (Efron & Stein 1981). `None` where one of them leaves nothing.
+    pub fn standard_errors(&self, measure: usize) -> Errors {
+        let n = self.sums[measure].len();
+        let without: Vec<Errors> = (0..n).map(|r| self.without(measure, Some(r))).collect();
+        let of = |field: fn(&Errors) -> Option<f64>| {
+            let values = without.iter().map(field).collect::<Option<Vec<f64>>>()?;
+            (n > 1).then(|| jackknife(&values))
+        };
+        let [
+            nrmse,
+            log_relative,
+            log1p,
+            cbrt,
+            mean_relative,
+            relative_p999,
+        ] = Errors::QUANTITIES.map(|(_, field)| of(field));
+        Errors {
+            nrmse,
+            log_relative,
+            log1p,
+            cbrt,
+            mean_relative,
+            relative_p999,
+            ..self.errors(measure)
+        }
+    }
+
+    /// True if the standard error of every average is a share below `tolerance` of it, or below [`NEGLIGIBLE`].
+    pub fn has_converged(&self, measure: usize, tolerance: f64) -> bool {
+        let (errors, standard) = (self.errors(measure), self.standard_errors(measure));
+        // The quantile is no average.
+        Errors::QUANTITIES[..Errors::AVERAGES]
+            .iter()
+            .all(|(_, of)| {
+                let (Some(value), Some(error)) = (of(&errors), of(&standard)) else {
+                    return of(&errors).is_none();
+                };
+                error <= NEGLIGIBLE.max(tolerance * value)
+            })
+    }
+
+    /// The errors of all replicates but one.
+    fn without(&self, measure: usize, left_out: Option<usize>) -> Errors {
+        let all = self.sums[measure].iter().enumerate();
+        let kept = all
+            .filter(|(r, _)| Some(*r) != left_out)
+            .map(|(_, sums)| sums);
+        let [
+            weight,
+            difference2,
+            truth2,
+            cbrt2,
+            log_relative,
+            log1p,
+            relative,
+        ] = {
+            let mut totals = [Sum::default(); 1 + TERMS];
+            for sums in kept.clone() {
+                for (total, sum) in totals.iter_mut().zip(sums.of) {
+                    total.add(sum.value());
+                }
+            }
+            totals.map(Sum::value)
+        };
+        let mean = |sum: f64| defined(sum / weight);
+        let quantile = || Histogram::quantile(kept.map(|sums| &sums.relative), QUANTILE * weight);
+        Errors {
+            nrmse: defined((difference2 / truth2).sqrt()),
+            log_relative: mean(log_relative),
+            log1p: mean(log1p),
+            cbrt: mean(cbrt2).map(f64::sqrt),
+            mean_relative: mean(relative),
+            relative_p999: (weight > 0.0).then(quantile).and_then(defined),
+            pairs: self.compared,
+            pairs_missing: self.missing,
+            pairs_unreconstructed: self.unreconstructed,
+        }
+    }
+}
+
+/// Standard error of an estimate from those without one part each, of which there are two or more.
+pub(crate) fn jackknife(without: &[f64]) -> f64 {
+    let n = without.len() as f64;
+    let mean = without.iter().sum::<f64>() / n;
+    let spread = without.iter().map(|v| (v - mean).powi(2)).sum::<f64>();
+    ((n - 1.0) / n * spread).sqrt()
+}
+
+/// Weights by size of a number ≥ 0, in 32 steps for each factor of 2.
+#[derive(Clone, Debug, Default)]
+struct Histogram {
+    /// Weight of each step from [`Self::LEAST`]; empty without a weight.
+    weights: Vec<f32>,
+}
+
+impl Histogram {
+    /// Bits of a number below those that count.
+    const SHIFT: u32 = 52 - 5;
+
+    /// The first step, of about 1e-9: what is smaller is in it and counts as 0.
+    const LEAST: u64 = 0x3e11_2e0b_e826_d695 >> Self::SHIFT;
+
+    /// The last step, of about 1e15, with what is larger.
+    const LARGEST: u64 = 0x430c_6bf5_2634_0000 >> Self::SHIFT;
+
+    #[inline]
+    fn add(&mut self, weight: f64, x: f64) {
+        if self.weights.is_empty() {
+            self.weights = vec![0.0; (Self::LARGEST - Self::LEAST) as usize + 1];
+        }
+        let step = (x.to_bits() >> Self::SHIFT).clamp(Self::LEAST, Self::LARGEST);
+        self.weights[(step - Self::LEAST) as usize] += weight as f32;
+    }
+
+    /// The number below which `weight` lies in several together, linear within a step.
+    fn quantile<'a>(all: impl Iterator<Item = &'a Self> + Clone, weight: f64) -> f64 {
+        let at = |step: u64| f64::from_bits(step << Self::SHIFT);
+        let mut below = 0.0;
+        for step in Self::LEAST..=Self::LARGEST {
+            let of = all
+                .clone()
+                .filter_map(|h| h.weights.get((step - Self::LEAST) as usize));
+            let here: f64 = of.map(|w| f64::from(*w)).sum();
+            if here > 0.0 && below + here >= weight {
+                let share = ((weight - below) / here).clamp(0.0, 1.0);
+                return match step {
+                    Self::LEAST => 0.0,
+                    step => at(step) + share * (at(step + 1) - at(step)),
+                };
+            }
+            below += here;
+        }
+        at(Self::LARGEST)
+    }
+}
+
+/// The metrics over the pairs where both have a value; the others are counted.
+///
+/// # Panics
+/// If the three lengths differ.
+pub fn compare(pairs: &[DirectionPair], truth: &Values, reconstruction: &Values) -> Errors {
+    averages(pairs, |_| 1.0, truth, reconstruction)
+}
+
+/// [`compare`] with a weight ≥ 0 per pair: averages are weighted, and pairs of weight 0 are not
+/// compared.
+///
+/// # Panics
+/// If the four lengths differ.
+pub fn compare_weighted(
+    pairs: &[DirectionPair],
+    weights: &[f64],
+    truth: &Values,
+    reconstruction: &Values,
+) -> Errors {
+    assert_eq!(pairs.len(), weights.len());
+    averages(pairs, |i| weights[i], truth, reconstruction)
+}
+
+fn averages(
+    pairs: &[DirectionPair],
+    weight: impl Fn(usize) -> f64,
+    truth: &Values,
+    reconstruction: &Values,
+) -> Errors {
+    assert_eq!(pairs.len(), truth.luminance.len());
+    assert_eq!(pairs.len(), reconstruction.luminance.len());
+    let mut tally = Tally::new(1, 1);
+    for (i, pair) in pairs.iter().enumerate() {
+        let w = weight(i);
+        if w > 0.0 {
+            let cos = pair.omega_i.cos_theta();
+            tally.see(0, cos, |_| w, truth.get(i), reconstruction.get(i));
+        }
+    }
+    tally.errors(0)
+}
+
+/// The number; `None` for 0/0, x/0 and overflow.
+fn defined(x: f64) -> Option<f64> {
+    x.is_finite().then_some(x)
+}
+
+/// A running sum with Neumaier's compensation: correct to rounding whatever the number of terms,
+/// always in the order of the pairs, hence the same on any number of threads.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Sum {
+    sum: f64,
+    lost: f64,
+}
+
+impl Sum {
+    #[inline]
+    pub(super) fn add(&mut self, x: f64) {
+        let total = self.sum + x;
+        self.lost += if self.sum.abs() >= x.abs() {
+            (self.sum - total) + x
+        } else {
+            (x - total) + self.sum
+        };
+        self.sum = total;
+    }
+
+    pub(super) fn value(self) -> f64 {
+        self.sum + self.lost
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::metrics::{Measure, MetricsSpec, test_pairs};
+
+    fn pairs(n: usize) -> Vec<DirectionPair> {
+        let spec = MetricsSpec {
+            pairs: n,
+            ..Default::default()
+        };
+        test_pairs(Measure::Lobe, &spec).unwrap()
+    }
+
+    fn values(luminance: Vec<f64>) -> Values {
+        Values {
+            luminance,
+            missing: Vec::new(),
+        }
+    }
+
+    fn close(got: Option<f64>, want: f64) {
+        let got = got.unwrap();
+        assert!((got - want).abs() <= 1e-14 * want.max(1.0), "{got} {want}");
+    }
+
+    /// The quantile is known to a step.
+    fn near(got: Option<f64>, want: f64) {
+        let got = got.unwrap();
+        assert!((got - want).abs() <= want / 32.0, "{got} {want}");
+    }
+
+    #[test]
+    fn the_quantile_is_where_a_thousandth_is_above() {
+        let pairs = pairs(20_000);
+        for scale in [1e-6, 1.0, 1e9] {
+            // Relative errors that are evenly spread up to the scale, in no order.
+            let error = |i: usize| scale * ((i * 7919) % 20_000) as f64 / 20_000.0;
+            let g = (0..20_000).map(|i| 1.0 + error(i)).collect();
+            let errors = compare(&pairs, &values(vec![1.0; 20_000]), &values(g));
+            near(errors.relative_p999, 0.999 * scale);
+            let mut tally = Tally::new(1, 16);
+            for (i, pair) in pairs.iter().enumerate() {
+                let cos = pair.omega_i.cos_theta();
+                tally.see(i % 16, cos, |_| 2.0, Some(1.0), Some(1.0 + error(i)));
+            }
+            assert_eq!(tally.errors(0).relative_p999, errors.relative_p999);
+            assert!(tally.standard_errors(0).relative_p999.unwrap() < 1e-2 * scale);
+        }
+        let same = compare(
+            &pairs,
+            &values(vec![1.0; 20_000]),
+            &values(vec![1.0; 20_000]),
+        );
+        assert_eq!(same.relative_p999, Some(0.0));
+    }
+
+    /// The standard error of a mean of replicates with as many pairs each is that of a mean.
+    #[test]
+    fn the_standard_error_of_an_average_is_that_of_a_mean() {
+        let mut tally = Tally::new(1, 16);
+        let errors: Vec<f64> = (0..16).map(|r| 0.1 + 0.01 * f64::from(r * r % 7)).collect();
+        for (r, error) in errors.iter().enumerate() {
+            for _ in 0..5 {
+                tally.see(r, 1.0, |_| 1.0, Some(1.0), Some(1.0 + error));
+            }
+        }
+        let mean = errors.iter().sum::<f64>() / 16.0;
+        let spread: f64 = errors.iter().map(|e| (e - mean).powi(2)).sum();
+        close(tally.errors(0).mean_relative, mean);
+        close(
+            tally.standard_errors(0).mean_relative,
+            (spread / (16.0 * 15.0)).sqrt(),
+        );
+    }
+
+    #[test]
+    fn a_scaled_truth_has_the_errors_on_paper() {
+        let pairs = pairs(1000);
+        // Values over nine decades, above the floor.
+        let f: Vec<f64> = (0..1000)
+            .map(|i| 10f64.powf(i as f64 / 111.0 - 2.0))
+            .collect();
+        for c in [0.0, 0.5, 1.0, 1.5, 4.0] {
+            let g = f.iter().map(|f| c * f).collect();
+            let errors = compare(&pairs, &values(f.clone()), &values(g));
+            close(errors.nrmse, f64::abs(c - 1.0));
+            close(errors.mean_relative, f64::abs(c - 1.0));
+            near(errors.relative_p999, f64::abs(c - 1.0));
+            assert_eq!(errors.pairs, 1000);
+            assert_eq!((errors.pairs_missing, errors.pairs_unreconstructed), (0, 0));
+        }
+    }
+
+    #[test]
+    fn a_weight_is_a_number_of_equal_pairs() {
+        let pairs = pairs(60);
+        let [f, g] = [3.7, 5.1].map(|k| (0..60).map(|i| 1.0 + f64::sin(k * i as f64)).collect());
+        let [f, g] = [f, g].map(|v: Vec<f64>| v);
+        let weights: Vec<f64> = (0..60).map(|i| f64::from(i % 4)).collect();
+        let often = || (0..60).flat_map(|i| std::iter::repeat_n(i, i % 4));
+        let many: Vec<_> = often().map(|i| pairs[i]).collect();
+        let of = |v: &[f64]| values(often().map(|i| v[i]).collect());
+        let repeated = compare(&many, &of(&f), &of(&g));
+        let weighted = compare_weighted(&pairs, &weights, &values(f), &values(g));
+        for (_, of) in Errors::QUANTITIES {
+            close(of(&weighted), of(&repeated).unwrap());
+        }
+        assert_eq!((weighted.pairs, repeated.pairs), (45, 90));
+    }
+
+    #[test]
+    fn constants_have_the_errors_on_paper() {
+        let pairs = pairs(1000);
+        let n = pairs.len() as f64;
+        let mean = |of: &dyn Fn(f64) -> f64| {
+            let cosines = pairs.iter().map(|p| p.omega_i.cos_theta());
+            cosines.map(of).sum::<f64>() / n
+        };
+        for (f, g) in [(0.3, 0.2), (1e-5, 2e-4), (0.0, 0.1), (5.0, 0.0), (2.0, 2.0)] {
+            let errors = compare(&pairs, &values(vec![f; 1000]), &values(vec![g; 1000]));
+            close(errors.log_relative, ((g + 1e-3) / (f + 1e-3)).ln().abs());
+            close(
+                errors.log1p,
+                mean(&|cos| ((1.0 + g * cos).ln() - (1.0 + f * cos).ln()).abs()),
+            );
+            let cbrt = mean(&|cos| cos.powf(2.0 / 3.0)).sqrt() * (g.cbrt() - f.cbrt()).abs();
+            close(errors.cbrt, cbrt);
+            close(errors.mean_relative, f64::abs(g - f) / f.max(1e-3));
+            near(errors.relative_p999, f64::abs(g - f) / f.max(1e-3));
+            if f > 0.0 {
+                close(errors.nrmse, f64::abs(g / f - 1.0));
+            } else {
+                assert_eq!(errors.nrmse, None);
+            }
+        }
+    }
+
+    #[test]
+    fn the_cosine_is_that_of_the_light() {
+        let pair = DirectionPair::from_spherical(1.0, 0.0, 0.2, 0.5);
+        let errors = compare(&[pair], &values(vec![1.0]), &values(vec![8.0]));
+        close(errors.cbrt, 1.0_f64.cos().cbrt());
+        let two = [pair, pair.swapped()];
+        let errors = compare(&two, &values(vec![1.0, 1.0]), &values(vec![2.0, 1.0]));
+        let (c2, d2) = (1.0_f64.cos().powi(2), 0.2_f64.cos().powi(2));
+        close(errors.nrmse, (c2 / (c2 + d2)).sqrt());
+        close(errors.mean_relative, 0.5);
+        near(errors.relative_p999, 1.0);
+    }
+
+    #[test]
+    fn missing_pairs_are_left_out_and_counted() {
+        let pairs = pairs(6);
+        let mut truth = values(vec![1.0; 6]);
+        truth.missing = vec![true, true, false, false, false, false];
+        let mut reconstruction = values(vec![9.0, 9.0, 9.0, 1.5, 1.5, 1.5]);
+        reconstruction.missing = vec![false, true, true, false, false, false];
+        let errors = compare(&pairs, &truth, &reconstruction);
+        assert_eq!(errors.pairs, 3);
+        assert_eq!(errors.pairs_missing, 2);
+        assert_eq!(errors.pairs_unreconstructed, 1);
+        close(errors.nrmse, 0.5);
+        near(errors.relative_p999, 0.5);
+    }
+
+    #[test]
+    fn values_that_break_the_promise_count_as_missing() {
+        let pairs = pairs(4);
+        let broken = values(vec![f64::NAN, f64::INFINITY, -0.1, 2.0]);
+        let errors = compare(&pairs, &values(vec![1.0; 4]), &broken);
+        assert_eq!((errors.pairs, errors.pairs_unreconstructed), (1, 3));
+        close(errors.nrmse, 1.0);
+    }
+
+    #[test]
+    fn undefined_errors_are_empty() {
+        let pairs = pairs(3);
+        let black = compare(&pairs, &values(vec![0.0; 3]), &values(vec![0.0; 3]));
+        assert_eq!(black.nrmse, None);
+        assert_eq!(black.mean_relative, Some(0.0));
+        let none = Values {
+            luminance: vec![0.0; 3],
+            missing: vec![true; 3],
+        };
+        for errors in [
+            compare(&pairs, &none, &values(vec![1.0; 3])),
+            compare(&[], &values(vec![]), &values(vec![])),
+        ] {
+            assert_eq!(errors.pairs, 0);
+            let all = [
+                errors.nrmse,
+                errors.log_relative,
+                errors.log1p,
+                errors.cbrt,
+                errors.mean_relative,
+                errors.relative_p999,
+            ];
+            assert_eq!(all, [None; 6]);
+        }
+        // The squares overflow, the logarithms do not.
+        let huge = compare(&pairs, &values(vec![1.0; 3]), &values(vec![1e200; 3]));
+        assert_eq!(huge.nrmse, None);
+        assert!(huge.log_relative.is_some());
+    }
+
+    #[test]
+    fn sums_keep_what_plain_addition_loses() {
+        let mut sum = Sum::default();
+        sum.add(1.0);
+        for _ in 0..1000 {
+            sum.add(1e-17);
+        }
+        sum.add(1e16);
+        sum.add(-1e16);
+        assert_eq!(sum.value(), 1.0 + 1e-14);
+    }
+}
