@@ -23,7 +23,7 @@ pub(super) fn is_config(target: &str) -> bool {
 #[derive(Debug, Args)]
 pub(super) struct BrdfArgs {
     #[arg(value_name = "CONFIG|BRDF",
-        help = format!("A config (*.toml), a table ({}), readings ({}), or a kind of material (see `gonio list materials`)",
+        help = format!("A config (*.toml), a table ({}), a folder of MERL tables, readings ({}), or a kind of material (see `gonio list materials`)",
             READ_TABLE.extensions("*."), READ_READINGS.extensions("*.")))]
     target: String,
     /// Override a key of the config, or set one of the material (alpha=0.1) or of its moments
@@ -72,14 +72,19 @@ impl BrdfArgs {
                 Source::read(path)?
             }
             Some(read) => single(read(path.into()).resolved().to_string()),
+            None if path.is_dir() => {
+                let dir = toml::Value::from(path.to_string_lossy().into_owned());
+                let text = format!("experiment = \"moments\"\nmaterials_dir = {dir}\n");
+                Source::new(self.target.as_str(), text)
+            }
             None if kinds().any(|kind| kind == self.target) => {
                 single(format!("kind = \"{}\"", self.target))
             }
             None if readings || path.is_file() => single(ReadingsSpec::of(path.into()).to_string()),
             None => {
                 let message = format!(
-                    "this is neither a config (*.toml), a table ({}), readings ({}) nor a kind of \
-                     material; allowed kinds: {}",
+                    "this is neither a config (*.toml), a table ({}), a folder of them, readings ({}) nor \
+                     a kind of material; allowed kinds: {}",
                     READ_TABLE.extensions("*."),
                     READ_READINGS.extensions("*."),
                     one_of(&self.target, kinds())
@@ -96,6 +101,8 @@ impl BrdfArgs {
             let label = format!("--set {assignment}");
             if of_config || TABLES.contains(&first) {
                 source.set(assignment, label)?;
+            } else if table.is_none() && path.is_dir() {
+                source.set(&format!("merl.{assignment}"), label)?;
             } else {
                 source.set(&format!("material.0.{assignment}"), label)?;
             }

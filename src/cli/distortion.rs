@@ -11,8 +11,8 @@ use crate::metrics::{self, Measure, MetricsSpec};
 use crate::parametrization;
 use crate::registry::Entry;
 use crate::report::{
-    ReductionRow, SharesRow, StretchRow, reduction_table, rows_csv, rows_json, shares_table,
-    stretch_table,
+    AlignmentRow, ReductionRow, SharesRow, StretchRow, alignment_table, reduction_table, rows_csv,
+    rows_json, shares_table, stretch_table,
 };
 use clap::{Args, ValueEnum};
 use serde::Serialize;
@@ -21,6 +21,8 @@ use serde::Serialize;
 enum Table {
     /// Share of the variance that one axis explains, and two; energy of the gradient along each
     Shares,
+    /// The share that two axes explain, over all materials, beside that of half/difference coordinates
+    Alignment,
     /// Errors of the average over the azimuth, in each parametrization
     Reduction,
     /// Longest over shortest way of a small step in coordinates; the same for every material
@@ -52,7 +54,7 @@ pub(super) struct Distortion {
     /// What is measured
     #[arg(long, value_enum, default_value = "shares")]
     table: Table,
-    /// For shares: of what number [default: value for the test functions, log for the others]
+    /// For shares and alignment: of what number [default: value for the test functions, log for the others]
     #[arg(long, value_enum)]
     scale: Option<ScaleArg>,
     /// For shares: what a node counts
@@ -68,17 +70,29 @@ impl Distortion {
         self.output.check()?;
         match self.table {
             Table::Shares => self.shares(),
+            Table::Alignment => self.alignment(),
             Table::Reduction => self.reduction(),
             Table::Stretch => self.stretch(),
         }
     }
 
     fn shares(&self) -> Result<(), Error> {
-        let mut rows = Vec::new();
         let weight = match self.weight {
             WeightArg::Coordinates => Weight::Coordinates,
             WeightArg::SolidAngle => Weight::SolidAngle,
         };
+        let (rows, outcome) = self.all_shares(&[weight]);
+        self.write(rows, |r| shares_table(r), outcome)
+    }
+
+    fn alignment(&self) -> Result<(), Error> {
+        let (rows, outcome) = self.all_shares(&Weight::ALL);
+        self.write(AlignmentRow::of(&rows), |r| alignment_table(r), outcome)
+    }
+
+    /// The shares of every material in every parametrization.
+    fn all_shares(&self, weights: &[Weight]) -> (Vec<SharesRow>, Result<(), Error>) {
+        let mut rows = Vec::new();
         let outcome = self.brdf.each(self.output.place(), |material, brdf| {
             let scale = match self.scale {
                 Some(ScaleArg::Value) => Scale::Value,
@@ -91,18 +105,21 @@ impl Distortion {
                     isotropic: true,
                     ..material.symmetry
                 });
-                let found = analysis::distortion(brdf, scale, &*form, weight);
-                rows.extend(SharesRow::of(
-                    &material.name,
-                    entry.kind,
-                    form.axes(),
-                    (scale, weight),
-                    &found,
-                ));
+                for &weight in weights {
+                    let found = analysis::distortion(brdf, scale, &*form, weight);
+                    let (name, axes) = (&material.name, form.axes());
+                    rows.extend(SharesRow::of(
+                        name,
+                        entry.kind,
+                        axes,
+                        (scale, weight),
+                        &found,
+                    ));
+                }
             }
             Ok(())
         });
-        self.write(rows, |r| shares_table(r), outcome)
+        (rows, outcome)
     }
 
     fn reduction(&self) -> Result<(), Error> {
@@ -151,8 +168,11 @@ fn is_test_function(resolved: &toml::Table) -> bool {
 }
 
 fn pairs() -> Result<Vec<DirectionPair>, Error> {
-    metrics::test_pairs(Measure::Cosine, &MetricsSpec::default())
-        .map_err(|e| Error::Internal(e.to_string()))
+    let spec = MetricsSpec {
+        pairs: 20_000,
+        ..MetricsSpec::default()
+    };
+    metrics::test_pairs(Measure::Cosine, &spec).map_err(|e| Error::Internal(e.to_string()))
 }
 
 /// The approximations of one material in every parametrization.

@@ -12,8 +12,8 @@ mod svg;
 
 pub use acquisition::{Table, instruments, ranking, ranking_csv, results_csv, study_text};
 pub use analysis::{
-    ReductionRow, SharesRow, StretchRow, claims_csv, claims_json, claims_table, reduction_table,
-    rows_csv, rows_json, shares_table, stretch_table,
+    AlignmentRow, ReductionRow, SharesRow, StretchRow, alignment_table, claims_csv, claims_json,
+    claims_table, reduction_table, rows_csv, rows_json, shares_table, stretch_table,
 };
 pub use columns::Columns;
 pub use moments::{

@@ -1,6 +1,7 @@
 //! What can be said of a parametrization before anything is measured.
 
 use super::Bench;
+use std::collections::BTreeMap;
 
 #[test]
 fn claims_are_judged_with_and_without_a_material() {
@@ -51,6 +52,60 @@ fn distortion_is_told_for_every_parametrization() {
         bench
             .refused(&["distortion", "small.toml", "--material", "x"], 2)
             .contains("ggx")
+    );
+}
+
+/// Alignment over materials is the mean of what is told of each.
+#[test]
+fn alignment_is_that_of_all_materials() {
+    let bench = Bench::new();
+    let kinds = [
+        "alpha = 0.1",
+        "alpha = 0.2",
+        "alpha = 0.3",
+        "alpha = 0.4",
+        "alpha = 0.5",
+    ];
+    let mut config = "experiment = \"moments\"\n".to_owned();
+    for keys in kinds {
+        config += &format!("[[material]]\nkind = \"ggx\"\n{keys}\n");
+    }
+    config += "[[material]]\nkind = \"low-abc-smooth\"\n";
+    std::fs::write(bench.path("many.toml"), &config).unwrap();
+    let table = |args: &[&str]| -> Vec<BTreeMap<String, String>> {
+        let csv = bench.good(&[&["distortion", "many.toml", "--format", "csv"], args].concat());
+        let mut rows = csv::Reader::from_reader(csv.as_bytes());
+        rows.deserialize().map(Result::unwrap).collect()
+    };
+    let aligned = table(&["--table", "alignment"]);
+    assert_eq!(aligned.len(), 20);
+    for weight in ["coordinates", "solid-angle"] {
+        let shares = table(&["--weight", weight]);
+        let shares_of = |parametrization: &str, function: &str| -> Vec<f64> {
+            let of = shares
+                .iter()
+                .filter(|r| r["parametrization"] == parametrization);
+            let all = of.filter(|r| r["phi_deg"].is_empty());
+            all.map(|r| r[function].parse().unwrap()).collect()
+        };
+        for row in aligned.iter().filter(|r| r["weight"] == weight) {
+            let shares = shares_of(&row["parametrization"], &row["function"]);
+            let reference = shares_of("half-difference", &row["function"]);
+            let number = |name: &str| row[name].parse::<f64>().unwrap();
+            let mean = |of: &dyn Fn(usize) -> f64| (0..6).map(of).sum::<f64>() / 6.0;
+            assert_eq!((number("materials"), shares.len()), (6.0, 6));
+            assert!((number("mean") - mean(&|i| shares[i])).abs() < 1e-12);
+            let difference = mean(&|i| shares[i] - reference[i]);
+            assert!((number("difference") - difference).abs() < 1e-12);
+            let more = (0..6).filter(|&i| shares[i] > reference[i]).count();
+            assert_eq!(number("more"), more as f64);
+            assert!(number("low") <= difference && difference <= number("high"));
+        }
+    }
+    let said = bench.good(&["distortion", "many.toml", "--table", "alignment"]);
+    assert!(
+        said.contains("nodes weighed by solid-angle, over 6 materials"),
+        "{said}"
     );
 }
 

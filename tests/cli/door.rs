@@ -20,7 +20,13 @@ fn tables() -> Bench {
 #[test]
 fn tables_are_run_without_a_config() {
     let bench = tables();
-    let small = ["--set", "budgets=[40]", "--set", "metrics.pairs=200", "-q"];
+    let small = [
+        "--set",
+        "budgets=[40]",
+        "--set",
+        "metrics={ pairs = 200, max_pairs = 1 }",
+        "-q",
+    ];
     let file = [&["run", "brdfs/satin.binary"], &small[..]].concat();
     bench.good(&file);
     let materials = |run: &str| {
@@ -29,6 +35,18 @@ fn tables_are_run_without_a_config() {
         names
     };
     assert_eq!(materials("runs/satin"), ["satin"]);
+    // Commands that look at materials take the folder too.
+    let aligned = bench.good(&["distortion", "brdfs", "--table", "alignment"]);
+    assert!(aligned.contains("over 2 materials"), "{aligned}");
+    let nearest = ["--set", "interpolation=nearest"];
+    let other = bench.good(
+        &[
+            &["distortion", "brdfs", "--table", "alignment"],
+            &nearest[..],
+        ]
+        .concat(),
+    );
+    assert_ne!(aligned, other);
     let text = "configs/merl.toml";
     assert_eq!(bench.manifest("runs/satin")["inputs"][0]["path"], text);
     // It goes on where it was, is listed, and its config does the same again.

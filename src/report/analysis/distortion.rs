@@ -1,10 +1,13 @@
 //! Distortions of materials in parametrizations: rows for programs, tables for people.
 
 use crate::analysis::{Anisotropy, Averaging, Distortion, Scale, Shares, Weight, gradient_shares};
+use crate::error::count;
 use crate::metrics::Errors;
 use crate::parametrization::Axis;
 use crate::report::Columns;
+use crate::statistics::Bootstrap;
 use serde::Serialize;
+use std::collections::BTreeMap;
 use std::io::{self, Write};
 
 /// Shares of one slice, or of all azimuths.
@@ -96,6 +99,142 @@ impl SharesRow {
         };
         slices.chain([all]).collect()
     }
+}
+
+/// How well a parametrization is aligned with several materials, beside [`REFERENCE`] on the same.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct AlignmentRow {
+    /// Name of the parametrization.
+    pub parametrization: &'static str,
+    /// `coordinates` or `solid-angle`.
+    pub weight: &'static str,
+    /// `sum`: a function of the first axis plus one of the second; `both`: any function of these two.
+    pub function: &'static str,
+    /// Materials that vary.
+    pub materials: usize,
+    /// Mean over them of the share of the variance that such a function explains.
+    pub mean: f64,
+    /// Median of that share.
+    pub median: f64,
+    /// Materials of which it explains more than half/difference coordinates do.
+    pub more: usize,
+    /// Materials of which it explains less.
+    pub less: usize,
+    /// Mean of the difference of the shares.
+    pub difference: f64,
+    /// Ends of the 95 % bootstrap interval of that mean over materials; `None` of fewer than 6.
+    pub low: Option<f64>,
+    /// The upper end.
+    pub high: Option<f64>,
+}
+
+/// The coordinates that others are compared with.
+const REFERENCE: &str = "half-difference";
+
+/// A share of the variance, by its name.
+type Named = (&'static str, fn(&SharesRow) -> Option<f64>);
+
+/// Functions of two axes whose shares are told: aligned isolines are those of a sum.
+const FUNCTIONS: [Named; 2] = [("sum", |r| r.sum), ("both", |r| r.both)];
+
+/// Seed of the bootstrap: the same rows give the same intervals.
+const SEED: u64 = 1;
+
+impl AlignmentRow {
+    /// A row per weight, function and parametrization, from the rows of all materials in all of them.
+    pub fn of(rows: &[SharesRow]) -> Vec<Self> {
+        let bootstrap = Bootstrap::new(SEED);
+        let all = || rows.iter().filter(|r| r.phi_deg.is_none());
+        let mut found = Vec::new();
+        for weight in Weight::ALL.map(Weight::name) {
+            for (function, of) in FUNCTIONS {
+                // By parametrization, then material.
+                let mut shares: Vec<(&'static str, BTreeMap<&str, f64>)> = Vec::new();
+                for row in all().filter(|r| r.weight == weight) {
+                    let name = row.parametrization;
+                    if !shares.iter().any(|(n, _)| *n == name) {
+                        shares.push((name, BTreeMap::new()));
+                    }
+                    let mut lists = shares.iter_mut().filter(|(n, _)| *n == name);
+                    if let (Some((_, list)), Some(share)) = (lists.next(), of(row)) {
+                        list.insert(&row.material, share);
+                    }
+                }
+                let reference = shares.iter().find(|(n, _)| *n == REFERENCE);
+                let Some((_, reference)) = reference.cloned() else {
+                    continue;
+                };
+                let rows = shares.iter().filter(|(_, list)| !list.is_empty());
+                found.extend(rows.map(|(parametrization, list)| {
+                    let more =
+                        |(material, share): (&&str, &f64)| Some(share - reference.get(material)?);
+                    let differences: Vec<f64> = list.iter().filter_map(more).collect();
+                    let interval = bootstrap.mean_interval(&differences);
+                    let mut sorted: Vec<f64> = list.values().copied().collect();
+                    sorted.sort_by(f64::total_cmp);
+                    let n = sorted.len();
+                    Self {
+                        parametrization,
+                        weight,
+                        function,
+                        materials: n,
+                        mean: mean(&sorted),
+                        median: 0.5 * (sorted[(n - 1) / 2] + sorted[n / 2]),
+                        more: differences.iter().filter(|d| **d > 0.0).count(),
+                        less: differences.iter().filter(|d| **d < 0.0).count(),
+                        difference: mean(&differences),
+                        low: interval.map(|[low, _]| low),
+                        high: interval.map(|[_, high]| high),
+                    }
+                }));
+            }
+        }
+        found
+    }
+}
+
+fn mean(values: &[f64]) -> f64 {
+    values.iter().sum::<f64>() / values.len().max(1) as f64
+}
+
+/// Alignment over materials: a block per weight and function, a line per parametrization.
+pub fn alignment_table(rows: &[AlignmentRow]) -> String {
+    let mut out = String::new();
+    for block in rows.chunk_by(|a, b| (a.weight, a.function) == (b.weight, b.function)) {
+        let Some(first) = block.first() else {
+            continue;
+        };
+        let function = match first.function {
+            "sum" => "a function of the first axis plus one of the second explains",
+            _ => "any function of the first two axes explains",
+        };
+        out += &format!(
+            "Percent of the variance of ln(f + 1e-3) that {function}, nodes weighed by {}, over {}\n",
+            first.weight,
+            count(first.materials, "material")
+        );
+        let mut columns = Columns::new(&format!(
+            "\t>mean\t>median\t>more\t>less\t>than {REFERENCE}, mean\t>95 %"
+        ));
+        for row in block {
+            let points = |x: f64| format!("{:+.1}", 100.0 * x);
+            let interval = row.low.zip(row.high);
+            let interval = interval.map_or("–".into(), |(low, high)| {
+                format!("{} to {}", points(low), points(high))
+            });
+            columns.row(&format!(
+                "  {}\t{}\t{}\t{}\t{}\t{}\t{interval}",
+                row.parametrization,
+                percent(Some(row.mean)),
+                percent(Some(row.median)),
+                row.more,
+                row.less,
+                points(row.difference),
+            ));
+        }
+        out += &format!("{columns}\n");
+    }
+    out
 }
 
 /// Errors of the approximation that does not depend on the azimuth.

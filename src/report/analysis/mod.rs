@@ -7,8 +7,8 @@ mod subset;
 
 pub use claims::{claims_csv, claims_json, claims_table};
 pub use distortion::{
-    ReductionRow, SharesRow, StretchRow, reduction_table, rows_csv, rows_json, shares_table,
-    stretch_table,
+    AlignmentRow, ReductionRow, SharesRow, StretchRow, alignment_table, reduction_table, rows_csv,
+    rows_json, shares_table, stretch_table,
 };
 #[cfg(feature = "pictures")]
 pub use subset::SubsetReport;
