@@ -149,7 +149,7 @@ impl Tally {
         }
     }
 
-    /// True if the standard error of every average is a share below `tolerance` of it, or below [`NEGLIGIBLE`].
+    /// True if the standard error of every average is a share below `tolerance` of it, or below 1e-6.
     pub fn has_converged(&self, measure: usize, tolerance: f64) -> bool {
         let (errors, standard) = (self.errors(measure), self.standard_errors(measure));
         // The quantile is no average.

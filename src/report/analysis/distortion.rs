@@ -101,7 +101,7 @@ impl SharesRow {
     }
 }
 
-/// How well a parametrization is aligned with several materials, beside [`REFERENCE`] on the same.
+/// How well a parametrization is aligned with several materials, beside half/difference coordinates on the same.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct AlignmentRow {
     /// Name of the parametrization.
