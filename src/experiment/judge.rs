@@ -433,14 +433,9 @@ impl Copies {
 }
 
 impl Compared {
-    /// The errors under a measure, by number.
-    pub fn errors(&self, at: usize) -> Errors {
-        self.tally.errors(at)
-    }
-
-    /// Writes the numbers under a measure.
-    pub fn write(&self, at: usize, to: &mut Quantities) {
-        let errors = self.errors(at);
+    /// Writes the numbers under a measure, by number, and returns its errors.
+    pub fn write(&self, at: usize, to: &mut Quantities) -> Errors {
+        let errors = self.tally.errors(at);
         let whole = match &self.whole {
             Some(whole) => Some(whole.errors(at)),
             None => self.nothing_lost.then_some(errors),
@@ -468,5 +463,6 @@ impl Compared {
             }
             to.set(MomentErrors::UNRESOLVED.name, Some(*unresolved as f64));
         }
+        errors
     }
 }

@@ -229,7 +229,7 @@ impl BrdfSpec for ReadingsSpec {
         let measurement = &readings.measurement;
         let choose = self.reconstruction.is_none()
             && measurement.schedule.is_of_others()
-            && CrossValidation::new(measurement, None).is_ok();
+            && CrossValidation::is_possible(measurement);
         let choice = choose.then(|| {
             format!(
                 "the readings choose their reconstruction, and `gonio reconstruct {file}` says which"

@@ -13,7 +13,7 @@ use super::plan::Plan;
 use super::readings::Readings;
 use super::record::{Experiment, Extent, Known, Shard};
 use super::route::{Route, Router};
-use super::row::Row;
+use super::row::{Quantities, Row};
 use super::schedules::{Share, name_of};
 use super::unit::Unit;
 use crate::error::Error;
@@ -529,9 +529,10 @@ impl<'a> Runner<'a> {
                     continue;
                 }
                 let compared = &compared[i];
-                let errors = compared.errors(at);
+                let mut quantities = Quantities::default();
+                let errors = compared.write(at, &mut quantities);
                 let facts = &m.readings.facts;
-                let mut row = Row {
+                rows.push(Row {
                     key,
                     material: m.member.material.name.clone(),
                     material_key: m.identity.key.clone(),
@@ -548,7 +549,7 @@ impl<'a> Runner<'a> {
                     readings: facts.readings,
                     seed: schedule.seed,
                     measure: measure.name().into(),
-                    quantities: Default::default(),
+                    quantities,
                     poses: facts.poses,
                     no_data: facts.no_data,
                     reachable: facts.reachable,
@@ -566,9 +567,7 @@ impl<'a> Runner<'a> {
                     reconstruct_seconds: compared.reconstruct_seconds,
                     evaluate_seconds: compared.evaluate_seconds,
                     moment_seconds: compared.moment_seconds,
-                };
-                compared.write(at, &mut row.quantities);
-                rows.push(row);
+                });
             }
         }
         Ok(rows)

@@ -59,9 +59,6 @@ macro_rules! judged {
 }
 
 impl Errors {
-    /// Errors that are averages over pairs: the first of all.
-    pub const AVERAGES: usize = 5;
-
     judged! {
         nrmse: "RMS of (g − f) cos over RMS of f cos; f truth, g reconstruction, cos = cos theta_i",
         log_relative: "mean |ln((g + 1e-3)/(f + 1e-3))|",

@@ -32,6 +32,9 @@ struct Sums {
     relative: Histogram,
 }
 
+/// Errors that are averages over pairs; the last one is a quantile.
+const AVERAGES: usize = Errors::QUANTITIES.len() - 1;
+
 /// Numbers of a pair that are averaged.
 const TERMS: usize = 6;
 
@@ -118,57 +121,63 @@ impl Tally {
 
     /// The errors under a measure, by number.
     pub fn errors(&self, measure: usize) -> Errors {
-        self.without(measure, None)
+        self.named(self.averages(measure, None), self.quantile(measure, None))
     }
 
     /// The standard error of each error under a measure: of the jackknife over the replicates, which is that of
     /// their mean for an average (Efron & Stein 1981). `None` where one of them leaves nothing.
     pub fn standard_errors(&self, measure: usize) -> Errors {
-        let n = self.sums[measure].len();
-        let without: Vec<Errors> = (0..n).map(|r| self.without(measure, Some(r))).collect();
-        let of = |field: fn(&Errors) -> Option<f64>| {
-            let values = without.iter().map(field).collect::<Option<Vec<f64>>>()?;
-            (n > 1).then(|| jackknife(&values))
-        };
-        let [
-            nrmse,
-            log_relative,
-            log1p,
-            cbrt,
-            mean_relative,
-            relative_p999,
-        ] = Errors::QUANTITIES.map(|(_, field)| of(field));
-        Errors {
-            nrmse,
-            log_relative,
-            log1p,
-            cbrt,
-            mean_relative,
-            relative_p999,
-            ..self.errors(measure)
-        }
+        let quantiles: Option<Vec<f64>> = self
+            .replicates(measure)
+            .map(|r| self.quantile(measure, Some(r)))
+            .collect();
+        self.named(
+            self.standard_errors_of_averages(measure),
+            quantiles.and_then(|values| jackknife(&values)),
+        )
     }
 
     /// True if the standard error of every average is a share below `tolerance` of it, or below 1e-6.
     pub fn has_converged(&self, measure: usize, tolerance: f64) -> bool {
-        let (errors, standard) = (self.errors(measure), self.standard_errors(measure));
-        // The quantile is no average.
-        Errors::QUANTITIES[..Errors::AVERAGES]
-            .iter()
-            .all(|(_, of)| {
-                let (Some(value), Some(error)) = (of(&errors), of(&standard)) else {
-                    return of(&errors).is_none();
-                };
-                error <= NEGLIGIBLE.max(tolerance * value)
-            })
+        let averages = self.averages(measure, None);
+        let standard = self.standard_errors_of_averages(measure);
+        averages.iter().zip(standard).all(|both| match both {
+            (Some(value), Some(error)) => error <= NEGLIGIBLE.max(tolerance * value),
+            (value, _) => value.is_none(),
+        })
     }
 
-    /// The errors of all replicates but one.
-    fn without(&self, measure: usize, left_out: Option<usize>) -> Errors {
+    fn standard_errors_of_averages(&self, measure: usize) -> [Option<f64>; AVERAGES] {
+        let without: Vec<_> = self
+            .replicates(measure)
+            .map(|r| self.averages(measure, Some(r)))
+            .collect();
+        std::array::from_fn(|k| {
+            let values: Option<Vec<f64>> = without.iter().map(|averages| averages[k]).collect();
+            values.and_then(|values| jackknife(&values))
+        })
+    }
+
+    /// Numbers of the replicates.
+    fn replicates(&self, measure: usize) -> Range<usize> {
+        0..self.sums[measure].len()
+    }
+
+    /// The sums of all replicates but one.
+    fn kept(&self, measure: usize, left_out: Option<usize>) -> impl Iterator<Item = &Sums> + Clone {
         let all = self.sums[measure].iter().enumerate();
-        let kept = all
-            .filter(|(r, _)| Some(*r) != left_out)
-            .map(|(_, sums)| sums);
+        all.filter(move |(r, _)| Some(*r) != left_out)
+            .map(|(_, sums)| sums)
+    }
+
+    /// The averages of all replicates but one, in the order of [`Errors::QUANTITIES`].
+    fn averages(&self, measure: usize, left_out: Option<usize>) -> [Option<f64>; AVERAGES] {
+        let mut totals = [Sum::default(); 1 + TERMS];
+        for sums in self.kept(measure, left_out) {
+            for (total, sum) in totals.iter_mut().zip(sums.of) {
+                total.add(sum.value());
+            }
+        }
         let [
             weight,
             difference2,
@@ -177,24 +186,36 @@ impl Tally {
             log_relative,
             log1p,
             relative,
-        ] = {
-            let mut totals = [Sum::default(); 1 + TERMS];
-            for sums in kept.clone() {
-                for (total, sum) in totals.iter_mut().zip(sums.of) {
-                    total.add(sum.value());
-                }
-            }
-            totals.map(Sum::value)
-        };
+        ] = totals.map(Sum::value);
         let mean = |sum: f64| defined(sum / weight);
+        [
+            defined((difference2 / truth2).sqrt()),
+            mean(log_relative),
+            mean(log1p),
+            mean(cbrt2).map(f64::sqrt),
+            mean(relative),
+        ]
+    }
+
+    /// The quantile of the relative error of all replicates but one.
+    fn quantile(&self, measure: usize, left_out: Option<usize>) -> Option<f64> {
+        let kept = self.kept(measure, left_out);
+        let mut weight = Sum::default();
+        kept.clone().for_each(|sums| weight.add(sums.of[0].value()));
+        let weight = weight.value();
         let quantile = || Histogram::quantile(kept.map(|sums| &sums.relative), QUANTILE * weight);
+        (weight > 0.0).then(quantile).and_then(defined)
+    }
+
+    fn named(&self, averages: [Option<f64>; AVERAGES], relative_p999: Option<f64>) -> Errors {
+        let [nrmse, log_relative, log1p, cbrt, mean_relative] = averages;
         Errors {
-            nrmse: defined((difference2 / truth2).sqrt()),
-            log_relative: mean(log_relative),
-            log1p: mean(log1p),
-            cbrt: mean(cbrt2).map(f64::sqrt),
-            mean_relative: mean(relative),
-            relative_p999: (weight > 0.0).then(quantile).and_then(defined),
+            nrmse,
+            log_relative,
+            log1p,
+            cbrt,
+            mean_relative,
+            relative_p999,
             pairs: self.compared,
             pairs_missing: self.missing,
             pairs_unreconstructed: self.unreconstructed,
@@ -202,12 +223,12 @@ impl Tally {
     }
 }
 
-/// Standard error of an estimate from those without one part each, of which there are two or more.
-pub(crate) fn jackknife(without: &[f64]) -> f64 {
+/// Standard error of an estimate from those without one part each; `None` of fewer than two parts.
+pub(crate) fn jackknife(without: &[f64]) -> Option<f64> {
     let n = without.len() as f64;
     let mean = without.iter().sum::<f64>() / n;
     let spread = without.iter().map(|v| (v - mean).powi(2)).sum::<f64>();
-    ((n - 1.0) / n * spread).sqrt()
+    (n > 1.0).then(|| ((n - 1.0) / n * spread).sqrt())
 }
 
 /// Weights by size of a number ≥ 0, in 32 steps for each factor of 2.

@@ -243,7 +243,9 @@ impl TestSet {
             sin2: window.sin2_mask,
         };
         let mut inside = [0.0; 1 + LOBE_ALPHAS.len()];
-        for (inside, part) in inside.iter_mut().zip(MIXTURE) {
+        let lobes = measures.contains(&Measure::Lobe);
+        let asked = if lobes { inside.len() } else { 1 };
+        for (inside, part) in inside.iter_mut().zip(MIXTURE).take(asked) {
             let mut sobol = Sobol::new(spec.seed);
             let kept = (0..TRIAL).filter(|&i| {
                 let pair = part.candidate(sobol.point(i), &cut);

@@ -40,10 +40,7 @@ impl<'a> CrossValidation<'a> {
         measurement: &'a Measurement,
         sheets: Option<bool>,
     ) -> Result<Self, ValidationError> {
-        let readings = (0..measurement.outcomes.len()).filter(|&i| measurement.value(i).is_some());
-        let step = measurement.readings().div_ceil(MOST).max(1);
-        let poses: Vec<usize> = readings.step_by(step).collect();
-        let groups = Groups::new(measurement, &poses, sheets)?;
+        let (poses, groups) = Self::groups(measurement, sheets)?;
         let judges = groups.judges(&poses);
         Ok(Self {
             jury: Jury::of(measurement, &judges, groups.count, true)?,
@@ -51,6 +48,23 @@ impl<'a> CrossValidation<'a> {
             poses,
             groups,
         })
+    }
+
+    /// True if readings can choose their method, without what it takes to do so.
+    pub fn is_possible(measurement: &Measurement) -> bool {
+        Self::groups(measurement, None).is_ok()
+    }
+
+    /// The poses that take part, and which of them are left out together.
+    fn groups(
+        measurement: &Measurement,
+        sheets: Option<bool>,
+    ) -> Result<(Vec<usize>, Groups), ValidationError> {
+        let readings = (0..measurement.outcomes.len()).filter(|&i| measurement.value(i).is_some());
+        let step = measurement.readings().div_ceil(MOST).max(1);
+        let poses: Vec<usize> = readings.step_by(step).collect();
+        let groups = Groups::new(measurement, &poses, sheets)?;
+        Ok((poses, groups))
     }
 
     /// What is left out at a time.

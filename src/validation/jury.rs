@@ -145,7 +145,7 @@ impl Jury {
                     without.iter().map(|numbers| numbers[q]).collect();
                 Estimate {
                     value: whole[q],
-                    standard_error: of_groups.map(|values| jackknife(&values)),
+                    standard_error: of_groups.and_then(|values| jackknife(&values)),
                 }
             })
         })
