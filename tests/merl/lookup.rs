@@ -232,7 +232,8 @@ fn trilinear_is_exact_on_functions_linear_in_the_coordinates() {
             let mut seen = 0;
             for i in 0..100_000 {
                 let u: [f64; 4] = random.point(i);
-                let x = [u[0] * 89.0, 0.01 + u[1] * 88.98, u[2] * (n - 1.0)];
+                // From the first row on: at theta_h = 0 phi_d means nothing.
+                let x = [1.0 + u[0] * 88.0, 0.01 + u[1] * 88.98, u[2] * (n - 1.0)];
                 let [h, d, phi] = angles(x);
                 let Some(pair) = pair(h, d, phi, TAU * u[3]) else {
                     continue;
@@ -276,6 +277,43 @@ fn trilinear_is_periodic_in_phi_and_constant_beyond_the_last_nodes() {
     };
     assert!((beyond([89.7, 0.0, 90.0]) - 89.0).abs() < 1e-9);
     assert!((beyond([0.0, 89.7, 90.0]) - 89_000.0).abs() < 1e-6);
+}
+
+#[test]
+fn trilinear_has_one_value_at_each_theta_d_of_the_pole() {
+    // With phi_d at theta_h = 0 as published fits have it, and cells without data among them.
+    let stored = |[h, d, phi]: [usize; 3]| match phi % 7 {
+        0 => -1.0,
+        r => (1 + h) as f64 + 0.01 * d as f64 + 0.07 * r as f64,
+    };
+    let mean = |d: usize| {
+        let cells = (0..180).map(|phi| stored([0, d, phi]));
+        let data: Vec<f64> = cells.filter(|v| *v >= 0.0).collect();
+        data.iter().sum::<f64>() / data.len() as f64
+    };
+    for channels in [Channels::Luminance, Channels::Rgb] {
+        let table = grey(MerlGrid::Reciprocal, channels, stored);
+        let nearest = table.clone().with_interpolation(Interpolation::Nearest);
+        for d in [1, 30, 70] {
+            let mut read = Vec::new();
+            for phi in 1..180 {
+                let at = |x_h: f64| {
+                    let [h, d, phi] = angles([x_h, d as f64, f64::from(phi)]);
+                    pair(h, d, phi, 0.3).unwrap()
+                };
+                // theta_h = 3e-14 rad: its coordinate, 1e-5 cells, is what a value may differ by.
+                let limit = first(&table, &at(1e-5)).unwrap();
+                assert!(
+                    (limit - mean(d)).abs() < 1e-4,
+                    "{d} {phi}: {limit} {}",
+                    mean(d)
+                );
+                read.extend(first(&nearest, &at(0.5)));
+            }
+            // The reference reader's values are those that are stored.
+            assert!(read.iter().any(|v| (v - read[0]).abs() > 0.1));
+        }
+    }
 }
 
 #[test]

@@ -10,6 +10,7 @@
 //! no reason to refuse 1.4 million good ones. A file with no data at all is refused.
 
 use super::super::Planes;
+use super::grid::THETA_CELLS;
 use super::{Merl, MerlError, MerlGrid};
 use crate::brdf::Channels;
 use crate::numeric;
@@ -119,7 +120,7 @@ fn read_planes(
     let planes = match channels {
         Channels::Rgb => {
             let mut read = || -> Result<Vec<f64>, MerlError> {
-                let mut plane = Vec::with_capacity(grid.cells());
+                let mut plane = Vec::with_capacity(grid.cells() + THETA_CELLS);
                 source.plane(|values| plane.extend(values))?;
                 Ok(plane)
             };
@@ -128,7 +129,7 @@ fn read_planes(
         Channels::Luminance => {
             // Folded plane by plane in the order of `numeric::luminance`, so that the sum has the
             // bits of the luminance of an R, G, B reading. −1 once a channel has no data.
-            let mut plane = Vec::with_capacity(grid.cells());
+            let mut plane = Vec::with_capacity(grid.cells() + THETA_CELLS);
             let part = |c: usize, v: f64| numeric::LUMINANCE[c] * (v * SCALE[c]);
             source.plane(|values| {
                 plane.extend(values.map(|v| if is_data(v) { part(0, v) } else { -1.0 }));

@@ -17,8 +17,7 @@
 //!
 //! phi_d has period 180° in a reciprocal table (exchanging light and sensor adds 180°), 360°
 //! otherwise. Degenerate cases: at h_bar = 0 any azimuth of h is right and p = (1, 0) is taken; at
-//! k = 0 any phi_d is right and 0 is taken. (Tables vary a little with phi_d at h_bar = 0, where
-//! an isotropic BRDF cannot: like the reference reader, what is stored is returned.) Small angles are not snapped to 0: the peak of a glossy
+//! k = 0 any phi_d is right and 0 is taken. Small angles are not snapped to 0: the peak of a glossy
 //! material lies in theta_h < 0.26°.
 
 use crate::geometry::{Direction, DirectionPair, Symmetry};
