@@ -96,7 +96,7 @@ impl Chart for HalfDifference {
             label: "θ_d",
             unit: Unit::Radian,
             max: FRAC_PI_2,
-            quantity: Quantity::Other,
+            quantity: Quantity::Angle,
         },
     ];
     const AZIMUTH: [Azimuth; 2] = [

@@ -66,6 +66,8 @@ pub enum AxisKind {
 pub enum Quantity {
     /// The elevation of the half vector, which the rows of a MERL table are of.
     HalfAngle,
+    /// Another elevation, or an angle between directions, in [0, π/2].
+    Angle,
     /// A length in [0, 1]: the sine of an angle.
     Length,
     /// Anything else.
@@ -233,9 +235,9 @@ pub enum WarpProblem {
     /// The rows of a MERL table are those of one axis.
     #[error("the merl warp is defined for theta_h only")]
     NotThetaH,
-    /// An arcsine is that of a length.
-    #[error("the arcsine warp is defined for the lengths h_bar, k_bar and k only")]
-    NoLength,
+    /// An arcsine is that of a length or of a share of a right angle.
+    #[error("the arcsine warp is defined for lengths and angles, not for their squares")]
+    NoArcsine,
     /// There is no such axis.
     #[error("no axis of {parametrization}; allowed: {axes}")]
     NoAxis {

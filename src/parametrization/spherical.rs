@@ -30,14 +30,14 @@ impl Chart for Spherical {
             label: "θ_i",
             unit: Unit::Radian,
             max: FRAC_PI_2,
-            quantity: Quantity::Other,
+            quantity: Quantity::Angle,
         },
         Radial {
             symbol: "theta_o",
             label: "θ_o",
             unit: Unit::Radian,
             max: FRAC_PI_2,
-            quantity: Quantity::Other,
+            quantity: Quantity::Angle,
         },
     ];
     const AZIMUTH: [Azimuth; 2] = [

@@ -8,6 +8,7 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use std::collections::BTreeMap;
 use std::f64::consts::FRAC_PI_2;
 use std::fmt;
+use std::ops::Range;
 
 /// Warps by axis symbol.
 pub type Warps = BTreeMap<String, WarpSpec>;
@@ -19,13 +20,19 @@ pub enum WarpSpec {
     SquareRoot,
     /// u = 90 sqrt(theta_h / 90°) in [0, 90], the row index of a MERL table; half angles only.
     Merl,
-    /// u = asin x in [0, π/2], e.g. |k| → theta_d; lengths only.
+    /// u = asin(x / x_max) in [0, π/2]: fine near the end, e.g. |k| → theta_d; lengths and angles.
     Arcsine,
     /// u = (x / x_max)^exponent in [0, 1]; any radial axis.
     Power {
         /// In [0.1, 1]: at 0.1 half of the axis holds a thousandth (2^-10) of its range, and a
         /// round trip loses 1/exponent ulp.
         exponent: f64,
+    },
+    /// u = asinh(x / s) / asinh(x_max / s) in [0, 1], s = scale x_max: equal steps up to s, steps that
+    /// grow in proportion to x beyond; any radial axis.
+    Asinh {
+        /// Share of the axis, in [1e-4, 1]: at 1e-4 a round trip loses 10 ulp at the end of the axis.
+        scale: f64,
     },
 }
 
@@ -39,6 +46,13 @@ struct NoKeys {}
 #[serde(deny_unknown_fields)]
 struct PowerKeys {
     exponent: f64,
+}
+
+/// The keys of `asinh`.
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct AsinhKeys {
+    scale: f64,
 }
 
 /// The entry of a warp without keys.
@@ -76,7 +90,7 @@ pub fn warps() -> Vec<Entry<WarpSpec>> {
         ),
         plain(
             "arcsine",
-            "asin x, in degrees: lengths in [0, 1], e.g. |k| becomes theta_d",
+            "asin(x / x_max), in degrees: fine near the end, e.g. |k| becomes theta_d; lengths and angles",
             |table| no_keys(table, WarpSpec::Arcsine),
         ),
         Entry {
@@ -86,20 +100,42 @@ pub fn warps() -> Vec<Entry<WarpSpec>> {
             read: |table| {
                 let span = table.span();
                 let PowerKeys { exponent } = registry::parse(table)?;
-                match power(exponent) {
-                    Ok(warp) => Ok(Box::new(warp)),
-                    Err(e) => Err(ReadError::at(span, e.to_string())),
-                }
+                checked(power(exponent), span)
+            },
+        },
+        Entry {
+            kind: ASINH,
+            summary: "asinh(x / s) over its largest, in [0, 1], s = scale x_max: steps grow with x from s on; \
+                      any radial axis",
+            examples: &["scale = 0.01", "scale = 1.0"],
+            read: |table| {
+                let span = table.span();
+                let AsinhKeys { scale } = registry::parse(table)?;
+                checked(asinh(scale), span)
             },
         },
     ]
 }
 
 const POWER: &str = "power";
+const ASINH: &str = "asinh";
+
+fn checked(
+    warp: Result<WarpSpec, ParameterError>,
+    span: impl Into<Option<Range<usize>>>,
+) -> Result<Box<WarpSpec>, ReadError> {
+    warp.map(Box::new)
+        .map_err(|e| ReadError::at(span, e.to_string()))
+}
 
 fn power(exponent: f64) -> Result<WarpSpec, ParameterError> {
     let exponent = in_closed("exponent", exponent, 0.1, 1.0)?;
     Ok(WarpSpec::Power { exponent })
+}
+
+fn asinh(scale: f64) -> Result<WarpSpec, ParameterError> {
+    let scale = in_closed("scale", scale, 1e-4, 1.0)?;
+    Ok(WarpSpec::Asinh { scale })
 }
 
 impl WarpSpec {
@@ -110,6 +146,7 @@ impl WarpSpec {
             WarpSpec::Merl => "merl",
             WarpSpec::Arcsine => "arcsine",
             WarpSpec::Power { .. } => POWER,
+            WarpSpec::Asinh { .. } => ASINH,
         }
     }
 
@@ -117,25 +154,28 @@ impl WarpSpec {
     pub fn resolved(self) -> registry::Keys {
         match self {
             WarpSpec::Power { exponent } => registry::resolved(POWER, &PowerKeys { exponent }),
+            WarpSpec::Asinh { scale } => registry::resolved(ASINH, &AsinhKeys { scale }),
             WarpSpec::SquareRoot | WarpSpec::Merl | WarpSpec::Arcsine => {
                 registry::resolved(self.kind(), &NoKeys {})
             }
         }
     }
 
-    /// Name in results and headers of files: the kind, `power-0.3` of a power.
+    /// Name in results and headers of files: the kind, `power-0.3` of a power, `asinh-0.01`.
     pub fn name(self) -> String {
         match self {
             WarpSpec::Power { exponent } => format!("{POWER}-{exponent}"),
+            WarpSpec::Asinh { scale } => format!("{ASINH}-{scale}"),
             WarpSpec::SquareRoot | WarpSpec::Merl | WarpSpec::Arcsine => self.kind().into(),
         }
     }
 
     /// The warp of a [`name`](Self::name).
     pub fn named(name: &str) -> Option<Self> {
-        let warp = match name.strip_prefix(POWER).and_then(|n| n.strip_prefix('-')) {
-            Some(exponent) => power(exponent.parse().ok()?).ok()?,
-            None => Self::of_kind(name).ok()?,
+        let warp = match name.split_once('-') {
+            Some((POWER, exponent)) => power(exponent.parse().ok()?).ok()?,
+            Some((ASINH, scale)) => asinh(scale.parse().ok()?).ok()?,
+            _ => Self::of_kind(name).ok()?,
         };
         (warp.name() == name).then_some(warp)
     }
@@ -161,6 +201,7 @@ impl WarpSpec {
             WarpSpec::SquareRoot | WarpSpec::Merl => true,
             WarpSpec::Arcsine => false,
             WarpSpec::Power { exponent } => exponent < 1.0,
+            WarpSpec::Asinh { .. } => true,
         }
     }
 
@@ -176,10 +217,15 @@ impl WarpSpec {
                 (Warp::Root { top: 90.0, max }, 90.0, Unit::One)
             }
             WarpSpec::Merl => return Err(WarpProblem::NotThetaH),
-            WarpSpec::Arcsine if axis.quantity == Quantity::Length => {
-                (Warp::Arcsine, FRAC_PI_2, Unit::Radian)
+            WarpSpec::Arcsine if axis.quantity == Quantity::Other => {
+                return Err(WarpProblem::NoArcsine);
             }
-            WarpSpec::Arcsine => return Err(WarpProblem::NoLength),
+            WarpSpec::Arcsine => (Warp::Arcsine { max }, FRAC_PI_2, Unit::Radian),
+            WarpSpec::Asinh { scale } => {
+                let scale = scale * max;
+                let top = (max / scale).asinh();
+                (Warp::Asinh { scale, top, max }, 1.0, Unit::One)
+            }
             WarpSpec::Power { exponent } => {
                 let inverse = 1.0 / exponent;
                 let warp = Warp::Power {
@@ -203,7 +249,9 @@ impl WarpSpec {
 impl Serialize for WarpSpec {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         match self {
-            WarpSpec::Power { .. } => self.resolved().serialize(serializer),
+            WarpSpec::Power { .. } | WarpSpec::Asinh { .. } => {
+                self.resolved().serialize(serializer)
+            }
             WarpSpec::SquareRoot | WarpSpec::Merl | WarpSpec::Arcsine => {
                 serializer.serialize_str(self.kind())
             }
@@ -247,8 +295,20 @@ pub enum Warp {
         /// Largest plain value.
         max: f64,
     },
-    /// u = asin x.
-    Arcsine,
+    /// u = asin(x/max).
+    Arcsine {
+        /// Largest plain value.
+        max: f64,
+    },
+    /// u = asinh(x/scale) / top.
+    Asinh {
+        /// Where steps begin to grow.
+        scale: f64,
+        /// asinh(max/scale).
+        top: f64,
+        /// Largest plain value.
+        max: f64,
+    },
     /// u = (x/max)^exponent.
     Power {
         /// The exponent, in (0, 1].
@@ -267,7 +327,8 @@ impl Warp {
         match self {
             Warp::Identity => x,
             Warp::Root { top, max } => (top * (x.abs() / max).sqrt()).copysign(x),
-            Warp::Arcsine => x.asin(),
+            Warp::Arcsine { max } => (x / max).asin(),
+            Warp::Asinh { scale, top, .. } => (x / scale).asinh() / top,
             Warp::Power { exponent, max, .. } => (x.abs() / max).powf(exponent).copysign(x),
         }
     }
@@ -283,7 +344,11 @@ impl Warp {
                 let t2 = if t * t > 1.0 { 1.0 } else { t * t };
                 (t2 * max).copysign(u)
             }
-            Warp::Arcsine => u.sin(),
+            Warp::Arcsine { max } => u.sin() * max,
+            Warp::Asinh { scale, top, max } => {
+                let x = scale * (u * top).sinh();
+                if x.abs() > max { max.copysign(x) } else { x }
+            }
             Warp::Power { inverse, max, .. } => {
                 let t = u.abs().powf(inverse);
                 let t = if t > 1.0 { 1.0 } else { t };
@@ -298,7 +363,8 @@ impl Warp {
         match self {
             Warp::Identity => 1.0,
             Warp::Root { top, max } => 2.0 * max * u.abs() / (top * top),
-            Warp::Arcsine => u.cos(),
+            Warp::Arcsine { max } => u.cos() * max,
+            Warp::Asinh { scale, top, .. } => scale * top * (u * top).cosh(),
             Warp::Power { inverse, max, .. } => max * inverse * u.abs().powf(inverse - 1.0),
         }
     }
@@ -340,7 +406,17 @@ mod tests {
                 assert_eq!(again["w"].clone().try_into::<WarpSpec>().unwrap(), warp);
             }
         }
-        for name in ["", "power", "power-", "power-0.50", "power-2", "power-nan"] {
+        for name in [
+            "",
+            "power",
+            "power-",
+            "power-0.50",
+            "power-2",
+            "power-nan",
+            "asinh",
+            "asinh-0",
+            "merl-1",
+        ] {
             assert_eq!(WarpSpec::named(name), None, "{name}");
         }
     }
