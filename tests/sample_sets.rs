@@ -425,6 +425,34 @@ fn shapes_keep_the_ratio() {
     }
 }
 
+#[test]
+fn full_grids_have_as_many_configurations_in_all_coordinates() {
+    for p in forms() {
+        // Axes that light and sensor share, and four of them, take steps of many configurations: there a
+        // budget is filled as far as they allow.
+        let least = match (p.facts().exchange, p.axes().len()) {
+            (false, 3) => 0.985,
+            (true, 3) => 0.97,
+            _ => 0.85,
+        };
+        for budget in [4000, 16_000] {
+            let what = format!("{budget} in {}", name(&*p));
+            let (plain, fewer) = grid_shape(&p, &*set("grid", ""), budget);
+            let (shape, count) = grid_shape(&p, &*set("grid", "fill = true"), budget);
+            assert!(count <= budget && count >= fewer, "{what}: {count} {fewer}");
+            assert!(
+                count as f64 >= least * budget as f64,
+                "{what}: {count} {shape:?}"
+            );
+            println!("{what}: {fewer} {plain:?}, {count} {shape:?}");
+            for (n, m) in plain.into_iter().zip(shape) {
+                let most = (0.15 * n as f64 + 2.0).round() as usize;
+                assert!(n.abs_diff(m) <= most, "{what}: {n} {m}");
+            }
+        }
+    }
+}
+
 // MATHS: coordinates that coincide physically count as one configuration: all azimuths at a pole.
 #[test]
 fn a_node_at_the_pole_counts_once_per_remaining_coordinate() {

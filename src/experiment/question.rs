@@ -104,10 +104,16 @@ impl ReportSpec {
             };
             if !levels.contains(&name.as_str()) {
                 let path = below(&KeyPath::of("report"), key);
+                let mut distinct: Vec<&str> = Vec::new();
+                for level in levels {
+                    if !distinct.contains(level) {
+                        distinct.push(level);
+                    }
+                }
                 let allowed = format!(
                     "a {} of this config: {}",
                     self.factor.name(),
-                    one_of(name, levels)
+                    one_of(name, distinct)
                 );
                 let e = ParameterError::new(path.to_string(), format!("{name:?}"), allowed);
                 return Err(source.error_at(&path, e));

@@ -75,6 +75,10 @@ pub struct Grid {
     /// its start, else `cell`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub centring: Option<Vec<Centring>>,
+    /// True to leave the ratio by up to 15 % for the grid that fills the budget best, so that grids of
+    /// different coordinates have as many configurations.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub fill: bool,
 }
 
 impl Grid {
@@ -83,10 +87,10 @@ impl Grid {
     /// The registry entry.
     pub(super) const ENTRY: Entry<dyn SampleSet> = Entry {
         kind: Self::KIND,
-        summary: "regular grid, cell- or node-centred per axis; ratio = \"tuned\" with [tuning]",
+        summary: "regular grid, cell- or node-centred per axis; ratio = \"tuned\" with [tuning]; fill",
         examples: &[
             "",
-            "ratio = [4, 4, 1]\ncentring = [\"start\", \"cell\", \"cell\"]",
+            "ratio = [4, 4, 1]\ncentring = [\"start\", \"cell\", \"cell\"]\nfill = true",
         ],
         read: |table| Ok(Box::new(registry::parse::<Self>(table)?)),
     };
@@ -196,15 +200,80 @@ impl SampleSet for Grid {
             let allowed = "numbers, or an experiment with [tuning], which finds them";
             return Err(ParameterError::new("ratio", format!("{TUNED:?}"), allowed).into());
         }
-        largest(
-            parametrization,
-            self.numbers(),
-            budget,
-            Self::KIND,
-            |shape| self.lay_out(parametrization, shape, budget),
-        )
+        let lay_out = |shape: &[usize]| self.lay_out(parametrization, shape, budget);
+        let numbers = self.numbers();
+        let schedule = largest(parametrization, numbers, budget, Self::KIND, lay_out)?;
+        Ok(match self.fill {
+            true => fullest(schedule, budget, lay_out),
+            false => schedule,
+        })
     }
 }
+
+/// The grid with the most configurations among shapes whose axes have at most 15 %, or one step, more or
+/// fewer nodes than those of `first`; a hundredth below the budget is near enough. Where exchanging light and
+/// sensor exchanges axes they stay equal, or nodes would not be shared. The azimuth of three axes, which
+/// has few nodes, varies only there.
+fn fullest(
+    first: Schedule,
+    budget: usize,
+    lay_out: impl Fn(&[usize]) -> Option<Schedule>,
+) -> Schedule {
+    let shape = |schedule: &Schedule| schedule.lattice.as_ref().map(Lattice::shape);
+    let Some(base) = shape(&first) else {
+        return first;
+    };
+    let axes = first.parametrization.axes();
+    let is_radial = |d: &usize| axes[*d].kind == AxisKind::Radial;
+    let (radial, azimuths): (Vec<usize>, Vec<usize>) = (0..base.len()).partition(is_radial);
+    // Axes that change together.
+    let groups: Vec<Vec<usize>> = match (first.parametrization.facts().exchange, base.len()) {
+        (true, _) => vec![radial, azimuths],
+        (false, 3) => radial.into_iter().map(|d| vec![d]).collect(),
+        (false, _) => (0..base.len()).map(|d| vec![d]).collect(),
+    };
+    let steps = steps(axes, first.parametrization.symmetry());
+    let nodes = |shape: &[usize]| shape.iter().map(|&n| n as f64).product::<f64>();
+    let share = first.poses.len() as f64 / nodes(&base);
+    let mut shapes = vec![base.clone()];
+    for group in &groups {
+        let (n, step) = (base[group[0]], steps[group[0]]);
+        let reach = ((n as f64 * REACH / step as f64).round() as usize).max(1) * step;
+        let least = if n > reach { n - reach } else { step };
+        let lengths = (least..=n + reach).step_by(step);
+        shapes = shapes
+            .into_iter()
+            .flat_map(|shape| {
+                lengths.clone().map(move |n| {
+                    let mut shape = shape.clone();
+                    group.iter().for_each(|&d| shape[d] = n);
+                    shape
+                })
+            })
+            .collect();
+    }
+    // The share of nodes that are configurations changes little between them, and predicts.
+    let wanted = budget as f64 / share;
+    let off = |shape: &[usize]| (nodes(shape) / wanted - (1.0 - 0.5 * FULL)).abs();
+    shapes.sort_by(|a, b| off(a).total_cmp(&off(b)));
+    let mut best = first;
+    for shape in shapes.iter().take(TRIALS) {
+        if best.poses.len() as f64 >= (1.0 - FULL) * budget as f64 {
+            break;
+        }
+        if let Some(other) = lay_out(shape).filter(|s| s.poses.len() > best.poses.len()) {
+            best = other;
+        }
+    }
+    best
+}
+
+/// How far the axes of a grid that fills its budget may leave the ratio.
+const REACH: f64 = 0.15;
+/// Share of a budget that a full grid may leave.
+const FULL: f64 = 0.01;
+/// Shapes that are laid out to fill a budget.
+const TRIALS: usize = 40;
 
 /// Jittered grid: one random point in each cell.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
@@ -428,6 +497,26 @@ fn default_centring(axis: &Axis) -> Centring {
     }
 }
 
+/// The steps in which the numbers of nodes along axes grow.
+fn steps(axes: &[Axis], symmetry: Symmetry) -> Vec<usize> {
+    // A pole joins azimuth a with a + π: a full turn needs an even number of nodes for both
+    // to be on the lattice. Where reciprocity leaves an azimuth its full turn beside one
+    // folded to a quarter (spherical coordinates), it gets four nodes at a time, so that in
+    // the default ratio the two stay in step: exchanging light and sensor then takes nodes
+    // to nodes.
+    let quarter = |a: &Axis| a.kind == AxisKind::Mirrored && a.length() < 0.6 * PI;
+    let full = if symmetry.reciprocal && axes.iter().any(quarter) {
+        4
+    } else {
+        2
+    };
+    let step = |a: &Axis| match a.kind {
+        AxisKind::Periodic if a.length() > 1.5 * PI => full,
+        _ => 1,
+    };
+    axes.iter().map(step).collect()
+}
+
 /// The growing sequence of shapes in a ratio: as a common scale grows, one axis after the other
 /// gains a node.
 struct Shapes {
@@ -438,24 +527,7 @@ struct Shapes {
 
 impl Shapes {
     fn new(axes: &[Axis], symmetry: Symmetry, ratio: &[f64]) -> Self {
-        // A pole joins azimuth a with a + π: a full turn needs an even number of nodes for both
-        // to be on the lattice. Where reciprocity leaves an azimuth its full turn beside one
-        // folded to a quarter (spherical coordinates), it gets four nodes at a time, so that in
-        // the default ratio the two stay in step: exchanging light and sensor then takes nodes
-        // to nodes.
-        let quarter = |a: &Axis| a.kind == AxisKind::Mirrored && a.length() < 0.6 * PI;
-        let full = if symmetry.reciprocal && axes.iter().any(quarter) {
-            4
-        } else {
-            2
-        };
-        let step: Vec<usize> = axes
-            .iter()
-            .map(|a| match a.kind {
-                AxisKind::Periodic if a.length() > 1.5 * PI => full,
-                _ => 1,
-            })
-            .collect();
+        let step = steps(axes, symmetry);
         let first = step.clone();
         Self {
             step,

@@ -290,6 +290,7 @@ fn a_start_on_an_azimuth_is_refused() {
             let grid = Grid {
                 ratio: None,
                 centring: Some(centring),
+                ..Grid::default()
             };
             match grid.plan(&form, 1000, 1) {
                 Ok(_) => assert_eq!(axis.kind, AxisKind::Radial),

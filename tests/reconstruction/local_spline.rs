@@ -170,6 +170,7 @@ fn neighbours_in_a_line_or_a_plane_are_enough() {
         let grid = Grid {
             ratio: Some(Ratio::Numbers(ratio.to_vec())),
             centring: Some(vec![Centring::Cell; 3]),
+            ..Grid::default()
         };
         let m = measure(&truth, &form, &grid, budget);
         let brdf = method("thin-plate", "").reconstruct(&m).unwrap();

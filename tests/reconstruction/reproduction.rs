@@ -131,6 +131,7 @@ fn function_of_coordinates(
     let grid = Grid {
         ratio: Some(Ratio::Numbers(ratio.to_vec())),
         centring: Some(vec![Centring::Cell; ratio.len()]),
+        ..Grid::default()
     };
     measure(&truth, &form, &grid, budget)
 }

@@ -183,6 +183,7 @@ fn from_the_pole() -> Grid {
     Grid {
         ratio: None,
         centring: Some(vec![Centring::Start, Centring::Cell, Centring::Cell]),
+        ..Grid::default()
     }
 }
 
@@ -249,6 +250,7 @@ fn a_grid_with_its_own_ratio_and_centring_folds_onto_itself() {
             let grid = Grid {
                 ratio: Some(Ratio::Numbers(ratio.to_vec())),
                 centring: Some(vec![Centring::Cell, Centring::Cell, centring]),
+                ..Grid::default()
             };
             let measurement = measure(&truth, &form, &grid, 2000);
             let brdf = method("cubic", "").reconstruct(&measurement).unwrap();
