@@ -32,14 +32,9 @@ impl LatticeRule for CubicRule {
     fn build<const D: usize>(
         readings: &Readings<'_>,
         transform: Transform,
+        beyond: Continuation,
     ) -> Result<Box<dyn Interpolant>, ReconstructError> {
-        let nodes = Padded::<D>::new(
-            Self::KIND,
-            readings,
-            transform,
-            REACH,
-            Continuation::Straight,
-        )?;
+        let nodes = Padded::<D>::new(Self::KIND, readings, transform, REACH, beyond)?;
         let rule = Spline::new(nodes);
         Ok(Box::new(GridInterpolant::new(
             rule,

@@ -15,12 +15,15 @@ use super::transform::Transform;
 use crate::geometry::DirectionPair;
 use crate::parametrization::{AxisKind, Coords, Parametrization};
 use crate::schedule::{Lattice, LatticeAxis, Schedule, for_each_node};
+use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 
-/// Rule for the value of a place without a reading.
-#[derive(Clone, Copy, PartialEq)]
-pub(super) enum Continuation {
+/// Rule for the value of a place without a reading, e.g. below the horizon.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Continuation {
     /// The next node's value plus half its slope.
+    #[default]
     Straight,
     /// The next node's value: always one of the readings.
     Copy,

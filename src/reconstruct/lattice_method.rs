@@ -1,5 +1,6 @@
 //! Keys of a config for an interpolation on the grid in its own coordinates: equal for every rule.
 
+use super::grid::Continuation;
 use super::transform::{EPSILON, Transform, Values};
 use super::{Interpolant, Readings, Reconstruct, ReconstructError};
 use crate::error::ParameterError;
@@ -22,7 +23,12 @@ pub trait LatticeRule: Debug + Clone + Send + Sync + 'static {
     fn build<const D: usize>(
         readings: &Readings<'_>,
         transform: Transform,
+        beyond: Continuation,
     ) -> Result<Box<dyn Interpolant>, ReconstructError>;
+}
+
+fn is_default(beyond: &Continuation) -> bool {
+    *beyond == Continuation::default()
 }
 
 /// Interpolation on a grid by the rule `R`, as a config writes it.
@@ -33,6 +39,9 @@ pub struct LatticeMethod<R> {
     pub values: Values,
     /// Offset of the logarithm, sr⁻¹.
     pub epsilon: f64,
+    /// What stands at nodes without a reading.
+    #[serde(skip_serializing_if = "is_default")]
+    pub beyond: Continuation,
     #[serde(skip)]
     rule: PhantomData<fn() -> R>,
 }
@@ -42,6 +51,7 @@ impl<R> Default for LatticeMethod<R> {
         Self {
             values: Values::Log,
             epsilon: EPSILON,
+            beyond: Continuation::default(),
             rule: PhantomData,
         }
     }
@@ -52,7 +62,10 @@ impl<R: LatticeRule> LatticeMethod<R> {
     pub(super) const ENTRY: Entry<dyn Reconstruct> = Entry {
         kind: R::KIND,
         summary: R::SUMMARY,
-        examples: &["values = \"log\"\nepsilon = 1e-3", "values = \"linear\""],
+        examples: &[
+            "values = \"log\"\nepsilon = 1e-3",
+            "values = \"linear\"\nbeyond = \"copy\"",
+        ],
         read: |table| Ok(Box::new(registry::parse::<Self>(table)?)),
     };
 }
@@ -81,8 +94,8 @@ impl<R: LatticeRule> Reconstruct for LatticeMethod<R> {
         self.check()?;
         let transform = self.values.with(self.epsilon);
         match readings.schedule.parametrization.axes().len() {
-            3 => R::build::<3>(readings, transform),
-            _ => R::build::<4>(readings, transform),
+            3 => R::build::<3>(readings, transform, self.beyond),
+            _ => R::build::<4>(readings, transform, self.beyond),
         }
     }
 }

@@ -40,6 +40,7 @@ mod uncertainty;
 pub use coordinates::Coordinates;
 pub use coverage::{Cover, Coverage, Covered, Fill};
 pub use cubic::{Cubic, CubicRule};
+pub use grid::Continuation;
 pub use interpolant::{Interpolant, Readings, noise, present, values_at};
 pub use inverse_distance::InverseDistance;
 pub use lattice_method::{LatticeMethod, LatticeRule};

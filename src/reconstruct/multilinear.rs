@@ -22,8 +22,9 @@ impl LatticeRule for MultilinearRule {
     fn build<const D: usize>(
         readings: &Readings<'_>,
         transform: Transform,
+        beyond: Continuation,
     ) -> Result<Box<dyn Interpolant>, ReconstructError> {
-        let nodes = Padded::<D>::new(Self::KIND, readings, transform, 2, Continuation::Straight)?;
+        let nodes = Padded::<D>::new(Self::KIND, readings, transform, 2, beyond)?;
         let rule = Linear::new(nodes.cropped(1));
         Ok(Box::new(GridInterpolant::new(
             rule,
