@@ -309,6 +309,7 @@ fn what_is_missing_or_of_the_wrong_type_is_named() {
         ("kind = \"retro-reflective\"", "of"),
         ("kind = \"ggx\"\nalpha = [0.1, 0.2, 0.3]", "alpha"),
         ("kind = \"ggx\"\nalpha = \"smooth\"", "alpha"),
+        ("kind = \"low-abc\"\nb = [1.0]", "b: allowed"),
         ("kind = \"ggx\"\nfresnel = \"conductor\"", "fresnel"),
         ("kind = \"ggx\"\nfresnel = { eta = 0.2 }", "kind"),
     ] {

@@ -349,19 +349,32 @@ fn ward_loses_energy_and_gains_it_at_the_horizon() {
 
 #[test]
 fn smooth_abc_agrees_with_the_deviation_vector() {
-    let [k_d, a, b, c, ior] = [0.1, 5.0, 300.0, 1.5, 1.6];
-    let brdf = grey("kind = \"low-abc-smooth\"\nk_d = 0.1\na = 5.0\nb = 300.0\nc = 1.5\nior = 1.6");
+    smooth_abc("300.0", [300.0; 2]);
+}
+
+#[test]
+fn smooth_abc_is_as_wide_along_each_axis_as_its_b_says() {
+    smooth_abc("[30.0, 300.0]", [30.0, 300.0]);
+}
+
+fn smooth_abc(written: &str, b: [f64; 2]) {
+    let [k_d, a, c, ior] = [0.1, 5.0, 1.5, 1.6];
+    let brdf = grey(&format!(
+        "kind = \"low-abc-smooth\"\nk_d = 0.1\na = 5.0\nb = {written}\nc = 1.5\nior = 1.6"
+    ));
+    assert_eq!(brdf.symmetry().isotropic, b[0] == b[1]);
     for pair in laws::pairs(5_000, 32) {
         let (i, o) = (pair.omega_i.vector(), pair.omega_o.vector());
         // The paper's D_p = 2 h̄: its B is a quarter of ours.
-        let d2 = (i + o).truncate().length_squared();
+        let d = (i + o).truncate();
+        let b_d2 = b[0] * d.x * d.x + b[1] * d.y * d.y;
         let cos = (0.5 * (1.0 + i.dot(o))).sqrt();
         let cos_t = (1.0 - (1.0 - cos * cos) / (ior * ior)).sqrt();
         let rs = (cos - ior * cos_t) / (cos + ior * cos_t);
         let rp = (ior * cos - cos_t) / (ior * cos + cos_t);
         let fresnel = 0.5 * (rs * rs + rp * rp);
         // 9e-15 measured, in the cosine of the transmitted ray.
-        let want = k_d / PI + fresnel * a / (1.0 + 0.25 * b * d2).powf(c);
+        let want = k_d / PI + fresnel * a / (1.0 + 0.25 * b_d2).powf(c);
         assert!(
             (value(&*brdf, &pair) - want).abs() <= 1e-12 * want,
             "{pair:?}"

@@ -13,8 +13,12 @@
 //! and hybrid parametrizations. The paper writes S with the projected deviation vector D_p = 2 h̄, so
 //! its B is a quarter of the one here.
 //!
+//! B is one number, or one along t and one along b for a surface whose roughness has a direction: B x then is
+//! (B_x cos²φ_h + B_y sin²φ_h) x, the spectrum of a surface with elliptical correlation. (The paper's are
+//! isotropic.)
+//!
 //! F is the unpolarised dielectric reflectance at θ_d, whatever the material. k_d in [0, 1] and A ≥ 0 (sr⁻¹ in
-//! `low-abc-smooth`) are grey or R, G, B; B ≥ 0, C ≥ 0 and ior ≥ 1 are one number each, so luminance
+//! `low-abc-smooth`) are grey or R, G, B; B ≥ 0, C ≥ 0 and ior ≥ 1 are not, so luminance
 //! costs one channel. 1 − cos θ_h is computed as sin²θ_h/(1 + cos θ_h), and
 //! G/(cos θ_i cos θ_o) = min(1/(cos θ_i cos θ_o), 2 cos θ_h/(cos θ_d max(cos θ_i, cos θ_o))), finite at the horizon
 //! except where h vanishes too (the floor on the denominator holds it there). A is a fitted
@@ -23,12 +27,13 @@
 use super::half_vector::half_above;
 use super::microfacet::fresnel;
 use super::spectrum::scaled;
-use super::{Brdf, BrdfSpec, BuildError, Channels, Favours, Presence, Spectrum, Tables};
+use super::{Brdf, BrdfSpec, BuildError, Channels, Favours, Presence, Roughness, Spectrum, Tables};
 use crate::error::in_closed;
 use crate::geometry::{DirectionPair, Symmetry};
 use crate::numeric::DENOMINATOR_FLOOR;
 use crate::registry::{self, Entry, ReadError, Table};
-use serde::{Deserialize, Serialize};
+use serde::de::Error as _;
+use serde::{Deserialize, Deserializer, Serialize};
 use std::f64::consts::FRAC_1_PI;
 
 /// The microfacet model.
@@ -49,6 +54,7 @@ pub const SMOOTH: Entry<dyn BrdfSpec> = Entry {
     examples: &[
         "k_d = 0.1\na = 5.0\nb = 300.0\nc = 1.5\nior = 1.6",
         "k_d = [0.2, 0.1, 0.05]\na = [2.0, 1.5, 1.0]\nb = 30.0\nc = 1.0\nior = 3.0",
+        "k_d = 0.1\na = 2.0\nb = [30.0, 300.0]\nc = 1.2\nior = 1.6",
     ],
     read: |table| read(table, Surface::Smooth),
 };
@@ -87,8 +93,9 @@ pub struct LowAbcParameters {
     pub k_d: Spectrum,
     /// Height of the peak, 0 or more.
     pub a: Spectrum,
-    /// Inverse squared width of the peak, 0 or more.
-    pub b: f64,
+    /// Inverse squared width of the peak, 0 or more; one number or [along t, along b].
+    #[serde(deserialize_with = "inverse_width")]
+    pub b: Roughness,
     /// Fall-off of the tail, 0 to 100.
     pub c: f64,
     /// Index of refraction, 1 to 1000.
@@ -100,11 +107,17 @@ impl Default for LowAbcParameters {
         Self {
             k_d: Spectrum::Rgb([0.150463, 0.080224, 0.022239]),
             a: Spectrum::Rgb([1.010258, 0.811582, 0.504538]),
-            b: 46.942558,
+            b: Roughness::Isotropic(46.942558),
             c: 1.75667,
             ior: 7.93611,
         }
     }
+}
+
+/// A number or two, with a message of its own.
+fn inverse_width<'de, D: Deserializer<'de>>(from: D) -> Result<Roughness, D::Error> {
+    Roughness::deserialize(from)
+        .map_err(|_| D::Error::custom("b: allowed is a number or two numbers [b_x, b_y]"))
 }
 
 impl LowAbcSpec {
@@ -131,7 +144,9 @@ impl BrdfSpec for LowAbcSpec {
         p.k_d.check("k_d", 0.0, 1.0, channels)?;
         // Published fits reach a = 6e3 and b = 8e6; the limits only keep products finite.
         p.a.check("a", 0.0, 1e12, channels)?;
-        in_closed("b", p.b, 0.0, 1e12)?;
+        for b in p.b.xy() {
+            in_closed("b", b, 0.0, 1e12)?;
+        }
         in_closed("c", p.c, 0.0, 100.0)?;
         in_closed("ior", p.ior, 1.0, 1e3)?;
         Ok(())
@@ -167,7 +182,9 @@ pub struct LowAbc {
     diffuse: Vec<f64>,
     /// A/π with facets, A without.
     peak: Vec<f64>,
-    b: f64,
+    /// B along t and along b.
+    b: [f64; 2],
+    isotropic: bool,
     c: f64,
     /// ior² − 1.
     excess: f64,
@@ -185,7 +202,8 @@ impl LowAbc {
             diffuse: scaled(&p.k_d, &channels, FRAC_1_PI),
             peak: scaled(&p.a, &channels, scale),
             channels,
-            b: p.b,
+            b: p.b.xy(),
+            isotropic: p.b.is_isotropic(),
             c: p.c,
             excess: fresnel::excess(p.ior),
         }
@@ -193,8 +211,8 @@ impl LowAbc {
 
     /// (1 + B x)^−C.
     #[inline]
-    fn fall_off(&self, x: f64) -> f64 {
-        (-self.c * (self.b * x).ln_1p()).exp()
+    fn fall_off(&self, b_x: f64) -> f64 {
+        (-self.c * b_x.ln_1p()).exp()
     }
 }
 
@@ -204,7 +222,10 @@ impl Brdf for LowAbc {
     }
 
     fn symmetry(&self) -> Symmetry {
-        Symmetry::FULL
+        Symmetry {
+            isotropic: self.isotropic,
+            ..Symmetry::ORTHOTROPIC
+        }
     }
 
     fn conserves_energy(&self) -> bool {
@@ -217,15 +238,17 @@ impl Brdf for LowAbc {
             out.fill(0.0);
             return Presence::Present;
         };
-        let sin2 = h.x * h.x + h.y * h.y;
+        // B sin²θ_h.
+        let [b_x, b_y] = self.b;
+        let b_sin2 = b_x * (h.x * h.x) + b_y * (h.y * h.y);
         let shape = match self.surface {
             Surface::Microfacet => {
                 let (i, o) = (pair.omega_i.cos_theta(), pair.omega_o.cos_theta());
                 let valley = 2.0 * h.z / (cos_d * i.max(o)).max(DENOMINATOR_FLOOR);
                 let shadowing = valley.min(1.0 / (i * o).max(DENOMINATOR_FLOOR));
-                self.fall_off(sin2 / (1.0 + h.z)) * shadowing
+                self.fall_off(b_sin2 / (1.0 + h.z)) * shadowing
             }
-            Surface::Smooth => self.fall_off(sin2 * cos_d * cos_d),
+            Surface::Smooth => self.fall_off(b_sin2 * cos_d * cos_d),
         };
         let lobe = shape * fresnel::dielectric(self.excess, cos_d);
         for ((out, diffuse), peak) in out.iter_mut().zip(&self.diffuse).zip(&self.peak) {
