@@ -148,6 +148,43 @@ fn lobes_agree_with_adaptive_quadrature() {
 }
 
 #[test]
+fn the_error_says_how_far_off_its_quadrature_is() {
+    let probe = AlbedoProbe::new();
+    let aside = "of = { kind = \"ggx\", alpha = 0.1 }";
+    let pairs = [
+        (("ggx", "alpha = 0.1"), ("ggx", "alpha = 0.13")),
+        (("ggx", "alpha = 0.02"), ("beckmann", "alpha = 0.02")),
+        (
+            ("oren-nayar", "sigma_deg = 30.0"),
+            ("lambert", "albedo = 0.4"),
+        ),
+        (("retro-reflective", aside), ("ggx", "alpha = 0.1")),
+        (("ggx", "alpha = [0.05, 0.4]"), ("ggx", "alpha = 0.1")),
+    ];
+    for ((truth, its), (other, keys)) in pairs {
+        let [f, g] = [model(truth, its), model(other, keys)];
+        let [of_f, of_g] = [&f, &g].map(|brdf| probe.evaluate(&**brdf));
+        let views = AlbedoProbe::VIEWS_DEG.map(|theta_o| {
+            let view = Direction::from_spherical(theta_o.to_radians(), 0.0);
+            let [a, b] = [&f, &g].map(|brdf| laws::directional_albedo(&**brdf, view).value[0]);
+            (b - a).abs() / a
+        });
+        let exact = views.iter().sum::<f64>() / 8.0;
+        let error = probe.error(&of_f, &of_g).unwrap();
+        let told = probe.quadrature_error(&of_f, &of_g).unwrap();
+        println!(
+            "{truth} {other}: {error:.6} off by {:.1e}, told {told:.1e}",
+            (error - exact).abs()
+        );
+        // The reference is adaptive to 1e-5.
+        assert!(
+            (error - exact).abs() <= told + 1e-5,
+            "{truth} {its}: {error} {exact} {told}"
+        );
+    }
+}
+
+#[test]
 fn every_model_agrees_with_the_laws() {
     let probe = AlbedoProbe::new();
     for entry in brdf::all() {

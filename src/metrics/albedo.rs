@@ -35,7 +35,8 @@
 //!
 //! A narrow lobe elsewhere than around the mirror direction (retro-reflection) is only seen with
 //! the resolution of the outer nodes, some 3°, and a lobe that is narrow along one tangent axis only
-//! with that of the nodes in φ_h, 6°: [`crate::brdf::laws::directional_albedo`] finds both.
+//! with that of the nodes in φ_h, 6°: [`crate::brdf::laws::directional_albedo`] finds both. So the error is taken
+//! twice, the second time with half of the nodes along each axis: what the two differ by is told beside it.
 
 use super::{Quantity, Values, evaluate, tally::Sum};
 use crate::brdf::Brdf;
@@ -53,6 +54,39 @@ const ARCS: usize = 48;
 /// Nodes in φ_h for each θ_h.
 const PHI_NODES: usize = 56;
 
+/// Nodes along the axes of a rule.
+#[derive(Clone, Copy, Debug)]
+struct Nodes {
+    circles: usize,
+    arcs: usize,
+    phi: usize,
+}
+
+/// What albedos are taken with, and what says how near they are.
+const RULES: [Nodes; 2] = [
+    Nodes {
+        circles: CIRCLES,
+        arcs: ARCS,
+        phi: PHI_NODES,
+    },
+    Nodes {
+        circles: CIRCLES / 2,
+        arcs: ARCS / 2,
+        phi: PHI_NODES / 2,
+    },
+];
+
+/// Numbers of the two.
+const FINE: usize = 0;
+const COARSE: usize = 1;
+
+impl Nodes {
+    /// Pairs of a view.
+    const fn per_view(self) -> usize {
+        (self.circles + self.arcs) * self.phi
+    }
+}
+
 /// The fixed pairs at which directional albedos are taken.
 ///
 /// ```
@@ -67,7 +101,7 @@ const PHI_NODES: usize = 56;
 /// ```
 #[derive(Clone, Debug)]
 pub struct AlbedoProbe {
-    /// View after view, `PER_VIEW` each.
+    /// View after view of the fine rule, then of the coarse one.
     pairs: Vec<DirectionPair>,
     /// cos θ_i dω_i (sr) of each pair.
     weights: Vec<f64>,
@@ -83,16 +117,23 @@ impl AlbedoProbe {
         "mean relative error of the directional albedo at eight theta_o from 0 to 80°, if `quantities` asks for it; the same for every measure",
     );
 
-    const PER_VIEW: usize = (CIRCLES + ARCS) * PHI_NODES;
+    /// What the quadrature may be off by, [`quadrature_error`](Self::quadrature_error).
+    pub const STANDARD_ERROR: Quantity = Quantity::real(
+        "albedo_se",
+        "what albedo differs by from that with half of the nodes along each axis of its quadrature",
+    );
 
     /// Lays out the pairs: some milliseconds and 2 MB, once per program.
     pub fn new() -> Self {
+        let pairs = Self::before(RULES.len());
         let mut probe = Self {
-            pairs: Vec::with_capacity(Self::VIEWS_DEG.len() * Self::PER_VIEW),
-            weights: Vec::with_capacity(Self::VIEWS_DEG.len() * Self::PER_VIEW),
+            pairs: Vec::with_capacity(pairs),
+            weights: Vec::with_capacity(pairs),
         };
-        for view in Self::VIEWS_DEG {
-            probe.add_view(view.to_radians());
+        for nodes in RULES {
+            for view in Self::VIEWS_DEG {
+                probe.add_view(view.to_radians(), nodes);
+            }
         }
         probe
     }
@@ -116,11 +157,23 @@ impl AlbedoProbe {
     /// # Panics
     /// If the values belong to other pairs (lengths differ).
     pub fn albedos(&self, values: &Values, other: &Values) -> [f64; 8] {
+        self.by(FINE, values, other)
+    }
+
+    /// Pairs of the rules before one.
+    fn before(rule: usize) -> usize {
+        let of_a_view: usize = RULES[..rule].iter().map(|nodes| nodes.per_view()).sum();
+        Self::VIEWS_DEG.len() * of_a_view
+    }
+
+    fn by(&self, rule: usize, values: &Values, other: &Values) -> [f64; 8] {
         assert_eq!(self.pairs.len(), values.luminance.len());
         assert_eq!(self.pairs.len(), other.luminance.len());
+        let (first, of_a_view) = (Self::before(rule), RULES[rule].per_view());
         std::array::from_fn(|view| {
             let mut sum = Sum::default();
-            for i in view * Self::PER_VIEW..(view + 1) * Self::PER_VIEW {
+            let start = first + view * of_a_view;
+            for i in start..start + of_a_view {
                 if let (Some(value), Some(_)) = (values.get(i), other.get(i)) {
                     sum.add(self.weights[i] * value);
                 }
@@ -135,8 +188,21 @@ impl AlbedoProbe {
     /// # Panics
     /// If the values belong to other pairs (lengths differ).
     pub fn error(&self, truth: &Values, reconstruction: &Values) -> Option<f64> {
-        let a_f = self.albedos(truth, reconstruction);
-        let a_g = self.albedos(reconstruction, truth);
+        self.error_by(FINE, truth, reconstruction)
+    }
+
+    /// What [`error`](Self::error) differs by from that with half of the nodes along each axis.
+    ///
+    /// # Panics
+    /// If the values belong to other pairs (lengths differ).
+    pub fn quadrature_error(&self, truth: &Values, reconstruction: &Values) -> Option<f64> {
+        let by = |rule| self.error_by(rule, truth, reconstruction);
+        Some((by(FINE)? - by(COARSE)?).abs())
+    }
+
+    fn error_by(&self, rule: usize, truth: &Values, reconstruction: &Values) -> Option<f64> {
+        let a_f = self.by(rule, truth, reconstruction);
+        let a_g = self.by(rule, reconstruction, truth);
         let (mut sum, mut views) = (0.0, 0);
         for (f, g) in a_f.into_iter().zip(a_g) {
             if f > 0.0 {
@@ -147,7 +213,7 @@ impl AlbedoProbe {
         (views > 0).then(|| sum / f64::from(views))
     }
 
-    fn add_view(&mut self, theta_o: f64) {
+    fn add_view(&mut self, theta_o: f64, nodes: Nodes) {
         let core = |theta: f64| (theta / CORE).asinh();
         let (inner, outer) = (
             core(0.5 * (FRAC_PI_2 - theta_o)),
@@ -155,15 +221,15 @@ impl AlbedoProbe {
         );
         // At normal incidence there are no arcs: all nodes go inside.
         let (circles, arcs) = if theta_o == 0.0 {
-            (CIRCLES + ARCS, 0)
+            (nodes.circles + nodes.arcs, 0)
         } else {
-            (CIRCLES, ARCS)
+            (nodes.circles, nodes.arcs)
         };
-        let arc = gauss_legendre(PHI_NODES);
+        let arc = gauss_legendre(nodes.phi);
         for (x, weight) in between(0.0, inner, circles) {
-            for j in 0..PHI_NODES {
-                let phi = TAU * (j as f64 + 0.25) / PHI_NODES as f64;
-                self.add(theta_o, x, phi, weight * TAU / PHI_NODES as f64);
+            for j in 0..nodes.phi {
+                let phi = TAU * (j as f64 + 0.25) / nodes.phi as f64;
+                self.add(theta_o, x, phi, weight * TAU / nodes.phi as f64);
             }
         }
         for (s, weight) in between(-FRAC_PI_2, FRAC_PI_2, arcs) {
@@ -259,7 +325,7 @@ mod tests {
         truth.missing = vec![true; probe.pairs.len()];
         assert_eq!(probe.error(&truth, &reconstruction), None);
         assert_eq!(probe.error(&grey(0.0), &reconstruction), None);
-        truth.missing[3 * AlbedoProbe::PER_VIEW..].fill(false);
+        truth.missing[3 * RULES[FINE].per_view()..].fill(false);
         let error = probe.error(&truth, &reconstruction).unwrap();
         assert!((error - 0.5).abs() < 1e-12, "{error}");
     }
