@@ -19,7 +19,7 @@ use crate::parametrization::{self, Parametrization};
 use serde::Serialize;
 use std::sync::Arc;
 
-pub use materials::on_material;
+pub use materials::{on_material, on_materials};
 
 /// Outcome of a test of a statement.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]

@@ -11,8 +11,8 @@ use clap::Args;
 
 #[derive(Debug, Args)]
 pub(super) struct Claims {
-    /// The materials to judge the claims on materials by: a config (*.toml), a MERL table (*.binary), or
-    /// a kind of material; left out, only what needs no material is judged
+    /// The materials to judge the claims on materials by: a config (*.toml), a MERL table (*.binary), a
+    /// folder of them, or a kind of material; left out, only what needs no material is judged
     #[arg(value_name = "CONFIG|BRDF")]
     target: Option<String>,
     /// Override a key of the config, or set one of the material (alpha=0.1)
@@ -49,6 +49,7 @@ impl Claims {
                 Ok(())
             }
         };
+        claims.extend(analysis::on_materials(&claims));
         if let Err(e) = outcome {
             // Rows of the materials that could be built are worth keeping.
             if matches!(e, Error::JobsFailed { .. }) {

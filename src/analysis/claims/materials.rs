@@ -181,9 +181,9 @@ fn least_change(pictures: &[Distortion; 3], solid: &[Distortion; 3]) -> Claim {
 
 fn aligns_best(pictures: &[Distortion; 3], solid: &[Distortion; 3]) -> Claim {
     let stated = Statement {
-        id: "hybrid-aligns-best",
+        id: ALIGNS_BEST,
         place: "section 4",
-        statement: "hybrid coordinates are better aligned with common materials",
+        statement: BETTER_ALIGNED,
         criterion: "a sum of functions of the first two axes explains more of the variance of ln f \
                     than in the others, in equal steps of the coordinates and by solid angle",
     };
@@ -191,8 +191,9 @@ fn aligns_best(pictures: &[Distortion; 3], solid: &[Distortion; 3]) -> Claim {
     let (Some(sum), Some(by_solid)) = (sums(pictures), sums(solid)) else {
         return stated.undefined(CONSTANT);
     };
-    let mut numbers = per_chart("share_of_a_sum", sum);
-    numbers.extend(per_chart("share_of_a_sum_by_solid_angle", by_solid));
+    let [steps, solid_angle] = SHARES_OF_A_SUM;
+    let mut numbers = per_chart(steps, sum);
+    numbers.extend(per_chart(solid_angle, by_solid));
     let most = |v: [f64; 3]| above(v[2], &v[..2]);
     let shown = |v: [f64; 3]| v.map(percent).join(", ");
     stated.found(
@@ -204,4 +205,56 @@ fn aligns_best(pictures: &[Distortion; 3], solid: &[Distortion; 3]) -> Claim {
             shown(by_solid)
         ),
     )
+}
+
+const ALIGNS_BEST: &str = "hybrid-aligns-best";
+const BETTER_ALIGNED: &str = "hybrid coordinates are better aligned with common materials";
+
+/// Names of the shares of a sum, before that of a chart.
+const SHARES_OF_A_SUM: [&str; 2] = ["share_of_a_sum", "share_of_a_sum_by_solid_angle"];
+
+/// The claim on common materials, measured on all that claims were measured on; `None` of fewer than two.
+pub fn on_materials(claims: &[Claim]) -> Option<Claim> {
+    let all: Vec<&Claim> = claims
+        .iter()
+        .filter(|c| c.id == ALIGNS_BEST && !c.numbers.is_empty())
+        .collect();
+    let stated = Statement {
+        id: "hybrid-aligns-best-of-all",
+        place: "section 4",
+        statement: BETTER_ALIGNED,
+        criterion: "on average over the materials a sum of functions of the first two axes explains more of the \
+                    variance of ln f than in each of the others, by solid angle and in equal steps",
+    };
+    let (mut cases, mut numbers, mut findings) = (Vec::new(), Vec::new(), Vec::new());
+    for (name, weight) in SHARES_OF_A_SUM
+        .into_iter()
+        .zip(["in equal steps", "by solid angle"])
+        .rev()
+    {
+        let shares: Vec<[f64; 3]> = all
+            .iter()
+            .filter_map(|claim| {
+                let named = per_chart(name, [0.0; 3]).into_iter();
+                let of = |key: String| Some(claim.numbers.iter().find(|(n, _)| *n == key)?.1);
+                let shares: Option<Vec<f64>> = named.map(|(key, _)| of(key)).collect();
+                shares?.try_into().ok()
+            })
+            .collect();
+        let mean =
+            |chart: usize| shares.iter().map(|s| s[chart]).sum::<f64>() / shares.len() as f64;
+        let means = [mean(0), mean(1), mean(2)];
+        let more = |chart: usize| shares.iter().filter(|s| s[2] > s[chart]).count();
+        cases.extend([0, 1].map(|chart| above(means[2], &[means[chart]])));
+        numbers.extend(per_chart(name, means));
+        let [half, orthographic, hybrid] = means.map(percent);
+        findings.push(format!(
+            "{weight} {hybrid} against {half} in half/difference (more on {}) and {orthographic} in orthographic \
+             coordinates (more on {})",
+            more(0),
+            more(1)
+        ));
+    }
+    let finding = format!("over {} materials: {}", all.len(), findings.join("; "));
+    (all.len() > 1).then(|| stated.found(&cases, numbers, finding))
 }

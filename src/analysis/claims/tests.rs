@@ -135,3 +135,22 @@ fn a_constant_neither_holds_nor_fails() {
         }
     }
 }
+
+#[test]
+fn the_claim_on_common_materials_is_on_their_averages() {
+    let of = |kind: &str| on_material(kind, &*material(kind, "")).unwrap();
+    let [s, f] = ["test-s", "test-f"].map(of);
+    assert_eq!(on_materials(&s), None);
+    let both = [s.clone(), f.clone()].concat();
+    let claim = on_materials(&both).unwrap();
+    for (name, mean) in &claim.numbers {
+        let [a, b] = [&s, &f].map(|claims| number(claims, "hybrid-aligns-best", name));
+        assert!((mean - 0.5 * (a + b)).abs() < 1e-15, "{name}");
+    }
+    // S and F are sums in hybrid coordinates; S is none in half/difference ones, F none in orthographic ones.
+    assert_eq!(claim.verdict, Verdict::Holds, "{}", claim.finding);
+    // A material that leaves nothing to measure has no say.
+    let black = Lambert::new(Spectrum::Grey(0.0), Channels::Luminance);
+    let with_black = [both, on_material("black", &black).unwrap()].concat();
+    assert_eq!(on_materials(&with_black), Some(claim));
+}
