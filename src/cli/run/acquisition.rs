@@ -2,8 +2,10 @@
 
 use super::{End, RunContext, Shown};
 use crate::cli::print;
+use crate::cli::talk::note;
 use crate::error::Error;
 use crate::experiment::{Event, Findings, Kind, Observer, Plan, Row, Wish};
+use crate::metrics::MetricsSpec;
 use crate::report::Studio;
 use crate::report::{
     Below, MaterialPictures, Picture, RANKING, REPORT, RESULTS, RunFolder, Table, instruments,
@@ -50,6 +52,9 @@ impl Shown for Plan {
                 false => instruments(&rows),
             })?;
         }
+        if end.whole {
+            note_unconverged(&rows, self);
+        }
         let mut table = Vec::new();
         let internal = |e: &dyn std::fmt::Display| Error::Internal(e.to_string());
         results_csv(&rows, &mut table).map_err(|e| internal(&e))?;
@@ -77,6 +82,25 @@ impl Shown for Plan {
         }
         folder.write_file(RANKING, |out| ranking_csv(out, &findings))?;
         folder.write_file(REPORT, |out| out.write_all(html.as_bytes()))
+    }
+}
+
+/// Tells how many rows are less exact than was asked, where pairs were to be added until they are.
+fn note_unconverged(rows: &[&Row], plan: &Plan) {
+    let MetricsSpec {
+        pairs,
+        max_pairs,
+        tolerance,
+        ..
+    } = plan.metrics;
+    let open = rows.iter().filter(|row| !row.converged).count();
+    if max_pairs > pairs && open > 0 {
+        note(&format!(
+            "gonio: {open} of {} rows have a standard error above {} % after {max_pairs} pairs (metrics.max_pairs); \
+             the column `converged` says which",
+            rows.len(),
+            100.0 * tolerance
+        ));
     }
 }
 
