@@ -336,6 +336,23 @@ pub fn study_table(groups: &[Group], published: Option<&PublishedNumbers>) -> St
             }),
             there(|p| &p.variance_fit),
         );
+        // Of two colour channels and a quantity: the least of Pearson's coefficients of three pairs.
+        let between = |quantity: &str| {
+            let pairs = group
+                .correlations
+                .iter()
+                .filter(|c| c.between == "channels" && c.a.split(' ').next() == Some(quantity));
+            let least = pairs.filter_map(|c| c.pearson).min_by(f64::total_cmp);
+            least.map(|r| format!("{r:.3}"))
+        };
+        let quantities = ["energy", "mean_slope", "average_variance"].map(between);
+        if let [Some(energy), Some(slope), Some(variance)] = quantities {
+            line(
+                "least correlation between R, G, B",
+                format!("energy {energy}, slope {slope}, variance {variance}"),
+                "",
+            );
+        }
         let relation = match &group.relation {
             // Of one material or two the quadratic says nothing.
             _ if n < 3 => "too few materials".into(),
