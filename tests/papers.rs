@@ -581,7 +581,7 @@ fn erratum_phi_d_is_measured_from_the_tangent() {
 // Section 2: for isotropic BRDFs phi_h is dropped. In half/difference coordinates that is all; in
 // orthographic and hybrid ones phi_k turns with the sample too, and what is left is phi_k − phi_h.
 #[test]
-fn isotropic_coordinates_do_not_turn_with_the_sample() {
+fn erratum_isotropic_coordinates_keep_the_difference_of_azimuths() {
     for pair in pairs(23, 2_000) {
         let angle = 1.0 + pair.omega_i.cos_theta();
         let spin = |d: Direction| Direction::try_new(rot_n(angle) * d.vector()).unwrap();
