@@ -1,5 +1,6 @@
 //! The test functions of Barla et al. 2015 on the hemisphere and in slices (their Fig. 2).
 
+use super::bar::{Swatch, swatches};
 use super::dome::{Dome, From};
 use super::plot::{BELOW, LEFT, Plane, Plot, middles, text, text_upwards};
 use crate::brdf::{Brdf, BrdfSpec, Channels, TestFunctionSpec};
@@ -50,7 +51,7 @@ pub fn test_functions_svg(
     let height = rows + planes.len() as f64 * STEP[1] + MARGIN;
     Canvas::draw([width, height], |canvas| {
         text(canvas, [0.5 * width, 24.0], "Test functions", 17.0, true);
-        let mut at = [0.5 * width - 260.0, 48.0];
+        let mut at = [0.5 * width - 340.0, 48.0];
         for (_, ink, name) in FUNCTIONS {
             let [x, y] = at;
             let box_ = [
@@ -64,6 +65,7 @@ pub fn test_functions_svg(
             canvas.text([x + 28.0, y], name, Lettering::new(12.5, Align::Start));
             at[0] += 180.0;
         }
+        swatches(canvas, [at[0] + 60.0, at[1]], &[Swatch::OUTSIDE]);
         let x = |i: usize| MARGIN + NAME + LEFT + i as f64 * STEP[0];
         let side = [MARGIN + 0.5 * NAME - 4.0, top + 20.0 + 0.5 * SIDE];
         text_upwards(canvas, side, "hemisphere", 13.0);
@@ -140,6 +142,7 @@ fn draw(
 mod tests {
     use super::*;
     use crate::parametrization;
+    use crate::report::pictures::plot::without_images;
 
     #[test]
     fn a_plate_has_every_view_and_slice() {
@@ -149,7 +152,11 @@ mod tests {
             .collect();
         let svg = test_functions_svg(&charts, &[20.0], &[0.0, 90.0]).unwrap();
         assert_eq!(svg.matches("<image").count(), 1 + 2 * 2);
-        assert!(svg.contains("|h\u{304}|") && svg.contains("Δφ") && !svg.contains("NaN"));
+        assert!(
+            svg.contains("|h\u{304}|")
+                && svg.contains("Δφ")
+                && !without_images(&svg).contains("NaN")
+        );
         for (_, [r, g, b], _) in FUNCTIONS {
             // Its isolines, beside the key.
             let ink = format!("#{r:02X}{g:02X}{b:02X}");

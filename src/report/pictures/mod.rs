@@ -1,5 +1,6 @@
 //! Pictures of materials, reconstructions and parametrizations.
 
+mod bar;
 mod compare;
 mod contours;
 mod distribution;
@@ -17,7 +18,7 @@ mod uncertainty;
 pub use compare::Comparison;
 pub use functions::test_functions_svg;
 pub use hemispheres::hemispheres_svg;
-pub use lobe::{FlatSlice, Radius, lobe_svg};
+pub use lobe::{FlatSlice, Radius, slice_svg};
 pub use render::{render_sphere, render_spheres};
 pub use slice::{RESOLUTION, THETA_O_DEG, write_slice};
 pub use slices::BrdfSlices;

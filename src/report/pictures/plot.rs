@@ -12,6 +12,10 @@ use std::sync::Arc;
 
 pub(super) const FRAME: Ink = [110, 110, 110];
 const DARK: Ink = [30, 30, 30];
+
+/// Directions below the horizon: no colour of any scale.
+pub(super) const OUTSIDE: Ink = [226; 3];
+
 const TICK: f64 = 10.0;
 const LABEL: f64 = 12.5;
 
@@ -145,14 +149,14 @@ impl Plot {
         canvas.line(&points, ink, width);
     }
 
-    /// Draws white over coordinates that are not physical, their edge, frame, ticks and axis names.
+    /// Draws [`OUTSIDE`] over coordinates that are not physical, their edge, frame, ticks and axis names.
     pub fn axes(&self, canvas: &mut Canvas, plane: &Plane, phi: Option<f64>) {
         if let Some(phi) = phi {
             let edge = plane.edge(phi);
             let mut outside: Vec<_> = edge.iter().map(|p| self.place(*p)).collect();
             outside.push(self.place([1.0, 1.0]));
             outside.push(self.place([0.0, 1.0]));
-            canvas.area(&outside, [255; 3], 1.0);
+            canvas.area(&outside, OUTSIDE, 1.0);
             self.line(canvas, &edge, DARK, 1.3);
         }
         let corners = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0], [0.0, 0.0]];
@@ -252,6 +256,15 @@ pub(super) fn text_upwards(canvas: &mut Canvas, at: [f64; 2], text: &str, size: 
     how.bold = true;
     how.upwards = true;
     canvas.text(at, text, how);
+}
+
+/// What an SVG says beside its pictures, whose letters may spell anything.
+#[cfg(test)]
+pub(super) fn without_images(svg: &str) -> String {
+    let mut parts = svg.split("base64,");
+    let first = parts.next().unwrap_or_default();
+    let rest = parts.filter_map(|p| Some(p.split_once('"')?.1));
+    std::iter::once(first).chain(rest).collect()
 }
 
 #[cfg(test)]

@@ -1,15 +1,16 @@
 //! A BRDF in the planes of the first two axes of parametrizations (Figs. 3 to 5 of Barla et al.
 //! 2015, bottom).
 
-use super::plot::{BELOW, FRAME, LEFT, Plane, Plot, middles, text, text_upwards};
+use super::bar::{NO_DATA, Swatch, bar, log_ticks, swatches};
+use super::plot::{BELOW, LEFT, OUTSIDE, Plane, Plot, middles, text, text_upwards};
 use crate::brdf::{Brdf, Presence};
 use crate::error::Error;
 use crate::numeric::luminance;
 use crate::parametrization::ParametrizationSpec;
 use crate::registry::Entry;
 use crate::report::pictures::slice::{Channels32, channel, channel_names, write_channels};
-use crate::report::pictures::sphere::{encoded, write_rgb};
-use crate::report::svg::canvas::{Align, Canvas, Ink, Lettering, fitted};
+use crate::report::svg::canvas::{Canvas, Ink, fitted};
+use crate::report::svg::plot::ramp;
 use rayon::prelude::*;
 use std::io::{self, Seek, Write};
 
@@ -97,21 +98,18 @@ impl BrdfSlices {
         ))
     }
 
-    /// A row per parametrization, a column per azimuth. Values are tone-mapped by luminance
-    /// (x/(1 + x), x relative to the logarithmic mean of all planes); isolines of luminance have the
-    /// same levels in all, equal steps of the logarithm. Hatched: no data.
+    /// A row per parametrization, a column per azimuth. Colours go by the logarithm of luminance, the
+    /// same in all; so do isolines, in equal steps. Grey: below the horizon; hatched: no data.
     ///
     /// # Errors
     /// [`Error::Internal`] if drawing fails, which it should not.
     pub fn svg(&self, title: &str) -> Result<String, Error> {
-        let shown = self.shown();
-        let tone = Tone::of(&shown);
-        let (levels, step) = levels(&shown);
+        let tone = Tone::of(&self.shown());
         let columns = self.phi_deg.len() as f64;
         let width = 2.0 * MARGIN + NAME + columns.max(2.0) * STEP[0];
         let top = 48.0;
         let below = top + self.planes.len() as f64 * STEP[1];
-        Canvas::draw([width, below + 70.0], |canvas| {
+        Canvas::draw([width, below + 98.0], |canvas| {
             let fits = fitted(title, 18.5, width - 2.0 * MARGIN);
             text(canvas, [0.5 * width, 22.0], &fits, 17.0, true);
             if let Some(cut) = self.cut() {
@@ -130,28 +128,27 @@ impl BrdfSlices {
                     let title = format!("{} = {phi}°", plane.azimuth);
                     text(canvas, [x + 0.5 * SIDE, y - 11.0], &title, 12.5, false);
                     let pixels = &self.pixels[j * self.phi_deg.len() + i];
-                    self.raster(canvas, &plot, pixels, &tone)?;
+                    self.raster(canvas, &plot, pixels, tone.as_ref())?;
                     let logs: Vec<_> = pixels.iter().map(log).collect();
-                    for level in &levels {
-                        plot.isolines(canvas, &logs, level.ln(), tone.ink(*level), 0.8);
+                    for (level, ink) in tone.iter().flat_map(Tone::isolines) {
+                        plot.isolines(canvas, &logs, level.ln(), ink, 0.7);
                     }
                     plot.axes(canvas, plane, Some(phi.to_radians()));
                 }
             }
-            let ends = [shown.first(), shown.last()];
-            let [Some(lo), Some(hi)] = ends else {
-                let at = [0.5 * width, below + 20.0];
-                text(canvas, at, "all is black", 12.0, false);
-                return Ok(());
-            };
-            key(
-                canvas,
-                [0.5 * width, below + 14.0],
-                [*lo, *hi],
-                &tone,
-                &levels,
-                step,
-            )
+            let middle = 0.5 * width;
+            let mut meanings = vec![Swatch::OUTSIDE];
+            if self.pixels.iter().flatten().any(|p| *p == Pixel::Missing) {
+                meanings.push(Swatch::NO_DATA);
+            }
+            swatches(canvas, [middle, below + 78.0], &meanings);
+            match &tone {
+                Some(tone) => tone.key(canvas, [middle, below + 14.0]),
+                None => {
+                    text(canvas, [middle, below + 20.0], "all is black", 12.0, false);
+                    Ok(())
+                }
+            }
         })
     }
 
@@ -160,13 +157,12 @@ impl BrdfSlices {
         canvas: &mut Canvas,
         plot: &Plot,
         pixels: &[Pixel],
-        tone: &Tone,
+        tone: Option<&Tone>,
     ) -> Result<(), Error> {
         let colour = |(i, pixel): (usize, &Pixel)| match pixel {
-            Pixel::Outside => [255; 3],
-            Pixel::Value(rgb) => tone.colour(*rgb),
-            Pixel::Missing if (i % self.resolution + i / self.resolution) % 10 < 5 => [150; 3],
-            Pixel::Missing => [190; 3],
+            Pixel::Outside => OUTSIDE,
+            Pixel::Value(rgb) => tone.map_or([0; 3], |tone| ramp(tone.place(luminance(*rgb)))),
+            Pixel::Missing => NO_DATA[(i % self.resolution + i / self.resolution) % 10 / 5],
         };
         let colours: Vec<_> = pixels.iter().enumerate().map(colour).collect();
         plot.raster(canvas, &colours)
@@ -232,119 +228,79 @@ fn log(pixel: &Pixel) -> Option<f64> {
     }
 }
 
-/// Levels that rise by the same factor from the darkest to the brightest, and the factor.
-fn levels(shown: &[f64]) -> (Vec<f64>, f64) {
-    let [Some(lo), Some(hi)] = [shown.get(shown.len() / 100), shown.last()] else {
-        return (Vec::new(), 1.0);
-    };
-    let factors: [f64; 11] = [1.05, 1.1, 1.2, 1.5, 2.0, 3.0, 5.0, 10.0, 100.0, 1e4, 1e8];
-    let all = (hi / lo).ln();
-    let fits = factors.into_iter().find(|f| all / f.ln() <= LEVELS);
-    let factor = fits.unwrap_or(1e16);
-    let [first, last] = [lo, hi].map(|v| v.ln() / factor.ln());
-    let steps = first.ceil() as i32..=last.floor() as i32;
-    (steps.map(|k| factor.powi(k)).collect(), factor)
-}
-
-/// Reinhard's global operator (2002).
+/// Colours and isolines of luminance.
 struct Tone {
-    /// Luminance that is shown as half of white.
-    middle: f64,
+    /// The luminance of the first colour, which darker ones have too, and of the last.
+    ends: [f64; 2],
+    /// Luminances of the isolines.
+    levels: Vec<f64>,
+    /// Isolines to a factor of ten.
+    per_decade: f64,
 }
 
 impl Tone {
-    fn of(shown: &[f64]) -> Self {
-        let logs: f64 = shown.iter().map(|v| v.ln()).sum();
-        Self {
-            middle: 1.6 * (logs / shown.len().max(1) as f64).exp(),
+    /// From what a hundredth of the pixels is darker than to the brightest; `None` without a value above 0.
+    fn of(shown: &[f64]) -> Option<Self> {
+        let (lo, hi) = (*shown.get(shown.len() / 100)?, *shown.last()?);
+        // One value has a scale as well.
+        let [lo, hi] = match hi / lo > 1.001 {
+            true => [lo, hi],
+            false => [0.9 * lo, 1.1 * hi],
+        };
+        let steps = [50.0, 20.0, 10.0, 5.0, 4.0, 3.0, 2.0, 1.0, 0.5, 0.2];
+        let decades = (hi / lo).log10();
+        let fits = steps.into_iter().find(|n| decades * n <= LEVELS);
+        let per_decade = fits.unwrap_or(0.01);
+        let [first, last] = [lo, hi].map(|v| v.log10() * per_decade);
+        let steps = first.ceil() as i32..=last.floor() as i32;
+        Some(Self {
+            ends: [lo, hi],
+            levels: steps
+                .map(|k| 10f64.powf(f64::from(k) / per_decade))
+                .collect(),
+            per_decade,
+        })
+    }
+
+    /// Place on the scale; black is below it.
+    fn place(&self, v: f64) -> f64 {
+        let [lo, hi] = self.ends;
+        (v.max(1e-300) / lo).ln() / (hi / lo).ln()
+    }
+
+    /// The luminance of every isoline and its ink, which contrasts with the colour there.
+    fn isolines(&self) -> impl Iterator<Item = (f64, Ink)> {
+        let ink = |level: f64| [if self.place(level) < 0.55 { 255 } else { 20 }; 3];
+        self.levels.iter().map(move |&level| (level, ink(level)))
+    }
+
+    /// Draws the colours with the isolines among them.
+    fn key(&self, canvas: &mut Canvas, [middle, y]: [f64; 2]) -> Result<(), Error> {
+        const LENGTH: f64 = 520.0;
+        let apart = match self.per_decade {
+            n if n >= 1.0 => format!("{n} isolines a decade"),
+            n => format!("an isoline every {:.0} decades", 1.0 / n),
+        };
+        let caption = format!(
+            "luminance of the BRDF (sr⁻¹), {apart}: the same in all slices; \
+             the darkest colour: {} sr⁻¹ and less",
+            number(self.ends[0])
+        );
+        let ticks = log_ticks(self.ends, LENGTH);
+        bar(canvas, [middle, y], LENGTH, ramp, &ticks, &caption)?;
+        for (level, ink) in self.isolines() {
+            let x = middle + LENGTH * (self.place(level) - 0.5);
+            canvas.line(&[[x, y], [x, y + 14.0]], ink, 0.7);
         }
+        Ok(())
     }
-
-    /// Displayed luminance, 1 is white.
-    fn map(&self, v: f64) -> f64 {
-        v / (self.middle + v)
-    }
-
-    fn colour(&self, rgb: [f64; 3]) -> [u8; 3] {
-        let v = luminance(rgb);
-        let scale = if v > 0.0 { self.map(v) / v } else { 0.0 };
-        rgb.map(|c| encoded(c * scale))
-    }
-
-    /// Colour of an isoline that contrasts with the grey of its level.
-    fn ink(&self, level: f64) -> Ink {
-        if self.map(level) < 0.2 {
-            [225; 3]
-        } else {
-            [25; 3]
-        }
-    }
-}
-
-/// Draws the scale of greys, with the luminances of the levels.
-fn key(
-    canvas: &mut Canvas,
-    [middle, y]: [f64; 2],
-    [lo, hi]: [f64; 2],
-    tone: &Tone,
-    levels: &[f64],
-    factor: f64,
-) -> Result<(), Error> {
-    const LENGTH: f64 = 520.0;
-    const STEPS: usize = 256;
-    let left = middle - 0.5 * LENGTH;
-    // One value has a key of its own as well.
-    let all = (hi / lo).ln().max(1e-6);
-    let at = |i: usize| lo * (all * (i as f64 + 0.5) / STEPS as f64).exp();
-    let greys = (0..STEPS).flat_map(|i| [encoded(tone.map(at(i))); 3]);
-    let greys: Vec<u8> = greys.collect();
-    let mut png = Vec::new();
-    write_rgb(&greys, STEPS, &mut png).map_err(|e| Error::Internal(format!("cannot draw: {e}")))?;
-    canvas.image([left, y], [LENGTH, 14.0], &png);
-    let (right, below) = (left + LENGTH, y + 14.0);
-    let corners = [
-        [left, y],
-        [right, y],
-        [right, below],
-        [left, below],
-        [left, y],
-    ];
-    canvas.line(&corners, FRAME, 0.8);
-    let mut free = f64::NEG_INFINITY;
-    for level in levels {
-        let x = left + LENGTH * (level / lo).ln() / all;
-        canvas.line(&[[x, y], [x, below]], tone.ink(*level), 1.0);
-        let text = number(*level);
-        let room = 3.2 * text.chars().count() as f64 + 4.0;
-        if x - room >= free {
-            canvas.line(&[[x, below], [x, below + 3.0]], FRAME, 0.8);
-            canvas.text(
-                [x, below + 11.0],
-                &text,
-                Lettering::new(10.0, Align::Middle),
-            );
-            free = x + room;
-        }
-    }
-    let caption = format!(
-        "luminance of the BRDF (sr⁻¹); isolines {factor} times apart, the same in all; \
-         white: below the horizon, hatched: no data"
-    );
-    text(canvas, [middle, below + 30.0], &caption, 11.5, false);
-    Ok(())
 }
 
 /// A number with two significant digits.
 fn number(v: f64) -> String {
-    let digits = v.log10().floor();
-    if !(-3.0..4.0).contains(&digits) {
-        return format!("{v:.1e}");
-    }
-    let decimals = (1.0 - digits).max(0.0) as usize;
-    let text = format!("{v:.decimals$}");
-    match text.contains('.') {
-        true => text.trim_end_matches('0').trim_end_matches('.').into(),
-        false => text,
+    match v.log10().floor() {
+        d if (-3.0..4.0).contains(&d) => format!("{v:.*}", (1.0 - d).max(0.0) as usize),
+        _ => format!("{v:.1e}"),
     }
 }
 
@@ -354,6 +310,7 @@ mod tests {
     use crate::brdf::{BrdfSpec, Channels, TestFunctionSpec};
     use crate::geometry::{DirectionPair, Symmetry};
     use crate::parametrization;
+    use crate::report::pictures::plot::without_images;
     use exr::prelude::{ReadChannels, ReadLayers};
 
     fn charts(names: &[&str]) -> Vec<Entry<ParametrizationSpec>> {
@@ -406,14 +363,17 @@ mod tests {
         let slices = BrdfSlices::new(&*s, &charts(&["half-difference"]), &[0.0, 60.0], 64);
         let svg = slices.svg("S & co").unwrap();
         assert_eq!(svg.matches("<image").count(), 2 + 1);
-        assert!(svg.contains("S &amp; co") && !svg.contains("NaN"));
+        assert!(svg.contains("S &amp; co") && !without_images(&svg).contains("NaN"));
         let shown: Vec<f64> = (1..=1000).map(f64::from).collect();
-        let (levels, factor) = levels(&shown);
+        let tone = Tone::of(&shown).unwrap();
+        let levels = &tone.levels;
         assert!((8..=24).contains(&levels.len()));
         for w in levels.windows(2) {
-            assert!((w[1] / w[0] / factor - 1.0).abs() < 1e-12);
+            assert!(((w[1] / w[0]).log10() * tone.per_decade - 1.0).abs() < 1e-12);
         }
         assert!(levels[0] >= 11.0 && levels[levels.len() - 1] <= 1000.0);
+        // Every value has a colour of its own up to the brightest.
+        assert!(tone.place(500.0) < tone.place(1000.0) && tone.place(1000.0) <= 1.0);
     }
 
     /// Has no data for light from the left, and is black.

@@ -1,11 +1,11 @@
 //! Where a reconstruction is uncertain, over the directions of the sensor.
 
+use super::bar::{Swatch, bar, swatches};
 use super::plot::{FRAME, Plot, middles, text};
 use crate::error::Error;
 use crate::geometry::DirectionPair;
 use crate::reconstruct::{Cover, Coverage, Replicated, Uncertain};
-use crate::report::pictures::sphere::write_rgb;
-use crate::report::svg::canvas::{Align, Canvas, Ink, Lettering, fitted};
+use crate::report::svg::canvas::{Canvas, Ink, fitted};
 use crate::report::svg::plot::ramp;
 use std::f64::consts::{FRAC_PI_2, TAU};
 
@@ -21,9 +21,6 @@ const DARK: Ink = [30, 30, 30];
 
 /// Where no reading is near.
 const UNKNOWN: Ink = [150; 3];
-
-/// What is striped.
-const ONE_SIDE: &str = "readings on one side only";
 
 /// Every other stripe where readings lie on one side.
 const STRIPE: Ink = [255; 3];
@@ -46,8 +43,8 @@ pub fn uncertainty_svg(
     let maps = THETA_I_DEG.map(|theta| Map::new(theta.to_radians(), replicated, cover));
     let scale = replicated.map(|_| Scale::of(maps.iter().flat_map(Map::known)));
     let width = 2.0 * MARGIN + 3.0 * SIDE + 2.0 * GAP;
-    let below = TOP + SIDE + 34.0;
-    Canvas::draw([width, below + 96.0], |canvas| {
+    let below = TOP + SIDE + 22.0;
+    Canvas::draw([width, below + 104.0], |canvas| {
         let middle = 0.5 * width;
         let fits = fitted(title, 17.0, width - 2.0 * MARGIN);
         text(canvas, [middle, 22.0], &fits, 15.5, true);
@@ -64,9 +61,9 @@ pub fn uncertainty_svg(
         if let Some(scale) = &scale {
             scale.key(canvas, [middle, below])?;
         }
-        swatches(canvas, [middle, below + 56.0], scale.is_some());
+        swatches(canvas, [middle, below + 66.0], &meanings(scale.is_some()));
         let says = "rings: θ_o = 30°, 60°, 90°;  circle: the light, at azimuth 0;  dot: its mirror direction";
-        text(canvas, [middle, below + 80.0], says, 11.5, false);
+        text(canvas, [middle, below + 88.0], says, 11.5, false);
         Ok(())
     })
 }
@@ -101,7 +98,7 @@ impl Map {
                 return [255; 3];
             };
             let known = match (scale, relative) {
-                (Some(scale), Some(relative)) => scale.colour(*relative),
+                (Some(scale), Some(relative)) => ramp(scale.place(*relative)),
                 _ => KNOWN,
             };
             match coverage {
@@ -150,34 +147,25 @@ fn rings(canvas: &mut Canvas, plot: &Plot, theta_deg: f64) {
     canvas.dot(mirror, 2.4, DARK);
 }
 
-/// Draws what stripes and grey mean.
-fn swatches(canvas: &mut Canvas, [middle, y]: [f64; 2], coloured: bool) {
-    let known = if coloured { ramp(0.3) } else { KNOWN };
-    let says = [
-        (known, "readings surround it"),
-        (known, ONE_SIDE),
-        (UNKNOWN, "no reading within 30°"),
+/// What stripes and grey mean.
+fn meanings(coloured: bool) -> Vec<Swatch<'static>> {
+    let known = if coloured { ramp(0.4) } else { KNOWN };
+    let plain = |ink, name| Swatch {
+        ink,
+        stripes: None,
+        name,
+    };
+    let mut all = vec![
+        Swatch {
+            stripes: Some(STRIPE),
+            ..plain(known, "readings on one side only")
+        },
+        plain(UNKNOWN, "no reading within 30°"),
     ];
-    let says = &says[usize::from(coloured)..];
-    let length = |text: &str| 26.0 + 6.4 * text.chars().count() as f64;
-    let all: f64 = says.iter().map(|(_, text)| length(text)).sum();
-    let mut x = middle - 0.5 * all;
-    for (ink, name) in says {
-        let [right, above, below] = [x + 16.0, y - 6.0, y + 6.0];
-        let corners = [[x, above], [right, above], [right, below], [x, below]];
-        canvas.area(&corners, *ink, 1.0);
-        if *name == ONE_SIDE {
-            for from in [x + 1.0, x + 8.0] {
-                canvas.line(
-                    &[[from, below - 1.5], [from + 7.0, above + 1.5]],
-                    STRIPE,
-                    2.5,
-                );
-            }
-        }
-        canvas.text([x + 21.0, y], name, Lettering::new(11.5, Align::Start));
-        x += length(name);
+    if !coloured {
+        all.insert(0, plain(known, "readings surround it"));
     }
+    all
 }
 
 /// Colours of relative uncertainties.
@@ -210,36 +198,18 @@ impl Scale {
         ((relative / lo).ln() / (hi / lo).ln()).clamp(0.0, 1.0)
     }
 
-    fn colour(&self, relative: f64) -> Ink {
-        // White is stripes.
-        ramp(0.1 + 0.64 * self.place(relative))
-    }
-
     /// Draws the scale with its levels.
-    fn key(&self, canvas: &mut Canvas, [middle, y]: [f64; 2]) -> Result<(), Error> {
-        const LENGTH: f64 = 440.0;
-        const STEPS: usize = 220;
-        let [lo, hi] = [self.levels[0], self.levels[self.levels.len() - 1]];
-        let at = |i: usize| lo * ((hi / lo).ln() * (i as f64 + 0.5) / STEPS as f64).exp();
-        let colours: Vec<u8> = (0..STEPS).flat_map(|i| self.colour(at(i))).collect();
-        let mut png = Vec::new();
-        write_rgb(&colours, STEPS, &mut png)
-            .map_err(|e| Error::Internal(format!("cannot draw: {e}")))?;
-        let (left, below) = (middle - 0.5 * LENGTH, y + 14.0);
-        canvas.image([left, y], [LENGTH, 14.0], &png);
-        for level in &self.levels {
-            let x = left + LENGTH * self.place(*level);
-            canvas.line(&[[x, below], [x, below + 3.0]], FRAME, 0.8);
+    fn key(&self, canvas: &mut Canvas, at: [f64; 2]) -> Result<(), Error> {
+        let tick = |level: &f64| {
             // As many digits as the smallest level has.
             let percent = format!("{:.7}", 100.0 * level);
             let percent = percent.trim_end_matches('0').trim_end_matches('.');
-            let how = Lettering::new(10.0, Align::Middle);
-            canvas.text([x, below + 11.0], &format!("{percent} %"), how);
-        }
+            (self.place(*level), format!("{percent} %"))
+        };
+        let ticks: Vec<_> = self.levels.iter().map(tick).collect();
         let says =
             "relative standard uncertainty of the BRDF, u/f (k = 1), from those of its readings";
-        text(canvas, [middle, y - 12.0], says, 11.5, false);
-        Ok(())
+        bar(canvas, at, 440.0, ramp, &ticks, says)
     }
 }
 

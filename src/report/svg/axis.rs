@@ -4,14 +4,14 @@ use super::canvas::text_width;
 use crate::report::svg::plot::{Axis, Scale};
 
 /// Font size of tick labels, pixels.
-pub(super) const SIZE: f64 = 11.0;
+pub(in crate::report) const SIZE: f64 = 11.0;
 
 /// Values are clamped to this, and so far from 0 on logarithmic axes, before anything is computed:
 /// differences of larger ones overflow.
 const LARGEST: f64 = 1e300;
 
 /// An axis with its range and ticks.
-pub(super) struct Ruler {
+pub(in crate::report) struct Ruler {
     scale: Scale,
     /// Ends, log10 of them on logarithmic axes.
     ends: [f64; 2],
@@ -50,7 +50,7 @@ impl Ruler {
         let candidates: Vec<Vec<(f64, String)>> = match axis.scale {
             Scale::Linear => (1..=most)
                 .rev()
-                .map(|count| ruler.linear_ticks(ends, count, axis.label.contains("deg")))
+                .map(|count| ruler.linear_ticks(ends, count, axis.label.contains("(°)")))
                 .collect(),
             Scale::Log => ruler.log_candidates(most),
         };

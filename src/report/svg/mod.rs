@@ -1,6 +1,6 @@
 //! Sheets of diagrams as SVG.
 
-mod axis;
+pub(in crate::report) mod axis;
 pub(in crate::report) mod canvas;
 mod forest;
 mod labelled;
@@ -25,8 +25,8 @@ const LEGEND: f64 = 11.5;
 const LEGEND_LINE: f64 = 17.0;
 /// Width of the stroke in front of a name.
 const KEY: f64 = 24.0;
-const FRAME: Ink = [90, 90, 90];
-const GRID: Ink = [228, 228, 228];
+pub(in crate::report) const FRAME: Ink = [90, 90, 90];
+pub(in crate::report) const GRID: Ink = [228, 228, 228];
 const FAINT: Ink = [130, 130, 130];
 
 /// Draws panels row after row, `columns` in a row (at least one), below a title.
@@ -245,6 +245,10 @@ impl<'a> Sheet<'a> {
             }
             return;
         }
+        if series.mark == Mark::Area {
+            let corners: Vec<_> = points.into_iter().flatten().collect();
+            return canvas.area(&corners, ink, 0.16);
+        }
         for run in points.split(Option::is_none) {
             let run: Vec<_> = run.iter().flatten().copied().collect();
             if let [only] = run[..] {
@@ -376,7 +380,7 @@ impl<'a> Legend<'a> {
             match entry.mark {
                 Mark::Line => canvas.line(&key, ink, sheet.stroke() + 0.5),
                 Mark::Dashed => canvas.dashes(&key, ink, sheet.stroke() + 0.5),
-                Mark::Points => canvas.dot([x + 0.5 * KEY, y], 2.8, ink),
+                Mark::Points | Mark::Area => canvas.dot([x + 0.5 * KEY, y], 2.8, ink),
             }
             let name = fitted(entry.name, LEGEND, self.column - KEY - 6.0);
             let how = Lettering::new(LEGEND, Align::Start);

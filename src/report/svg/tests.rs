@@ -5,7 +5,7 @@ fn panel(scale: Scale, series: Vec<Series>) -> Panel {
     Panel {
         title: "a < b & \"c\"".into(),
         x: Axis {
-            label: "theta_o (deg)".into(),
+            label: "θ_o (°)".into(),
             ..Axis::default()
         },
         y: Axis {
