@@ -23,6 +23,9 @@ const THETA_O_DEG: [f64; 3] = [10.0, 40.0, 70.0];
 /// Pixels along a side of a slice.
 const RESOLUTION: usize = 128;
 
+/// Raised when pictures look different: a folder that is gone on with holds no two looks.
+const LOOK: u32 = 2;
+
 const HEMISPHERES: &str = "hemispheres.svg";
 const FUNCTIONS: &str = "functions.svg";
 
@@ -44,7 +47,7 @@ fn general() -> Vec<Shown> {
         },
         Shown {
             file: FUNCTIONS.into(),
-            caption: "The test functions S = 1 − |h_bar| (red), G = 1 − cos theta_i cos theta_o (blue) and F = 1 − cos theta_d (white), on the hemisphere and in slices of each parametrization."
+            caption: "The test functions S = 1 − |h̄| (red), G = 1 − cos θᵢ cos θₒ (blue) and F = 1 − cos θ_d (white), on the hemisphere and in slices of each parametrization."
                 .into(),
         },
     ]
@@ -148,7 +151,9 @@ impl<'a> Studio<'a> {
         let stem = self.stem(material, key);
         let mut shown = vec![Shown {
             file: format!("{stem}.slices.svg"),
-            caption: "Slices at four azimuths with isolines of luminance.".into(),
+            caption:
+                "Slices at four azimuths: luminance in equal steps of its logarithm, with isolines."
+                    .into(),
         }];
         for i in self.drawn() {
             let coordinates = &self.plan.parametrizations[i];
@@ -156,7 +161,7 @@ impl<'a> Studio<'a> {
             shown.push(Shown {
                 file: format!("{stem}.{}.svg", sampled(coordinates)),
                 caption: format!(
-                    "Truth, reconstruction from at most {} poses uniform in {label}{}, and their difference.",
+                    "Truth, reconstruction from at most {} poses uniform in {label}{}, and their difference, which has the same scale in all pictures.",
                     self.plan.pictures.budget,
                     self.by()
                 ),
@@ -266,7 +271,7 @@ fn sampled(coordinates: &Coordinates) -> String {
 
 /// Text of the parts of a plan that determine its pictures.
 fn how(plan: &Plan) -> String {
-    let mut text = RESULTS_REVISION.to_string();
+    let mut text = format!("{RESULTS_REVISION} {LOOK}");
     text += &plan.pictures.resolved().to_string();
     text += &format!("{:?}", plan.seeds.first());
     text += &format!("{:?}", plan.channels);

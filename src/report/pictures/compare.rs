@@ -5,13 +5,17 @@
 //! is left out of both, and a pixel that gets most of its light from there is without data: it is
 //! no black, so it is hatched, and in no error.
 
+use super::bar::{NO_DATA, bar};
+use super::plot::{FRAME, text};
 use super::render::render_spheres;
 use crate::brdf::Brdf;
 use crate::lighting::Lighting;
 use crate::numeric::luminance;
 use crate::report::SphereImage;
 use crate::report::pictures::slice::{Channels32, channel, write_channels};
-use crate::report::pictures::sphere::{encoded, write_rgb};
+use crate::report::pictures::sphere::{with_alpha, write_rgba};
+use crate::report::svg::canvas::{Canvas, fitted};
+use std::f64::consts::TAU;
 use std::io::{self, Seek, Write};
 
 /// Pixels between the spheres of a PNG.
@@ -51,29 +55,34 @@ impl Comparison {
         let brdfs = [truth, reconstruction];
         let (mut images, left_out) = render_spheres(brdfs, lighting, resolution, samples);
         let unknown: Vec<bool> = left_out.iter().map(|share| *share > UNKNOWN).collect();
-        let sphere = images[0].pixels.iter().flatten().count();
+        let share = |i: usize| images[0].coverage(i);
+        let covered: f64 = (0..unknown.len()).map(share).sum();
+        let left_out = unknown.iter().enumerate().filter(|(_, u)| **u);
+        let left_out: f64 = left_out.map(|(i, _)| share(i)).sum();
         for image in &mut images {
             for (pixel, _) in image.pixels.iter_mut().zip(&unknown).filter(|(_, u)| **u) {
                 *pixel = None;
             }
         }
         let [truth, reconstruction] = images;
-        let both = truth.pixels.iter().zip(&reconstruction.pixels);
-        let both = both.filter_map(|(f, g)| Some([luminance((*f)?), luminance((*g)?)]));
+        let both = truth.pixels.iter().zip(&reconstruction.pixels).enumerate();
+        let both = both.filter_map(|(i, (f, g))| {
+            Some([truth.coverage(i), luminance((*f)?), luminance((*g)?)])
+        });
         let both: Vec<_> = both.collect();
-        let n = both.len() as f64;
-        let mean = both.iter().map(|[f, _]| f).sum::<f64>() / n;
-        let squares: f64 = both.iter().map(|[f, g]| (g - f).powi(2)).sum();
-        let of_truth: f64 = both.iter().map(|[f, _]| f * f).sum();
-        let relative: f64 = both
-            .iter()
-            .map(|[f, g]| (g - f).abs() / f.max(1e-3 * mean))
-            .sum();
+        let sum = |of: &dyn Fn(f64, f64) -> f64| -> f64 {
+            both.iter().map(|[share, f, g]| share * of(*f, *g)).sum()
+        };
+        let n = sum(&|_, _| 1.0);
+        let mean = sum(&|f, _| f) / n;
+        let squares = sum(&|f, g| (g - f).powi(2));
+        let of_truth = sum(&|f, _| f * f);
+        let relative = sum(&|f, g| (g - f).abs() / f.max(1e-3 * mean));
         let defined = of_truth > 0.0;
         Self {
             nrmse: defined.then(|| (squares / of_truth).sqrt()),
             mean_relative: defined.then(|| relative / n),
-            without_data: unknown.iter().filter(|u| **u).count() as f64 / sphere.max(1) as f64,
+            without_data: left_out / covered,
             truth,
             reconstruction,
             unknown,
@@ -95,17 +104,6 @@ impl Comparison {
         text
     }
 
-    /// The difference shown as the strongest red and blue, over the truth's white: the first of
-    /// …, 0.1, 0.2, 0.5, 1, … that 99 % of the sphere stay below.
-    pub fn range(&self) -> f64 {
-        let white = self.truth.white();
-        let mut sizes: Vec<f64> = self.differences().flatten().map(f64::abs).collect();
-        sizes.sort_by(f64::total_cmp);
-        let most = sizes.get(sizes.len() * 99 / 100).copied().unwrap_or(0.0) / white;
-        let steps = (-4..=3).flat_map(|d| [1.0, 2.0, 5.0].map(|m| m * 10f64.powi(d)));
-        steps.into_iter().find(|s| *s >= most).unwrap_or(1e4)
-    }
-
     /// Reconstruction − truth in luminance.
     fn differences(&self) -> impl Iterator<Item = Option<f64>> {
         let both = self.truth.pixels.iter().zip(&self.reconstruction.pixels);
@@ -119,85 +117,75 @@ impl Comparison {
     }
 
     /// Writes truth, reconstruction and difference side by side as PNG: the first two over the
-    /// truth's white, the third from blue (too dark) over white to red (too bright), see
-    /// [`range`](Self::range). Hatched in all: no data.
+    /// truth's white, the third from blue (too dark) over white to red (too bright), on the one scale that
+    /// all comparisons have: see [`svg`](Self::svg). Hatched in all: no data; beside the spheres it is transparent.
     ///
     /// # Errors
     /// Whatever `out` reports.
     pub fn write_png(&self, out: &mut impl Write) -> io::Result<()> {
         let side = self.truth.resolution;
         let white = self.truth.white();
-        let shown = |p: Option<[f64; 3]>| p.map_or([255; 3], |c| c.map(|v| encoded(v / white)));
-        let largest = white * self.range();
-        let signed = |d: Option<f64>| {
-            let t = d.map_or(0.0, |d| (d / largest).clamp(-1.0, 1.0));
-            let other = (255.0 * (1.0 - t.abs())) as u8;
-            // Beside the sphere it is grey: there white says that nothing differs.
-            match d {
-                None => [205; 3],
-                Some(_) if t > 0.0 => [255, other, other],
-                Some(_) => [other, other, 255],
-            }
-        };
         // Stripes as wide on a small sphere as on a large one.
         let stripe = (side / 32).max(1);
-        let hatched = |at: usize| match (at % side + at / side) / stripe % 2 {
-            0 => [150; 3],
-            _ => [190; 3],
+        let differences: Vec<_> = self.differences().collect();
+        let colour = |sphere: usize, i: usize| match sphere {
+            _ if self.unknown[i] => NO_DATA[(i % side + i / side) / stripe % 2],
+            0 => self.truth.shown(i, white),
+            1 => self.reconstruction.shown(i, white),
+            _ => signed(place(differences[i].unwrap_or(0.0) / white)),
         };
-        let or_hatched = |at: usize, colour| match self.unknown[at] {
-            true => hatched(at),
-            false => colour,
-        };
-        let differences: Vec<_> = self.differences().map(signed).collect();
-        let mut bytes = Vec::with_capacity(3 * self.size()[0] * side);
+        let mut bytes = Vec::with_capacity(4 * self.size()[0] * side);
         for row in 0..side {
-            let at = row * side..(row + 1) * side;
-            for image in [&self.truth, &self.reconstruction] {
-                let colour = |i| or_hatched(i, shown(image.pixels[i]));
-                bytes.extend(at.clone().flat_map(colour));
-                bytes.extend([255; 3 * GAP]);
+            for sphere in 0..3 {
+                if sphere > 0 {
+                    bytes.extend([0; 4 * GAP]);
+                }
+                let row = row * side..(row + 1) * side;
+                bytes.extend(
+                    row.flat_map(|i| with_alpha(colour(sphere, i), self.truth.coverage(i))),
+                );
             }
-            bytes.extend(at.flat_map(|i| or_hatched(i, differences[i])));
         }
-        write_rgb(&bytes, self.size()[0], out)
+        write_rgba(&bytes, self.size()[0], out)
     }
 
     /// Writes one OpenEXR file with the layers `truth`, `reconstruction` and `difference`
-    /// (reconstruction − truth), each with linear `R`, `G`, `B`, and `A`: 1 on the sphere
-    /// where there are data.
+    /// (reconstruction − truth), each with `A`, the share of a pixel that the sphere covers (0 without
+    /// data), and linear `R`, `G`, `B`, which are multiplied by it.
     ///
     /// # Errors
     /// Whatever `out` reports.
     pub fn write_exr(&self, out: &mut (impl Write + Seek)) -> io::Result<()> {
         let mut list = Channels32::new();
-        let pixel = |p: &Option<[f64; 3]>, c: usize| p.map_or(0.0, |p| p[c]);
         let (f, g) = (&self.truth.pixels, &self.reconstruction.pixels);
+        let share = |i: usize| f[i].map_or(0.0, |_| self.truth.coverage(i));
+        let pixel =
+            |p: &[Option<[f64; 3]>], i: usize, c: usize| p[i].map_or(0.0, |p| share(i) * p[c]);
         for (c, name) in ["R", "G", "B"].into_iter().enumerate() {
-            list.push(channel("truth", name, f.iter().map(|p| pixel(p, c))));
+            let minus = |i: usize| pixel(g, i, c) - pixel(f, i, c);
+            let all = 0..f.len();
+            list.push(channel("truth", name, all.clone().map(|i| pixel(f, i, c))));
             list.push(channel(
                 "reconstruction",
                 name,
-                g.iter().map(|p| pixel(p, c)),
+                all.clone().map(|i| pixel(g, i, c)),
             ));
-            let both = f.iter().zip(g);
-            let minus = both.map(|(f, g)| pixel(g, c) - pixel(f, c));
-            list.push(channel("difference", name, minus));
+            list.push(channel("difference", name, all.map(minus)));
         }
         for layer in ["truth", "reconstruction", "difference"] {
-            let alpha = f.iter().map(|p| f64::from(u8::from(p.is_some())));
+            let alpha = (0..f.len()).map(share);
             list.push(channel(layer, "A", alpha));
         }
         write_channels([self.truth.resolution; 2], list, out)
     }
 
-    /// The PNG with names and errors around it.
+    /// The PNG with names and errors around it, and the scale of differences: their luminance over the
+    /// truth's white, signed, by its logarithm. The scale is the same for all comparisons, so that pictures
+    /// beside each other rank what they show.
     ///
     /// # Errors
     /// [`Error::Internal`](crate::Error::Internal) if drawing fails, which it should not.
     pub fn svg(&self, title: &str) -> Result<String, crate::Error> {
-        use super::plot::text;
-        use crate::report::svg::canvas::{Canvas, fitted};
         const SIDE: f64 = 256.0;
         const TOP: f64 = 66.0;
         let mut png = Vec::new();
@@ -205,43 +193,75 @@ impl Comparison {
             .map_err(|e| crate::Error::Internal(format!("cannot draw: {e}")))?;
         let scale = SIDE / self.truth.resolution as f64;
         let size = self.size().map(|v| v as f64 * scale);
-        Canvas::draw([size[0] + 32.0, TOP + size[1] + 44.0], |canvas| {
+        Canvas::draw([size[0] + 32.0, TOP + size[1] + 104.0], |canvas| {
             let middle = 16.0 + 0.5 * size[0];
-            text(
-                canvas,
-                [middle, 22.0],
-                &fitted(title, 18.0, size[0]),
-                16.0,
-                true,
-            );
-            for (i, name) in ["truth", "reconstruction", "difference"]
-                .into_iter()
-                .enumerate()
-            {
-                let x = 16.0 + i as f64 * (size[0] - SIDE) / 2.0 + 0.5 * SIDE;
-                text(canvas, [x, 52.0], name, 13.0, false);
+            let fits = fitted(title, 18.0, size[0]);
+            text(canvas, [middle, 22.0], &fits, 16.0, true);
+            let names = ["truth", "reconstruction", "difference"];
+            let place_of = |i: usize| 16.0 + i as f64 * (size[0] - SIDE) / 2.0 + 0.5 * SIDE;
+            for (i, name) in names.into_iter().enumerate() {
+                text(canvas, [place_of(i), 52.0], name, 13.0, false);
             }
             canvas.image([16.0, TOP], size, &png);
-            let r = self.range();
-            let hatched = if self.without_data > 0.0 {
-                " (hatched)"
-            } else {
-                ""
+            // White is a difference too: where none is the sphere still ends.
+            let rim = (0..=120).map(|i| {
+                let (s, c) = (TAU * f64::from(i) / 120.0).sin_cos();
+                let r = 0.5 * SIDE;
+                [place_of(2) + r * c, TOP + r + r * s]
+            });
+            canvas.line(&rim.collect::<Vec<_>>(), FRAME, 0.8);
+            let below = TOP + size[1] + 20.0;
+            let hatched = match self.without_data > 0.0 {
+                true => " (hatched)",
+                false => "",
             };
-            let caption = format!(
-                "{}{hatched}; difference in luminance: blue −{r}, red +{r} of white",
-                self.errors()
-            );
-            text(
-                canvas,
-                [middle, TOP + size[1] + 22.0],
-                &caption,
-                12.5,
-                false,
-            );
-            Ok(())
+            let errors = self.errors() + hatched;
+            text(canvas, [middle, below], &errors, 12.5, false);
+            let levels = [-1.0, -0.1, -0.01, 0.0, 0.01, 0.1, 1.0];
+            let tick = |v: f64| (0.5 + 0.5 * place(v), format!("{v}").replace('-', "−"));
+            let says = "difference in luminance over the truth's white (the same scale in all pictures): blue too dark, \
+                        red too bright, white within ±0.001";
+            let ticks = levels.map(tick);
+            let colour = |t: f64| signed(2.0 * t - 1.0);
+            bar(canvas, [middle, below + 20.0], 520.0, colour, &ticks, says)
         })
     }
+}
+
+/// The smallest difference, over the truth's white, that has a colour.
+const LEAST: f64 = 1e-3;
+
+/// Place of a difference on the scale of colours, in [−1, 1]: its logarithm from [`LEAST`] to 1.
+fn place(difference: f64) -> f64 {
+    let size = (difference.abs() / LEAST).max(1.0).ln() / (1.0 / LEAST).ln();
+    size.min(1.0).copysign(difference)
+}
+
+/// The colour of a place: from dark blue (−1) over white to dark red (1), evenly darker to both sides.
+fn signed(t: f64) -> [u8; 3] {
+    /// At 0, 1/3, 2/3 and 1, one and the other side (Brewer's RdBu).
+    const COLOURS: [[[f64; 3]; 4]; 2] = [
+        [
+            [255.0, 255.0, 255.0],
+            [253.0, 219.0, 199.0],
+            [214.0, 96.0, 77.0],
+            [103.0, 0.0, 31.0],
+        ],
+        [
+            [255.0, 255.0, 255.0],
+            [209.0, 229.0, 240.0],
+            [67.0, 147.0, 195.0],
+            [5.0, 48.0, 97.0],
+        ],
+    ];
+    let side = &COLOURS[usize::from(t < 0.0)];
+    let at = 3.0 * t.abs().min(1.0);
+    let first = (at as usize).min(2);
+    let rest = at - first as f64;
+    [0, 1, 2].map(|c| {
+        let [a, b] = [side[first][c], side[first + 1][c]];
+        (a + rest * (b - a)).round() as u8
+    })
 }
 
 #[cfg(test)]
@@ -264,7 +284,6 @@ mod tests {
         let darker = compare(0.5, 0.2);
         let near = |v: Option<f64>| (v.unwrap() - 0.6).abs() < 1e-12;
         assert!(near(darker.nrmse) && near(darker.mean_relative));
-        assert!((0.2..=1.0).contains(&darker.range()), "{}", darker.range());
         let same = compare(0.5, 0.5);
         assert_eq!((same.nrmse, same.mean_relative), (Some(0.0), Some(0.0)));
         // Relative to nothing.
@@ -328,11 +347,11 @@ mod tests {
             assert!(said.ends_with("% without data"), "{said}");
             let mut png = Vec::new();
             found.write_png(&mut png).unwrap();
-            let picture = image::load_from_memory(&png).unwrap().into_rgb8();
+            let picture = image::load_from_memory(&png).unwrap().into_rgba8();
             // The leftmost pixels of the sphere.
             for x in [0, 64 + 8, 2 * (64 + 8)] {
-                let [r, g, b] = picture.get_pixel(x, 32).0;
-                assert!((r == 150 || r == 190) && r == g && g == b, "{x}: {r}");
+                let [r, g, b, _] = picture.get_pixel(x, 32).0;
+                assert!(NO_DATA.contains(&[r, g, b]), "{x}: {r}");
             }
         }
         let nothing = Comparison::new(&Bounded(0.0), &matte(0.5), &*even, 16, 8);
@@ -340,20 +359,32 @@ mod tests {
     }
 
     #[test]
+    fn larger_differences_are_darker_and_signs_have_their_hue() {
+        let lightness = |d: f64| signed(place(d)).iter().map(|c| i32::from(*c)).sum::<i32>();
+        for sign in [-1.0, 1.0] {
+            let sizes = (0..30).map(|i| LEAST * 10f64.powf(f64::from(i) / 10.0));
+            let all: Vec<i32> = sizes.map(|d| lightness(sign * d)).collect();
+            assert!(all.windows(2).all(|w| w[1] < w[0]), "{all:?}");
+        }
+        let [blue, red] = [-0.02, 0.02].map(|d| signed(place(d)));
+        assert!(blue[2] > blue[0] && red[0] > red[2]);
+        assert_eq!([0.0, 0.5 * LEAST].map(|d| signed(place(d))), [[255; 3]; 2]);
+        assert_eq!(signed(place(-7.0)), signed(-1.0));
+    }
+
+    #[test]
     fn pictures_lie_side_by_side() {
         let darker = compare(0.5, 0.2);
         let mut png = Vec::new();
         darker.write_png(&mut png).unwrap();
-        let picture = image::load_from_memory(&png).unwrap().into_rgb8();
+        let picture = image::load_from_memory(&png).unwrap().into_rgba8();
         assert_eq!(picture.dimensions(), (3 * 24 + 16, 24));
         let at = |x: u32| picture.get_pixel(x, 8).0;
         let [truth, copy, difference] = [12, 44, 76].map(at);
         assert!(truth[0] > copy[0] && copy[0] > 0);
-        assert!(
-            difference[2] == 255 && difference[0] < 255,
-            "{difference:?}"
-        );
-        assert_eq!((at(27), picture.get_pixel(64, 0).0), ([255; 3], [205; 3]));
+        assert!(difference[2] > difference[0], "{difference:?}");
+        // Beside the spheres there is nothing.
+        assert_eq!([at(27), picture.get_pixel(64, 0).0].map(|p| p[3]), [0, 0]);
         let mut exr = io::Cursor::new(Vec::new());
         darker.write_exr(&mut exr).unwrap();
         assert!(exr.into_inner().starts_with(&[0x76, 0x2f, 0x31, 0x01]));
@@ -363,6 +394,13 @@ mod tests {
     fn plates_quote_the_errors() {
         let svg = compare(0.5, 0.2).svg("half").unwrap();
         assert!(svg.contains("nrmse 0.6000") && svg.contains("reconstruction"));
-        assert_eq!(svg.matches("<image").count(), 1);
+        // The scale is drawn, with its numbers, and is that of any other comparison.
+        let numbers = |svg: &str| ["−1", "−0.01", "0.1"].map(|n| svg.contains(&format!("\n{n}\n")));
+        assert_eq!(svg.matches("<image").count(), 2);
+        assert_eq!(numbers(&svg), [true; 3]);
+        assert_eq!(
+            numbers(&compare(0.5, 0.499).svg("near").unwrap()),
+            [true; 3]
+        );
     }
 }

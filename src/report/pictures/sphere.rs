@@ -13,6 +13,8 @@ use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use exr::prelude::{Image, SpecificChannels, WritableImage};
 use glam::DVec3;
+use image::codecs::png::{CompressionType, FilterType, PngEncoder};
+use image::{ExtendedColorType, ImageEncoder};
 use std::f64::consts::TAU;
 use std::fmt::Write as _;
 use std::io::{self, Seek, Write};
@@ -22,8 +24,31 @@ use std::io::{self, Seek, Write};
 pub struct SphereImage {
     /// Width and height in pixels.
     pub resolution: usize,
-    /// Radiance (linear R, G, B), row after row from the top; `None` beside the sphere.
+    /// Radiance (linear R, G, B) of the part of a pixel that the sphere covers, row after row from the
+    /// top; `None` beside the sphere.
     pub pixels: Vec<Option<[f64; 3]>>,
+}
+
+/// Parts of a pixel on the edge of the sphere along each side.
+const PARTS: usize = 4;
+
+/// Where a pixel is looked at: in its middle if the sphere covers it whole, else in the middles of
+/// those of its parts that are on the sphere. Places on the unit disk, x to the right and y up; second
+/// the share of the pixel that the sphere covers.
+pub(super) fn places(resolution: usize, pixel: usize) -> (Vec<[f64; 2]>, f64) {
+    let [row, column] = [pixel / resolution, pixel % resolution];
+    let at = |i: usize, t: f64| 2.0 * (i as f64 + t) / resolution as f64 - 1.0;
+    let place = |u: f64, v: f64| [at(column, u), -at(row, v)];
+    let inside = |[x, y]: &[f64; 2]| x.hypot(*y) < 1.0;
+    let corners = [[0.0, 0.0], [0.0, 1.0], [1.0, 0.0], [1.0, 1.0]];
+    if corners.iter().all(|&[u, v]| inside(&place(u, v))) {
+        return (vec![place(0.5, 0.5)], 1.0);
+    }
+    let middle = |i: usize| (i as f64 + 0.5) / PARTS as f64;
+    let parts = (0..PARTS * PARTS).map(|i| place(middle(i % PARTS), middle(i / PARTS)));
+    let covered: Vec<_> = parts.filter(inside).collect();
+    let share = covered.len() as f64 / (PARTS * PARTS) as f64;
+    (covered, share)
 }
 
 /// From the camera's frame (x right, y up, z towards it) to that of the light.
@@ -80,20 +105,29 @@ impl SphereImage {
         if white > 0.0 { white } else { 1.0 }
     }
 
-    /// Writes a PNG: radiance over `white`, clipped at 1, in sRGB; white beside the sphere.
+    /// Share of a pixel that the sphere covers.
+    pub fn coverage(&self, pixel: usize) -> f64 {
+        places(self.resolution, pixel).1
+    }
+
+    /// Writes a PNG: radiance over `white`, clipped at 1, in sRGB; transparent beside the sphere.
     ///
     /// # Errors
     /// Whatever `out` reports.
     pub fn write_png(&self, white: f64, out: &mut impl Write) -> io::Result<()> {
-        let encoded = |v: f64| encoded(v / white);
-        let pixel = |p: &Option<[f64; 3]>| p.map_or([255; 3], |rgb| rgb.map(encoded));
-        let bytes: Vec<u8> = self.pixels.iter().flat_map(pixel).collect();
-        write_rgb(&bytes, self.resolution, out)
+        let pixel = |i: usize| with_alpha(self.shown(i, white), self.coverage(i));
+        let bytes: Vec<u8> = (0..self.pixels.len()).flat_map(pixel).collect();
+        write_rgba(&bytes, self.resolution, out)
     }
-}
 
-impl SphereImage {
-    /// Writes an OpenEXR file with linear `R`, `G`, `B` and `A`: 1 on the sphere.
+    /// A pixel in sRGB: radiance over `white`, clipped at 1.
+    pub(super) fn shown(&self, pixel: usize, white: f64) -> [u8; 3] {
+        let rgb = self.pixels[pixel].unwrap_or_default();
+        rgb.map(|v| encoded(v / white))
+    }
+
+    /// Writes an OpenEXR file with `A`, the share of a pixel that the sphere covers, and linear `R`, `G`,
+    /// `B`, which are multiplied by it.
     ///
     /// # Errors
     /// Whatever `out` reports.
@@ -101,10 +135,12 @@ impl SphereImage {
         let size = (self.resolution, self.resolution);
         let limit = f64::from(f32::MAX);
         let pixel = |p: exr::math::Vec2<usize>| {
-            let pixel = self.pixels[p.y() * self.resolution + p.x()];
+            let i = p.y() * self.resolution + p.x();
+            let share = self.coverage(i);
             // Infinity would spread in viewers.
-            let [r, g, b] = pixel.unwrap_or_default().map(|v| v.min(limit) as f32);
-            (r, g, b, f32::from(u8::from(pixel.is_some())))
+            let pixel = self.pixels[i].unwrap_or_default();
+            let [r, g, b] = pixel.map(|v| (share * v).min(limit) as f32);
+            (r, g, b, share as f32)
         };
         let image = Image::from_channels(size, SpecificChannels::rgba(pixel));
         let writer = image.write().non_parallel();
@@ -123,13 +159,32 @@ pub(super) fn encoded(v: f64) -> u8 {
     (255.0 * v).round() as u8
 }
 
+/// A colour that covers a share of its pixel.
+pub(super) fn with_alpha([r, g, b]: [u8; 3], share: f64) -> [u8; 4] {
+    [r, g, b, (255.0 * share).round() as u8]
+}
+
 /// Writes sRGB pixels, `width` to a row, as PNG.
 pub(super) fn write_rgb(bytes: &[u8], width: usize, out: &mut impl Write) -> io::Result<()> {
-    use image::{ExtendedColorType, ImageEncoder, codecs::png::PngEncoder};
-    let size = [width, bytes.len() / (3 * width.max(1))].map(u32::try_from);
+    write_pixels(bytes, width, ExtendedColorType::Rgb8, out)
+}
+
+/// Writes sRGB pixels with their opacity, `width` to a row, as PNG.
+pub(super) fn write_rgba(bytes: &[u8], width: usize, out: &mut impl Write) -> io::Result<()> {
+    write_pixels(bytes, width, ExtendedColorType::Rgba8, out)
+}
+
+fn write_pixels(
+    bytes: &[u8],
+    width: usize,
+    kind: ExtendedColorType,
+    out: &mut impl Write,
+) -> io::Result<()> {
+    let row = width * usize::from(kind.channel_count());
+    let size = [width, bytes.len() / row.max(1)].map(u32::try_from);
     let [width, height] = [size[0], size[1]].map(|s| s.map_err(io::Error::other));
-    PngEncoder::new(out)
-        .write_image(bytes, width?, height?, ExtendedColorType::Rgb8)
+    PngEncoder::new_with_quality(out, CompressionType::Best, FilterType::Adaptive)
+        .write_image(bytes, width?, height?, kind)
         .map_err(io::Error::other)
 }
 
