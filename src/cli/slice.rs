@@ -7,7 +7,7 @@ use crate::brdf::BuildError;
 use crate::error::{Error, ParameterError};
 use crate::files::write_atomically;
 use crate::moments::{Channel, Slice as BrdfSlice};
-use crate::report::{FlatSlice, Radius, lobe_svg};
+use crate::report::{FlatSlice, Radius, slice_svg};
 use clap::{Args, ValueEnum};
 use std::fs::{self, File};
 use std::io::{self, BufWriter, Write};
@@ -40,7 +40,8 @@ pub(super) struct Slice {
     /// How long the lobe is in a direction
     #[arg(long, value_enum, default_value = "cube-root")]
     radius: RadiusArg,
-    /// The folder to write into: NAME_DEG.png, NAME_DEG.csv and NAME_DEG.svg a view
+    /// The folder to write into, a view: NAME_DEG.svg with map and lobe, NAME_DEG.png with the map
+    /// alone and NAME_DEG.csv
     #[arg(short, long, value_name = "DIR")]
     output: PathBuf,
     /// Replace files that exist
@@ -106,15 +107,16 @@ impl Slice {
             RadiusArg::CubeRoot => Radius::CubeRoot,
         };
         for ((view, slice), flat) in views.iter().zip(&slices).zip(&flat) {
-            let title = format!("{}, view at {view}°", material.name);
-            let lobe = lobe_svg(&title, slice, radius)?;
+            let (name, channel) = (&material.name, self.channel.name());
+            let title = format!("{name}: {channel} of the slice at θ_o = {view}°");
+            let figure = slice_svg(&title, slice, flat, range, radius)?;
             let [png, csv, svg] = ["png", "csv", "svg"].map(|ending| path(*view, ending));
             write(&png, |out| flat.write_png(range, out))?;
             write(&csv, |out| flat.write_csv(out))?;
-            write(&svg, |out| out.write_all(lobe.as_bytes()))?;
+            write(&svg, |out| out.write_all(figure.as_bytes()))?;
         }
         print(&format!(
-            "pictures show {:.3e} (black) to {:.3e} 1/sr (white) in equal steps of the logarithm, \
+            "pictures show {:.3e} (dark violet) to {:.3e} 1/sr (yellow) in equal steps of the logarithm, \
              theta -90° to 90° to the right, phi up; hatched: no data\n",
             range[0], range[1]
         ))

@@ -14,11 +14,12 @@ const PIXELS: usize = 200;
 const MARGIN: f64 = 16.0;
 const GAP: f64 = 12.0;
 const NAME: f64 = 26.0;
-const RED: Ink = [255, 165, 150];
-const GREEN: Ink = [165, 255, 150];
 
-/// A row per parametrization: its colours in the square of its first two axes (the first is red,
-/// the second green), then the hemisphere seen along the mirror direction and along the sensor
+/// Isolines of the first axis and of the second.
+const ISOLINES: [Ink; 2] = [[255, 205, 140], [150, 205, 255]];
+
+/// A row per parametrization: its colours in the square of its first two axes (the first is orange,
+/// the second blue), then the hemisphere seen along the mirror direction and along the sensor
 /// ("back") for each view elevation (degrees, in [0, 90)). Isolines every 10° or 0.1.
 ///
 /// # Errors
@@ -85,7 +86,7 @@ pub fn hemispheres_svg(
         let says = |plane: &Plane| format!("{}: {}, {}", plane.name, plane.x.label, plane.y.label);
         let axes: Vec<_> = planes.iter().map(says).collect();
         let caption = format!(
-            "red: first axis, green: second axis, isolines every 10° or 0.1   ({})   \
+            "orange: first axis, blue: second axis, isolines every 10° or 0.1   ({})   \
              dot: mirror direction, circle: sensor, cross: normal",
             axes.join("; ")
         );
@@ -115,12 +116,15 @@ fn colours(
 ) -> Result<(), Error> {
     let colour = |v: &Option<[f64; 2]>| match v {
         // Bent a little, so that small coordinates are not all black.
-        Some([r, g]) => [(225.0 * r.powf(0.8)) as u8, (195.0 * g.powf(0.8)) as u8, 0],
+        Some(v) => {
+            let [a, b] = v.map(|v| v.powf(0.8));
+            [230.0 * a + 10.0 * b, 135.0 * a + 95.0 * b, 235.0 * b].map(|c| c as u8)
+        }
         None => [255; 3],
     };
     let pixels: Vec<_> = values.iter().map(colour).collect();
     plot.raster(canvas, &pixels)?;
-    for (axis, which, ink) in [(&plane.x, 0, RED), (&plane.y, 1, GREEN)] {
+    for (which, axis) in [&plane.x, &plane.y].into_iter().enumerate() {
         let along: Vec<_> = values.iter().map(|v| v.map(|v| v[which])).collect();
         let steps = match axis.unit {
             Unit::Radian => 9,
@@ -128,7 +132,7 @@ fn colours(
         };
         for i in 1..steps {
             let level = f64::from(i) / f64::from(steps);
-            plot.isolines(canvas, &along, level, ink, 0.9);
+            plot.isolines(canvas, &along, level, ISOLINES[which], 0.9);
         }
     }
     Ok(())
@@ -138,13 +142,18 @@ fn colours(
 mod tests {
     use super::*;
     use crate::parametrization;
+    use crate::report::pictures::plot::without_images;
 
     #[test]
     fn a_plate_has_a_key_and_two_hemispheres_a_view() {
         let svg = hemispheres_svg(&parametrization::all(), &[0.0, 45.0]).unwrap();
         let rows = parametrization::all().len();
         assert_eq!(svg.matches("<image").count(), rows * 5);
-        assert!(svg.starts_with("<svg") && svg.ends_with("</svg>\n") && !svg.contains("NaN"));
+        assert!(
+            svg.starts_with("<svg")
+                && svg.ends_with("</svg>\n")
+                && !without_images(&svg).contains("NaN")
+        );
         for entry in parametrization::all() {
             assert!(svg.contains(entry.kind));
         }

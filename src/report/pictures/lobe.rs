@@ -1,8 +1,10 @@
-//! A slice of a BRDF as pictures: flat in its own chart, and as a lobe in space (Fig. 3 of Zubiaga
-//! et al. 2015).
+//! A slice of a BRDF as pictures: a map in its own chart, and a lobe in space (Fig. 3 of Zubiaga et al.
+//! 2015).
 
 use crate::moments::{Batch, Kind, Slice};
 use crate::parametrization::view_centered;
+use crate::report::pictures::bar::NO_DATA;
+use crate::report::svg::plot::ramp;
 use rayon::prelude::*;
 use std::f64::consts::{FRAC_PI_2, PI};
 use std::io::{self, Write};
@@ -83,8 +85,8 @@ impl FlatSlice {
         Ok(())
     }
 
-    /// Writes a PNG of at least 540 pixels a side: colours from black over blue, green and orange
-    /// to white in equal steps of the logarithm over `range` (sr⁻¹, both ends above 0); grey
+    /// Writes a PNG of at least 540 pixels a side: colours from dark violet over blue and green to
+    /// yellow in equal steps of the logarithm over `range` (sr⁻¹, both ends above 0); grey
     /// hatching where there is no data.
     ///
     /// # Errors
@@ -98,9 +100,8 @@ impl FlatSlice {
             for x in 0..side {
                 let value = self.values[y / cell * self.resolution + x / cell];
                 bytes.extend(match value {
-                    Some(v) => crate::report::svg::plot::ramp((v.ln() - lo) / (hi - lo)),
-                    None if (x + y) % 8 < 4 => [150; 3],
-                    None => [190; 3],
+                    Some(v) => ramp((v.ln() - lo) / (hi - lo)),
+                    None => NO_DATA[(x + y) % 8 / 4],
                 });
             }
         }
@@ -152,19 +153,27 @@ fn graded(middle: f64, half: i32) -> Vec<f64> {
     (-half..=half).map(step).collect()
 }
 
-pub use space::lobe_svg;
+pub use space::slice_svg;
 
 mod space {
-    use super::{Batch, Radius, Slice, graded, values, view_centered};
+    use super::{Batch, FlatSlice, Radius, Slice, graded, values, view_centered};
     use crate::error::Error;
-    use crate::report::svg::canvas::{Align, BLACK, Canvas, Ink, Lettering};
+    use crate::report::pictures::bar::{Swatch, bar, log_ticks, swatches};
+    use crate::report::pictures::plot::{FRAME, Plot, text};
+    use crate::report::svg::canvas::{Align, BLACK, Canvas, Ink, Lettering, fitted};
+    use crate::report::svg::plot::ramp;
     use glam::DVec3;
     use std::f64::consts::TAU;
 
-    const SIZE: [f64; 2] = [720.0, 560.0];
+    const SIZE: [f64; 2] = [1040.0, 530.0];
+    /// The map: its upper left corner and its side, pixels.
+    const MAP: Plot = Plot {
+        at: [76.0, 54.0],
+        side: 360.0,
+    };
     /// Radius of the unit sphere, pixels.
-    const SCALE: f64 = 280.0;
-    const MIDDLE: [f64; 2] = [360.0, 415.0];
+    const SCALE: f64 = 240.0;
+    const MIDDLE: [f64; 2] = [770.0, 350.0];
     /// Direction of the eye: elevation above the tangent plane and azimuth from −y, degrees.
     const EYE_DEG: [f64; 2] = [18.0, -22.0];
     const BLUE: Ink = [0x00, 0x58, 0xd0];
@@ -209,13 +218,20 @@ mod space {
         width: Option<f64>,
     }
 
-    /// The lobe ρ(θ, φ) in space as an SVG: seen in parallel projection, radius as `radius` says,
-    /// farther faces painted first. The circle is the rim of the hemisphere of radius 1; black the
-    /// normal, blue the view, red the mirror direction. Faces without data are left open.
+    /// A slice as an SVG: left its map over θ and φ with the scale of colours, `range` (sr⁻¹); right the lobe
+    /// ρ(θ, φ) in space, seen in parallel projection, radius as `radius` says, farther faces painted
+    /// first. The circle is the rim of the hemisphere of radius 1; black is the normal, blue the view, red the
+    /// mirror direction. Faces without data are left open.
     ///
     /// # Errors
     /// [`Error::Internal`] if drawing fails, which it should not.
-    pub fn lobe_svg(title: &str, slice: &Slice<'_>, radius: Radius) -> Result<String, Error> {
+    pub fn slice_svg(
+        title: &str,
+        slice: &Slice<'_>,
+        flat: &FlatSlice,
+        range: [f64; 2],
+        radius: Radius,
+    ) -> Result<String, Error> {
         let eye = Eye::new();
         let theta_o = slice.theta_o();
         let (thetas, phis) = (graded(-theta_o, 36), graded(0.0, 30));
@@ -267,8 +283,8 @@ mod space {
             "radius: {}; max = {}",
             radius.caption(),
             match max {
-                m if m == 0.0 || (1e-3..1e5).contains(&m) => format!("{m:.4} 1/sr"),
-                m => format!("{m:.3e} 1/sr"),
+                m if m == 0.0 || (1e-3..1e5).contains(&m) => format!("{m:.4} sr⁻¹"),
+                m => format!("{m:.3e} sr⁻¹"),
             }
         );
         if open > 0 {
@@ -281,21 +297,69 @@ mod space {
                     None => canvas.area(&piece.points, piece.ink, 1.0),
                 }
             }
-            let mut how = Lettering::new(15.0, Align::Middle);
-            how.bold = true;
-            canvas.text([0.5 * SIZE[0], 22.0], title, how);
-            how = Lettering::new(12.0, Align::Middle);
-            canvas.text([0.5 * SIZE[0], SIZE[1] - 16.0], &caption, how);
+            let fits = fitted(title, 16.5, SIZE[0] - 32.0);
+            text(canvas, [0.5 * SIZE[0], 22.0], &fits, 15.0, true);
+            text(canvas, [MIDDLE[0], SIZE[1] - 20.0], &caption, 11.5, false);
             // In columns of their own: the three directions may be one.
             let legend = [("normal", BLACK), ("view", BLUE), ("mirror", RED)];
             for (i, (name, ink)) in legend.into_iter().enumerate() {
-                let x = 0.5 * SIZE[0] + 90.0 * (i as f64 - 1.4);
-                let y = SIZE[1] - 40.0;
+                let x = MIDDLE[0] + 90.0 * (i as f64 - 1.4);
+                let y = SIZE[1] - 42.0;
                 canvas.line(&[[x, y], [x + 22.0, y]], ink, 2.2);
                 canvas.text([x + 28.0, y], name, Lettering::new(12.0, Align::Start));
             }
-            Ok(())
+            map(canvas, flat, range, theta_o)
         })
+    }
+
+    /// Draws the map with its axes, the view, the mirror direction, and the scale of colours.
+    fn map(
+        canvas: &mut Canvas,
+        flat: &FlatSlice,
+        range: [f64; 2],
+        theta_o: f64,
+    ) -> Result<(), Error> {
+        let mut png = Vec::new();
+        flat.write_png(range, &mut png)
+            .map_err(|e| Error::Internal(format!("cannot draw: {e}")))?;
+        canvas.image(MAP.at, [MAP.side; 2], &png);
+        let corners = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0], [0.0, 0.0]];
+        MAP.line(canvas, &corners, FRAME, 0.8);
+        for degrees in [-90, -60, -30, 0, 30, 60, 90] {
+            let t = 0.5 + f64::from(degrees) / 180.0;
+            let number = degrees.to_string().replace('-', "−");
+            let [x, y] = MAP.place([t, 0.0]);
+            canvas.line(&[[x, y], [x, y + 4.0]], FRAME, 0.8);
+            canvas.text([x, y + 11.0], &number, Lettering::new(10.0, Align::Middle));
+            let [x, y] = MAP.place([0.0, t]);
+            canvas.line(&[[x, y], [x - 4.0, y]], FRAME, 0.8);
+            canvas.text([x - 7.0, y], &number, Lettering::new(10.0, Align::End));
+        }
+        let [x, y] = MAP.place([0.5, 0.0]);
+        text(canvas, [x, y + 27.0], "θ (°)", 12.5, false);
+        let [x, y] = MAP.place([0.0, 0.5]);
+        let mut how = Lettering::new(12.5, Align::Middle);
+        how.upwards = true;
+        canvas.text([x - 40.0, y], "φ (°)", how);
+        for (theta, ink) in [(theta_o, BLUE), (-theta_o, RED), (0.0, BLACK)] {
+            let at = MAP.place([0.5 + theta.to_degrees() / 180.0, 0.5]);
+            canvas.dot(at, 4.4, [255; 3]);
+            canvas.dot(at, 3.0, ink);
+        }
+        let below = [MAP.at[0] + 0.5 * MAP.side, MAP.at[1] + MAP.side + 44.0];
+        let says = "ρ (sr⁻¹), one scale for all views; dots: normal, view, mirror";
+        bar(
+            canvas,
+            below,
+            MAP.side,
+            ramp,
+            &log_ticks(range, MAP.side),
+            says,
+        )?;
+        if flat.values().contains(&None) {
+            swatches(canvas, [below[0], below[1] + 62.0], &[Swatch::NO_DATA]);
+        }
+        Ok(())
     }
 
     fn face(eye: &Eye, corners: [DVec3; 4]) -> Option<Piece> {
@@ -368,6 +432,7 @@ mod tests {
     use crate::brdf::{Brdf, Channels, Presence};
     use crate::geometry::{DirectionPair, Symmetry};
     use crate::moments::Channel;
+    use crate::report::pictures::plot::without_images;
 
     /// No data for φ < 0, a lobe elsewhere.
     struct Half;
@@ -428,10 +493,14 @@ mod tests {
         for theta_o in [0.0, 0.7, 1.5] {
             let slice = Slice::new(&Half, Channel::Luminance, theta_o).unwrap();
             for radius in [Radius::Linear, Radius::CubeRoot] {
-                let svg = lobe_svg("a & b", &slice, radius).unwrap();
+                let flat = FlatSlice::new(&slice, 10);
+                let range = FlatSlice::range(std::slice::from_ref(&flat));
+                let svg = slice_svg("a & b", &slice, &flat, range, radius).unwrap();
                 assert!(svg.starts_with("<svg") && svg.ends_with("</svg>\n"));
-                assert!(svg.contains("50.0 % of the faces have no data"));
-                assert!(!svg.contains("NaN"));
+                assert!(
+                    svg.contains("50.0 % of the faces have no data") && svg.contains("no data\n")
+                );
+                assert!(!without_images(&svg).contains("NaN"));
             }
         }
     }
