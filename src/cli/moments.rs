@@ -128,7 +128,9 @@ impl Moments {
         let config = toml::to_string(&plan.resolved).map_err(|e| Error::Internal(e.to_string()))?;
         write(&files[2], |out| out.write_all(config.as_bytes()))?;
         for profile in &profiles {
-            let sheet = crate::report::material_sheet(profile);
+            let mut of = plan.materials.iter().filter(|m| m.name == profile.material);
+            let bilateral = of.next().is_some_and(|m| m.symmetry.bilateral);
+            let sheet = crate::report::material_sheet(profile, bilateral);
             let svg = crate::report::svg(&sheet.title, &sheet.panels, sheet.columns)?;
             let path = diagram(dir, &profile.material);
             write(&path, |out| out.write_all(svg.as_bytes()))?;

@@ -60,7 +60,9 @@ impl Shown for MomentsPlan {
         folder.write_file(CORRELATIONS, |out| correlations_csv(&groups, out))?;
         folder.write_file(SUMMARY, |out| summary_json(&groups, out))?;
         for group in &groups {
-            for sheet in crate::report::group_sheets(group, &members(&group.name)) {
+            let mut of = self.materials.iter().filter(|m| m.group() == group.name);
+            let bilateral = of.all(|m| m.symmetry.bilateral);
+            for sheet in crate::report::group_sheets(group, &members(&group.name), bilateral) {
                 let svg = crate::report::svg(&sheet.title, &sheet.panels, sheet.columns)?;
                 let name = format!("{}.svg", sheet.name);
                 folder.write_below(Below::Figures, &name, |out| out.write_all(svg.as_bytes()))?;

@@ -207,11 +207,11 @@ impl SubsetReport<'_> {
                 }
             };
         let elevation = |symbol: &str| PlotAxis {
-            label: format!("{symbol} (deg)"),
+            label: format!("{symbol} (°)"),
             range: Some([0.0, 90.0]),
             ..PlotAxis::default()
         };
-        let elevations = [elevation("theta_i"), elevation("theta_o")];
+        let elevations = [elevation("θ_i"), elevation("θ_o")];
         let mut panels = vec![panel("elevations", elevations, &|p| {
             [p.omega_i, p.omega_o].map(|d| d.theta().to_degrees())
         })];
@@ -220,11 +220,11 @@ impl SubsetReport<'_> {
             let axis = |i: usize| {
                 let axis = &form.axes()[i];
                 let unit = match axis.unit {
-                    Unit::Radian => " (deg)",
+                    Unit::Radian => " (°)",
                     Unit::One => "",
                 };
                 PlotAxis {
-                    label: format!("{}{unit}", axis.symbol),
+                    label: format!("{}{unit}", axis.label),
                     range: Some(axis.range.map(|end| axis.file_value(end))),
                     ..PlotAxis::default()
                 }

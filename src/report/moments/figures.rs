@@ -1,7 +1,7 @@
 //! The diagrams of a moment experiment, after the figures of Zubiaga et al. 2015.
 
 use crate::experiment::moments::{Group, MaterialProfiles, ProfileFits, degrees};
-use crate::moments::{Component, Profile};
+use crate::moments::{Channel, Component, Profile, SliceMoments};
 use crate::report::svg::plot::{Axis, Mark, Panel, Series};
 use std::f64::consts::PI;
 
@@ -21,7 +21,7 @@ pub struct Sheet {
 /// The components that do not vanish by symmetry, with their labels (Fig. 4).
 const EVEN: [(Component, &str); 9] = [
     (Component { n: 0, m: 0 }, "energy (rad²/sr)"),
-    (Component { n: 1, m: 0 }, "mean 10 (deg)"),
+    (Component { n: 1, m: 0 }, "mean 10 (°)"),
     (Component { n: 2, m: 0 }, "covariance 20 (rad²)"),
     (Component { n: 0, m: 2 }, "covariance 02 (rad²)"),
     (Component { n: 3, m: 0 }, "skewness 30"),
@@ -33,7 +33,7 @@ const EVEN: [(Component, &str); 9] = [
 
 /// The components that vanish by symmetry, with their labels (Fig. 5).
 const ODD: [(Component, &str); 6] = [
-    (Component { n: 0, m: 1 }, "mean 01 (deg)"),
+    (Component { n: 0, m: 1 }, "mean 01 (°)"),
     (Component { n: 1, m: 1 }, "covariance 11 (rad²)"),
     (Component { n: 2, m: 1 }, "skewness 21"),
     (Component { n: 0, m: 3 }, "skewness 03"),
@@ -41,56 +41,45 @@ const ODD: [(Component, &str); 6] = [
     (Component { n: 1, m: 3 }, "excess kurtosis 13"),
 ];
 
-/// The sheet of one material: a diagram per component, a colour per channel.
-pub fn material_sheet(of: &MaterialProfiles) -> Sheet {
-    let panel = |(component, label): (Component, &str)| Panel {
-        y: axis(label),
-        ..over_views(of.profiles.iter().enumerate().map(|(color, profile)| {
-            let name = match of.profiles.len() {
-                1 => String::new(),
-                _ => profile.channel.name().to_owned(),
-            };
-            curve(profile, component, name, color)
-        }))
+/// The sheet of one material: a diagram per component, a colour per channel. `bilateral`: the material
+/// is the same in a mirror.
+pub fn material_sheet(of: &MaterialProfiles, bilateral: bool) -> Sheet {
+    let alone = of.profiles.len() == 1;
+    let curve = |profile| match alone {
+        true => Curve {
+            profile,
+            name: "",
+            color: 0,
+            mark: Mark::Line,
+        },
+        false => Curve::of_channel(profile),
     };
-    let all = EVEN.into_iter().chain(ODD);
-    let asked = all.filter(|(c, _)| of.profiles.iter().any(|p| c.order() <= p.order.get()));
-    Sheet {
-        name: of.material.clone(),
-        title: format!("Moments of {} over the view elevation", of.material),
-        panels: asked.map(panel).collect(),
-        columns: 3,
-    }
+    let curves: Vec<_> = of.profiles.iter().map(curve).collect();
+    let all: Vec<_> = EVEN.into_iter().chain(ODD).collect();
+    let title = format!("Moments of {} over the view elevation", of.material);
+    sheet(of.material.clone(), &title, &curves, &all, bilateral)
 }
 
-/// The sheets of a group.
-pub fn group_sheets(group: &Group, members: &[&MaterialProfiles]) -> Vec<Sheet> {
+/// The sheets of a group. `bilateral`: all of its materials are the same in a mirror.
+pub fn group_sheets(group: &Group, members: &[&MaterialProfiles], bilateral: bool) -> Vec<Sheet> {
     let profiles: Vec<&Profile> = members.iter().filter_map(|m| m.profiles.first()).collect();
+    let curves = profiles.iter().enumerate().map(|(color, profile)| Curve {
+        profile,
+        name: "",
+        color,
+        mark: Mark::Line,
+    });
+    let curves: Vec<_> = curves.collect();
     let name = |stem: &str| format!("{}-{stem}", group.name);
     let s = if members.len() == 1 { "" } else { "s" };
     let of = format!("{}, {} material{s}", group.name, members.len());
-    let order = profiles.iter().map(|p| p.order.get()).max().unwrap_or(0);
-    let sheet = |stem: &str, title: &str, list: &[(Component, &str)]| Sheet {
-        name: name(stem),
-        title: format!("{title}: {of}"),
-        panels: list
-            .iter()
-            .filter(|(c, _)| c.order() <= order)
-            .map(|(c, label)| Panel {
-                y: axis(label),
-                ..over_views(
-                    profiles
-                        .iter()
-                        .enumerate()
-                        .map(|(i, p)| curve(p, *c, String::new(), i)),
-                )
-            })
-            .collect(),
-        columns: 3,
+    let over_views = |stem: &str, title: &str, list: &[(Component, &str)]| {
+        let title = format!("{title}: {of}");
+        sheet(name(stem), &title, &curves, list, bilateral)
     };
     let mut sheets = vec![
-        sheet("profiles", "Moment profiles", &EVEN),
-        sheet("near-zero", "Profiles of moments odd in phi", &ODD),
+        over_views("profiles", "Moment profiles", &EVEN),
+        over_views("near-zero", "Profiles of moments odd in φ", &ODD),
         fits_sheet(group, &profiles, name("fits"), &of),
     ];
     sheets.push(Sheet {
@@ -100,6 +89,140 @@ pub fn group_sheets(group: &Group, members: &[&MaterialProfiles]) -> Vec<Sheet> 
         columns: 1,
     });
     sheets
+}
+
+/// A profile and how it is drawn.
+struct Curve<'a> {
+    profile: &'a Profile,
+    name: &'static str,
+    color: usize,
+    mark: Mark,
+}
+
+impl<'a> Curve<'a> {
+    /// One of several channels: in its colour where it has one, and green dashed, as not everybody can tell
+    /// it from red.
+    fn of_channel(profile: &'a Profile) -> Self {
+        let (color, mark) = match profile.channel {
+            Channel::Luminance | Channel::Average => (6, Mark::Line),
+            Channel::Red => (1, Mark::Line),
+            Channel::Green => (2, Mark::Dashed),
+            Channel::Blue => (0, Mark::Line),
+        };
+        let name = profile.channel.name();
+        Self {
+            profile,
+            name,
+            color,
+            mark,
+        }
+    }
+
+    /// A component over the views with its uncertainty; angles in degrees.
+    fn points(&self, component: Component) -> Vec<(f64, Option<[f64; 2]>)> {
+        let unit = match component.order() {
+            1 => 1f64.to_degrees(),
+            _ => 1.0,
+        };
+        let point = |(theta_o, slice): (&f64, &SliceMoments)| {
+            let found = slice.moments.get(component);
+            let found = found.map(|e| [e.value, e.uncertainty].map(|v| v * unit));
+            (degrees(*theta_o), found)
+        };
+        self.profile
+            .views
+            .iter()
+            .zip(&self.profile.slices)
+            .map(point)
+            .collect()
+    }
+}
+
+/// A diagram for each component of `list` that was asked for, with bands of the uncertainty where one is
+/// wide enough to be seen.
+fn sheet(
+    name: String,
+    title: &str,
+    curves: &[Curve<'_>],
+    list: &[(Component, &str)],
+    bilateral: bool,
+) -> Sheet {
+    let order = curves.iter().map(|c| c.profile.order.get()).max();
+    let asked = list.iter().filter(|(c, _)| Some(c.order()) <= order);
+    let panels: Vec<Panel> = asked
+        .map(|(component, label)| Panel {
+            y: axis(label),
+            ..panel(curves, *component, bilateral)
+        })
+        .collect();
+    let is_band = |s: &Series| s.mark == Mark::Area;
+    let said = match panels.iter().flat_map(|p| &p.series).any(is_band) {
+        true => "bands: uncertainty",
+        false => "uncertainties are within the lines",
+    };
+    Sheet {
+        name,
+        title: format!("{title} ({said})"),
+        panels,
+        columns: 3,
+    }
+}
+
+/// A component of all curves over the views. Where the light is mirrored in the plane of incidence one that is
+/// odd in φ is 0, if what is computed does not deny it.
+fn panel(curves: &[Curve<'_>], component: Component, bilateral: bool) -> Panel {
+    /// Bands that reach less far from their curve, over the height of the diagram, are within its line.
+    const SEEN: f64 = 0.004;
+    let all: Vec<_> = curves.iter().map(|c| c.points(component)).collect();
+    let found = || all.iter().flatten().filter_map(|(_, found)| *found);
+    let largest = found().fold(0.0, |most: f64, [v, _]| most.max(v.abs()));
+    // Random estimates are further off than one of their uncertainties now and then.
+    let no_more = found().all(|[v, u]| v.abs() <= (5.0 * u).max(1e-9));
+    if bilateral && component.is_odd() && no_more {
+        let zero = Series {
+            color: curves.first().map_or(0, |c| c.color),
+            points: [0.0, 90.0].map(|x| (x, Some(0.0))).into(),
+            ..Series::default()
+        };
+        return Panel {
+            title: format!("0 by symmetry (computed: at most {largest:.0e})"),
+            ..over_views(std::iter::once(zero))
+        };
+    }
+    let ends = found().fold([f64::INFINITY, f64::NEG_INFINITY], |[lo, hi], [v, _]| {
+        [lo.min(v), hi.max(v)]
+    });
+    let height = ends[1] - ends[0];
+    let mut series = Vec::new();
+    for (curve, points) in curves.iter().zip(&all) {
+        let known = points.iter().filter_map(|(x, found)| Some((*x, (*found)?)));
+        let known: Vec<(f64, [f64; 2])> = known.collect();
+        if known.iter().any(|(_, [_, u])| *u > SEEN * height) {
+            // A slice that is not resolved does not shrink the diagram of the others.
+            let [lo, hi] = [ends[0] - 0.5 * height, ends[1] + 0.5 * height];
+            let edge = |sign: f64| {
+                move |&(x, [v, u]): &(f64, [f64; 2])| (x, Some((v + sign * u).clamp(lo, hi)))
+            };
+            let there = known.iter().map(edge(1.0));
+            let back = known.iter().rev().map(edge(-1.0));
+            series.push(Series {
+                color: curve.color,
+                mark: Mark::Area,
+                points: there.chain(back).collect(),
+                ..Series::default()
+            });
+        }
+        series.push(Series {
+            name: curve.name.into(),
+            color: curve.color,
+            mark: curve.mark,
+            points: points
+                .iter()
+                .map(|(x, found)| (*x, found.map(|[v, _]| v)))
+                .collect(),
+        });
+    }
+    over_views(series.into_iter())
 }
 
 /// Computed and fitted values and errors (Fig. 6): energy, mean, average variance.
@@ -176,8 +299,8 @@ fn fits_sheet(group: &Group, profiles: &[&Profile], name: String, of: &str) -> S
                 let e = f.energy.as_ref().ok()?.relative_errors();
                 Some([e.mae, e.rmse])
             }),
-            computed("mean 10 (deg)", &mean),
-            fitted("mean 10 (deg)", &|f, v| {
+            computed("mean 10 (°)", &mean),
+            fitted("mean 10 (°)", &|f, v| {
                 Some(f.mean.as_ref().ok()?.value(v).to_degrees())
             }),
             errors("rad", &|f| {
@@ -253,7 +376,7 @@ fn over_views(series: impl Iterator<Item = Series>) -> Panel {
     Panel {
         x: Axis {
             range: Some([0.0, 90.0]),
-            ..axis("theta_o (deg)")
+            ..axis("θ_o (°)")
         },
         series: series.collect(),
         ..Panel::default()
@@ -267,22 +390,91 @@ fn axis(label: &str) -> Axis {
     }
 }
 
-/// A component over the views; angles in degrees.
-fn curve(profile: &Profile, component: Component, name: String, color: usize) -> Series {
-    let unit = if component.order() == 1 {
-        1f64.to_degrees()
-    } else {
-        1.0
-    };
-    let values = profile.values(component);
-    let views = profile.views.iter();
-    Series {
-        name,
-        color,
-        mark: Mark::Line,
-        points: views
-            .zip(values)
-            .map(|(&v, value)| (degrees(v), value.map(|x| x * unit)))
-            .collect(),
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::brdf::{Brdf, Channels, Presence};
+    use crate::geometry::{DirectionPair, Symmetry};
+    use crate::moments::{Estimator, MomentsSpec, MonteCarlo, PeakResolving};
+
+    /// Grows with y of the light by the factor.
+    struct Tilted(f64);
+
+    impl Brdf for Tilted {
+        fn channels(&self) -> &Channels {
+            &Channels::Rgb
+        }
+        fn symmetry(&self) -> Symmetry {
+            Symmetry::NONE
+        }
+        fn conserves_energy(&self) -> bool {
+            false
+        }
+        fn eval(&self, pair: &DirectionPair, out: &mut [f64]) -> Presence {
+            out.fill(1.0 + self.0 * pair.omega_i.vector().y + 0.3 * pair.omega_i.vector().x);
+            Presence::Present
+        }
+    }
+
+    /// Profiles in grey and in green.
+    fn profiles(brdf: &dyn Brdf, estimator: &dyn Estimator) -> MaterialProfiles {
+        let spec = MomentsSpec {
+            views: 4,
+            ..MomentsSpec::default()
+        };
+        let channels = [Channel::Average, Channel::Green];
+        let profile = |c| Profile::new(brdf, c, &spec, estimator, 1).unwrap();
+        MaterialProfiles {
+            key: String::new(),
+            material: "S".into(),
+            material_key: String::new(),
+            group: "test".into(),
+            profiles: channels.map(profile).into(),
+            seconds: vec![0.0; 2],
+            clamping: None,
+        }
+    }
+
+    /// Diagrams that say that they are 0, bands, and the title.
+    fn said(sheet: &Sheet) -> (usize, usize, &str) {
+        let zeros = sheet
+            .panels
+            .iter()
+            .filter(|p| p.title.starts_with("0 by symmetry"));
+        let series = sheet.panels.iter().flat_map(|p| &p.series);
+        let bands = series.filter(|s| s.mark == Mark::Area).count();
+        (zeros.count(), bands, &sheet.title)
+    }
+
+    #[test]
+    fn what_vanishes_by_symmetry_says_so() {
+        let exact = profiles(&Tilted(0.0), &PeakResolving::default());
+        let [folded, plain] = [true, false].map(|bilateral| material_sheet(&exact, bilateral));
+        assert_eq!(said(&folded).0, ODD.len());
+        assert_eq!(said(&plain).0, 0);
+        // What is no mirror image of itself is drawn, whatever is declared.
+        let tilted = profiles(&Tilted(0.3), &PeakResolving::default());
+        assert_eq!(said(&material_sheet(&tilted, true)).0, 0);
+    }
+
+    #[test]
+    fn uncertainties_are_bands_where_they_are_seen() {
+        let exact = profiles(&Tilted(0.0), &PeakResolving::default());
+        let sheet = material_sheet(&exact, true);
+        let (_, bands, title) = said(&sheet);
+        assert!(bands == 0 && title.contains("within the lines"));
+        let random = profiles(&Tilted(0.0), &MonteCarlo { samples: 2048 });
+        let sheet = material_sheet(&random, true);
+        let (_, bands, title) = said(&sheet);
+        assert!(
+            bands >= EVEN.len() && title.contains("bands: uncertainty"),
+            "{bands} {title}"
+        );
+        // Channels have colours of their own, the same in all diagrams.
+        for panel in &sheet.panels[..EVEN.len()] {
+            let lines = panel.series.iter().filter(|s| s.mark != Mark::Area);
+            let colors: Vec<_> = lines.map(|s| (s.name.as_str(), s.color)).collect();
+            assert_eq!(colors, [("average", 6), ("green", 2)]);
+        }
     }
 }

@@ -33,7 +33,7 @@ pub fn relation_sheets(rows: &[RelationRow]) -> Vec<Sheet> {
 }
 
 fn over_views(rows: &[RelationRow]) -> Vec<Panel> {
-    let labels = ["energy", "mean (deg)", "standard deviation (deg)"];
+    let labels = ["energy", "mean (°)", "standard deviation (°)"];
     let value = |i: usize, m: &AngleMoments| match i {
         0 => m.energy,
         1 => m.mean.to_degrees(),
@@ -68,7 +68,7 @@ fn over_views(rows: &[RelationRow]) -> Vec<Panel> {
             Panel {
                 title: format!("along {}", rows[0].relation.along.name()),
                 x: Axis {
-                    label: "theta_o (deg)".into(),
+                    label: "θ_o (°)".into(),
                     ..Axis::default()
                 },
                 y: Axis {
