@@ -3,19 +3,23 @@
 use super::ThreadArgs;
 use super::brdf_args::BrdfArgs;
 use super::output::OutputArgs;
+use super::talk::wrote;
 use crate::analysis::{self, Averaging, Scale, Weight};
 use crate::brdf::Brdf;
 use crate::error::Error;
+use crate::files::write_atomically;
 use crate::geometry::{DirectionPair, Symmetry};
 use crate::metrics::{self, Measure, MetricsSpec};
 use crate::parametrization;
 use crate::registry::Entry;
 use crate::report::{
-    AlignmentRow, ReductionRow, SharesRow, StretchRow, alignment_table, reduction_table, rows_csv,
-    rows_json, shares_table, stretch_table,
+    AlignmentRow, ReductionRow, SharesRow, StretchRow, alignment_svg, alignment_table,
+    reduction_table, rows_csv, rows_json, shares_table, stretch_table,
 };
-use clap::{Args, ValueEnum};
+use clap::{ArgGroup, Args, ValueEnum};
 use serde::Serialize;
+use std::io::Write;
+use std::path::PathBuf;
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 enum Table {
@@ -46,6 +50,7 @@ enum WeightArg {
 }
 
 #[derive(Debug, Args)]
+#[command(group = ArgGroup::new("files").multiple(true))]
 pub(super) struct Distortion {
     #[command(flatten)]
     brdf: BrdfArgs,
@@ -60,6 +65,9 @@ pub(super) struct Distortion {
     /// For shares: what a node counts
     #[arg(long, value_enum, default_value = "coordinates")]
     weight: WeightArg,
+    /// For alignment: draw it, material by material, into this file (*.svg) as well
+    #[arg(long, value_name = "FILE", group = "files")]
+    picture: Option<PathBuf>,
     #[command(flatten)]
     output: OutputArgs,
 }
@@ -68,6 +76,11 @@ impl Distortion {
     pub(super) fn run(self) -> Result<(), Error> {
         self.threads.apply()?;
         self.output.check()?;
+        self.output.check_also(self.picture.as_deref())?;
+        if self.picture.is_some() && self.table != Table::Alignment {
+            let message = "this table has no picture; allowed: --table alignment";
+            return Err(Error::config("--picture", message));
+        }
         match self.table {
             Table::Shares => self.shares(),
             Table::Alignment => self.alignment(),
@@ -87,7 +100,15 @@ impl Distortion {
 
     fn alignment(&self) -> Result<(), Error> {
         let (rows, outcome) = self.all_shares(&Weight::ALL);
-        self.write(AlignmentRow::of(&rows), |r| alignment_table(r), outcome)
+        self.write(AlignmentRow::of(&rows), |r| alignment_table(r), outcome)?;
+        let Some(path) = &self.picture else {
+            return Ok(());
+        };
+        let svg = alignment_svg(&rows)?;
+        write_atomically(path, |out| out.write_all(svg.as_bytes()))
+            .map_err(|e| Error::output(path, format!("cannot write this file: {e}")))?;
+        wrote(path);
+        Ok(())
     }
 
     /// The shares of every material in every parametrization.

@@ -47,19 +47,22 @@ pub(super) struct OutputArgs {
     #[arg(long, conflicts_with = "format")]
     json: bool,
     /// Write the table to this file instead of printing it
-    #[arg(short, long, value_name = "FILE")]
+    #[arg(short, long, value_name = "FILE", group = "files")]
     output: Option<PathBuf>,
-    /// Replace the file if it exists
-    #[arg(long, requires = "output")]
+    /// Replace files that exist
+    #[arg(long, requires = "files")]
     force: bool,
 }
 
 impl OutputArgs {
     /// Refuses to replace a file unless told to; before anything is computed.
     pub(super) fn check(&self) -> Result<(), Error> {
-        self.output
-            .as_ref()
-            .map_or(Ok(()), |path| refuse_existing(path, self.force))
+        self.check_also(self.output.as_deref())
+    }
+
+    /// The same for a file beside the table.
+    pub(super) fn check_also(&self, file: Option<&Path>) -> Result<(), Error> {
+        file.map_or(Ok(()), |path| refuse_existing(path, self.force))
     }
 
     /// The output file, or `stdout`, for messages.

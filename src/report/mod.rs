@@ -29,12 +29,12 @@ pub use run::{
 #[cfg(feature = "pictures")]
 pub use acquisition::{MaterialPictures, Media, Picture, Studio, study_curves, study_html};
 #[cfg(feature = "pictures")]
-pub use analysis::SubsetReport;
+pub use analysis::{SubsetReport, alignment_svg};
 #[cfg(feature = "pictures")]
 pub use moments::{Sheet, group_sheets, material_sheet, relation_sheets};
 #[cfg(feature = "pictures")]
 pub use pictures::{
-    FilterEllipse, FlatSlice, RESOLUTION, Radius, SphereImage, THETA_O_DEG, lobe_svg, sphere_svg,
+    FilterEllipse, FlatSlice, RESOLUTION, Radius, SphereImage, THETA_O_DEG, slice_svg, sphere_svg,
     write_slice,
 };
 #[cfg(feature = "pictures")]

@@ -107,6 +107,19 @@ fn alignment_is_that_of_all_materials() {
         said.contains("nodes weighed by solid-angle, over 6 materials"),
         "{said}"
     );
+    // The same beside a picture.
+    let picture = ["--table", "alignment", "--picture", "aligned.svg"];
+    let drawn = [&["distortion", "many.toml"], &picture[..]].concat();
+    assert_eq!(bench.good(&drawn), said);
+    let svg = bench.read("aligned.svg");
+    assert!(
+        svg.starts_with("<svg") && svg.contains("6 materials"),
+        "{svg}"
+    );
+    assert!(bench.refused(&drawn, 2).contains("--force"));
+    bench.good(&[&drawn[..], &["--force"]].concat());
+    let other = ["distortion", "many.toml", "--picture", "shares.svg"];
+    assert!(bench.refused(&other, 2).contains("--table alignment"));
 }
 
 #[test]

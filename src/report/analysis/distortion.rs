@@ -114,6 +114,10 @@ pub struct AlignmentRow {
     pub materials: usize,
     /// Mean over them of the share of the variance that such a function explains.
     pub mean: f64,
+    /// Ends of the 95 % bootstrap interval of that mean over materials; `None` of fewer than 6.
+    pub mean_low: Option<f64>,
+    /// The upper end.
+    pub mean_high: Option<f64>,
     /// Median of that share.
     pub median: f64,
     /// Materials of which it explains more than half/difference coordinates do.
@@ -122,14 +126,14 @@ pub struct AlignmentRow {
     pub less: usize,
     /// Mean of the difference of the shares.
     pub difference: f64,
-    /// Ends of the 95 % bootstrap interval of that mean over materials; `None` of fewer than 6.
+    /// Ends of the interval of that mean.
     pub low: Option<f64>,
     /// The upper end.
     pub high: Option<f64>,
 }
 
 /// The coordinates that others are compared with.
-const REFERENCE: &str = "half-difference";
+pub(super) const REFERENCE: &str = "half-difference";
 
 /// A share of the variance, by its name.
 type Named = (&'static str, fn(&SharesRow) -> Option<f64>);
@@ -171,6 +175,7 @@ impl AlignmentRow {
                     let differences: Vec<f64> = list.iter().filter_map(more).collect();
                     let interval = bootstrap.mean_interval(&differences);
                     let mut sorted: Vec<f64> = list.values().copied().collect();
+                    let of_mean = bootstrap.mean_interval(&sorted);
                     sorted.sort_by(f64::total_cmp);
                     let n = sorted.len();
                     Self {
@@ -179,6 +184,8 @@ impl AlignmentRow {
                         function,
                         materials: n,
                         mean: mean(&sorted),
+                        mean_low: of_mean.map(|[low, _]| low),
+                        mean_high: of_mean.map(|[_, high]| high),
                         median: 0.5 * (sorted[(n - 1) / 2] + sorted[n / 2]),
                         more: differences.iter().filter(|d| **d > 0.0).count(),
                         less: differences.iter().filter(|d| **d < 0.0).count(),
@@ -190,6 +197,16 @@ impl AlignmentRow {
             }
         }
         found
+    }
+
+    /// Difference and its interval, in percent.
+    pub(super) fn compared(&self) -> [String; 2] {
+        let points = |x: f64| format!("{:+.1}", 100.0 * x);
+        let interval = self.low.zip(self.high);
+        let interval = interval.map_or("–".into(), |(low, high)| {
+            format!("{} to {}", points(low), points(high))
+        });
+        [points(self.difference), interval]
     }
 }
 
@@ -217,19 +234,14 @@ pub fn alignment_table(rows: &[AlignmentRow]) -> String {
             "\t>mean\t>median\t>more\t>less\t>than {REFERENCE}, mean\t>95 %"
         ));
         for row in block {
-            let points = |x: f64| format!("{:+.1}", 100.0 * x);
-            let interval = row.low.zip(row.high);
-            let interval = interval.map_or("–".into(), |(low, high)| {
-                format!("{} to {}", points(low), points(high))
-            });
+            let [difference, interval] = row.compared();
             columns.row(&format!(
-                "  {}\t{}\t{}\t{}\t{}\t{}\t{interval}",
+                "  {}\t{}\t{}\t{}\t{}\t{difference}\t{interval}",
                 row.parametrization,
                 percent(Some(row.mean)),
                 percent(Some(row.median)),
                 row.more,
                 row.less,
-                points(row.difference),
             ));
         }
         out += &format!("{columns}\n");
