@@ -62,10 +62,19 @@ pub fn material_sheet(of: &MaterialProfiles, bilateral: bool) -> Sheet {
 
 /// The sheets of a group. `bilateral`: all of its materials are the same in a mirror.
 pub fn group_sheets(group: &Group, members: &[&MaterialProfiles], bilateral: bool) -> Vec<Sheet> {
+    /// Most materials whose colours can be told apart, and are named.
+    const NAMED: usize = 7;
     let profiles: Vec<&Profile> = members.iter().filter_map(|m| m.profiles.first()).collect();
-    let curves = profiles.iter().enumerate().map(|(color, profile)| Curve {
+    let first = members
+        .iter()
+        .filter_map(|m| Some((m, m.profiles.first()?)));
+    let curves = first.enumerate().map(|(color, (of, profile))| Curve {
         profile,
-        name: "",
+        name: if members.len() > NAMED {
+            ""
+        } else {
+            &of.material
+        },
         color,
         mark: Mark::Line,
     });
@@ -94,7 +103,7 @@ pub fn group_sheets(group: &Group, members: &[&MaterialProfiles], bilateral: boo
 /// A profile and how it is drawn.
 struct Curve<'a> {
     profile: &'a Profile,
-    name: &'static str,
+    name: &'a str,
     color: usize,
     mark: Mark,
 }
@@ -173,26 +182,34 @@ fn sheet(
 fn panel(curves: &[Curve<'_>], component: Component, bilateral: bool) -> Panel {
     /// Bands that reach less far from their curve, over the height of the diagram, are within its line.
     const SEEN: f64 = 0.004;
+    /// Values below this say nothing of what is to be 0; larger ones are noise that is worth a look.
+    const NOISE: f64 = 0.05;
+    const ZERO: &str = "0 by symmetry";
     let all: Vec<_> = curves.iter().map(|c| c.points(component)).collect();
     let found = || all.iter().flatten().filter_map(|(_, found)| *found);
     let largest = found().fold(0.0, |most: f64, [v, _]| most.max(v.abs()));
     // Random estimates are further off than one of their uncertainties now and then.
     let no_more = found().all(|[v, u]| v.abs() <= (5.0 * u).max(1e-9));
-    if bilateral && component.is_odd() && no_more {
-        let zero = Series {
+    let zero = bilateral && component.is_odd() && no_more;
+    if zero && largest < NOISE {
+        let line = Series {
             color: curves.first().map_or(0, |c| c.color),
             points: [0.0, 90.0].map(|x| (x, Some(0.0))).into(),
             ..Series::default()
         };
         return Panel {
-            title: format!("0 by symmetry (computed: at most {largest:.0e})"),
-            ..over_views(std::iter::once(zero))
+            title: format!("{ZERO} (computed: at most {largest:.0e})"),
+            ..over_views(std::iter::once(line))
         };
     }
     let ends = found().fold([f64::INFINITY, f64::NEG_INFINITY], |[lo, hi], [v, _]| {
         [lo.min(v), hi.max(v)]
     });
-    let height = ends[1] - ends[0];
+    // A constant stands in the middle of an axis of its own size.
+    let height = match ends[1] - ends[0] {
+        height if height > 1e-4 * largest => height,
+        _ => 0.2 * largest,
+    };
     let mut series = Vec::new();
     for (curve, points) in curves.iter().zip(&all) {
         let known = points.iter().filter_map(|(x, found)| Some((*x, (*found)?)));
@@ -222,7 +239,10 @@ fn panel(curves: &[Curve<'_>], component: Component, bilateral: bool) -> Panel {
                 .collect(),
         });
     }
-    over_views(series.into_iter())
+    Panel {
+        title: if zero { ZERO.into() } else { String::new() },
+        ..over_views(series.into_iter())
+    }
 }
 
 /// Computed and fitted values and errors (Fig. 6): energy, mean, average variance.

@@ -4,7 +4,7 @@ use super::figures::Sheet;
 use super::relations::FORMS;
 use crate::experiment::moments::degrees;
 use crate::experiment::relations::RelationRow;
-use crate::moments::relations::{AngleMoments, Relation};
+use crate::moments::relations::{Along, AngleMoments, Relation};
 use crate::report::svg::plot::{Axis, Mark, Panel, Series};
 
 /// One sheet per material and lighting: rendered and predicted moments over the view.
@@ -30,6 +30,16 @@ pub fn relation_sheets(rows: &[RelationRow]) -> Vec<Sheet> {
         });
     }
     sheets
+}
+
+/// Places of the forms in the colour cycle: no green beside red.
+const COLORS: [usize; 3] = [1, 6, 3];
+
+fn symbol(along: Along) -> &'static str {
+    match along {
+        Along::Theta => "θ",
+        Along::Phi => "φ",
+    }
 }
 
 fn over_views(rows: &[RelationRow]) -> Vec<Panel> {
@@ -60,13 +70,25 @@ fn over_views(rows: &[RelationRow]) -> Vec<Panel> {
             for (k, (name, form)) in FORMS.iter().enumerate() {
                 series.push(Series {
                     name: (*name).into(),
-                    color: k + 1,
+                    color: COLORS[k],
                     mark: Mark::Dashed,
                     points: points(i, &|r| Some(form(r)?.moments)),
                 });
             }
+            // Light in the plane of incidence has its mean there; what is computed is rounding.
+            let all = || series.iter().flat_map(|s| &s.points).filter_map(|p| p.1);
+            let largest = all().fold(0.0, |most: f64, y| most.max(y.abs()));
+            let zero = all().next().is_some() && largest < 1e-9;
+            let points = series.iter_mut().flat_map(|s| &mut s.points);
+            for y in points.filter_map(|p| p.1.as_mut()).filter(|_| zero) {
+                *y = 0.0;
+            }
+            let said = match zero {
+                true => format!(": 0 (computed: at most {largest:.0e})"),
+                false => String::new(),
+            };
             Panel {
-                title: format!("along {}", rows[0].relation.along.name()),
+                title: format!("along {}{said}", symbol(rows[0].relation.along)),
                 x: Axis {
                     label: "θ_o (°)".into(),
                     ..Axis::default()
