@@ -152,12 +152,11 @@ impl Plot {
     /// Draws [`OUTSIDE`] over coordinates that are not physical, their edge, frame, ticks and axis names.
     pub fn axes(&self, canvas: &mut Canvas, plane: &Plane, phi: Option<f64>) {
         if let Some(phi) = phi {
-            let edge = plane.edge(phi);
-            let mut outside: Vec<_> = edge.iter().map(|p| self.place(*p)).collect();
-            outside.push(self.place([1.0, 1.0]));
-            outside.push(self.place([0.0, 1.0]));
-            canvas.area(&outside, OUTSIDE, 1.0);
-            self.line(canvas, &edge, DARK, 1.3);
+            let edge: Vec<_> = plane.edge(phi).iter().map(|p| self.place(*p)).collect();
+            let edge = thinned(&edge);
+            let corners = [[1.0, 1.0], [0.0, 1.0]].map(|p| self.place(p));
+            canvas.area(&[&edge[..], &corners].concat(), OUTSIDE, 1.0);
+            canvas.line(&edge, DARK, 1.3);
         }
         let corners = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0], [0.0, 0.0]];
         self.line(canvas, &corners, FRAME, 0.8);
