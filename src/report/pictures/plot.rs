@@ -200,9 +200,9 @@ impl Plot {
     }
 }
 
-/// The line without points that lie on it to a twelfth of a pixel (Ramer, Douglas and Peucker).
+/// The line without points that lie on it to a sixth of a pixel (Ramer, Douglas and Peucker).
 fn thinned(line: &[[f64; 2]]) -> Vec<[f64; 2]> {
-    const OFF: f64 = 1.0 / 12.0;
+    const OFF: f64 = 1.0 / 6.0;
     let Some(last) = line.len().checked_sub(1) else {
         return Vec::new();
     };

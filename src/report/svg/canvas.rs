@@ -55,6 +55,43 @@ pub(in crate::report) struct Canvas {
     drawn: String,
     /// Tags of pictures, which lie below everything else.
     images: String,
+    /// Tags of texts, which lie above everything else.
+    texts: String,
+    /// The stroke of the last tag, if that is a line that further ones may join.
+    open: Option<Stroke>,
+}
+
+/// Colour, width in units and dashes of a line.
+#[derive(Clone, Copy, PartialEq)]
+struct Stroke {
+    ink: Ink,
+    width: i64,
+    dashes: Dashes,
+}
+
+/// Dashes of a line.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(in crate::report) enum Dashes {
+    /// One stroke.
+    None,
+    /// Dashes.
+    Long,
+    /// Dots.
+    Dots,
+    /// A dash and a dot in turn.
+    Both,
+}
+
+impl Dashes {
+    /// Lengths of strokes and gaps, units; round ends make strokes longer by a width.
+    fn pattern(self) -> &'static str {
+        match self {
+            Self::None => "",
+            Self::Long => " stroke-dasharray=\"60 45\"",
+            Self::Dots => " stroke-dasharray=\"1 38\"",
+            Self::Both => " stroke-dasharray=\"70 40 1 40\"",
+        }
+    }
 }
 
 impl Canvas {
@@ -69,15 +106,15 @@ impl Canvas {
         let [width, height] = size.map(|s| s.clamp(1.0, 1e5).ceil());
         let mut canvas = Canvas::default();
         body(&mut canvas)?;
-        let (drawn, images) = (subscripts(&canvas.drawn), canvas.images);
-        let mut paper = Canvas::default();
-        let corners = [[0.0, 0.0], [width, 0.0], [width, height], [0.0, height]];
-        paper.area(&corners, [255; 3], 1.0);
-        let (paper, w, h) = (paper.drawn, width * UNITS, height * UNITS);
+        let (drawn, images, texts) = (canvas.drawn, canvas.images, subscripts(&canvas.texts));
+        let (w, h) = (width * UNITS, height * UNITS);
+        // The paper has a class, so that a page may take it away.
         Ok(format!(
             "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{width}\" height=\"{height}\" \
-             viewBox=\"0 0 {w} {h}\" stroke-linejoin=\"round\" stroke-linecap=\"round\">\n\
-             {paper}{images}{drawn}</svg>\n"
+             viewBox=\"0 0 {w} {h}\" stroke-linejoin=\"round\" stroke-linecap=\"round\" \
+             font-family=\"sans-serif\" text-anchor=\"middle\">\n\
+             <rect class=\"paper\" width=\"{w}\" height=\"{h}\" fill=\"#FFFFFF\"/>\n\
+             {images}{drawn}{texts}</svg>\n"
         ))
     }
 
@@ -94,59 +131,55 @@ impl Canvas {
 
     /// A line through points.
     pub fn line(&mut self, points: &[[f64; 2]], ink: Ink, width: f64) {
+        self.dashed(points, ink, width, Dashes::None);
+    }
+
+    /// A line of dashes through points.
+    pub fn dashed(&mut self, points: &[[f64; 2]], ink: Ink, width: f64, dashes: Dashes) {
         if points.len() < 2 {
             return;
         }
-        self.tag(format_args!(
-            "<polyline fill=\"none\" opacity=\"1\" stroke=\"{}\" stroke-width=\"{}\" points=\"{}\"/>",
-            hex(ink),
-            (width * UNITS).round(),
-            listed(points)
-        ));
+        let stroke = Stroke {
+            ink,
+            width: (width * UNITS).round() as i64,
+            dashes,
+        };
+        const END: &str = "\"/>\n";
+        if self.open == Some(stroke) {
+            // A tag for each of hundreds of isolines would be most of a file.
+            self.drawn.truncate(self.drawn.len() - END.len());
+        } else {
+            let (ink, width, dashes) = (hex(ink), stroke.width, dashes.pattern());
+            self.drawn += &format!(
+                "<path fill=\"none\" stroke=\"{ink}\" stroke-width=\"{width}\"{dashes} d=\""
+            );
+        }
+        self.drawn += &steps(points);
+        self.drawn += END;
+        self.open = Some(stroke);
     }
 
     /// Writes a tag on a line of its own.
     fn tag(&mut self, tag: std::fmt::Arguments<'_>) {
+        self.open = None;
         // Writing to a string does not fail.
         let _ = writeln!(self.drawn, "{tag}");
     }
 
-    /// A line of dashes through points.
-    pub fn dashes(&mut self, points: &[[f64; 2]], ink: Ink, width: f64) {
-        const PATTERN: [f64; 2] = [6.0, 4.0];
-        let (mut on, mut left) = (true, PATTERN[0]);
-        let mut dash: Vec<[f64; 2]> = points.first().copied().into_iter().collect();
-        for ends in points.windows(2) {
-            let [a, b] = [ends[0], ends[1]];
-            let length = (b[0] - a[0]).hypot(b[1] - a[1]);
-            let mut done = 0.0;
-            while length - done > left {
-                done += left;
-                let t = done / length;
-                let at = [0, 1].map(|i| a[i] + t * (b[i] - a[i]));
-                if on {
-                    dash.push(at);
-                    self.line(&dash, ink, width);
-                }
-                on = !on;
-                left = PATTERN[usize::from(!on)];
-                dash = vec![at];
-            }
-            left -= length - done;
-            if on {
-                dash.push(b);
-            }
-        }
-        if on {
-            self.line(&dash, ink, width);
-        }
+    /// What `body` draws, with a text that is shown where the pointer rests on it.
+    pub fn told(&mut self, text: &str, body: impl FnOnce(&mut Self)) {
+        let keep = |c: &char| *c == '\n' || !c.is_control();
+        let text: String = text.chars().filter(keep).collect();
+        self.tag(format_args!("<g><title>{}</title>", escaped(&text)));
+        body(self);
+        self.tag(format_args!("</g>"));
     }
 
     /// A filled disk.
     pub fn dot(&mut self, centre: [f64; 2], radius: f64, ink: Ink) {
         let [x, y] = units(centre);
         self.tag(format_args!(
-            "<circle cx=\"{x}\" cy=\"{y}\" r=\"{}\" opacity=\"1\" fill=\"{}\" stroke=\"none\" stroke-width=\"10\"/>",
+            "<circle cx=\"{x}\" cy=\"{y}\" r=\"{}\" fill=\"{}\"/>",
             (radius * UNITS).round(),
             hex(ink)
         ));
@@ -154,10 +187,14 @@ impl Canvas {
 
     /// A filled polygon.
     pub fn area(&mut self, corners: &[[f64; 2]], ink: Ink, opacity: f64) {
+        let opacity = match opacity {
+            1.0 => String::new(),
+            other => format!(" opacity=\"{other}\""),
+        };
         self.tag(format_args!(
-            "<polygon opacity=\"{opacity}\" fill=\"{}\" points=\"{}\"/>",
+            "<path fill=\"{}\"{opacity} d=\"{}z\"/>",
             hex(ink),
-            listed(corners)
+            steps(corners)
         ));
     }
 
@@ -168,11 +205,12 @@ impl Canvas {
         if text.is_empty() {
             return;
         }
-        let [x, y] = units(at);
+        // Half the height of small letters lower, the text is centred.
+        let [x, y] = units([at[0], at[1] + 0.265 * how.size]);
         let anchor = match how.align {
-            Align::Start => "start",
-            Align::Middle => "middle",
-            Align::End => "end",
+            Align::Start => " text-anchor=\"start\"",
+            Align::Middle => "",
+            Align::End => " text-anchor=\"end\"",
         };
         let weight = if how.bold {
             " font-weight=\"bold\""
@@ -180,16 +218,23 @@ impl Canvas {
             ""
         };
         let turn = match how.upwards {
-            true => format!(" transform=\"rotate(270, {x}, {y})\""),
+            true => {
+                let [x, y] = units(at);
+                format!(" transform=\"rotate(270, {x}, {y})\"")
+            }
             false => String::new(),
         };
-        self.tag(format_args!(
-            "<text x=\"{x}\" y=\"{y}\" dy=\"0.5ex\" text-anchor=\"{anchor}\" font-family=\"sans-serif\" \
-             font-size=\"{}\" opacity=\"1\" fill=\"{}\"{weight}{turn}>\n{}\n</text>",
+        let fill = match how.ink {
+            BLACK => String::new(),
+            ink => format!(" fill=\"{}\"", hex(ink)),
+        };
+        // Writing to a string does not fail.
+        let _ = writeln!(
+            self.texts,
+            "<text x=\"{x}\" y=\"{y}\"{anchor} font-size=\"{}\"{fill}{weight}{turn}>\n{}\n</text>",
             (10.0 * how.size * UNITS).round() / 10.0,
-            hex(how.ink),
             escaped(&text)
-        ));
+        );
     }
 }
 
@@ -252,13 +297,27 @@ fn units(p: [f64; 2]) -> [i64; 2] {
     p.map(|v| (v * UNITS).round() as i64)
 }
 
-/// Points as a tag lists them.
-fn listed(points: &[[f64; 2]]) -> String {
-    let point = |&p: &[f64; 2]| {
-        let [x, y] = units(p);
-        format!("{x},{y} ")
-    };
-    points.iter().map(point).collect()
+/// A line of a path: its first point, then the steps between points, which are shorter to write.
+fn steps(points: &[[f64; 2]]) -> String {
+    let mut out = String::new();
+    let mut last = [0, 0];
+    for (i, point) in points.iter().enumerate() {
+        let at = units(*point);
+        let [x, y] = match i {
+            0 => at,
+            _ => [at[0] - last[0], at[1] - last[1]],
+        };
+        let lead = match i {
+            0 => "M",
+            1 => "l",
+            _ if x < 0 => "",
+            _ => " ",
+        };
+        let between = if y < 0 { "" } else { " " };
+        out += &format!("{lead}{x}{between}{y}");
+        last = at;
+    }
+    out
 }
 
 /// Estimated width of a text in a sans-serif font, pixels; rather too wide than too narrow.
@@ -277,18 +336,82 @@ pub(in crate::report) fn text_width(text: &str, size: f64) -> f64 {
     text.chars().map(em).sum::<f64>() * size
 }
 
-/// The text, or its beginning and an ellipsis if it is wider than `width` pixels.
+/// The text, or its two ends with an ellipsis between them if it is wider than `width` pixels.
 pub(in crate::report) fn fitted(text: &str, size: f64, width: f64) -> String {
     if text_width(text, size) <= width {
         return text.into();
     }
-    let mut out = String::new();
-    for c in text.chars() {
-        out.push(c);
-        if text_width(&out, size) + size > width {
-            out.pop();
-            break;
+    let letters: Vec<char> = text.chars().collect();
+    let cut = |kept: usize| -> String {
+        let (head, tail) = (kept.div_ceil(2), kept / 2);
+        let end = &letters[letters.len() - tail..];
+        let parts = [&letters[..head], &['…'], end];
+        parts.concat().into_iter().collect()
+    };
+    let fits = |kept: &usize| text_width(&cut(*kept), size) <= width;
+    let kept = (0..letters.len()).rev().find(fits);
+    cut(kept.unwrap_or(0))
+}
+
+/// The texts, shortened to `width` pixels as long as those that differ still do: else by what all of
+/// those alike begin with, or not at all.
+pub(in crate::report) fn all_fitted(texts: &[&str], size: f64, width: f64) -> Vec<String> {
+    let mut out: Vec<String> = texts.iter().map(|t| fitted(t, size, width)).collect();
+    let taken = |out: &[String], i: usize| {
+        let mut others = texts.iter().zip(out);
+        others.any(|(t, label)| *t != texts[i] && *label == out[i])
+    };
+    for i in 0..texts.len() {
+        if taken(&out, i) {
+            let label = out[i].clone();
+            let group: Vec<usize> = (0..texts.len()).filter(|&k| out[k] == label).collect();
+            let first = texts[group[0]];
+            let begins = |n: &usize| group.iter().all(|&k| texts[k].starts_with(&first[..*n]));
+            let ends = first.char_indices().map(|(n, _)| n);
+            let common = ends.take_while(begins).last().unwrap_or(0);
+            for k in group {
+                out[k] = fitted(&format!("…{}", &texts[k][common..]), size, width);
+            }
         }
     }
-    out + "…"
+    match (0..texts.len()).any(|i| taken(&out, i)) {
+        true => texts.iter().map(|t| (*t).to_owned()).collect(),
+        false => out,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn labels_that_differ_still_do_when_they_are_cut() {
+        let long = "half-difference theta_h:square-root;theta_d:square-root";
+        let names: Vec<String> = ["", " on b", " on c", " of grid on b", " of sobol on b"]
+            .into_iter()
+            .flat_map(|end| [format!("{long}{end}"), format!("{end}{long}")])
+            .chain((0..9).map(|i| format!("{long}{i}{long}")))
+            .chain((0..9).map(|i| format!("é{i}")))
+            .collect();
+        let names: Vec<&str> = names.iter().map(String::as_str).collect();
+        for width in [0.0, 20.0, 60.0, 100.0, 150.0, 300.0, 1000.0] {
+            let labels = all_fitted(&names, 10.0, width);
+            for (i, a) in names.iter().enumerate() {
+                for (k, b) in names.iter().enumerate() {
+                    assert_eq!(a == b, labels[i] == labels[k], "{a} {b} at {width}");
+                }
+            }
+        }
+        // Where there is room nothing is cut, and what is cut keeps both of its ends.
+        assert_eq!(all_fitted(&names, 10.0, 1e4), names);
+        let short = fitted("hybrid h_bar:square-root;k:arcsine", 10.0, 120.0);
+        assert!(short.starts_with("hybrid") && short.ends_with("arcsine"));
+        assert!(text_width(&short, 10.0) <= 120.0);
+    }
+
+    #[test]
+    fn steps_lead_through_the_points() {
+        let points = [[0.0, 1.0], [-2.55, 3.0], [-2.55, -1e3], [7.0, 0.0]];
+        assert_eq!(steps(&points), "M0 10l-26 20 0-10030 96 10000");
+    }
 }

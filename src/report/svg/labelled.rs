@@ -1,20 +1,22 @@
 //! A diagram whose lines carry their names at their ends: it reads in grey too.
 
-use super::canvas::{Align, Canvas, Lettering, fitted, text_width};
+use super::canvas::{Align, Canvas, Lettering, all_fitted, text_width};
 use super::{LEGEND, MARGIN, Sheet, palette};
 use crate::error::Error;
 use crate::report::svg::plot::{Mark, Panel, Series};
 
-/// Width and height of the frame: two diagrams stand side by side on a page.
-const PLOT: [f64; 2] = [340.0, 270.0];
+/// Width and height of the frame: the diagram can be read on a narrow screen, and two stand side by
+/// side on a wide one.
+const PLOT: [f64; 2] = [280.0, 240.0];
 /// Distance of the lines of two names.
 const LINE: f64 = 14.0;
 /// Room between the frame and a name.
 const GAP: f64 = 14.0;
 /// Largest width of a name, pixels.
-const WIDEST: f64 = 150.0;
+const WIDEST: f64 = 180.0;
 
-/// Draws one panel, with dots on its points and the names of its lines right of them.
+/// Draws one panel, with dots on its points, which tell their values, and the names of its lines
+/// right of them.
 ///
 /// # Errors
 /// [`Error::Internal`] if drawing fails, which it should not.
@@ -23,44 +25,69 @@ pub fn labelled(panel: &Panel) -> Result<String, Error> {
     for series in &mut bare.series {
         series.name.clear();
     }
-    let dots = panel.series.iter().map(|s| Series {
-        name: String::new(),
-        mark: Mark::Points,
-        ..s.clone()
-    });
-    bare.series.extend(dots);
     let panels = [bare];
     let mut sheet = Sheet::sized("", &panels, 1, PLOT);
-    let names = panel.series.iter().map(|s| text_width(&s.name, LEGEND));
-    let widest = names.fold(0.0, f64::max).min(WIDEST);
+    let lines: Vec<&Series> = panel
+        .series
+        .iter()
+        .filter(|s| s.mark != Mark::Area)
+        .collect();
+    let names: Vec<&str> = lines.iter().map(|s| s.name.as_str()).collect();
+    let names = all_fitted(&names, LEGEND, WIDEST);
+    let widest = names.iter().map(|n| text_width(n, LEGEND));
+    let widest = widest.fold(0.0, f64::max);
     let placed = &sheet.panels[0];
     let right = placed.at[0] + sheet.plot[0];
     sheet.size[0] = sheet.size[0].max(right + GAP + widest + MARGIN);
     Canvas::draw(sheet.size, |canvas| {
         sheet.draw(canvas);
         let placed = &sheet.panels[0];
-        let mut ends: Vec<(f64, [f64; 2], &Series)> = panel
-            .series
-            .iter()
-            .filter_map(|s| {
-                let end = s.points.iter().rev().find_map(|&p| sheet.at(placed, p))?;
-                Some((end[1], end, s))
-            })
-            .collect();
-        ends.sort_by(|a, b| a.0.total_cmp(&b.0));
-        let [top, bottom] = [placed.at[1], placed.at[1] + sheet.plot[1]].map(|y| y - 0.5 * LINE);
-        let mut heights: Vec<f64> = ends.iter().map(|e| e.0).collect();
-        spread(&mut heights, top + LINE, bottom);
-        for ((_, end, series), height) in ends.into_iter().zip(heights) {
+        let mut ends = Vec::new();
+        for (series, name) in lines.into_iter().zip(names) {
             let ink = palette(series.color, sheet.colors);
+            let mut end = None;
+            for &point in &series.points {
+                let (Some(at), Some(y)) = (sheet.at(placed, point), point.1) else {
+                    continue;
+                };
+                let values = format!(
+                    "{}\n{} {}\n{} {}",
+                    series.name,
+                    panel.x.label,
+                    short(point.0),
+                    panel.y.label,
+                    short(y)
+                );
+                canvas.told(&values, |canvas| canvas.dot(at, 3.2, ink));
+                end = Some(at);
+            }
+            ends.extend(end.map(|end| (end, ink, name)));
+        }
+        ends.sort_by(|a, b| a.0[1].total_cmp(&b.0[1]));
+        let [top, bottom] = [placed.at[1], placed.at[1] + sheet.plot[1]].map(|y| y - 0.5 * LINE);
+        let mut heights: Vec<f64> = ends.iter().map(|e| e.0[1]).collect();
+        spread(&mut heights, top + LINE, bottom);
+        for ((end, ink, name), height) in ends.into_iter().zip(heights) {
             let at = [right + GAP, height];
-            canvas.line(&[end, [right + 3.0, end[1]]], ink, 0.4);
-            canvas.line(&[[right + 3.0, end[1]], [at[0] - 3.0, height]], ink, 0.4);
-            let name = fitted(&series.name, LEGEND, WIDEST);
+            let bend = [right + 3.0, end[1]];
+            canvas.line(&[end, bend, [at[0] - 3.0, height]], ink, 0.4);
             canvas.text(at, &name, Lettering::new(LEGEND, Align::Start));
         }
         Ok(())
     })
+}
+
+/// A value with three digits.
+fn short(value: f64) -> String {
+    match value.abs() {
+        v if (1e-3..1e4).contains(&v) => {
+            let decimals = (2.0 - v.log10().floor()).max(0.0) as usize;
+            format!("{value:.decimals$}")
+        }
+        0.0 => "0".into(),
+        v if (1e4..1e7).contains(&v) => format!("{value:.0}"),
+        _ => format!("{value:.2e}"),
+    }
 }
 
 /// Moves sorted heights between `top` and `bottom` apart by a line each, as little as possible.

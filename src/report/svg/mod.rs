@@ -13,7 +13,7 @@ pub use labelled::labelled;
 
 use crate::error::Error;
 use axis::Ruler;
-use canvas::{Align, Canvas, Ink, Lettering, fitted, text_width};
+use canvas::{Align, Canvas, Dashes, Ink, Lettering, all_fitted, fitted, text_width};
 use plot::{Mark, Panel, Series, palette};
 
 const MARGIN: f64 = 16.0;
@@ -245,10 +245,13 @@ impl<'a> Sheet<'a> {
             }
             return;
         }
-        if series.mark == Mark::Area {
-            let corners: Vec<_> = points.into_iter().flatten().collect();
-            return canvas.area(&corners, ink, 0.16);
-        }
+        let dashes = match series.mark.dashes() {
+            Some(dashes) => dashes,
+            None => {
+                let corners: Vec<_> = points.into_iter().flatten().collect();
+                return canvas.area(&corners, ink, 0.16);
+            }
+        };
         for run in points.split(Option::is_none) {
             let run: Vec<_> = run.iter().flatten().copied().collect();
             if let [only] = run[..] {
@@ -258,10 +261,7 @@ impl<'a> Sheet<'a> {
                 }
             }
             for line in clipped(&run, frame) {
-                match series.mark {
-                    Mark::Dashed => canvas.dashes(&line, ink, self.stroke()),
-                    _ => canvas.line(&line, ink, self.stroke()),
-                }
+                canvas.dashed(&line, ink, self.stroke(), dashes);
             }
         }
     }
@@ -272,6 +272,19 @@ impl<'a> Sheet<'a> {
             1.0
         } else {
             1.7
+        }
+    }
+}
+
+impl Mark {
+    /// Dashes of the line through points; `None` of marks without one.
+    fn dashes(self) -> Option<Dashes> {
+        match self {
+            Self::Line => Some(Dashes::None),
+            Self::Dashed => Some(Dashes::Long),
+            Self::Dotted => Some(Dashes::Dots),
+            Self::DashDotted => Some(Dashes::Both),
+            Self::Points | Self::Area => None,
         }
     }
 }
@@ -371,20 +384,20 @@ impl<'a> Legend<'a> {
     }
 
     fn draw(&self, canvas: &mut Canvas, sheet: &Sheet<'_>, at: [f64; 2]) {
+        let names: Vec<&str> = self.entries.iter().map(|e| e.name).collect();
+        let names = all_fitted(&names, LEGEND, self.column - KEY - 6.0);
         for (i, entry) in self.entries.iter().enumerate() {
             let x = at[0] + (i / self.lines) as f64 * self.column;
             let y = at[1] + ((i % self.lines) as f64 + 0.5) * LEGEND_LINE;
             let ink = palette(entry.color, sheet.colors);
             let key = [[x, y], [x + KEY, y]];
             // A little wider than in the plot: short strokes are hard to tell apart.
-            match entry.mark {
-                Mark::Line => canvas.line(&key, ink, sheet.stroke() + 0.5),
-                Mark::Dashed => canvas.dashes(&key, ink, sheet.stroke() + 0.5),
-                Mark::Points | Mark::Area => canvas.dot([x + 0.5 * KEY, y], 2.8, ink),
+            match entry.mark.dashes() {
+                Some(dashes) => canvas.dashed(&key, ink, sheet.stroke() + 0.5, dashes),
+                None => canvas.dot([x + 0.5 * KEY, y], 2.8, ink),
             }
-            let name = fitted(entry.name, LEGEND, self.column - KEY - 6.0);
             let how = Lettering::new(LEGEND, Align::Start);
-            canvas.text([x + KEY + 6.0, y], &name, how);
+            canvas.text([x + KEY + 6.0, y], &names[i], how);
         }
     }
 }

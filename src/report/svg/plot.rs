@@ -29,6 +29,10 @@ pub enum Mark {
     Line,
     /// Joined by a dashed line.
     Dashed,
+    /// Joined by a line of dots.
+    Dotted,
+    /// Joined by a line of dashes and dots in turn.
+    DashDotted,
     /// Separate dots.
     Points,
     /// Corners of a tinted area.
@@ -42,7 +46,7 @@ pub struct Series {
     pub name: String,
     /// Place in the colour cycle; series of the same colour belong together.
     pub color: usize,
-    /// Line, dashes or dots.
+    /// Line, dashes, dots or area.
     pub mark: Mark,
     /// Points (x, y) in the units of the axes; a `None` leaves a gap.
     pub points: Vec<(f64, Option<f64>)>,

@@ -164,22 +164,25 @@ fn what_leaves_the_range_is_cut_off() {
     let mut panel = panel(Scale::Linear, vec![series(0, Mark::Line, &points)]);
     panel.y.range = Some([0.0, 1.0]);
     let text = drawn(&[panel]);
-    let line = |t: &&str| t.starts_with("polyline") && t.contains(BLUE);
+    let line = |t: &&str| t.starts_with("path") && t.contains(BLUE);
     let mut count = 0;
     for tag in text.split('<').filter(line) {
-        let points = tag
-            .split("points=\"")
-            .nth(1)
-            .unwrap()
-            .split('"')
-            .next()
-            .unwrap();
-        for p in points.split_whitespace() {
-            let (x, y) = p.split_once(',').unwrap();
-            let [x, y] = [x, y].map(|v| v.parse::<i32>().unwrap());
-            assert!((0..8000).contains(&x) && (0..5000).contains(&y), "{p}");
+        let steps = tag.split(" d=\"").nth(1).unwrap();
+        for part in steps.split('"').next().unwrap().split('M').skip(1) {
+            let [mut x, mut y] = [0, 0];
+            for step in part
+                .replace('-', " -")
+                .replace('l', " ")
+                .split_whitespace()
+                .collect::<Vec<_>>()
+                .chunks(2)
+            {
+                let [dx, dy] = [step[0], step[1]].map(|v| v.parse::<i32>().unwrap());
+                (x, y) = (x + dx, y + dy);
+                assert!((0..8000).contains(&x) && (0..5000).contains(&y), "{x} {y}");
+            }
+            count += 1;
         }
-        count += 1;
     }
     // Up, down, and the legend.
     assert_eq!(count, 3);
@@ -213,5 +216,54 @@ fn greek_letters_have_indices_and_names_keep_their_underscores() {
     assert!(!symbols.contains('_'));
     for plain in ["theta_h_deg", "a_b θ _c", "_"] {
         assert!(text(plain).contains(plain), "{plain}");
+    }
+}
+
+#[test]
+fn parametrizations_differ_in_colour_for_every_eye() {
+    /// What the colour-blind see of linear R, G, B (Machado, Oliveira and Fernandes 2009): all, no
+    /// green, no red, no blue.
+    const EYES: [[[f64; 3]; 3]; 4] = [
+        [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
+        [
+            [0.367_322, 0.860_646, -0.227_968],
+            [0.280_085, 0.672_501, 0.047_413],
+            [-0.011_820, 0.042_940, 0.968_881],
+        ],
+        [
+            [0.152_286, 1.052_583, -0.204_868],
+            [0.114_503, 0.786_281, 0.099_216],
+            [-0.003_882, -0.048_116, 1.051_998],
+        ],
+        [
+            [1.255_528, -0.076_749, -0.178_779],
+            [-0.078_411, 0.930_809, 0.147_602],
+            [0.004_733, 0.691_367, 0.303_900],
+        ],
+    ];
+    let dot = |row: &[f64; 3], c: [f64; 3]| row.iter().zip(c).map(|(a, b)| a * b).sum::<f64>();
+    let lab = |eye: &[[f64; 3]; 3], color: [u8; 3]| {
+        let linear = color.map(|v| (f64::from(v) / 255.0).powf(2.2));
+        let [r, g, b] = [0, 1, 2].map(|i| dot(&eye[i], linear).clamp(0.0, 1.0));
+        let x = dot(&[0.4339, 0.3762, 0.1899], [r, g, b]);
+        let y = dot(&[0.2126, 0.7152, 0.0722], [r, g, b]);
+        let z = dot(&[0.0177, 0.1095, 0.8728], [r, g, b]);
+        let [x, y, z] = [x, y, z].map(f64::cbrt);
+        [116.0 * y, 500.0 * (x - y), 200.0 * (y - z)]
+    };
+    let all = crate::parametrization::all();
+    let colors: Vec<[u8; 3]> = all
+        .iter()
+        .map(|e| super::palette(super::plot::color_of(e.kind), 0))
+        .collect();
+    for eye in &EYES {
+        for (i, a) in colors.iter().enumerate() {
+            for b in &colors[..i] {
+                let [p, q] = [a, b].map(|c| lab(eye, *c));
+                let far = p.iter().zip(q).map(|(p, q)| (p - q).powi(2)).sum::<f64>();
+                // A just noticeable difference is about 2.
+                assert!(far.sqrt() > 12.0, "{a:?} {b:?} {far}");
+            }
+        }
     }
 }
