@@ -1,6 +1,9 @@
 //! The report of a study, as a browser shows it.
 
 use super::Bench;
+use base64::Engine;
+use base64::engine::general_purpose::STANDARD;
+use sha2::{Digest, Sha256};
 use std::fs;
 use std::path::Path;
 use std::process::{Command, Stdio};
@@ -68,25 +71,39 @@ kind = "half-difference"
 kind = "hybrid"
 "#;
 
-/// Tells of everything that is to be seen how large it is, and what colours the page has.
-const PROBE: &str = r#"<script>
+/// Tells of everything that is to be seen how large it is, what colours the page has, where its first
+/// diagram ends before anything is unfolded, and the numbers of a column before and after a click on
+/// its heading.
+const PROBE: &str = r#"
 addEventListener("load", () => {
+  const fold = document.querySelector(".answer .chart svg").getBoundingClientRect().bottom;
   for (const d of document.querySelectorAll("details")) d.open = true;
-  const seen = [...document.querySelectorAll("svg, img")].map(e => {
-    const box = e.getBoundingClientRect();
+  const pictures = [...document.querySelectorAll("svg, img")];
+  const seen = pictures.map(e => {
+    // What is wide scrolls in a box of its own.
+    const box = (e.closest(".wide") ?? e).getBoundingClientRect();
     return Math.round(box.width) + "x" + Math.round(box.height);
   });
+  const named = pictures.filter(e => e.getAttribute("aria-label") || e.alt).length;
   const style = getComputedStyle(document.body);
   const out = document.createElement("pre");
   out.id = "probe";
   const letters = document.querySelector(".chart text");
   const letter = letters ? getComputedStyle(letters).fill : style.color;
-  out.textContent = JSON.stringify({ seen, title: document.title, paper: style.backgroundColor,
-    ink: style.color, letter, wide: document.documentElement.scrollWidth - document.documentElement.clientWidth,
+  const wide = document.documentElement.scrollWidth - document.documentElement.clientWidth;
+  const columns = [["table.ranking", 3], ["table.duels", 2]].map(([name, column]) => {
+    const table = document.querySelector(name);
+    const numbers = () => [...table.querySelectorAll("tbody tr")].map(r => parseFloat(r.cells[column].textContent));
+    const before = numbers();
+    table.tHead.rows[0].cells[column].querySelector("button")?.click();
+    return [before, numbers()];
+  });
+  out.textContent = JSON.stringify({ seen, named, title: document.title, paper: style.backgroundColor,
+    ink: style.color, letter, wide, fold, columns,
     requests: performance.getEntriesByType("resource").length });
   document.body.append(out);
 });
-</script>"#;
+"#;
 
 /// The browser that `.ci/run` names, else one that works, if there is one.
 fn browser() -> Option<String> {
@@ -154,11 +171,10 @@ fn a_report_needs_nothing_but_itself() {
     let (bench, report) = study();
     // Names of XML vocabularies are no addresses.
     let text = report.replace("xmlns=\"http://www.w3.org/2000/svg\"", "");
-    for address in [
-        "http://", "https://", "src=\"/", "url(", "@import", "<link", "<script",
-    ] {
+    for address in ["http://", "https://", "src=\"/", "url(", "@import", "<link"] {
         assert!(!text.contains(address), "{address}");
     }
+    assert_eq!(text.matches("<script").count(), 1);
     for part in [
         "In which coordinates?",
         "id=\"verdict\"",
@@ -214,11 +230,12 @@ fn a_browser_shows_a_report() {
     let pages = pdf.windows(page.len()).filter(|w| w == page).count();
     // At least one for each material.
     assert!(pages > 6, "{pages} pages");
-    // With a probe, which the policy of the page would not let run.
-    let (head, rest) = report.split_once("<meta http-equiv=").unwrap();
-    let rest = rest.split_once('>').unwrap().1;
+    // With a probe, which the policy is told of beside the page's own script.
+    let hash = STANDARD.encode(Sha256::digest(PROBE));
+    let allowed = report.replacen("script-src ", &format!("script-src 'sha256-{hash}' "), 1);
+    assert!(allowed != report);
     let probed = dir.join("probed.html");
-    fs::write(&probed, format!("{head}{rest}{PROBE}")).unwrap();
+    fs::write(&probed, format!("{allowed}<script>{PROBE}</script>")).unwrap();
     for (scheme, is_dark) in [("1", false), ("0", true)] {
         for width in [1280, 480] {
             let scheme = format!("--blink-settings=preferredColorScheme={scheme}");
@@ -232,9 +249,27 @@ fn a_browser_shows_a_report() {
             let found: serde_json::Value = serde_json::from_str(&json).unwrap();
             assert_eq!(found["title"], "Parametrization study");
             assert_eq!(found["requests"], 0);
+            let mut moved = false;
+            for column in found["columns"].as_array().unwrap() {
+                let [before, after] = [0, 1].map(|i| {
+                    let numbers = column[i].as_array().unwrap().iter();
+                    let numbers = numbers.map(|n| n.as_f64().unwrap_or(f64::INFINITY));
+                    numbers.collect::<Vec<_>>()
+                });
+                let mut sorted = before.clone();
+                sorted.sort_by(f64::total_cmp);
+                assert!(sorted.len() > 4 && after == sorted, "{column}");
+                moved |= before != sorted;
+            }
+            assert!(moved, "{}", found["columns"]);
+            if width == 1280 {
+                let fold = found["fold"].as_f64().unwrap();
+                assert!(fold < 800.0, "the first diagram ends at {fold}");
+            }
             let seen = found["seen"].as_array().unwrap();
             // Curves of costs, forests, and one a material at least.
             assert!(seen.len() >= 12, "{}", seen.len());
+            assert_eq!(found["named"], seen.len(), "pictures without a text");
             for size in seen {
                 let (w, h) = size.as_str().unwrap().split_once('x').unwrap();
                 let [w, h] = [w, h].map(|s| s.parse::<u32>().unwrap());

@@ -1,21 +1,14 @@
 //! The findings that a study prints at its end, as texts and as a table of its own.
 
+use super::order::{best_of_each, sampling, whole};
 use crate::error::count;
 use crate::experiment::{
-    Choice, Duel, Duels, Explained, Factor, Findings, Metric, OWN, Ranking, Scope,
+    Choice, Duel, Duels, Explained, Factor, Findings, Line, Metric, OWN, Ranking, Scope,
 };
 use crate::report::Columns;
 use crate::report::acquisition::table::error;
-use crate::statistics::{Paired, Verdict};
+use crate::statistics::{Paired, SIGNIFICANCE, Verdict};
 use std::fmt::Write as _;
-
-/// A parametrization with its warps.
-pub(super) fn sampling(choice: &Choice) -> String {
-    match choice.warp.as_str() {
-        "none" => choice.parametrization.clone(),
-        warp => format!("{} {warp}", choice.parametrization),
-    }
-}
 
 /// A number of materials with its noun.
 pub(super) fn materials(n: usize) -> String {
@@ -41,13 +34,13 @@ pub(super) fn method(choice: &Choice, findings: &Findings) -> String {
     parts.join(" ")
 }
 
-/// The error of the best reconstruction of each sampling, duels with the first parametrization, and
+/// The error of each sampling by its best reconstruction, duels with the first parametrization, and
 /// the shares of the variance; over all truths, by `nrmse`.
 pub fn study_text(findings: &Findings) -> String {
     let mut out = String::new();
     let of_all = |s: &Scope| s.metric == Metric::Nrmse && s.truth.is_none();
     for ranking in findings.rankings.iter().filter(|r| of_all(&r.scope)) {
-        best_of_each(findings, ranking, &mut out);
+        errors_of_each(findings, ranking, &mut out);
         let duels = findings.duels.iter().find(|d| d.scope == ranking.scope);
         for method in in_own_coordinates(ranking) {
             if let Some(duels) = duels {
@@ -68,31 +61,34 @@ fn columns(title: &str, allowances: &[String]) -> Columns {
     Columns::new(&format!("{title}{headings}"))
 }
 
-fn best_of_each(findings: &Findings, ranking: &Ranking, out: &mut String) {
-    let mut names: Vec<String> = Vec::new();
-    for line in &ranking.lines {
-        let name = sampling(&line.choice);
-        if !names.contains(&name) {
-            names.push(name);
-        }
-    }
+fn errors_of_each(findings: &Findings, ranking: &Ranking, out: &mut String) {
     let scope = &ranking.scope;
     let text = format!("{}, {}", scope.metric.name(), scope.measure);
     let mut columns = columns(&text, &findings.allowances);
-    let cell = |name: &str, a: usize| {
-        let mine = ranking.lines.iter().filter(|l| sampling(&l.choice) == name);
-        let cells = mine.filter_map(|l| l.cells[a].filter(|c| c.place.is_some()));
-        cells.min_by(|x, y| x.mean.total_cmp(&y.mean))
+    let mut lines = best_of_each(ranking);
+    let place = |choice: &Choice| {
+        ranking
+            .lines
+            .iter()
+            .position(|l| sampling(&l.choice) == sampling(choice))
     };
-    for name in &names {
-        let mut row = format!("  {name}");
+    lines.sort_by_key(|l| place(&l.choice));
+    let mean = |line: &Line, a: usize| whole(line, a).map(|c| c.mean);
+    for line in &lines {
+        let mut row = format!(
+            "  {}, {}",
+            sampling(&line.choice),
+            method(&line.choice, findings)
+        );
         for a in 0..findings.allowances.len() {
-            let best = cell(name, a);
-            let mark = match best {
-                Some(cell) if cell.place == Some(1) => '*',
-                _ => ' ',
+            let own = mean(line, a);
+            let least = lines.iter().filter_map(|l| mean(l, a)).reduce(f64::min);
+            let mark = if own.is_some() && own == least {
+                '*'
+            } else {
+                ' '
             };
-            row += &format!("\t{}{mark}", error(best.map(|c| c.mean)));
+            row += &format!("\t{}{mark}", error(own));
         }
         columns.row(&row);
     }
@@ -103,8 +99,8 @@ fn best_of_each(findings: &Findings, ranking: &Ranking, out: &mut String) {
     };
     let _ = writeln!(
         out,
-        "Geometric mean over {}{left_out} of the error of the best reconstruction; * best of its column. A budget \
-         is an upper limit: grids fill it unequally.",
+        "Geometric mean over {}{left_out} of the error of each sampling by the reconstruction that is best over all \
+         budgets; * best of its column. A budget is an upper limit: grids fill it unequally.",
         materials(scope.materials)
     );
 }
@@ -152,7 +148,7 @@ pub(super) fn is_challenger(findings: &Findings, choice: &Choice) -> bool {
 }
 
 /// A choice as the level of the factor: a parametrization with its warps.
-fn level(findings: &Findings, choice: &Choice) -> String {
+pub(super) fn level(findings: &Findings, choice: &Choice) -> String {
     match findings.factor {
         Factor::Parametrization => sampling(choice),
         Factor::Warp => format!("{} {}", choice.parametrization, choice.warp),
@@ -200,20 +196,42 @@ fn against_reference(findings: &Findings, duels: &Duels, best: &Choice, out: &mu
     let mut columns = columns(&text, &findings.allowances);
     for (mut row, cells) in named {
         for cell in cells {
-            let (ratio, mark) = match cell {
-                Some(cell) => (format!("{:.3}", cell.ratio), mark(cell.verdict())),
-                None => ("-".into(), ' '),
+            row += &match cell.map(|cell| (cell, cell.verdict())) {
+                Some((cell, Verdict::Undecided)) => {
+                    format!("\t(p {}) {:.3}?", p_text(cell.p), cell.ratio)
+                }
+                Some((cell, verdict)) => format!("\t{:.3}{}", cell.ratio, mark(verdict)),
+                None => "\t- ".into(),
             };
-            row += &format!("\t{ratio}{mark}");
         }
         columns.row(&row);
     }
     let _ = write!(out, "\n{columns}");
     let _ = writeln!(
         out,
-        "+ better, - worse, = no difference within the band, ? undecided (95 % interval and \
-         Wilcoxon test over materials)."
+        "+ better, - worse, = no difference within the band, ? undecided: {}.",
+        undecided(findings)
     );
+}
+
+/// What leaves a comparison undecided: the threshold of p, its test and its correction.
+pub(super) fn undecided(findings: &Findings) -> String {
+    format!(
+        "the 95 % interval holds 1, or p is not below {SIGNIFICANCE} (Wilcoxon's signed-rank test over \
+         materials, adjusted by Holm over the {})",
+        count(findings.allowances.len(), "budget")
+    )
+}
+
+/// A p-value.
+pub(super) fn p_text(p: Option<f64>) -> String {
+    match p {
+        None => "–".into(),
+        Some(p) if p < 1e-4 => "< 0.0001".into(),
+        Some(p) if p < 0.01 => format!("{p:.4}"),
+        Some(p) if p < 0.1 => format!("{p:.3}"),
+        Some(p) => format!("{p:.2}"),
+    }
 }
 
 fn mark(verdict: Verdict) -> char {

@@ -4,6 +4,7 @@ mod findings;
 #[cfg(feature = "pictures")]
 mod html;
 mod instruments;
+mod order;
 mod ranking;
 mod ranking_csv;
 mod results;

@@ -1,17 +1,19 @@
 //! Ratios with their intervals, one below the other.
 
-use super::canvas::{Align, Canvas, Lettering, fitted, text_width};
+use super::canvas::{Align, Canvas, Dashes, Lettering, all_fitted, fitted, text_width};
 use super::{FAINT, FRAME, GRID, LABEL, LEGEND, MARGIN, axis, palette};
 use crate::error::Error;
 use crate::report::svg::plot::{Axis, Forest, Scale};
 use axis::Ruler;
 
 const LINE: f64 = 17.0;
-const WIDTH: f64 = 420.0;
-/// Largest width of a name, pixels.
-const WIDEST: f64 = 360.0;
+/// Width of the axis: with the notes beside it narrow enough for a narrow screen.
+const WIDTH: f64 = 230.0;
+/// Largest width of a name above its lines, pixels.
+const WIDEST: f64 = 420.0;
 
-/// Draws groups of ratios on a logarithmic axis, with a line at 1 and the band of no difference.
+/// Draws groups of ratios on a logarithmic axis, each below its name, with a line at 1 and the band of
+/// no difference.
 ///
 /// # Errors
 /// [`Error::Internal`] if drawing fails, which it should not.
@@ -30,18 +32,19 @@ pub fn forest_svg(forest: &Forest) -> Result<String, Error> {
     let x = Ruler::new(&axis_of_ratios, values.into_iter(), WIDTH, true);
     let widest = |names: &mut dyn Iterator<Item = &String>| {
         let widths = names.map(|n| text_width(n, LEGEND));
-        widths.fold(0.0, f64::max).min(WIDEST)
+        widths.fold(0.0, f64::max)
     };
-    let group = widest(&mut forest.groups.iter().map(|g| &g.name));
+    let groups: Vec<&str> = forest.groups.iter().map(|g| g.name.as_str()).collect();
+    let groups = all_fitted(&groups, LEGEND, WIDEST);
     let line = widest(&mut lines().map(|l| &l.name));
     let note = widest(&mut lines().map(|l| &l.note));
-    let left = MARGIN + group.max(40.0) + 12.0 + line + 10.0;
-    let rows = lines().count() as f64 + 0.6 * forest.groups.len() as f64;
+    let left = MARGIN + line + 10.0;
+    let rows = lines().count() as f64 + 1.4 * groups.len() as f64;
     let bottom = MARGIN + rows * LINE;
-    let size = [
-        left + WIDTH + 12.0 + note + MARGIN,
-        bottom + 2.0 * axis::SIZE + 2.0 * LABEL + 8.0,
-    ];
+    let beside = left + WIDTH + 12.0 + note;
+    // Bold letters are wider.
+    let width = beside.max(MARGIN + 1.08 * widest(&mut groups.iter())) + MARGIN;
+    let size = [width, bottom + 2.0 * axis::SIZE + 2.0 * LABEL + 8.0];
     let place = |v: f64| x.place(v).map(|t| left + t.clamp(0.0, 1.0) * WIDTH);
     Canvas::draw(size, |canvas| {
         if let (Some(a), Some(b)) = (place(1.0 / forest.band), place(forest.band)) {
@@ -49,50 +52,62 @@ pub fn forest_svg(forest: &Forest) -> Result<String, Error> {
             canvas.area(&corners, GRID, 1.0);
         }
         let mut how = Lettering::new(axis::SIZE, Align::Middle);
-        for (t, label) in &x.labelled {
-            let at = left + t * WIDTH;
-            canvas.line(&[[at, MARGIN], [at, bottom]], GRID, 0.8);
-            canvas.line(&[[at, bottom], [at, bottom + 5.0]], FRAME, 0.9);
-            canvas.text([at, bottom + 6.0 + 0.6 * axis::SIZE], label, how);
+        let across = |at: f64| [[at, MARGIN], [at, bottom]];
+        for (t, _) in &x.labelled {
+            canvas.line(&across(left + t * WIDTH), GRID, 0.8);
         }
         for t in &x.minor {
             let at = left + t * WIDTH;
-            canvas.line(&[[at, bottom], [at, bottom + 3.0]], FRAME, 0.7);
+            canvas.line(&[[at, bottom], [at, bottom + 3.0]], FRAME, 0.8);
+        }
+        for (t, _) in &x.labelled {
+            let at = left + t * WIDTH;
+            canvas.line(&[[at, bottom], [at, bottom + 5.0]], FRAME, 0.8);
         }
         canvas.line(&[[left, bottom], [left + WIDTH, bottom]], FRAME, 0.8);
+        for (t, label) in &x.labelled {
+            let at = left + t * WIDTH;
+            canvas.text([at, bottom + 6.0 + 0.6 * axis::SIZE], label, how);
+        }
         if let Some(one) = place(1.0) {
-            canvas.line(&[[one, MARGIN], [one, bottom]], FRAME, 1.2);
+            canvas.line(&across(one), FRAME, 1.2);
         }
         how.size = LABEL;
-        let label = fitted(&forest.label, LABEL, WIDTH + left);
+        let label = fitted(&forest.label, LABEL, width - 2.0 * MARGIN);
         let below = bottom + 4.0 + 1.3 * axis::SIZE + LABEL;
-        canvas.text([left + 0.5 * WIDTH, below], &label, how);
-        let mut y = MARGIN + 0.5 * LINE;
-        for (g, of) in forest.groups.iter().enumerate() {
-            let ink = palette(g, forest.groups.len());
+        let half = 0.5 * text_width(&label, LABEL);
+        let middle = (left + 0.5 * WIDTH).clamp(half, (width - half).max(half));
+        canvas.text([middle, below], &label, how);
+        let mut y = MARGIN + 0.9 * LINE;
+        for (of, name) in forest.groups.iter().zip(&groups) {
+            let ink = palette(of.color, 0);
             let mut how = Lettering::new(LEGEND, Align::Start);
             how.bold = true;
-            canvas.text([MARGIN, y], &fitted(&of.name, LEGEND, group), how);
+            canvas.text([MARGIN, y], name, how);
+            y += LINE;
             for line in &of.lines {
                 how = Lettering::new(LEGEND, Align::End);
                 canvas.text([left - 10.0, y], &line.name, how);
-                let ends = line.interval.map(|i| i.map(place));
-                if let Some([Some(a), Some(b)]) = ends {
-                    canvas.line(&[[a, y], [b, y]], ink, 1.7);
-                    for end in [a, b] {
-                        canvas.line(&[[end, y - 3.0], [end, y + 3.0]], ink, 1.2);
+                let told = format!("{name}\n{} {}", line.name, line.note);
+                canvas.told(&told, |canvas| {
+                    let ends = line.interval.map(|i| i.map(place));
+                    if let Some([Some(a), Some(b)]) = ends {
+                        let dashes = of.mark.dashes().unwrap_or(Dashes::None);
+                        canvas.dashed(&[[a, y], [b, y]], ink, 1.7, dashes);
+                        for end in [a, b] {
+                            canvas.line(&[[end, y - 3.0], [end, y + 3.0]], ink, 1.2);
+                        }
                     }
-                }
-                if let Some(at) = place(line.ratio) {
-                    canvas.dot([at, y], 3.6, ink);
-                }
+                    if let Some(at) = place(line.ratio) {
+                        canvas.dot([at, y], 3.6, ink);
+                    }
+                });
                 how.align = Align::Start;
                 how.ink = FAINT;
-                let note = fitted(&line.note, LEGEND, WIDEST);
-                canvas.text([left + WIDTH + 12.0, y], &note, how);
+                canvas.text([left + WIDTH + 12.0, y], &line.note, how);
                 y += LINE;
             }
-            y += 0.6 * LINE;
+            y += 0.4 * LINE;
         }
         Ok(())
     })
@@ -101,7 +116,7 @@ pub fn forest_svg(forest: &Forest) -> Result<String, Error> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::report::svg::plot::{ForestGroup, ForestLine};
+    use crate::report::svg::plot::{ForestGroup, ForestLine, Mark};
 
     #[test]
     fn a_ratio_lies_where_its_axis_says() {
@@ -116,6 +131,8 @@ mod tests {
             band: 1.01,
             groups: vec![ForestGroup {
                 name: "one".into(),
+                color: 0,
+                mark: Mark::Line,
                 lines: vec![
                     line(0.1, None),
                     line(1.0, Some([0.5, 2.0])),

@@ -79,8 +79,12 @@ pub struct Forest {
 /// Ratios that belong together.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ForestGroup {
-    /// Name, to the left of its first line.
+    /// Name, above its first line.
     pub name: String,
+    /// Place in the colour cycle.
+    pub color: usize,
+    /// Kind of the lines of its intervals.
+    pub mark: Mark,
     /// Its parts, from top to bottom.
     pub lines: Vec<ForestLine>,
 }

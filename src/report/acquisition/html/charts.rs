@@ -1,15 +1,18 @@
 //! The diagrams of a report.
 
-use super::super::findings::{Against, materials, method, sampling};
+use super::super::findings::{Against, level, materials, method};
+use super::super::order::{best_of_each, sampling, sorted, whole};
 use super::figure::chart;
 use super::materials::Material;
-use super::verdict::number;
-use super::{scope_title, sorted};
+use super::scope_title;
+use super::words::{number, said};
 use crate::error::Error;
-use crate::experiment::{Cell, Choice, Findings, Line, Metric, Ranking};
-use crate::report::svg::plot::{Axis, Forest, ForestGroup, ForestLine, Mark, Panel, Scale, Series};
+use crate::experiment::{Cell, Choice, Factor, Findings, Line, Metric, Ranking};
+use crate::report::svg::plot::{
+    Axis, Forest, ForestGroup, ForestLine, Mark, Panel, Scale, Series, color_of,
+};
 use crate::report::svg::{forest_svg, labelled, svg};
-use crate::statistics::BAND;
+use crate::statistics::{BAND, Paired};
 use maud::{Markup, html};
 
 /// The most lines of a diagram.
@@ -48,42 +51,118 @@ const COSTS: [Cost; 3] = [
     },
 ];
 
+/// The comparison of the verdict: the error of challenger and reference against readings, as they are
+/// and warped, with the interval of their ratio. `None` of fewer than two budgets.
+pub(super) fn decisive(
+    findings: &Findings,
+    ranking: &Ranking,
+    [challenger, reference]: [&Choice; 2],
+    ratios: &[Option<Paired>],
+    looks: &Looks,
+) -> Result<Option<Markup>, Error> {
+    let lines = sorted(ranking);
+    let own = |choice: &Choice| lines.iter().copied().find(|l| l.choice == *choice);
+    // Unwarped, or the best warped, and else alike.
+    let other = |choice: &Choice| {
+        let with_its_warp = |c: &Choice| Choice {
+            warp: choice.warp.clone(),
+            ..c.clone()
+        };
+        lines.iter().copied().find(|l| {
+            let plain = [&l.choice, choice].map(|c| c.warp == "none");
+            plain[0] != plain[1] && with_its_warp(&l.choice) == *choice
+        })
+    };
+    let mut series: Vec<Series> = Vec::new();
+    for choice in [reference, challenger] {
+        for line in [own(choice), other(choice)].into_iter().flatten() {
+            let mut new = looks.series(&line.choice, course(line, COSTS[0].of));
+            if findings.factor != Factor::Parametrization {
+                new.name = level(findings, &line.choice);
+            }
+            // Of a factor but the parametrization all are of one colour.
+            let taken = |s: &Series| (s.color, s.mark) == (new.color, new.mark);
+            if series.iter().any(taken) {
+                new.mark = Mark::DashDotted;
+            }
+            series.push(new);
+        }
+    }
+    if series.iter().all(|s| s.points.len() < 2) {
+        return Ok(None);
+    }
+    let mut ends = [Vec::new(), Vec::new()];
+    if let Some(line) = own(challenger) {
+        for (a, ratio) in ratios.iter().enumerate() {
+            let (Some(cell), Some(ratio)) = (whole(line, a), ratio) else {
+                continue;
+            };
+            for (side, end) in ends.iter_mut().zip(ratio.interval.into_iter().flatten()) {
+                side.push((cell.readings, Some(cell.mean * end / ratio.ratio)));
+            }
+        }
+    }
+    let [low, high] = ends;
+    let tinted = low.len() > 1;
+    let area = Series {
+        color: color_of(&challenger.parametrization),
+        mark: Mark::Area,
+        points: low.into_iter().chain(high.into_iter().rev()).collect(),
+        ..Series::default()
+    };
+    series.splice(0..0, tinted.then_some(area));
+    let scope = &ranking.scope;
+    let panel = Panel {
+        title: format!("{} against readings", scope.metric.name()),
+        x: log(COSTS[0].label),
+        y: log(scope.metric.name()),
+        series,
+    };
+    let [x, y] = [challenger, reference].map(|c| level(findings, c));
+    let mut caption = format!(
+        "Geometric mean over {}, {} pairs; all by {}.",
+        materials(scope.materials),
+        scope.measure,
+        method(challenger, findings)
+    );
+    if tinted {
+        caption += &format!(
+            " Tinted: the 95 % interval of the ratio of {x} to {y}, about the line of the first."
+        );
+    }
+    let label = format!("{}: {x} and {y} against readings", scope_title(scope));
+    Ok(Some(chart(&labelled(&panel)?, &label, &caption)))
+}
+
 /// Error against what it costs, of all truths together.
-pub(super) fn curves(findings: &Findings) -> Result<Option<Markup>, Error> {
+pub(super) fn curves(findings: &Findings, looks: &Looks) -> Result<Option<Markup>, Error> {
     let mut parts = Vec::new();
     for cost in &COSTS {
         let mut charts = Vec::new();
         let all = findings.rankings.iter();
         for ranking in all.filter(|r| r.scope.truth.is_none()) {
-            let panel = panel(ranking, cost);
+            let panel = panel(ranking, cost, looks);
             let points = panel.series.iter().map(|s| s.points.len()).max();
             // One point is no curve.
             if points.is_some_and(|n| n > 1) {
                 let label = format!("{} {}", scope_title(&ranking.scope), cost.title);
-                charts.push(chart(&labelled(&panel)?, &label, ""));
+                let by = best_of_each(ranking).into_iter().take(LINES).map(|line| {
+                    let name = looks.series(&line.choice, Vec::new()).name;
+                    [name, method(&line.choice, findings)]
+                });
+                charts.push(chart(&labelled(&panel)?, &label, &named_by(by)));
             }
         }
         if !charts.is_empty() {
             parts.push((cost.title, charts));
         }
     }
-    let first = findings
-        .rankings
-        .iter()
-        .find(|r| r.scope.metric == Metric::Nrmse);
     Ok((!parts.is_empty()).then(|| {
         html! {
             p {
-                "The best reconstruction of each sampling, joined from the smallest budget to the "
-                "largest. Dashed: without a warp where there is one with it too."
-                @if let Some(ranking) = first {
-                    " By " (ranking.scope.metric.name()) ", " (ranking.scope.measure) " pairs: "
-                    @for (i, line) in best_of_each(ranking).iter().take(LINES).enumerate() {
-                        @if i > 0 { "; " }
-                        (sampling(&line.choice)) " with " (method(&line.choice, findings))
-                    }
-                    "."
-                }
+                "Of each sampling the one reconstruction that is best over all budgets, which stands below; "
+                "its points go from the smallest budget to the largest. A colour is a parametrization, in all "
+                "diagrams. Dashed: without a warp where there is one with it too."
             }
             @for (title, charts) in &parts {
                 h3 { "Error " (title) }
@@ -93,30 +172,56 @@ pub(super) fn curves(findings: &Findings) -> Result<Option<Markup>, Error> {
     }))
 }
 
+/// Lines and their reconstructions, as a caption: lines with the same one together.
+fn named_by(lines: impl Iterator<Item = [String; 2]>) -> String {
+    let mut groups: Vec<(String, Vec<String>)> = Vec::new();
+    for [name, method] in lines {
+        match groups.iter_mut().find(|g| g.0 == method) {
+            Some(group) => group.1.push(name),
+            None => groups.push((method, vec![name])),
+        }
+    }
+    if let [(by, _)] = &groups[..] {
+        return format!("All by {by}.");
+    }
+    let groups = groups.into_iter();
+    let texts: Vec<String> = groups
+        .map(|(by, names)| format!("{}: by {by}", names.join(" · ")))
+        .collect();
+    texts.join("; ") + "."
+}
+
 /// The curves of `nrmse` as an SVG file: a row per cost, a column per measure.
 pub fn sheet(findings: &Findings) -> Result<String, Error> {
+    let looks = Looks::new(findings);
     let of_all = |r: &&Ranking| r.scope.truth.is_none() && r.scope.metric == Metric::Nrmse;
     let rankings: Vec<&Ranking> = findings.rankings.iter().filter(of_all).collect();
     let mut panels = Vec::new();
     for cost in &COSTS {
-        let row: Vec<Panel> = rankings.iter().map(|r| panel(r, cost)).collect();
+        let panel = |r: &&Ranking| {
+            let mut panel = panel(r, cost, &looks);
+            let named = best_of_each(r);
+            for series in &mut panel.series {
+                let own = |l: &&&Line| looks.series(&l.choice, Vec::new()).name == series.name;
+                if let Some(line) = named.iter().find(own) {
+                    series.name += &format!(", by {}", method(&line.choice, findings));
+                }
+            }
+            panel
+        };
+        let row: Vec<Panel> = rankings.iter().map(panel).collect();
         if row.iter().any(|p| !p.series.is_empty()) {
             panels.extend(row);
         }
     }
     let of = materials(rankings.first().map_or(0, |r| r.scope.materials));
-    let title = format!("Error of the best reconstruction of each sampling, {of}");
+    let title = format!("Error of each sampling by its best reconstruction, {of}");
     svg(&title, &panels, rankings.len().max(1))
 }
 
-fn panel(ranking: &Ranking, cost: &Cost) -> Panel {
-    let lines = best_of_each(ranking);
-    let looks = Looks::new(ranking.lines.iter().map(|l| &l.choice));
-    let series = lines.into_iter().take(LINES).map(|line| {
-        let cells = line.cells.iter().flatten();
-        let points = cells.filter_map(|c| Some(((cost.of)(c)?, Some(c.mean))));
-        looks.series(&line.choice, points.collect())
-    });
+fn panel(ranking: &Ranking, cost: &Cost, looks: &Looks) -> Panel {
+    let lines = best_of_each(ranking).into_iter().take(LINES);
+    let series = lines.map(|line| looks.series(&line.choice, course(line, cost.of)));
     let scope = &ranking.scope;
     Panel {
         title: format!("{}, {} pairs", scope.metric.name(), scope.measure),
@@ -126,77 +231,60 @@ fn panel(ranking: &Ranking, cost: &Cost) -> Panel {
     }
 }
 
-/// The best choice of each sampling, the best first. Choices with an error at every allowance come
-/// before the others: a curve needs several points.
-fn best_of_each(ranking: &Ranking) -> Vec<&Line> {
-    let count = |line: &Line| line.cells.iter().flatten().count();
-    let lines = sorted(ranking);
-    let most = lines.iter().map(|l| count(l)).max();
-    let (whole, part): (Vec<&Line>, Vec<&Line>) =
-        lines.into_iter().partition(|l| Some(count(l)) == most);
-    let mut best: Vec<&Line> = Vec::new();
-    for line in whole.into_iter().chain(part) {
-        let own = sampling(&line.choice);
-        if !best.iter().any(|b| sampling(&b.choice) == own) {
-            best.push(line);
-        }
-    }
-    best
+/// Points of a line at a cost, where it has errors of all materials: means over fewer are others.
+fn course(line: &Line, cost: fn(&Cell) -> Option<f64>) -> Vec<(f64, Option<f64>)> {
+    let cells = (0..line.cells.len()).filter_map(|a| whole(line, a));
+    cells
+        .filter_map(|c| Some((cost(c)?, Some(c.mean))))
+        .collect()
 }
 
-/// Colours and strokes of curves: a colour per parametrization; dashes without a warp.
-struct Looks {
-    parametrizations: Vec<String>,
-    /// Samplings, each once.
+/// Colours and strokes of curves: a colour per parametrization, a stroke per warp; the same in every
+/// diagram of a report.
+pub(super) struct Looks {
+    /// Parametrizations and their warps, each once.
     samplings: Vec<(String, String)>,
 }
 
 impl Looks {
-    fn new<'a>(choices: impl Iterator<Item = &'a Choice>) -> Self {
-        let mut looks = Self {
-            parametrizations: Vec::new(),
-            samplings: Vec::new(),
-        };
-        for choice in choices {
-            if !looks.parametrizations.contains(&choice.parametrization) {
-                looks.parametrizations.push(choice.parametrization.clone());
-            }
-            let sampling = (choice.parametrization.clone(), choice.warp.clone());
-            if !looks.samplings.contains(&sampling) {
-                looks.samplings.push(sampling);
+    pub(super) fn new(findings: &Findings) -> Self {
+        let mut samplings = Vec::new();
+        for line in findings.rankings.iter().flat_map(|r| &r.lines) {
+            let sampling = (
+                line.choice.parametrization.clone(),
+                line.choice.warp.clone(),
+            );
+            if !samplings.contains(&sampling) {
+                samplings.push(sampling);
             }
         }
-        looks
+        Self { samplings }
     }
 
+    /// Name, colour and stroke of a choice's sampling.
     fn series(&self, choice: &Choice, points: Vec<(f64, Option<f64>)>) -> Series {
-        let own = |p: &String| *p == choice.parametrization;
-        let siblings = self.samplings.iter().filter(|s| own(&s.0)).count();
-        let (name, mark) = match (choice.warp.as_str(), siblings) {
-            ("none", 1) => (choice.parametrization.clone(), Mark::Line),
-            ("none", _) => (choice.parametrization.clone(), Mark::Dashed),
-            (_, 1 | 2) => (format!("{}, warped", choice.parametrization), Mark::Line),
-            _ => (sampling(choice), Mark::Line),
+        let own = |s: &&(String, String)| s.0 == choice.parametrization;
+        let siblings: Vec<&(String, String)> = self.samplings.iter().filter(own).collect();
+        let warps = siblings.iter().filter(|s| s.1 != "none");
+        let place = warps.clone().position(|s| s.1 == choice.warp);
+        let name = match (choice.warp.as_str(), warps.count()) {
+            ("none", _) => choice.parametrization.clone(),
+            (_, 1) => format!("{}, warped", choice.parametrization),
+            _ => sampling(choice),
         };
-        let color = self.parametrizations.iter().position(own);
+        let mark = match (choice.warp.as_str(), place) {
+            ("none", _) if siblings.len() > 1 => Mark::Dashed,
+            ("none", _) => Mark::Line,
+            (_, place) => {
+                [Mark::Line, Mark::Dotted, Mark::DashDotted][place.unwrap_or_default() % 3]
+            }
+        };
         Series {
             name,
-            color: self.further(choice).or(color).unwrap_or_default(),
+            color: color_of(&choice.parametrization),
             mark,
             points,
         }
-    }
-
-    /// The colour of a second warp and of later ones, which would look like the first.
-    fn further(&self, choice: &Choice) -> Option<usize> {
-        let mut later: Vec<&(String, String)> = Vec::new();
-        for p in &self.parametrizations {
-            let warped = self.samplings.iter().filter(|s| s.0 == *p && s.1 != "none");
-            later.extend(warped.skip(1));
-        }
-        let is = |s: &&(String, String)| s.0 == choice.parametrization && s.1 == choice.warp;
-        let place = later.iter().position(is)?;
-        Some(self.parametrizations.len() + place)
     }
 }
 
@@ -204,12 +292,16 @@ impl Looks {
 pub(super) fn forest(
     rows: &[Against],
     findings: &Findings,
+    looks: &Looks,
     label: &str,
     title: &str,
 ) -> Result<Option<Markup>, Error> {
     let cells = || rows.iter().flat_map(|r| r.cells.iter().flatten());
+    let look = |choice: &Choice| looks.series(choice, Vec::new());
     let groups = rows.iter().map(|row| ForestGroup {
         name: row.name.clone(),
+        color: look(&row.choice).color,
+        mark: look(&row.choice).mark,
         lines: (row.cells.iter().zip(&findings.allowances))
             .filter_map(|(cell, at)| {
                 let cell = cell.as_ref()?;
@@ -217,7 +309,7 @@ pub(super) fn forest(
                     name: at.clone(),
                     ratio: cell.ratio,
                     interval: cell.interval,
-                    note: format!("{}  {}", number(cell.ratio), cell.verdict()),
+                    note: format!("{}  {}", number(cell.ratio), said(cell)),
                 })
             })
             .collect(),
@@ -232,15 +324,16 @@ pub(super) fn forest(
 }
 
 /// The curves of a material, one diagram per measure.
-pub(super) fn of_material(material: &Material) -> Result<Option<Markup>, Error> {
-    let choices = material.measures.iter().flat_map(|m| &m.lines);
-    let looks = Looks::new(choices.map(|l| &l.choice));
+pub(super) fn of_material(material: &Material, looks: &Looks) -> Result<Option<Markup>, Error> {
     let mut charts = Vec::new();
     for measure in &material.measures {
+        let mut by = Vec::new();
         let series = measure.lines.iter().take(LINES).map(|line| {
-            let found = line.best.iter().flatten();
-            let points = found.map(|b| (b.readings, Some(b.error)));
-            looks.series(&line.choice, points.collect())
+            let points = line.course.iter().map(|b| (b.readings, Some(b.error)));
+            let series = looks.series(&line.choice, points.collect());
+            let method = line.course.first().map(|b| b.method.clone());
+            by.extend(method.map(|method| [series.name.clone(), method]));
+            series
         });
         let panel = Panel {
             title: format!("nrmse, {} pairs", measure.name),
@@ -253,7 +346,8 @@ pub(super) fn of_material(material: &Material) -> Result<Option<Markup>, Error> 
                 "{}: nrmse against readings, {}",
                 material.name, measure.name
             );
-            charts.push(chart(&labelled(&panel)?, &label, ""));
+            let caption = named_by(by.into_iter());
+            charts.push(chart(&labelled(&panel)?, &label, &caption));
         }
     }
     Ok((!charts.is_empty()).then(|| html! { div.panels { @for c in &charts { (c) } } }))

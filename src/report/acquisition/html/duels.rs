@@ -1,15 +1,15 @@
 //! Samplings against the reference, all else equal.
 
-use super::super::findings::{Against, method, ratios, reference};
-use super::charts;
-use super::verdict::number;
-use super::{p_text, scope_title};
+use super::super::findings::{Against, method, p_text, ratios, reference, undecided};
+use super::charts::{self, Looks};
+use super::scope_title;
+use super::words::{number, said};
 use crate::error::Error;
 use crate::experiment::{Cell, Choice, Findings, Ranking};
 use maud::{Markup, html};
 
 /// Forest plots and tables of every scope.
-pub(super) fn section(findings: &Findings) -> Result<Markup, Error> {
+pub(super) fn section(findings: &Findings, looks: &Looks) -> Result<Markup, Error> {
     let all = findings.duels.iter().zip(&findings.rankings);
     let mut parts = Vec::new();
     for (duels, ranking) in all {
@@ -23,7 +23,7 @@ pub(super) fn section(findings: &Findings) -> Result<Markup, Error> {
         let by = method(&best, findings);
         let title = format!("{}; by {by}", scope_title(&duels.scope));
         let label = format!("error / that of {reference}");
-        let chart = charts::forest(&rows, findings, &label, &title)?;
+        let chart = charts::forest(&rows, findings, looks, &label, &title)?;
         parts.push(html! {
             details.page open[parts.is_empty()] {
                 summary { (title) }
@@ -39,7 +39,7 @@ pub(super) fn section(findings: &Findings) -> Result<Markup, Error> {
             "against the one at its place in the reference's list; of lists that differ in length the "
             "end of the shorter also stands against the rest of the longer. Behind a stroke: the warp of "
             "the reference, where it is another. Left of 1 is better; the band about 1 counts as no "
-            "difference. p is adjusted over the budgets (Holm)."
+            "difference. Undecided: " (undecided(findings)) "."
         }
         @if parts.is_empty() { p { "There is only one parametrization." } }
         @for part in &parts { (part) }
@@ -49,7 +49,7 @@ pub(super) fn section(findings: &Findings) -> Result<Markup, Error> {
 fn table(findings: &Findings, rows: &[Against], reference: &str) -> Markup {
     html! {
         div.wide {
-            table.duels {
+            table.duels.sorts {
                 thead {
                     tr {
                         th scope="col" { "sampled in" }
@@ -68,19 +68,19 @@ fn table(findings: &Findings, rows: &[Against], reference: &str) -> Markup {
                         @for (i, (cell, at)) in row.cells.iter().zip(&findings.allowances)
                             .filter_map(|(c, at)| Some((c.as_ref()?, at))).enumerate() {
                             tr {
-                                th scope="row" { @if i == 0 { (row.name) } }
+                                th scope="row" { @if i == 0 { (row.name) } @else { span { (row.name) } } }
                                 td { (at) }
-                                td.number { (number(cell.ratio)) }
-                                td.number {
+                                td { (number(cell.ratio)) }
+                                td {
                                     @if let Some([low, high]) = cell.interval {
                                         (number(low)) " – " (number(high))
                                     }
                                 }
-                                td.number { (p_text(cell.p)) }
-                                td.number { (cell.wins) }
-                                td.number { (cell.losses) }
-                                td.number { (cell.ties) }
-                                td { (cell.verdict()) }
+                                td { (p_text(cell.p)) }
+                                td { (cell.wins) }
+                                td { (cell.losses) }
+                                td { (cell.ties) }
+                                td { (said(cell)) }
                             }
                         }
                     }

@@ -1,24 +1,28 @@
 //! Figures inside the page.
 
+use super::shrink::shrunk;
 use super::{Media, Picture};
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
-use maud::{Markup, PreEscaped, html};
+use maud::{Markup, PreEscaped, Render, html};
 
-/// Figures side by side, on white also on a dark page: the meaning of their colours must not
-/// change.
+/// What a PNG inside a page begins with.
+const PNG: &str = "data:image/png;base64,";
+
+/// Figures side by side. Their letters take the colour of the page; what is a picture in them keeps its
+/// own, as it has a meaning.
 pub(super) fn figures(pictures: &[Picture]) -> Markup {
     html! {
         div.panels {
             @for picture in pictures {
-                figure.paper {
+                figure.plate {
                     @match &picture.media {
-                        Media::Svg(text) => {
-                            div role="img" aria-label=(picture.alt) { (PreEscaped(inline(text))) }
-                        }
+                        Media::Svg(text) => { div.wide { (inline(text, &picture.alt)) } }
                         Media::Png(bytes) => {
+                            @let small = shrunk(bytes);
+                            @let file = small.as_deref().unwrap_or(bytes);
                             img alt=(picture.alt)
-                                src={ "data:image/png;base64," (STANDARD.encode(bytes)) };
+                                src={ (PNG) (STANDARD.encode(file)) };
                         }
                     }
                     figcaption { (picture.caption) }
@@ -32,13 +36,30 @@ pub(super) fn figures(pictures: &[Picture]) -> Markup {
 pub(super) fn chart(svg: &str, label: &str, caption: &str) -> Markup {
     html! {
         figure.chart {
-            div role="img" aria-label=(label) { (PreEscaped(inline(svg))) }
+            (inline(svg, label))
             @if !caption.is_empty() { figcaption { (caption) } }
         }
     }
 }
 
-/// An SVG file as part of a page: without the head of a file.
-fn inline(svg: &str) -> &str {
-    svg.find("<svg").map_or("", |start| &svg[start..])
+/// An SVG file as part of a page: without the head of a file, with a text for those who cannot see it,
+/// and with the pictures in it in fewer bytes.
+fn inline(svg: &str, label: &str) -> Markup {
+    let Some((_, rest)) = svg.split_once("<svg") else {
+        return Markup::default();
+    };
+    let label = label.render().into_string();
+    let mut out = format!("<svg role=\"img\" aria-label=\"{label}\"");
+    for (i, part) in rest.split(PNG).enumerate() {
+        if i == 0 {
+            out += part;
+            continue;
+        }
+        let (file, after) = part.split_at(part.find('"').unwrap_or(part.len()));
+        let small = STANDARD.decode(file).ok().and_then(|png| shrunk(&png));
+        out += PNG;
+        out += &small.map_or_else(|| file.to_owned(), |png| STANDARD.encode(png));
+        out += after;
+    }
+    PreEscaped(out)
 }

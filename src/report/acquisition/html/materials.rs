@@ -1,11 +1,11 @@
 //! The section of each material: the error of each sampling on it.
 
-use super::super::findings::sampling;
+use super::super::order::sampling;
 use super::figure::figures;
 use super::{MaterialPictures, sampling_name};
 use crate::experiment::{Choice, OWN, Row};
 use crate::report::acquisition::table::error;
-use crate::statistics::geometric_mean;
+use crate::statistics::{EXACT, geometric_mean};
 use maud::{Markup, html};
 use std::collections::HashMap;
 
@@ -30,6 +30,8 @@ pub(super) struct Line {
     /// The sampling; reconstruction and coordinates are those of its first row.
     pub choice: Choice,
     pub best: Vec<Option<Best>>,
+    /// The one reconstruction that is best over all allowances, where it has errors.
+    pub course: Vec<Best>,
 }
 
 /// The best reconstruction: its name and coordinates, `nrmse` and readings, means over seeds.
@@ -101,28 +103,49 @@ pub(super) fn tables(rows: &[&Row], allowances: &[String]) -> Vec<Material> {
                 .push((nrmse, row.readings as f64));
         }
     }
-    let best = |at: [usize; 4]| {
+    let found = |m: usize, at: [usize; 4]| {
         let [material, measure, s, a] = at;
-        let found = (0..methods.len()).filter_map(|m| {
-            let of_seeds = cells.get(&[material, measure, s, a, m])?;
-            let (errors, readings): (Vec<f64>, Vec<f64>) = of_seeds.iter().copied().unzip();
-            let [name, coordinates, ..] = methods[m];
-            Some(Best {
-                method: match coordinates {
-                    OWN => name.into(),
-                    c => format!("{name} in {c}"),
-                },
-                error: geometric_mean(&errors)?,
-                readings: geometric_mean(&readings)?,
-            })
-        });
-        found.min_by(|x, y| x.error.total_cmp(&y.error))
+        let of_seeds = cells.get(&[material, measure, s, a, m])?;
+        let (errors, readings): (Vec<f64>, Vec<f64>) = of_seeds.iter().copied().unzip();
+        let [name, coordinates, ..] = methods[m];
+        Some(Best {
+            method: match coordinates {
+                OWN => name.into(),
+                c => format!("{name} in {c}"),
+            },
+            error: geometric_mean(&errors)?,
+            readings: geometric_mean(&readings)?,
+        })
+    };
+    let best = |at: [usize; 4]| {
+        let all = (0..methods.len()).filter_map(|m| found(m, at));
+        all.min_by(|x, y| x.error.total_cmp(&y.error))
+    };
+    let course = |material, measure, s| {
+        let of = |m| -> Vec<Best> {
+            let all = 0..allowances.len();
+            all.filter_map(|a| found(m, [material, measure, s, a]))
+                .collect()
+        };
+        let mean = |course: &[Best]| {
+            let logs = course.iter().map(|b| b.error.max(EXACT).ln());
+            logs.sum::<f64>() / course.len().max(1) as f64
+        };
+        let better = |x: &Vec<Best>, y: &Vec<Best>| {
+            let fewer = y.len().cmp(&x.len());
+            fewer.then(mean(x).total_cmp(&mean(y)))
+        };
+        (0..methods.len())
+            .map(of)
+            .min_by(better)
+            .unwrap_or_default()
     };
     let line = |material, measure, s: usize| Line {
         choice: samplings[s].clone(),
         best: (0..allowances.len())
             .map(|a| best([material, measure, s, a]))
             .collect(),
+        course: course(material, measure, s),
     };
     (0..truths.len())
         .map(|material| Material {
@@ -171,7 +194,7 @@ fn table(measure: &Measure, allowances: &[String]) -> Markup {
     let least = |a: usize| column(a).map(|b| b.error).fold(f64::INFINITY, f64::min);
     html! {
         div.wide {
-            table.methods {
+            table.methods.sorts {
                 caption { "nrmse, " (measure.name) " pairs" }
                 thead {
                     tr {
@@ -185,14 +208,14 @@ fn table(measure: &Measure, allowances: &[String]) -> Markup {
                             th scope="row" title=(sampling(&line.choice)) { (sampling_name(&line.choice)) }
                             @for (a, best) in line.best.iter().enumerate() {
                                 @if let Some(best) = best {
-                                    td.number.best[best.error <= least(a)]
+                                    td.best[best.error <= least(a)]
                                         title={ (format!("{:.0}", best.readings)) " readings" } {
                                         b { (error(Some(best.error))) }
                                         @if best.error <= least(a) { " ★" }
                                         small { (best.method) }
                                     }
                                 } @else {
-                                    td.number { "–" }
+                                    td { "–" }
                                 }
                             }
                         }

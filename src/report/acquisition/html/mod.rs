@@ -1,7 +1,8 @@
 //! `report.html`: the findings of a study, in one file that needs no other.
 //!
-//! No script, no font, no request: its own policy forbids them. Every text goes through the escaping
-//! of the templates; names of materials are file names, and may hold anything.
+//! No font, no request, and no script but one, which is constant and sorts tables: its own policy
+//! forbids them. Every text goes through the escaping of the templates; names of materials are file
+//! names, and may hold anything.
 
 mod charts;
 mod duels;
@@ -9,24 +10,31 @@ mod figure;
 mod made_by;
 mod materials;
 mod ranking;
+mod shrink;
 #[cfg(test)]
 mod tests;
 mod verdict;
+mod words;
 
 pub use charts::sheet as study_curves;
 
 use super::findings::{materials as so_many, named_shares};
 use crate::error::Error;
-use crate::experiment::{Cell, Choice, Explained, Findings, Line, Plan, Ranking, Row, Scope};
-use crate::statistics::EXACT;
+use crate::experiment::{Choice, Explained, Findings, Plan, Row, Scope};
+use charts::Looks;
 use figure::figures;
 use maud::{DOCTYPE, Markup, PreEscaped, html as page};
 use rayon::iter::{IndexedParallelIterator, IntoParallelRefIterator, ParallelIterator};
 
 const STYLE: &str = include_str!("style.css");
 
-/// Content security policy of a report: nothing is loaded or run.
-const POLICY: &str = "default-src 'none'; style-src 'unsafe-inline'; img-src data:";
+/// Sorts tables. It holds no data, and the page is whole without it.
+const SCRIPT: &str = include_str!("script.js");
+
+/// Content security policy of a report: nothing is loaded, and nothing is run but [`SCRIPT`], which is
+/// named by its SHA-256.
+const POLICY: &str = "default-src 'none'; style-src 'unsafe-inline'; img-src data:; \
+                      script-src 'sha256-7iCK9o6X7/JTYUZwfG7PSVs62XHF9h8qADAVz8jHsNk='";
 
 /// A drawing or an image.
 #[derive(Clone, Debug, PartialEq)]
@@ -75,12 +83,13 @@ pub fn html(
     let duels_title = format!("{} against {factor}", capital(&factor));
     let question = plan.question.as_deref().unwrap_or_default().trim();
     let materials = materials::tables(rows, &findings.allowances);
+    let looks = Looks::new(findings);
     let sections: Result<Vec<Markup>, Error> = materials
         .par_iter()
         .enumerate()
         .map(|(i, m)| {
             let own = pictures.iter().find(|p| p.material == m.name);
-            let curves = charts::of_material(m)?;
+            let curves = charts::of_material(m, &looks)?;
             Ok(materials::section(i, m, &findings.allowances, own, curves))
         })
         .collect();
@@ -108,7 +117,7 @@ pub fn html(
                 main {
                     section id="verdict" {
                         h2 { "Verdict" }
-                        (verdict::section(findings))
+                        (verdict::section(findings, &looks)?)
                     }
                     section id="ranking" {
                         h2 { "Ranking" }
@@ -117,9 +126,9 @@ pub fn html(
                     }
                     section id="duels" {
                         h2 { (duels_title) }
-                        (duels::section(findings)?)
+                        (duels::section(findings, &looks)?)
                     }
-                    @if let Some(curves) = charts::curves(findings)? {
+                    @if let Some(curves) = charts::curves(findings, &looks)? {
                         section id="curves" {
                             h2 { "What an error costs" }
                             (curves)
@@ -138,8 +147,9 @@ pub fn html(
                     section id="materials" {
                         h2 { "Materials" }
                         p {
-                            "The best reconstruction of each sampling; a "
-                            b { "★" } " marks the least error of its column."
+                            "Curves: of each sampling the one reconstruction that is best on the material over all "
+                            "budgets, named below. Tables: the best reconstruction of each sampling at each budget, "
+                            "named in the cell; a " b { "★" } " marks the least error of its column."
                         }
                     }
                     @for section in sections? { (section) }
@@ -148,6 +158,7 @@ pub fn html(
                         (made_by::section(manifest, &plan.resolved))
                     }
                 }
+                script { (PreEscaped(SCRIPT)) }
             }
         }
     };
@@ -162,32 +173,35 @@ fn contents(
 ) -> Markup {
     page! {
         nav aria-label="Contents" {
-            ol {
-                li { a href="#verdict" { "Verdict" } }
-                li {
-                    a href="#ranking" { "Ranking" }
-                    @if findings.rankings.len() > 1 {
-                        ul {
-                            @for (i, ranking) in findings.rankings.iter().enumerate() {
-                                li { a href={ "#ranking-" (i) } { (scope_title(&ranking.scope)) } }
+            details {
+                summary { "Contents" }
+                ol {
+                    li { a href="#verdict" { "Verdict" } }
+                    li {
+                        a href="#ranking" { "Ranking" }
+                        @if findings.rankings.len() > 1 {
+                            ul {
+                                @for (i, ranking) in findings.rankings.iter().enumerate() {
+                                    li { a href={ "#ranking-" (i) } { (scope_title(&ranking.scope)) } }
+                                }
                             }
                         }
                     }
-                }
-                li { a href="#duels" { (duels_title) } }
-                li { a href="#curves" { "What an error costs" } }
-                li { a href="#variance" { "Which choice matters how much" } }
-                @if !general.is_empty() { li { a href="#figures" { "Coordinates" } } }
-                li {
-                    a href="#materials" { "Materials" } " "
-                    span.many {
-                        @for (i, m) in materials.iter().enumerate() {
-                            @if i > 0 { " · " }
-                            a href={ "#material-" (i) } { (m.name) }
+                    li { a href="#duels" { (duels_title) } }
+                    li { a href="#curves" { "What an error costs" } }
+                    li { a href="#variance" { "Which choice matters how much" } }
+                    @if !general.is_empty() { li { a href="#figures" { "Coordinates" } } }
+                    li {
+                        a href="#materials" { "Materials" } " "
+                        span.many {
+                            @for (i, m) in materials.iter().enumerate() {
+                                @if i > 0 { " · " }
+                                a href={ "#material-" (i) } { (m.name) }
+                            }
                         }
                     }
+                    li { a href="#manifest" { "How it was made" } }
                 }
-                li { a href="#manifest" { "How it was made" } }
             }
         }
     }
@@ -246,46 +260,6 @@ fn bars(explained: &Explained) -> Markup {
     }
 }
 
-/// The cell of a line at allowance `a`, if it has errors of all materials.
-fn whole(line: &Line, a: usize) -> Option<&Cell> {
-    line.cells[a].as_ref().filter(|c| c.place.is_some())
-}
-
-/// Positions of the allowances that lines are ranked over: those that every line has, or else those
-/// that most lines have. Over others a line would gain by the hard allowances it lacks.
-fn common(ranking: &Ranking) -> Vec<usize> {
-    let allowances = ranking.lines.iter().map(|l| l.cells.len()).max();
-    let count = |a: usize| ranking.lines.iter().filter(move |l| whole(l, a).is_some());
-    let counts: Vec<usize> = (0..allowances.unwrap_or(0))
-        .map(|a| count(a).count())
-        .collect();
-    let most = counts.iter().copied().max();
-    let all = (0..counts.len()).filter(|a| Some(counts[*a]) == most);
-    all.collect()
-}
-
-/// Mean log ratio of a choice's errors to the best ones, over some allowances. Infinite where it
-/// lacks one.
-fn distance(ranking: &Ranking, line: &Line, allowances: &[usize]) -> f64 {
-    let ratio = |&a: &usize| {
-        let means = ranking.lines.iter().filter_map(|l| Some(whole(l, a)?.mean));
-        let best = means.fold(f64::INFINITY, f64::min).max(EXACT);
-        Some((whole(line, a)?.mean / best).max(1.0).ln())
-    };
-    let ratios: Option<Vec<f64>> = allowances.iter().map(ratio).collect();
-    ratios.map_or(f64::INFINITY, |r| r.iter().sum::<f64>() / r.len() as f64)
-}
-
-/// Lines of a ranking, the best first.
-fn sorted(ranking: &Ranking) -> Vec<&Line> {
-    let common = common(ranking);
-    let with = |l| (distance(ranking, l, &common), l);
-    let mut lines: Vec<(f64, &Line)> = ranking.lines.iter().map(with).collect();
-    // Stable: the order of the plan decides ties.
-    lines.sort_by(|a, b| a.0.total_cmp(&b.0));
-    lines.into_iter().map(|(_, l)| l).collect()
-}
-
 /// Position of the middle allowance, which stands for all where there is room for one.
 fn middle(findings: &Findings) -> usize {
     findings.allowances.len().saturating_sub(1) / 2
@@ -296,16 +270,5 @@ fn sampling_name(choice: &Choice) -> Markup {
     page! {
         (choice.parametrization)
         @if choice.warp != "none" { " " small { (choice.warp) } }
-    }
-}
-
-/// A p-value.
-fn p_text(p: Option<f64>) -> String {
-    match p {
-        None => "–".into(),
-        Some(p) if p < 1e-4 => "< 0.0001".into(),
-        Some(p) if p < 0.01 => format!("{p:.4}"),
-        Some(p) if p < 0.1 => format!("{p:.3}"),
-        Some(p) => format!("{p:.2}"),
     }
 }

@@ -1,8 +1,9 @@
 //! Rankings: every choice at every allowance, against the best.
 
-use super::super::findings::{materials, method};
-use super::verdict::number;
-use super::{p_text, sampling_name, scope_title, sorted};
+use super::super::findings::{materials, method, p_text};
+use super::super::order::sorted;
+use super::words::number;
+use super::{sampling_name, scope_title};
 use crate::experiment::{Cell, Findings, Line, Ranking};
 use crate::report::acquisition::table::error;
 use crate::statistics::{Paired, SIGNIFICANCE, Verdict, least_p};
@@ -20,7 +21,8 @@ pub(super) fn legend(findings: &Findings) -> Markup {
             "many materials it is better and worse than that; the geometric mean of the readings. A budget is an "
             "upper limit: grids fill it unequally. "
             b { "★" } " is the least of the column, " b { "≈" }
-            " what cannot be told from it. Order: slope of ln error on ln readings. The lines stand by "
+            " what cannot be told from it: the interval holds 1 or p is not below " (SIGNIFICANCE)
+            ", or the interval lies within the band of no difference. Order: slope of ln error on ln readings. The lines stand by "
             "their mean ratio to the best"
             @if findings.allowances.len() > 1 { " over the budgets that all of them have" }
             ". All of it is in " code { "ranking.csv" } "."
@@ -99,7 +101,7 @@ fn too_few(findings: &Findings, ranking: &Ranking) -> Option<String> {
 fn part(findings: &Findings, lines: &[&Line], first: usize, told: &[bool]) -> Markup {
     html! {
         div.wide {
-            table.ranking {
+            table.ranking.sorts {
                 thead {
                     tr {
                         th scope="col" { "#" }
@@ -114,9 +116,9 @@ fn part(findings: &Findings, lines: &[&Line], first: usize, told: &[bool]) -> Ma
                         tr {
                             td { (first + i) }
                             th scope="row" { (sampling_name(&line.choice)) }
-                            td { (method(&line.choice, findings)) }
+                            td.by { (method(&line.choice, findings)) }
                             @for (cell, told) in line.cells.iter().zip(told) { (self::cell(cell.as_ref(), *told)) }
-                            td.number {
+                            td {
                                 @if let Some(order) = &line.order {
                                     (signed(order.slope))
                                     @if let Some([low, high]) = order.interval {
@@ -134,12 +136,12 @@ fn part(findings: &Findings, lines: &[&Line], first: usize, told: &[bool]) -> Ma
 
 fn cell(cell: Option<&Cell>, told: bool) -> Markup {
     let Some(cell) = cell else {
-        return html! { td.number { "–" } };
+        return html! { td { "–" } };
     };
     let verdict = cell.against_best.map(|p| p.verdict());
     let near = told && matches!(verdict, Some(Verdict::Same | Verdict::Undecided));
     html! {
-        td.number.best[cell.place == Some(1)].near[near] {
+        td.best[cell.place == Some(1)].near[near] {
             b { (error(Some(cell.mean))) }
             @if cell.place == Some(1) { " ★" } @else if near { " ≈" }
             @if cell.place.is_none() { small { "not all materials" } }

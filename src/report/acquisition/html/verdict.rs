@@ -1,8 +1,12 @@
 //! The answer in a few sentences, and what may be unfair about it.
 
-use super::super::findings::{is_challenger, materials, method, reference, sampling};
+use super::super::findings::{is_challenger, materials, method, p_text, reference, undecided};
+use super::super::order::sampling;
+use super::charts::{self, Looks};
 use super::middle;
+use super::words::{number, said};
 use crate::brdf::Favours;
+use crate::error::Error;
 use crate::experiment::{Choice, Duels, Findings, Line, Metric, OWN, Ranking};
 use crate::report::acquisition::table::error;
 use crate::statistics::{Paired, SIGNIFICANCE, Verdict, error_at, least_p};
@@ -114,11 +118,14 @@ impl<'a> Contest<'a> {
                 100.0 * (cell.band - 1.0)
             ),
             Verdict::Undecided if least_p(cell.n, tests.count()) >= SIGNIFICANCE => format!(
-                "{x} errs {ratio} as much as {y} at {at}; undecided, as {n} {} too few to tell: {counts}",
+                "{x} errs {ratio} as much as {y} at {at}; undecided{}, as {n} {} too few to tell: {counts}",
+                cell.p
+                    .map_or(String::new(), |p| format!(" (p {})", p_text(Some(p)))),
                 if cell.n == 1 { "is" } else { "are" }
             ),
             Verdict::Undecided => format!(
-                "it is undecided whether {x} or {y} errs less at {at}: {x} errs {ratio} as much, {counts}"
+                "it is undecided whether {x} or {y} errs less at {at} (p {}): {x} errs {ratio} as much, {counts}",
+                p_text(cell.p)
             ),
         })
     }
@@ -131,7 +138,7 @@ impl Pair {
     }
 }
 
-pub(super) fn section(findings: &Findings) -> Markup {
+pub(super) fn section(findings: &Findings, looks: &Looks) -> Result<Markup, Error> {
     let of_all = |s: &&Ranking| s.scope.truth.is_none();
     let rankings: Vec<&Ranking> = findings.rankings.iter().filter(of_all).collect();
     let a = middle(findings);
@@ -140,24 +147,43 @@ pub(super) fn section(findings: &Findings) -> Markup {
     let others = rankings.iter().skip(1);
     let short = |r: &&Ranking| in_short(&Contest::new(findings, r, pair?)?, a);
     let others: Vec<String> = others.filter_map(short).collect();
-    html! {
-        div.verdict {
-            @if let Some(ranking) = rankings.first() {
-                @for sentence in sentences(findings, ranking, pair, a) { p { (sentence) } }
-            } @else {
-                p { "There are no results." }
+    let contest = rankings
+        .first()
+        .and_then(|&r| Contest::new(findings, r, pair?));
+    let chart = match &contest {
+        Some(c) => {
+            let sides = [&c.pair.challenger, &c.pair.reference];
+            charts::decisive(findings, c.ranking, sides, &c.cells, looks)?
+        }
+        None => None,
+    };
+    Ok(html! {
+        div.answer {
+            div.verdict {
+                @if let Some(ranking) = rankings.first() {
+                    @for sentence in sentences(findings, ranking, contest.as_ref(), a) { p { (sentence) } }
+                } @else {
+                    p { "There are no results." }
+                }
+                @if !others.is_empty() {
+                    p.small { "By the other errors and pairs the same ratio is " (others.join("; ")) "." }
+                }
+                @if contest.is_some() { p.small { "Undecided: " (undecided(findings)) "." } }
             }
-            @if !others.is_empty() {
-                p { "By the other errors and pairs the same ratio is " (others.join("; ")) "." }
-            }
+            @if let Some(chart) = chart { (chart) }
         }
         h3 { "What may be unfair about it" }
         @for truth in &findings.truths { (fairness(findings, truth, pair, a)) }
-    }
+    })
 }
 
 /// Sentences about the best choice, the comparison, and its course with the budget.
-fn sentences(findings: &Findings, ranking: &Ranking, pair: Option<&Pair>, a: usize) -> Vec<String> {
+fn sentences(
+    findings: &Findings,
+    ranking: &Ranking,
+    contest: Option<&Contest<'_>>,
+    a: usize,
+) -> Vec<String> {
     let mut out = Vec::new();
     let scope = &ranking.scope;
     let first = |l: &&_| place(l, a) == Some(1);
@@ -175,7 +201,7 @@ fn sentences(findings: &Findings, ranking: &Ranking, pair: Option<&Pair>, a: usi
             scope.measure,
         ));
     }
-    let Some(contest) = pair.and_then(|p| Contest::new(findings, ranking, p)) else {
+    let Some(contest) = contest else {
         return out;
     };
     let at = |a: usize| findings.allowances.get(a).map_or("", String::as_str);
@@ -192,7 +218,7 @@ fn sentences(findings: &Findings, ranking: &Ranking, pair: Option<&Pair>, a: usi
             Some(format!(
                 "{} ({}{}) at {}",
                 number(cell.ratio),
-                cell.verdict(),
+                said(cell),
                 contest.at_equal(a),
                 at(a)
             ))
@@ -238,7 +264,7 @@ fn in_short(contest: &Contest, a: usize) -> Option<String> {
     Some(format!(
         "{} ({}{interval}{}; {}, {} pairs)",
         number(cell.ratio),
-        cell.verdict(),
+        said(cell),
         contest.at_equal(a),
         scope.metric.name(),
         scope.measure,
@@ -333,15 +359,5 @@ fn named(choice: &Choice) -> String {
     match choice.warp.as_str() {
         "none" => format!("unwarped {}", choice.parametrization),
         _ => sampling(choice),
-    }
-}
-
-/// A ratio with enough digits to differ from 1.
-pub(super) fn number(ratio: f64) -> String {
-    match ratio {
-        r if (r - 1.0).abs() < 0.05 => format!("{r:.3}"),
-        r if (0.01..10.0).contains(&r) => format!("{r:.2}"),
-        r if (10.0..1e4).contains(&r) => format!("{r:.0}"),
-        r => format!("{r:.1e}"),
     }
 }

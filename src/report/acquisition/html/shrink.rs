@@ -1,0 +1,146 @@
+//! Pictures in fewer bytes: a page holds hundreds of them.
+
+use image::{ImageFormat, RgbaImage};
+use png::{BitDepth, ColorType, Compression, Encoder, Filter};
+use std::collections::BTreeMap;
+
+/// A picture whose file is more than this share of its pixels is noisy.
+const NOISY: f64 = 0.12;
+
+/// Most steps of a channel of a noisy picture, less one: the noise hides them.
+const STEPS: u32 = 31;
+
+/// Steps of the opacity of a noisy picture, less one: its edges are few.
+const OPACITY: u32 = 3;
+
+/// A PNG of the same picture, within half a step of a channel where it is noisy, and exactly where it
+/// is not; `None` if the file cannot be read or gets no smaller.
+pub(super) fn shrunk(png: &[u8]) -> Option<Vec<u8>> {
+    let picture = image::load_from_memory_with_format(png, ImageFormat::Png).ok()?;
+    let bytes = picture.as_bytes().len() as f64;
+    let mut picture = picture.into_rgba8();
+    let mut file = least(&picture)?;
+    if file.len() as f64 > NOISY * bytes {
+        let step = |v: u8, n: u32| ((u32::from(v) * n + 127) / 255 * 255 / n) as u8;
+        for pixel in picture.pixels_mut() {
+            let [r, g, b, a] = pixel.0;
+            let [r, g, b] = [r, g, b].map(|v| if a == 0 { 0 } else { step(v, STEPS) });
+            pixel.0 = [r, g, b, step(a, OPACITY)];
+        }
+        file = least(&picture)?;
+    }
+    (file.len() < png.len()).then_some(file)
+}
+
+/// The smallest file of a picture: grey, of a palette or of all colours, with a filter or without.
+fn least(picture: &RgbaImage) -> Option<Vec<u8>> {
+    let pixels = || picture.pixels().map(|p| p.0);
+    let opaque = pixels().all(|p| p[3] == 255);
+    let mut palette: BTreeMap<(u32, [u8; 4]), u8> = BTreeMap::new();
+    // By brightness, so that neighbours on the palette are alike.
+    let key = |p: [u8; 4]| {
+        (
+            3 * u32::from(p[0]) + 6 * u32::from(p[1]) + u32::from(p[2]),
+            p,
+        )
+    };
+    for pixel in pixels() {
+        palette.insert(key(pixel), 0);
+        if palette.len() > 256 {
+            break;
+        }
+    }
+    let few = palette.len() <= 256;
+    for (place, index) in palette.values_mut().zip(0..=255) {
+        *place = index;
+    }
+    let (color, bytes): (_, Vec<u8>) = if opaque && pixels().all(|p| p[0] == p[1] && p[1] == p[2]) {
+        (ColorType::Grayscale, pixels().map(|p| p[0]).collect())
+    } else if few {
+        (
+            ColorType::Indexed,
+            pixels().map(|p| palette[&key(p)]).collect(),
+        )
+    } else if opaque {
+        (
+            ColorType::Rgb,
+            pixels().flat_map(|[r, g, b, _]| [r, g, b]).collect(),
+        )
+    } else {
+        (ColorType::Rgba, pixels().flatten().collect())
+    };
+    let file = |filter| {
+        let mut file = Vec::new();
+        let mut encoder = Encoder::new(&mut file, picture.width(), picture.height());
+        encoder.set_color(color);
+        encoder.set_depth(BitDepth::Eight);
+        encoder.set_compression(Compression::High);
+        encoder.set_filter(filter);
+        if color == ColorType::Indexed {
+            encoder.set_palette(
+                palette
+                    .keys()
+                    .flat_map(|(_, [r, g, b, _])| [*r, *g, *b])
+                    .collect::<Vec<_>>(),
+            );
+            if !opaque {
+                encoder.set_trns(palette.keys().map(|(_, p)| p[3]).collect::<Vec<_>>());
+            }
+        }
+        let mut writer = encoder.write_header().ok()?;
+        writer.write_image_data(&bytes).ok()?;
+        writer.finish().ok()?;
+        Some(file)
+    };
+    // Noise is smaller without a filter, all else with one.
+    let files = [Filter::NoFilter, Filter::Adaptive].map(file);
+    files.into_iter().flatten().min_by_key(Vec::len)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use image::DynamicImage;
+    use std::io::Cursor;
+
+    #[test]
+    fn what_is_smooth_stays_as_it_is_and_noise_nearly() {
+        let smooth = |x: u32, y: u32| [(x + y) as u8, (2 * x) as u8, 40, 255 - y as u8];
+        let noise = |x: u32, y: u32| {
+            let v = x.wrapping_mul(0x9e37_79b9) ^ y.wrapping_mul(0x85eb_ca6b);
+            let [r, g, b, _] = (v ^ v >> 15).wrapping_mul(0x2c1b_3c6d).to_be_bytes();
+            [r, g, b, if x < 48 { 0 } else { 255 }]
+        };
+        let grey = |x: u32, y: u32| [(x ^ y) as u8; 4];
+        let few = |x: u32, y: u32| [(x / 8) as u8, 99 - (y / 8) as u8, 7, 255];
+        let of = |f: &dyn Fn(u32, u32) -> [u8; 4]| {
+            RgbaImage::from_fn(96, 96, |x, y| image::Rgba(f(x, y)))
+        };
+        for (pixels, most) in [
+            (of(&smooth), 0),
+            (of(&grey), 0),
+            (of(&few), 0),
+            (of(&noise), 5),
+        ] {
+            let picture = DynamicImage::ImageRgba8(pixels);
+            for picture in [DynamicImage::ImageRgb8(picture.to_rgb8()), picture] {
+                let mut file = Cursor::new(Vec::new());
+                picture.write_to(&mut file, ImageFormat::Png).unwrap();
+                let file = file.into_inner();
+                let small = shrunk(&file).unwrap_or_else(|| file.clone());
+                assert!(small.len() <= file.len() && (most == 0 || small.len() < file.len()));
+                let found = image::load_from_memory(&small).unwrap().to_rgba8();
+                let before = picture.to_rgba8();
+                // What cannot be seen has no colour.
+                let seen = found
+                    .pixels()
+                    .zip(before.pixels())
+                    .filter(|(_, b)| b.0[3] > 0);
+                let off = seen.flat_map(|(a, b)| [0, 1, 2, 3].map(|c| a.0[c].abs_diff(b.0[c])));
+                let off = off.max().unwrap();
+                assert!(off <= most && (off > 0) == (most > 0), "{off}");
+            }
+        }
+        assert!(shrunk(b"no picture").is_none());
+    }
+}

@@ -1,0 +1,73 @@
+//! Names and order of choices: the best over all budgets first.
+
+use crate::experiment::{Cell, Choice, Line, Ranking};
+use crate::statistics::EXACT;
+
+/// A parametrization with its warps.
+pub(super) fn sampling(choice: &Choice) -> String {
+    match choice.warp.as_str() {
+        "none" => choice.parametrization.clone(),
+        warp => format!("{} {warp}", choice.parametrization),
+    }
+}
+
+/// The cell of a line at allowance `a`, if it has errors of all materials.
+pub(super) fn whole(line: &Line, a: usize) -> Option<&Cell> {
+    line.cells[a].as_ref().filter(|c| c.place.is_some())
+}
+
+/// Positions of the allowances that lines are ranked over: those that every line has, or else those
+/// that most lines have. Over others a line would gain by the hard allowances it lacks.
+fn common(ranking: &Ranking) -> Vec<usize> {
+    let allowances = ranking.lines.iter().map(|l| l.cells.len()).max();
+    let count = |a: usize| ranking.lines.iter().filter(move |l| whole(l, a).is_some());
+    let counts: Vec<usize> = (0..allowances.unwrap_or(0))
+        .map(|a| count(a).count())
+        .collect();
+    let most = counts.iter().copied().max();
+    let all = (0..counts.len()).filter(|a| Some(counts[*a]) == most);
+    all.collect()
+}
+
+/// Mean log ratio of a choice's errors to the best ones, over some allowances. Infinite where it
+/// lacks one.
+fn distance(ranking: &Ranking, line: &Line, allowances: &[usize]) -> f64 {
+    let ratio = |&a: &usize| {
+        let means = ranking.lines.iter().filter_map(|l| Some(whole(l, a)?.mean));
+        let best = means.fold(f64::INFINITY, f64::min).max(EXACT);
+        Some((whole(line, a)?.mean / best).max(1.0).ln())
+    };
+    let ratios: Option<Vec<f64>> = allowances.iter().map(ratio).collect();
+    ratios.map_or(f64::INFINITY, |r| r.iter().sum::<f64>() / r.len() as f64)
+}
+
+/// Lines of a ranking, the best first.
+pub(super) fn sorted(ranking: &Ranking) -> Vec<&Line> {
+    let common = common(ranking);
+    let with = |l| (distance(ranking, l, &common), l);
+    let mut lines: Vec<(f64, &Line)> = ranking.lines.iter().map(with).collect();
+    // Stable: the order of the plan decides ties.
+    lines.sort_by(|a, b| a.0.total_cmp(&b.0));
+    lines.into_iter().map(|(_, l)| l).collect()
+}
+
+/// The best choice of each sampling over all budgets, the best first: one reconstruction each, whatever
+/// the budget. Choices with an error at every budget come before the others: a curve needs several
+/// points.
+pub(super) fn best_of_each(ranking: &Ranking) -> Vec<&Line> {
+    let count = |line: &Line| {
+        (0..line.cells.len())
+            .filter(|a| whole(line, *a).is_some())
+            .count()
+    };
+    let mut lines = sorted(ranking);
+    lines.sort_by_key(|l| std::cmp::Reverse(count(l)));
+    let mut best: Vec<&Line> = Vec::new();
+    for line in lines {
+        let own = sampling(&line.choice);
+        if !best.iter().any(|b| sampling(&b.choice) == own) {
+            best.push(line);
+        }
+    }
+    best
+}
