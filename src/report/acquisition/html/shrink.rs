@@ -7,29 +7,33 @@ use std::collections::BTreeMap;
 /// A picture whose file is more than this share of its pixels is noisy.
 const NOISY: f64 = 0.12;
 
-/// Most steps of a channel of a noisy picture, less one: the noise hides them.
-const STEPS: u32 = 31;
+/// Steps of a channel, less one, of a picture that is not noisy, which are too small to be seen, and
+/// of one that is, where the noise hides them.
+const STEPS: [u32; 2] = [63, 23];
 
-/// Steps of the opacity of a noisy picture, less one: its edges are few.
+/// Steps of the opacity, less one: edges are few.
 const OPACITY: u32 = 3;
 
-/// A PNG of the same picture, within half a step of a channel where it is noisy, and exactly where it
-/// is not; `None` if the file cannot be read or gets no smaller.
+/// A PNG of the same picture within half a step of a channel; `None` if the file cannot be read or
+/// gets no smaller.
 pub(super) fn shrunk(png: &[u8]) -> Option<Vec<u8>> {
     let picture = image::load_from_memory_with_format(png, ImageFormat::Png).ok()?;
     let bytes = picture.as_bytes().len() as f64;
-    let mut picture = picture.into_rgba8();
-    let mut file = least(&picture)?;
-    if file.len() as f64 > NOISY * bytes {
-        let step = |v: u8, n: u32| ((u32::from(v) * n + 127) / 255 * 255 / n) as u8;
-        for pixel in picture.pixels_mut() {
-            let [r, g, b, a] = pixel.0;
-            let [r, g, b] = [r, g, b].map(|v| if a == 0 { 0 } else { step(v, STEPS) });
-            pixel.0 = [r, g, b, step(a, OPACITY)];
-        }
-        file = least(&picture)?;
-    }
+    let picture = picture.into_rgba8();
+    let noisy = least(&picture)?.len() as f64 > NOISY * bytes;
+    let file = least(&stepped(picture, STEPS[usize::from(noisy)]))?;
     (file.len() < png.len()).then_some(file)
+}
+
+/// The picture with so many steps of a channel, and one.
+fn stepped(mut picture: RgbaImage, steps: u32) -> RgbaImage {
+    let step = |v: u8, n: u32| (((u32::from(v) * n + 127) / 255 * 255 + n / 2) / n) as u8;
+    for pixel in picture.pixels_mut() {
+        let [r, g, b, a] = pixel.0;
+        let [r, g, b] = [r, g, b].map(|v| if a == 0 { 0 } else { step(v, steps) });
+        pixel.0 = [r, g, b, step(a, OPACITY)];
+    }
+    picture
 }
 
 /// The smallest file of a picture: grey, of a palette or of all colours, with a filter or without.
@@ -104,31 +108,34 @@ mod tests {
     use std::io::Cursor;
 
     #[test]
-    fn what_is_smooth_stays_as_it_is_and_noise_nearly() {
-        let smooth = |x: u32, y: u32| [(x + y) as u8, (2 * x) as u8, 40, 255 - y as u8];
+    fn pictures_stay_within_half_a_step() {
+        let smooth = |x: u32, y: u32| [(x + y) as u8, (2 * x) as u8, 40, 255];
         let noise = |x: u32, y: u32| {
             let v = x.wrapping_mul(0x9e37_79b9) ^ y.wrapping_mul(0x85eb_ca6b);
             let [r, g, b, _] = (v ^ v >> 15).wrapping_mul(0x2c1b_3c6d).to_be_bytes();
             [r, g, b, if x < 48 { 0 } else { 255 }]
         };
-        let grey = |x: u32, y: u32| [(x ^ y) as u8; 4];
+        let grey = |x: u32, y: u32| [(x ^ y) as u8, (x ^ y) as u8, (x ^ y) as u8, 255];
         let few = |x: u32, y: u32| [(x / 8) as u8, 99 - (y / 8) as u8, 7, 255];
         let of = |f: &dyn Fn(u32, u32) -> [u8; 4]| {
             RgbaImage::from_fn(96, 96, |x, y| image::Rgba(f(x, y)))
         };
-        for (pixels, most) in [
+        let all = [
             (of(&smooth), 0),
             (of(&grey), 0),
             (of(&few), 0),
-            (of(&noise), 5),
-        ] {
+            (of(&noise), 1),
+        ];
+        for (pixels, noisy) in all {
+            // Half a step, and the rounding of 127 / 255.
+            let most = (128 / STEPS[noisy] + 1) as u8;
             let picture = DynamicImage::ImageRgba8(pixels);
             for picture in [DynamicImage::ImageRgb8(picture.to_rgb8()), picture] {
                 let mut file = Cursor::new(Vec::new());
                 picture.write_to(&mut file, ImageFormat::Png).unwrap();
                 let file = file.into_inner();
                 let small = shrunk(&file).unwrap_or_else(|| file.clone());
-                assert!(small.len() <= file.len() && (most == 0 || small.len() < file.len()));
+                assert!(small.len() <= file.len() && (noisy == 0 || small.len() < file.len()));
                 let found = image::load_from_memory(&small).unwrap().to_rgba8();
                 let before = picture.to_rgba8();
                 // What cannot be seen has no colour.
@@ -138,7 +145,7 @@ mod tests {
                     .filter(|(_, b)| b.0[3] > 0);
                 let off = seen.flat_map(|(a, b)| [0, 1, 2, 3].map(|c| a.0[c].abs_diff(b.0[c])));
                 let off = off.max().unwrap();
-                assert!(off <= most && (off > 0) == (most > 0), "{off}");
+                assert!(off <= most && (noisy == 0) == (off < 4), "{off}");
             }
         }
         assert!(shrunk(b"no picture").is_none());
