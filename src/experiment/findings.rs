@@ -15,7 +15,7 @@ use super::choices::Choice;
 use super::question::{Factor, ReportSpec};
 use super::row::Row;
 use crate::statistics::{
-    Bootstrap, EXACT, Paired, PooledOrder, Shares, geometric_mean, order, pooled_order,
+    Bootstrap, EXACT, Paired, PooledOrder, Shares, geometric_mean, median, order, pooled_order,
     variance_shares,
 };
 use rayon::iter::{IntoParallelIterator, ParallelIterator};
@@ -55,6 +55,8 @@ pub struct Line {
 pub struct Cell {
     /// Geometric mean of the error over materials.
     pub mean: f64,
+    /// Median of the error over materials.
+    pub median: f64,
     /// Comparison with the best choice of this allowance, p adjusted for the number of comparisons;
     /// `None` for the best itself, and where materials are missing.
     pub against_best: Option<Paired>,
@@ -293,6 +295,7 @@ impl<'i, 'a> Table<'i, 'a> {
         let errors: Vec<f64> = self.errors[c][a].iter().copied().flatten().collect();
         Some(Cell {
             mean: geometric_mean(&errors)?,
+            median: median(&errors)?,
             against_best: None,
             place: None,
             readings: self.over(c, a, |r| Some(r.readings as f64))?,

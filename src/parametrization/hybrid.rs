@@ -28,8 +28,8 @@ pub(super) const ENTRY: Entry<ParametrizationSpec> = entry::<Form<Hybrid>>(
 );
 
 /// What rounding may add to or take from h_z² = 1 − |k|² − |h_bar|²: a few ulp of 1, and a warp's
-/// round trip. On the horizon, where h_z² itself is that small, it leaves h_z unknown to 6e-8.
-const HEIGHT_SQUARED_SLACK: f64 = 4e-15;
+/// round trip. On the horizon, where h_z² itself is that small, it leaves h_z unknown to 4e-8.
+const HEIGHT_SQUARED_SLACK: f64 = 2e-15;
 
 impl Chart for Hybrid {
     const NAME: &'static str = "hybrid";

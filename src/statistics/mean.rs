@@ -13,6 +13,14 @@ pub fn geometric_mean(errors: &[f64]) -> Option<f64> {
     Some(mean(&logs?)?.exp())
 }
 
+/// The value in the middle, or between the two there; `None` of nothing.
+pub fn median(values: &[f64]) -> Option<f64> {
+    let mut values = values.to_vec();
+    values.sort_by(f64::total_cmp);
+    let n = values.len();
+    (n > 0).then(|| 0.5 * (values[(n - 1) / 2] + values[n / 2]))
+}
+
 /// The logarithm of an error, under the floor of [`geometric_mean`].
 pub(super) fn log_error(error: f64) -> Option<f64> {
     (error >= 0.0 && error.is_finite()).then(|| error.max(EXACT).ln())

@@ -17,18 +17,26 @@ pub(super) fn materials(n: usize) -> String {
 
 /// Name of a choice's reconstruction, with sample set and instrument if there are several.
 pub(super) fn method(choice: &Choice, findings: &Findings) -> String {
+    method_but_for(choice, findings, None)
+}
+
+/// The same without what a factor says.
+fn method_but_for(choice: &Choice, findings: &Findings, factor: Option<Factor>) -> String {
     let several = |of: fn(&Choice) -> &String| {
         let lines = findings.rankings.iter().flat_map(|r| &r.lines);
         lines.map(|l| of(&l.choice)).any(|v| v != of(choice))
     };
-    let mut parts = vec![choice.reconstruction.clone()];
+    let mut parts = Vec::new();
+    if factor != Some(Factor::Reconstruction) {
+        parts.push(choice.reconstruction.clone());
+    }
     if choice.coordinates != OWN {
         parts.push(format!("in {}", choice.coordinates));
     }
-    if several(|c| &c.sample_set) {
+    if factor != Some(Factor::SampleSet) && several(|c| &c.sample_set) {
         parts.push(format!("of {}", choice.sample_set));
     }
-    if several(|c| &c.instrument) {
+    if factor != Some(Factor::Instrument) && several(|c| &c.instrument) {
         parts.push(format!("on {}", choice.instrument));
     }
     parts.join(" ")
@@ -42,7 +50,7 @@ pub fn study_text(findings: &Findings) -> String {
     for ranking in findings.rankings.iter().filter(|r| of_all(&r.scope)) {
         errors_of_each(findings, ranking, &mut out);
         let duels = findings.duels.iter().find(|d| d.scope == ranking.scope);
-        for method in in_own_coordinates(ranking) {
+        for method in in_own_coordinates(ranking, findings.factor) {
             if let Some(duels) = duels {
                 against_reference(findings, duels, &method, &mut out);
             }
@@ -74,6 +82,7 @@ fn errors_of_each(findings: &Findings, ranking: &Ranking, out: &mut String) {
     };
     lines.sort_by_key(|l| place(&l.choice));
     let mean = |line: &Line, a: usize| whole(line, a).map(|c| c.mean);
+    let median = |line: &Line, a: usize| whole(line, a).map(|c| c.median);
     for line in &lines {
         let mut row = format!(
             "  {}, {}",
@@ -88,7 +97,7 @@ fn errors_of_each(findings: &Findings, ranking: &Ranking, out: &mut String) {
             } else {
                 ' '
             };
-            row += &format!("\t{}{mark}", error(own));
+            row += &format!("\t{}{mark} ({})", error(own), error(median(line, a)));
         }
         columns.row(&row);
     }
@@ -99,20 +108,41 @@ fn errors_of_each(findings: &Findings, ranking: &Ranking, out: &mut String) {
     };
     let _ = writeln!(
         out,
-        "Geometric mean over {}{left_out} of the error of each sampling by the reconstruction that is best over all \
-         budgets; * best of its column. A budget is an upper limit: grids fill it unequally.",
-        materials(scope.materials)
+        "Geometric mean (and median) over {}{left_out} of the error of each sampling by the reconstruction that is \
+         best over all budgets; * best of its column. {}",
+        materials(scope.materials),
+        filled(&lines)
     );
 }
 
+/// How equal the numbers of readings of lines are.
+fn filled(lines: &[&Line]) -> String {
+    let allowances = lines.first().map_or(0, |line| line.cells.len());
+    let spread = (0..allowances).filter_map(|a| {
+        let readings = || lines.iter().filter_map(|l| Some(whole(l, a)?.readings));
+        Some(readings().reduce(f64::max)? / readings().reduce(f64::min)?)
+    });
+    let spread: Vec<String> = spread
+        .map(|s| format!("{:.1}", 100.0 * (s - 1.0)))
+        .collect();
+    format!(
+        "A budget is an upper limit: the most readings of a column are {} % more than the least.",
+        spread.join(", ")
+    )
+}
+
 /// A choice for each reconstruction in the schedule's own coordinates that is used at every
-/// allowance.
-fn in_own_coordinates(ranking: &Ranking) -> Vec<Choice> {
+/// allowance; what a factor compares counts as one.
+fn in_own_coordinates(ranking: &Ranking, factor: Factor) -> Vec<Choice> {
     let mut methods: Vec<Choice> = Vec::new();
+    let kept = [
+        Factor::Reconstruction,
+        Factor::SampleSet,
+        Factor::Instrument,
+    ];
     let like = |a: &Choice, b: &Choice| {
-        a.reconstruction == b.reconstruction
-            && a.sample_set == b.sample_set
-            && a.instrument == b.instrument
+        let mut kept = kept.into_iter().filter(|k| *k != factor);
+        kept.all(|k| k.level(a) == k.level(b))
     };
     for line in &ranking.lines {
         let choice = &line.choice;
@@ -189,27 +219,36 @@ fn against_reference(findings: &Findings, duels: &Duels, best: &Choice, out: &mu
         return;
     }
     let text = format!(
-        "error / that of {reference}, {}, {}",
-        method(best, findings),
+        "error / that of {reference}, {}{}",
+        match method_but_for(best, findings, Some(findings.factor)) {
+            method if method.is_empty() => method,
+            method => format!("{method}, "),
+        },
         scope.measure
     );
     let mut columns = columns(&text, &findings.allowances);
     for (mut row, cells) in named {
         for cell in cells {
-            row += &match cell.map(|cell| (cell, cell.verdict())) {
-                Some((cell, Verdict::Undecided)) => {
-                    format!("\t(p {}) {:.3}?", p_text(cell.p), cell.ratio)
-                }
-                Some((cell, verdict)) => format!("\t{:.3}{}", cell.ratio, mark(verdict)),
-                None => "\t- ".into(),
+            let Some(cell) = cell else {
+                row += "\t- ";
+                continue;
             };
+            let verdict = cell.verdict();
+            row += &format!("\t{:.3}{}", cell.ratio, mark(verdict));
+            if let Some([low, high]) = cell.interval {
+                row += &format!(" {low:.2}–{high:.2}");
+            }
+            if verdict == Verdict::Undecided {
+                row += &format!(", p {}", p_text(cell.p));
+            }
         }
         columns.row(&row);
     }
     let _ = write!(out, "\n{columns}");
     let _ = writeln!(
         out,
-        "+ better, - worse, = no difference within the band, ? undecided: {}.",
+        "Ratio and its 95 % interval over materials: + better, - worse, = no difference within the band, \
+         ? undecided: {}.",
         undecided(findings)
     );
 }

@@ -4,6 +4,7 @@ use crate::experiment::moments::{
     CorrelationRow, Group, ProfileFits, PublishedNumbers, Spread, at_bound, degrees, shown,
 };
 use crate::moments::Component;
+use crate::statistics;
 use serde_json::{Value, json};
 use std::io::{self, Write};
 
@@ -216,10 +217,7 @@ fn strongest(group: &Group) -> Vec<&CorrelationRow> {
 
 /// The median; `None` of no values.
 fn median(values: impl Iterator<Item = f64>) -> Option<f64> {
-    let mut values: Vec<f64> = values.collect();
-    values.sort_by(f64::total_cmp);
-    let n = values.len();
-    (n > 0).then(|| 0.5 * (values[(n - 1) / 2] + values[n / 2]))
+    statistics::median(&values.collect::<Vec<f64>>())
 }
 
 /// The table at the end of a run: fits and correlations of each group, beside published numbers if
