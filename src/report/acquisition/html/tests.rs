@@ -283,7 +283,7 @@ fn undecided_is_said_with_its_p() {
     }
     let rows: Vec<&Row> = rows.iter().collect();
     let said = study_text(&Findings::new(&rows, BAND));
-    assert!(said.contains("(p ") && said.contains("adjusted by Holm over the 2 budgets"));
+    assert!(said.contains(", p ") && said.contains("adjusted by Holm over the 2 budgets"));
 }
 
 #[test]
