@@ -232,13 +232,13 @@ fn the_box_holds_the_measure_of_both_hemispheres() {
             let volume: f64 = p.axes().iter().map(|a| a.length()).product();
             let turn = if symmetry.isotropic { TAU } else { 1.0 };
             // A power below the root, and an asinh of a small scale, leave fewer points near the horizon,
-            // where integrands are steep: with four times as many there are as many as a root has.
+            // where integrands are steep: with four and eight times as many there are as many as a root has.
             let thin = |axis: &Axis| match axis.warp {
-                Some(WarpSpec::Power { exponent }) => exponent < 0.5,
-                Some(WarpSpec::Asinh { scale }) => scale < 0.1,
-                _ => false,
+                Some(WarpSpec::Power { exponent }) if exponent < 0.5 => 2,
+                Some(WarpSpec::Asinh { scale }) if scale < 0.1 => 3,
+                _ => 0,
             };
-            let count = count << if p.axes().iter().any(thin) { 2 } else { 0 };
+            let count = count << p.axes().iter().map(thin).max().unwrap_or(0);
             let scale = volume * turn * copies(&*p) / count as f64;
             let mut sobol = Sobol::new(32);
             let mut sums = [0.0; 4];
