@@ -241,16 +241,17 @@ fn fullest(
         let reach = ((n as f64 * REACH / step as f64).round() as usize).max(1) * step;
         let least = if n > reach { n - reach } else { step };
         let lengths = (least..=n + reach).step_by(step);
-        shapes = shapes
-            .into_iter()
-            .flat_map(|shape| {
-                lengths.clone().map(move |n| {
-                    let mut shape = shape.clone();
-                    group.iter().for_each(|&d| shape[d] = n);
-                    shape
-                })
-            })
-            .collect();
+        let mut more = Vec::new();
+        for (n, shape) in lengths.flat_map(|n| shapes.iter().map(move |shape| (n, shape))) {
+            let mut shape = shape.clone();
+            for &d in group {
+                // An azimuth of a turn keeps its four times of one of a quarter.
+                let scaled = (base[d] * n) as f64 / (base[group[0]] * steps[d]) as f64;
+                shape[d] = (scaled.round() as usize).max(1) * steps[d];
+            }
+            more.push(shape);
+        }
+        shapes = more;
     }
     // The share of nodes that are configurations changes little between them, and predicts.
     let wanted = budget as f64 / share;
