@@ -170,8 +170,8 @@ fn the_error_says_how_far_off_its_quadrature_is() {
             (b - a).abs() / a
         });
         let exact = views.iter().sum::<f64>() / 8.0;
-        let error = probe.error(&of_f, &of_g).unwrap();
-        let told = probe.quadrature_error(&of_f, &of_g).unwrap();
+        let [error, told] = probe.error_and_quadrature(&of_f, &of_g).unwrap();
+        assert_eq!(probe.error(&of_f, &of_g), Some(error));
         println!(
             "{truth} {other}: {error:.6} off by {:.1e}, told {told:.1e}",
             (error - exact).abs()

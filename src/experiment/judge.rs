@@ -53,7 +53,7 @@ pub(super) struct Compared {
     /// Share of the pairs within the uncertainty, one per measure, if it is counted and there is one.
     within: Vec<Option<f64>>,
     /// Error of the directional albedo, and what its quadrature may be off by.
-    albedo: [Option<f64>; 2],
+    albedo: Option<[f64; 2]>,
     /// Errors of the moments and number of unresolved slices.
     moments: Option<(MomentErrors, usize)>,
     /// Wall times, s: of reconstruction, of evaluation and comparison, of the moments.
@@ -186,7 +186,7 @@ impl<'a> Judge<'a> {
             converged: false,
             uncovered: Vec::new(),
             within: Vec::new(),
-            albedo: [None; 2],
+            albedo: None,
             moments: None,
             reconstruct_seconds: seconds * share,
             evaluate_seconds: 0.0,
@@ -351,12 +351,7 @@ impl<'a> Judge<'a> {
         let values = copies.evaluate(probe.pairs(), go_on)?;
         for ((member, values), compared) in members.iter().zip(&values).zip(compared) {
             let truth = member.1.albedo.as_ref();
-            compared.albedo = truth.map_or([None; 2], |truth| {
-                [
-                    probe.error(truth, values),
-                    probe.quadrature_error(truth, values),
-                ]
-            });
+            compared.albedo = truth.and_then(|truth| probe.error_and_quadrature(truth, values));
         }
         Ok(())
     }
@@ -461,9 +456,9 @@ impl Compared {
             to.set(quantity.name, of(&self.uncovered[at]));
         }
         to.set(WITHIN.name, self.within.get(at).copied().flatten());
-        let names = [AlbedoProbe::QUANTITY, AlbedoProbe::STANDARD_ERROR].map(|q| q.name);
-        for (name, value) in names.into_iter().zip(self.albedo) {
-            to.set(name, value);
+        let names = [AlbedoProbe::QUANTITY, AlbedoProbe::QUADRATURE].map(|q| q.name);
+        for (i, name) in names.into_iter().enumerate() {
+            to.set(name, self.albedo.map(|both| both[i]));
         }
         if let Some((errors, unresolved)) = &self.moments {
             for (quantity, of) in MomentErrors::QUANTITIES {

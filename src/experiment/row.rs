@@ -138,7 +138,7 @@ pub fn quantities() -> &'static [Quantity] {
         all.extend(Errors::STANDARD_ERRORS.map(|(q, _)| q));
         all.extend(Uncovered::QUANTITIES.map(|(q, _)| q));
         all.push(WITHIN);
-        all.extend([AlbedoProbe::QUANTITY, AlbedoProbe::STANDARD_ERROR]);
+        all.extend([AlbedoProbe::QUANTITY, AlbedoProbe::QUADRATURE]);
         all.extend(MomentErrors::QUANTITIES.map(|(q, _)| q));
         all.push(MomentErrors::UNRESOLVED);
         all.extend(HOLES.map(|(q, _)| q));

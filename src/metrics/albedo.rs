@@ -117,8 +117,8 @@ impl AlbedoProbe {
         "mean relative error of the directional albedo at eight theta_o from 0 to 80°, if `quantities` asks for it; the same for every measure",
     );
 
-    /// What the quadrature may be off by, [`quadrature_error`](Self::quadrature_error).
-    pub const STANDARD_ERROR: Quantity = Quantity::real(
+    /// The quantity that [`error_and_quadrature`](Self::error_and_quadrature) returns beside it.
+    pub const QUADRATURE: Quantity = Quantity::real(
         "albedo_se",
         "what albedo differs by from that with half of the nodes along each axis of its quadrature",
     );
@@ -191,13 +191,17 @@ impl AlbedoProbe {
         self.error_by(FINE, truth, reconstruction)
     }
 
-    /// What [`error`](Self::error) differs by from that with half of the nodes along each axis.
+    /// [`error`](Self::error), and what it differs by from that with half of the nodes along each axis.
     ///
     /// # Panics
     /// If the values belong to other pairs (lengths differ).
-    pub fn quadrature_error(&self, truth: &Values, reconstruction: &Values) -> Option<f64> {
-        let by = |rule| self.error_by(rule, truth, reconstruction);
-        Some((by(FINE)? - by(COARSE)?).abs())
+    pub fn error_and_quadrature(
+        &self,
+        truth: &Values,
+        reconstruction: &Values,
+    ) -> Option<[f64; 2]> {
+        let [fine, coarse] = [FINE, COARSE].map(|rule| self.error_by(rule, truth, reconstruction));
+        Some([fine?, (fine? - coarse?).abs()])
     }
 
     fn error_by(&self, rule: usize, truth: &Values, reconstruction: &Values) -> Option<f64> {

@@ -75,8 +75,8 @@ pub struct Grid {
     /// its start, else `cell`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub centring: Option<Vec<Centring>>,
-    /// True to leave the ratio by up to 15 % for the grid that fills the budget best, so that grids of
-    /// different coordinates have as many configurations.
+    /// True to leave the ratio, an axis by 15 % or one step, for the grid that fills the budget best, so
+    /// that grids of different coordinates have as many configurations.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub fill: bool,
 }

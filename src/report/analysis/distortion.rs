@@ -5,7 +5,7 @@ use crate::error::count;
 use crate::metrics::Errors;
 use crate::parametrization::Axis;
 use crate::report::Columns;
-use crate::statistics::Bootstrap;
+use crate::statistics::{Bootstrap, median};
 use serde::Serialize;
 use std::collections::BTreeMap;
 use std::io::{self, Write};
@@ -177,16 +177,15 @@ impl AlignmentRow {
                     let mut sorted: Vec<f64> = list.values().copied().collect();
                     let of_mean = bootstrap.mean_interval(&sorted);
                     sorted.sort_by(f64::total_cmp);
-                    let n = sorted.len();
                     Self {
                         parametrization,
                         weight,
                         function,
-                        materials: n,
+                        materials: sorted.len(),
                         mean: mean(&sorted),
                         mean_low: of_mean.map(|[low, _]| low),
                         mean_high: of_mean.map(|[_, high]| high),
-                        median: 0.5 * (sorted[(n - 1) / 2] + sorted[n / 2]),
+                        median: median(&sorted).unwrap_or_default(),
                         more: differences.iter().filter(|d| **d > 0.0).count(),
                         less: differences.iter().filter(|d| **d < 0.0).count(),
                         difference: mean(&differences),

@@ -11,7 +11,7 @@
 //!   are left out and the weights of the others renormalised. Periodic in phi_d; constant beyond
 //!   the last node of theta_h (88.0°) and theta_d (89°). The nodes of theta_h = 0 and one theta_d are one
 //!   configuration, whatever their phi_d: they have the mean of those with data, so that values do not
-//!   jump there. (Published fits store up to 7 % of difference.)
+//!   jump there.
 //!
 //! Missing: a cell with no data (`nearest`), or no node with data and weight (`trilinear`). It is
 //! never read as 0. Below the horizon the value is 0.
