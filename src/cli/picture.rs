@@ -427,11 +427,14 @@ impl Compare {
         let stem = format!("{}_{choice}", file_stem(&name));
         let [svg, png, exr] = self.folder.free(&stem, ["svg", "png", "exr"])?;
 
-        let set = if method.needs_grid() { "grid" } else { "sobol" };
+        let (set, keys) = match method.needs_grid() {
+            true => ("grid", "fill = true"),
+            false => ("sobol", ""),
+        };
         let sets = schedule::all();
         let set = sets.iter().find(|e| e.kind == set);
         let set = set.ok_or_else(|| Error::Internal("a sample set is gone".into()))?;
-        let set = registry::read_text(set, "").map_err(internal)?;
+        let set = registry::read_text(set, keys).map_err(internal)?;
         let poses = set
             .plan(&form, budget, 1)
             .map_err(|e| Error::config("--budget", e))?;

@@ -89,6 +89,9 @@ pub struct Duel {
     /// One comparison per allowance; ratios below 1: the first is better. p is adjusted over the
     /// allowances.
     pub cells: Vec<Option<Paired>>,
+    /// Over all allowances: of each material the geometric mean of its errors at them; `None` where an
+    /// allowance has no error of it.
+    pub overall: Option<Paired>,
 }
 
 /// All duels of a scope.
@@ -384,10 +387,29 @@ impl<'i, 'a> Table<'i, 'a> {
                     a: a.clone(),
                     b: b.clone(),
                     cells: adjusted(&cells.collect::<Vec<_>>()),
+                    overall: self.overall([i, j], band),
                 });
             }
         }
         duels
+    }
+
+    /// Compares two choices by their mean errors over all allowances, at the materials that have them.
+    fn overall(&self, choices: [usize; 2], band: f64) -> Option<Paired> {
+        let allowances = self.index.allowances.list.len();
+        let of = |c: usize, m: usize| {
+            let errors = (0..allowances).map(|a| self.errors[c][a][m]);
+            let mean = geometric_mean(&errors.collect::<Option<Vec<_>>>()?)?;
+            let known = (0..allowances).map(|a| self.relative[c][a][m].powi(2));
+            Some((mean, known.sum::<f64>().sqrt() / allowances as f64))
+        };
+        let both = (0..self.materials.len()).filter_map(|m| {
+            let [a, b] = choices.map(|c| of(c, m));
+            let ((a, of_a), (b, of_b)) = (a?, b?);
+            Some(((a, b), (of_a, of_b)))
+        });
+        let (errors, known): (Vec<_>, Vec<_>) = both.unzip();
+        Some(Paired::new(&errors, band, self.bootstrap)?.known_to(&known))
     }
 
     /// Shares of the variance, of the choices in their own coordinates or of the others.

@@ -120,7 +120,7 @@ impl AlbedoProbe {
     /// The quantity that [`error_and_quadrature`](Self::error_and_quadrature) returns beside it.
     pub const QUADRATURE: Quantity = Quantity::real(
         "albedo_se",
-        "what albedo differs by from that with half of the nodes along each axis of its quadrature",
+        "mean over the views of what albedo differs by with half of the nodes along each axis of its quadrature",
     );
 
     /// Lays out the pairs: some milliseconds and 2 MB, once per program.
@@ -188,10 +188,11 @@ impl AlbedoProbe {
     /// # Panics
     /// If the values belong to other pairs (lengths differ).
     pub fn error(&self, truth: &Values, reconstruction: &Values) -> Option<f64> {
-        self.error_by(FINE, truth, reconstruction)
+        mean(self.errors(FINE, truth, reconstruction))
     }
 
-    /// [`error`](Self::error), and what it differs by from that with half of the nodes along each axis.
+    /// [`error`](Self::error), and the mean over the views of what its terms differ by from those with half of
+    /// the nodes along each axis.
     ///
     /// # Panics
     /// If the values belong to other pairs (lengths differ).
@@ -200,21 +201,16 @@ impl AlbedoProbe {
         truth: &Values,
         reconstruction: &Values,
     ) -> Option<[f64; 2]> {
-        let [fine, coarse] = [FINE, COARSE].map(|rule| self.error_by(rule, truth, reconstruction));
-        Some([fine?, (fine? - coarse?).abs()])
+        let [fine, coarse] = [FINE, COARSE].map(|rule| self.errors(rule, truth, reconstruction));
+        let off = std::array::from_fn(|i| Some((fine[i]? - coarse[i]?).abs()));
+        Some([mean(fine)?, mean(off)?])
     }
 
-    fn error_by(&self, rule: usize, truth: &Values, reconstruction: &Values) -> Option<f64> {
+    /// |a_g − a_f| / a_f of each view by a rule, `None` where the truth is black or has no data.
+    fn errors(&self, rule: usize, truth: &Values, reconstruction: &Values) -> [Option<f64>; 8] {
         let a_f = self.by(rule, truth, reconstruction);
         let a_g = self.by(rule, reconstruction, truth);
-        let (mut sum, mut views) = (0.0, 0);
-        for (f, g) in a_f.into_iter().zip(a_g) {
-            if f > 0.0 {
-                sum += (g - f).abs() / f;
-                views += 1;
-            }
-        }
-        (views > 0).then(|| sum / f64::from(views))
+        std::array::from_fn(|i| (a_f[i] > 0.0).then(|| (a_g[i] - a_f[i]).abs() / a_f[i]))
     }
 
     fn add_view(&mut self, theta_o: f64, nodes: Nodes) {
@@ -273,6 +269,13 @@ impl Default for AlbedoProbe {
     fn default() -> Self {
         Self::new()
     }
+}
+
+/// The mean of those that are there, `None` without any.
+fn mean(views: [Option<f64>; 8]) -> Option<f64> {
+    let there = views.iter().flatten();
+    let count = there.clone().count();
+    (count > 0).then(|| there.sum::<f64>() / count as f64)
 }
 
 /// The `n` Gauss–Legendre nodes and weights on [lo, hi].

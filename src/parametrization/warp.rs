@@ -90,7 +90,8 @@ pub fn warps() -> Vec<Entry<WarpSpec>> {
         ),
         plain(
             "arcsine",
-            "asin(x / x_max), in degrees: fine near the end, e.g. |k| becomes theta_d; lengths and angles",
+            "asin(x / x_max): fine near the end; of a length in degrees, e.g. |k| becomes theta_d, of an \
+             angle over its largest, in [0, 1]",
             |table| no_keys(table, WarpSpec::Arcsine),
         ),
         Entry {
@@ -195,13 +196,14 @@ impl WarpSpec {
         Ok(*registry::read_text(entry, "")?)
     }
 
-    /// True if equal steps of the warped coordinate get shorter towards the start of the axis.
+    /// True if equal steps of the warped coordinate get much shorter towards the start of the axis; of
+    /// `asinh` from a scale of a tenth on, where they are a tenth of the last ones.
     pub fn crowds_start(self) -> bool {
         match self {
             WarpSpec::SquareRoot | WarpSpec::Merl => true,
             WarpSpec::Arcsine => false,
             WarpSpec::Power { exponent } => exponent < 1.0,
-            WarpSpec::Asinh { .. } => true,
+            WarpSpec::Asinh { scale } => scale <= 0.1,
         }
     }
 
@@ -220,7 +222,15 @@ impl WarpSpec {
             WarpSpec::Arcsine if axis.quantity == Quantity::Other => {
                 return Err(WarpProblem::NoArcsine);
             }
-            WarpSpec::Arcsine => (Warp::Arcsine { max }, FRAC_PI_2, Unit::Radian),
+            WarpSpec::Arcsine => {
+                // That of a length is an angle; that of an angle is none.
+                let (top, unit) = match axis.unit {
+                    Unit::Radian => (1.0, Unit::One),
+                    Unit::One => (FRAC_PI_2, Unit::Radian),
+                };
+                let scale = top / FRAC_PI_2;
+                (Warp::Arcsine { scale, max }, top, unit)
+            }
             WarpSpec::Asinh { scale } => {
                 let scale = scale * max;
                 let top = (max / scale).asinh();
@@ -295,8 +305,10 @@ pub enum Warp {
         /// Largest plain value.
         max: f64,
     },
-    /// u = asin(x/max).
+    /// u = scale · asin(x/max).
     Arcsine {
+        /// Largest warped value, over a right angle.
+        scale: f64,
         /// Largest plain value.
         max: f64,
     },
@@ -327,7 +339,7 @@ impl Warp {
         match self {
             Warp::Identity => x,
             Warp::Root { top, max } => (top * (x.abs() / max).sqrt()).copysign(x),
-            Warp::Arcsine { max } => (x / max).asin(),
+            Warp::Arcsine { scale, max } => scale * (x / max).asin(),
             Warp::Asinh { scale, top, .. } => (x / scale).asinh() / top,
             Warp::Power { exponent, max, .. } => (x.abs() / max).powf(exponent).copysign(x),
         }
@@ -344,7 +356,7 @@ impl Warp {
                 let t2 = if t * t > 1.0 { 1.0 } else { t * t };
                 (t2 * max).copysign(u)
             }
-            Warp::Arcsine { max } => u.sin() * max,
+            Warp::Arcsine { scale, max } => (u / scale).sin() * max,
             Warp::Asinh { scale, top, max } => {
                 let x = scale * (u * top).sinh();
                 if x.abs() > max { max.copysign(x) } else { x }
@@ -363,7 +375,7 @@ impl Warp {
         match self {
             Warp::Identity => 1.0,
             Warp::Root { top, max } => 2.0 * max * u.abs() / (top * top),
-            Warp::Arcsine { max } => u.cos() * max,
+            Warp::Arcsine { scale, max } => (u / scale).cos() * max / scale,
             Warp::Asinh { scale, top, .. } => scale * top * (u * top).cosh(),
             Warp::Power { inverse, max, .. } => max * inverse * u.abs().powf(inverse - 1.0),
         }

@@ -6,9 +6,9 @@
 
 use super::lattice::{Centring, Lattice, LatticeAxis, coords, each_node_while};
 use super::sample_set::{PlanError, SampleSet, from_unit, place};
+use super::shapes::{fullest, in_numbers, largest};
 use super::{Pose, Schedule};
 use crate::error::ParameterError;
-use crate::geometry::Symmetry;
 use crate::parametrization::{Axis, AxisKind, Coords, Parametrization};
 use crate::registry::{self, Entry};
 use crate::sampling::Random;
@@ -16,7 +16,6 @@ use rustc_hash::FxHashMap;
 use serde::de::value::SeqAccessDeserializer;
 use serde::de::{self, SeqAccess, Visitor};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
-use std::f64::consts::PI;
 use std::fmt;
 use std::sync::Arc;
 
@@ -75,7 +74,7 @@ pub struct Grid {
     /// its start, else `cell`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub centring: Option<Vec<Centring>>,
-    /// True to leave the ratio, an axis by 15 % or one step, for the grid that fills the budget best, so
+    /// True to leave the ratio, an axis by 15 % or one step, for the nearest grid that fills the budget, so
     /// that grids of different coordinates have as many configurations.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub fill: bool,
@@ -201,80 +200,14 @@ impl SampleSet for Grid {
             return Err(ParameterError::new("ratio", format!("{TUNED:?}"), allowed).into());
         }
         let lay_out = |shape: &[usize]| self.lay_out(parametrization, shape, budget);
-        let numbers = self.numbers();
-        let schedule = largest(parametrization, numbers, budget, Self::KIND, lay_out)?;
+        let ratio = in_numbers(self.numbers(), parametrization.axes());
+        let schedule = largest(parametrization, &ratio, budget, Self::KIND, lay_out)?;
         Ok(match self.fill {
-            true => fullest(schedule, budget, lay_out),
+            true => fullest(schedule, &ratio, budget, lay_out),
             false => schedule,
         })
     }
 }
-
-/// The grid with the most configurations among shapes whose axes have at most 15 %, or one step, more or
-/// fewer nodes than those of `first`; a hundredth below the budget is near enough. Where exchanging light and
-/// sensor exchanges axes they stay equal, or nodes would not be shared. The azimuth of three axes, which
-/// has few nodes, varies only there.
-fn fullest(
-    first: Schedule,
-    budget: usize,
-    lay_out: impl Fn(&[usize]) -> Option<Schedule>,
-) -> Schedule {
-    let shape = |schedule: &Schedule| schedule.lattice.as_ref().map(Lattice::shape);
-    let Some(base) = shape(&first) else {
-        return first;
-    };
-    let axes = first.parametrization.axes();
-    let is_radial = |d: &usize| axes[*d].kind == AxisKind::Radial;
-    let (radial, azimuths): (Vec<usize>, Vec<usize>) = (0..base.len()).partition(is_radial);
-    // Axes that change together.
-    let groups: Vec<Vec<usize>> = match (first.parametrization.facts().exchange, base.len()) {
-        (true, _) => vec![radial, azimuths],
-        (false, 3) => radial.into_iter().map(|d| vec![d]).collect(),
-        (false, _) => (0..base.len()).map(|d| vec![d]).collect(),
-    };
-    let steps = steps(axes, first.parametrization.symmetry());
-    let nodes = |shape: &[usize]| shape.iter().map(|&n| n as f64).product::<f64>();
-    let share = first.poses.len() as f64 / nodes(&base);
-    let mut shapes = vec![base.clone()];
-    for group in &groups {
-        let (n, step) = (base[group[0]], steps[group[0]]);
-        let reach = ((n as f64 * REACH / step as f64).round() as usize).max(1) * step;
-        let least = if n > reach { n - reach } else { step };
-        let lengths = (least..=n + reach).step_by(step);
-        let mut more = Vec::new();
-        for (n, shape) in lengths.flat_map(|n| shapes.iter().map(move |shape| (n, shape))) {
-            let mut shape = shape.clone();
-            for &d in group {
-                // An azimuth of a turn keeps its four times of one of a quarter.
-                let scaled = (base[d] * n) as f64 / (base[group[0]] * steps[d]) as f64;
-                shape[d] = (scaled.round() as usize).max(1) * steps[d];
-            }
-            more.push(shape);
-        }
-        shapes = more;
-    }
-    // The share of nodes that are configurations changes little between them, and predicts.
-    let wanted = budget as f64 / share;
-    let off = |shape: &[usize]| (nodes(shape) / wanted - (1.0 - 0.5 * FULL)).abs();
-    shapes.sort_by(|a, b| off(a).total_cmp(&off(b)));
-    let mut best = first;
-    for shape in shapes.iter().take(TRIALS) {
-        if best.poses.len() as f64 >= (1.0 - FULL) * budget as f64 {
-            break;
-        }
-        if let Some(other) = lay_out(shape).filter(|s| s.poses.len() > best.poses.len()) {
-            best = other;
-        }
-    }
-    best
-}
-
-/// How far the axes of a grid that fills its budget may leave the ratio.
-const REACH: f64 = 0.15;
-/// Share of a budget that a full grid may leave.
-const FULL: f64 = 0.01;
-/// Shapes that are laid out to fill a budget.
-const TRIALS: usize = 40;
 
 /// Jittered grid: one random point in each cell.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
@@ -353,13 +286,10 @@ impl SampleSet for Stratified {
     ) -> Result<Schedule, PlanError> {
         self.check(parametrization.axes())?;
         let random = Random::new(seed);
-        largest(
-            parametrization,
-            self.ratio.as_deref(),
-            budget,
-            Self::KIND,
-            |shape| self.jitter(parametrization, shape, &random, budget),
-        )
+        let ratio = in_numbers(self.ratio.as_deref(), parametrization.axes());
+        largest(parametrization, &ratio, budget, Self::KIND, |shape| {
+            self.jitter(parametrization, shape, &random, budget)
+        })
     }
 }
 
@@ -439,54 +369,6 @@ impl Distinct {
     }
 }
 
-/// The largest shape in the given ratio whose schedule fits the budget: the next finer shape has
-/// more poses than that.
-fn largest(
-    parametrization: &Arc<dyn Parametrization>,
-    ratio: Option<&[f64]>,
-    budget: usize,
-    kind: &'static str,
-    lay_out: impl Fn(&[usize]) -> Option<Schedule>,
-) -> Result<Schedule, PlanError> {
-    let axes = parametrization.axes();
-    let ratio = match ratio {
-        Some(r) => r.to_vec(),
-        None => axes.iter().map(|a| a.density).collect(),
-    };
-    let mut shapes = Shapes::new(axes, parametrization.symmetry(), &ratio);
-    let mut fits: Option<Schedule> = None;
-    // Shapes by number: those below `low` fit, `high` does not. Shapes with no more nodes than the
-    // budget fit without a try; from there, the share of nodes that are poses predicts the rest,
-    // and laying a shape out stops as soon as it is too large.
-    let (mut low, mut high) = (0, usize::MAX);
-    let mut guess = shapes.first_above(budget as f64).saturating_sub(1);
-    while low < high {
-        match lay_out(shapes.get(guess)) {
-            Some(schedule) => {
-                low = guess + 1;
-                let poses = schedule.poses.len() as f64;
-                // No shape has less than a hundredth: that only bounds the next step.
-                let share = (poses / shapes.nodes(guess)).max(0.01);
-                guess = shapes.first_above(budget as f64 / share).saturating_sub(1);
-                fits = Some(schedule);
-            }
-            None => high = guess,
-        }
-        guess = guess.max(low);
-        if guess >= high {
-            guess = low + (high - low) / 2;
-        }
-    }
-    match fits {
-        Some(schedule) if !schedule.poses.is_empty() => Ok(schedule),
-        _ => Err(PlanError::Empty {
-            budget,
-            sample_set: kind,
-            parametrization: parametrization.name(),
-        }),
-    }
-}
-
 /// Default positions of nodes. Where a warp crowds them towards the peak, one sits
 /// on it. Where they are equally spaced a node on the peak would stand for its whole coarse cell,
 /// and a lone spike is worse interpolated than missed.
@@ -495,82 +377,6 @@ fn default_centring(axis: &Axis) -> Centring {
         Centring::Start
     } else {
         Centring::Cell
-    }
-}
-
-/// The steps in which the numbers of nodes along axes grow.
-fn steps(axes: &[Axis], symmetry: Symmetry) -> Vec<usize> {
-    // A pole joins azimuth a with a + π: a full turn needs an even number of nodes for both
-    // to be on the lattice. Where reciprocity leaves an azimuth its full turn beside one
-    // folded to a quarter (spherical coordinates), it gets four nodes at a time, so that in
-    // the default ratio the two stay in step: exchanging light and sensor then takes nodes
-    // to nodes.
-    let quarter = |a: &Axis| a.kind == AxisKind::Mirrored && a.length() < 0.6 * PI;
-    let full = if symmetry.reciprocal && axes.iter().any(quarter) {
-        4
-    } else {
-        2
-    };
-    let step = |a: &Axis| match a.kind {
-        AxisKind::Periodic if a.length() > 1.5 * PI => full,
-        _ => 1,
-    };
-    axes.iter().map(step).collect()
-}
-
-/// The growing sequence of shapes in a ratio: as a common scale grows, one axis after the other
-/// gains a node.
-struct Shapes {
-    step: Vec<usize>,
-    ratio: Vec<f64>,
-    list: Vec<Vec<usize>>,
-}
-
-impl Shapes {
-    fn new(axes: &[Axis], symmetry: Symmetry, ratio: &[f64]) -> Self {
-        let step = steps(axes, symmetry);
-        let first = step.clone();
-        Self {
-            step,
-            ratio: ratio.to_vec(),
-            list: vec![first],
-        }
-    }
-
-    /// Number of nodes of a shape.
-    fn nodes(&mut self, number: usize) -> f64 {
-        self.get(number).iter().map(|&n| n as f64).product()
-    }
-
-    /// Number of the first shape with more than `nodes` nodes.
-    fn first_above(&mut self, nodes: f64) -> usize {
-        let mut number = 0;
-        while self.nodes(number) <= nodes {
-            number += 1;
-        }
-        number
-    }
-
-    /// Shape `number`, nodes per axis.
-    fn get(&mut self, number: usize) -> &[usize] {
-        while self.list.len() <= number {
-            let last = &self.list[self.list.len() - 1];
-            let step = |d: usize| self.step[d];
-            // The scale at which axis d, rounded to the nearest allowed number, gains its step.
-            let scale = |d: usize| (last[d] as f64 + 0.5 * step(d) as f64) / self.ratio[d];
-            let next = (0..last.len()).map(scale).fold(f64::INFINITY, f64::min);
-            let shape = (0..last.len())
-                .map(|d| {
-                    if scale(d) <= next {
-                        last[d] + step(d)
-                    } else {
-                        last[d]
-                    }
-                })
-                .collect();
-            self.list.push(shape);
-        }
-        &self.list[number]
     }
 }
 

@@ -12,6 +12,7 @@ mod points;
 #[cfg(feature = "schemas")]
 pub(crate) mod record;
 mod sample_set;
+mod shapes;
 pub(crate) mod table;
 mod visited;
 

@@ -51,7 +51,7 @@ pub fn on_material(name: &str, brdf: &dyn Brdf) -> Result<Vec<Claim>, BuildError
 fn like_s(pictures: &[Distortion; 3], solid: &[Distortion; 3]) -> Claim {
     let stated = Statement {
         id: "isolines-like-s",
-        place: "Fig. 3 (gold-metallic-paint3)",
+        place: "Fig. 3, gold-metallic-paint3",
         statement: "isolines are like those of S: distorted in half/difference coordinates whatever \
                     phi_d, not in the others",
         criterion: "|h_bar| alone explains more of ln f than theta_h alone: on every slice, in \
@@ -89,7 +89,7 @@ fn like_s(pictures: &[Distortion; 3], solid: &[Distortion; 3]) -> Claim {
 fn corner_stable(corner: &[Distortion; 3]) -> Claim {
     let stated = Statement {
         id: "sheen-corner-stable",
-        place: "Fig. 4 (colonial-maple-223)",
+        place: "Fig. 4, colonial-maple-223",
         statement: "about the top left corner, isolines are stable over phi_d in half/difference \
                     coordinates, distorted in orthographic ones away from 90°, and hybrid \
                     coordinates keep distortions least",
@@ -116,7 +116,7 @@ fn corner_stable(corner: &[Distortion; 3]) -> Claim {
 fn typical_slices(pictures: &[Distortion; 3]) -> Claim {
     let stated = Statement {
         id: "exceptional-slices",
-        place: "Fig. 5 (pink-felt)",
+        place: "Fig. 5, pink-felt",
         statement: "half/difference coordinates are distorted most at phi_d = 90°, orthographic ones \
                     at phi_k = 0°",
         criterion: "mean squared deviation of ln f on a slice from the average over all azimuths is \
@@ -155,7 +155,7 @@ fn typical_slices(pictures: &[Distortion; 3]) -> Claim {
 fn least_change(pictures: &[Distortion; 3], solid: &[Distortion; 3]) -> Claim {
     let stated = Statement {
         id: "hybrid-changes-least",
-        place: "Fig. 5 (pink-felt)",
+        place: "Fig. 5, pink-felt",
         statement: "hybrid coordinates are the best trade-off: slices change little across phi_k",
         criterion: "the share of the variance of ln f that changes with the azimuth is smallest in \
                     hybrid coordinates, in equal steps of the coordinates and by solid angle",

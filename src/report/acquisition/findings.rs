@@ -154,14 +154,24 @@ fn in_own_coordinates(ranking: &Ranking, factor: Factor) -> Vec<Choice> {
     methods
 }
 
-/// A duel as the other choice and its ratios against the reference; `None` if neither side is it.
+/// A duel as the other choice and its ratios against the reference, one per name of [`compared_at`]; `None`
+/// if neither side is it.
 fn against(findings: &Findings, duel: &Duel) -> Option<(Choice, Vec<Option<Paired>>)> {
     let is = |choice: &Choice| Some(findings.factor.level(choice)) == findings.reference.as_deref();
+    let overall = (findings.allowances.len() > 1).then_some(duel.overall);
+    let cells = duel.cells.iter().copied().chain(overall);
     if is(&duel.b) {
-        return Some((duel.a.clone(), duel.cells.clone()));
+        return Some((duel.a.clone(), cells.collect()));
     }
-    let turned = |p: &Option<Paired>| p.map(|p| p.inverted());
-    is(&duel.a).then(|| (duel.b.clone(), duel.cells.iter().map(turned).collect()))
+    let turned = |p: Option<Paired>| p.map(|p| p.inverted());
+    is(&duel.a).then(|| (duel.b.clone(), cells.map(turned).collect()))
+}
+
+/// What ratios stand at: every allowance, and all of them together where there are several.
+pub(super) fn compared_at(findings: &Findings) -> Vec<String> {
+    let mut names = findings.allowances.clone();
+    names.extend((names.len() > 1).then(|| "all".to_owned()));
+    names
 }
 
 /// The level of the factor that others are compared with, if there is another.
@@ -226,7 +236,7 @@ fn against_reference(findings: &Findings, duels: &Duels, best: &Choice, out: &mu
         },
         scope.measure
     );
-    let mut columns = columns(&text, &findings.allowances);
+    let mut columns = columns(&text, &compared_at(findings));
     for (mut row, cells) in named {
         for cell in cells {
             let Some(cell) = cell else {
@@ -248,7 +258,7 @@ fn against_reference(findings: &Findings, duels: &Duels, best: &Choice, out: &mu
     let _ = writeln!(
         out,
         "Ratio and its 95 % interval over materials: + better, - worse, = no difference within the band, \
-         ? undecided: {}.",
+         ? undecided: {}; all: of each material its mean over the budgets.",
         undecided(findings)
     );
 }
@@ -288,7 +298,7 @@ pub(super) struct Against {
     pub name: String,
     /// The choice with this level.
     pub choice: Choice,
-    /// Ratio of its error to that of the reference, one per allowance.
+    /// Ratio of its error to that of the reference, one per name of [`compared_at`].
     pub cells: Vec<Option<Paired>>,
 }
 

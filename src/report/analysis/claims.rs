@@ -15,7 +15,7 @@ pub fn claims_table(claims: &[Claim]) -> String {
     let mut out = String::new();
     for claim in claims {
         let material = claim.material.as_ref();
-        let material = material.map_or(String::new(), |m| format!(", on {m}"));
+        let material = material.map_or(String::new(), |m| format!(", here on {m}"));
         let head = format!("{} ({}){material}", claim.id, claim.place);
         out += &format!("{:INDENT$}{head}\n", claim.verdict.name());
         out += &wrapped(claim.statement);

@@ -47,15 +47,23 @@ pub fn forest_svg(forest: &Forest) -> Result<String, Error> {
     let size = [width, bottom + 2.0 * axis::SIZE + 2.0 * LABEL + 8.0];
     let place = |v: f64| x.place(v).map(|t| left + t.clamp(0.0, 1.0) * WIDTH);
     Canvas::draw(size, |canvas| {
-        if let (Some(a), Some(b)) = (place(1.0 / forest.band), place(forest.band)) {
-            let corners = [[a, MARGIN], [b, MARGIN], [b, bottom], [a, bottom]];
-            canvas.area(&corners, GRID, 1.0);
+        // Beside the lines of each group: its name, above them, may be wide and stays clear.
+        let mut top = MARGIN;
+        for group in &forest.groups {
+            let start = top + 1.2 * LINE;
+            top += (1.4 + group.lines.len() as f64) * LINE;
+            let across = |at: f64| [[at, start], [at, top]];
+            if let (Some(a), Some(b)) = (place(1.0 / forest.band), place(forest.band)) {
+                canvas.area(&[[a, start], [b, start], [b, top], [a, top]], GRID, 1.0);
+            }
+            for (t, _) in &x.labelled {
+                canvas.line(&across(left + t * WIDTH), GRID, 0.8);
+            }
+            if let Some(one) = place(1.0) {
+                canvas.line(&across(one), FRAME, 1.2);
+            }
         }
         let mut how = Lettering::new(axis::SIZE, Align::Middle);
-        let across = |at: f64| [[at, MARGIN], [at, bottom]];
-        for (t, _) in &x.labelled {
-            canvas.line(&across(left + t * WIDTH), GRID, 0.8);
-        }
         for t in &x.minor {
             let at = left + t * WIDTH;
             canvas.line(&[[at, bottom], [at, bottom + 3.0]], FRAME, 0.8);
@@ -68,9 +76,6 @@ pub fn forest_svg(forest: &Forest) -> Result<String, Error> {
         for (t, label) in &x.labelled {
             let at = left + t * WIDTH;
             canvas.text([at, bottom + 6.0 + 0.6 * axis::SIZE], label, how);
-        }
-        if let Some(one) = place(1.0) {
-            canvas.line(&across(one), FRAME, 1.2);
         }
         how.size = LABEL;
         let label = fitted(&forest.label, LABEL, width - 2.0 * MARGIN);

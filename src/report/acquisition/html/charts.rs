@@ -1,6 +1,6 @@
 //! The diagrams of a report.
 
-use super::super::findings::{Against, level, materials, method};
+use super::super::findings::{Against, compared_at, level, materials, method};
 use super::super::order::{best_of_each, sampling, sorted, whole};
 use super::figure::chart;
 use super::materials::Material;
@@ -302,11 +302,11 @@ pub(super) fn forest(
         name: row.name.clone(),
         color: look(&row.choice).color,
         mark: look(&row.choice).mark,
-        lines: (row.cells.iter().zip(&findings.allowances))
+        lines: (row.cells.iter().zip(compared_at(findings)))
             .filter_map(|(cell, at)| {
                 let cell = cell.as_ref()?;
                 Some(ForestLine {
-                    name: at.clone(),
+                    name: at,
                     ratio: cell.ratio,
                     interval: cell.interval,
                     note: format!("{}  {}", number(cell.ratio), said(cell)),

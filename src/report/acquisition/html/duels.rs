@@ -1,6 +1,6 @@
 //! Samplings against the reference, all else equal.
 
-use super::super::findings::{Against, method, p_text, ratios, reference, undecided};
+use super::super::findings::{Against, compared_at, method, p_text, ratios, reference, undecided};
 use super::charts::{self, Looks};
 use super::scope_title;
 use super::words::{number, said};
@@ -39,7 +39,7 @@ pub(super) fn section(findings: &Findings, looks: &Looks) -> Result<Markup, Erro
             "against the one at its place in the reference's list; of lists that differ in length the "
             "end of the shorter also stands against the rest of the longer. Behind a stroke: the warp of "
             "the reference, where it is another. Left of 1 is better; the band about 1 counts as no "
-            "difference. Undecided: " (undecided(findings)) "."
+            "difference. Undecided: " (undecided(findings)) "; all: of each material its mean over the budgets."
         }
         @if parts.is_empty() { p { "There is only one parametrization." } }
         @for part in &parts { (part) }
@@ -65,7 +65,7 @@ fn table(findings: &Findings, rows: &[Against], reference: &str) -> Markup {
                 }
                 @for row in rows {
                     tbody {
-                        @for (i, (cell, at)) in row.cells.iter().zip(&findings.allowances)
+                        @for (i, (cell, at)) in row.cells.iter().zip(compared_at(findings))
                             .filter_map(|(c, at)| Some((c.as_ref()?, at))).enumerate() {
                             tr {
                                 th scope="row" { @if i == 0 { (row.name) } @else { span { (row.name) } } }
