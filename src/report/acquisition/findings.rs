@@ -215,12 +215,11 @@ fn against_reference(findings: &Findings, duels: &Duels, best: &Choice, out: &mu
     });
     for other in others {
         let rows = ratios(findings, other, best);
-        // As it is, and as it is warped first.
         let asked = rows
             .into_iter()
             .filter(|r| is_challenger(findings, &r.choice));
         let truth = other.scope.truth.as_deref().unwrap_or_default();
-        for row in asked.take(2) {
+        for row in asked {
             let name = format!("    {}, {truth} ({})", row.name, other.scope.materials);
             named.push((name, row.cells));
         }
@@ -258,7 +257,7 @@ fn against_reference(findings: &Findings, duels: &Duels, best: &Choice, out: &mu
     let _ = writeln!(
         out,
         "Ratio and its 95 % interval over materials: + better, - worse, = no difference within the band, \
-         ? undecided: {}; all: of each material its mean over the budgets.",
+         ? undecided: {}; all: of each material its mean over the budgets, p as it is.",
         undecided(findings)
     );
 }

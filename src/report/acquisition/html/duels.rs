@@ -39,7 +39,7 @@ pub(super) fn section(findings: &Findings, looks: &Looks) -> Result<Markup, Erro
             "against the one at its place in the reference's list; of lists that differ in length the "
             "end of the shorter also stands against the rest of the longer. Behind a stroke: the warp of "
             "the reference, where it is another. Left of 1 is better; the band about 1 counts as no "
-            "difference. Undecided: " (undecided(findings)) "; all: of each material its mean over the budgets."
+            "difference. Undecided: " (undecided(findings)) "; all: of each material its mean over the budgets, p as it is."
         }
         @if parts.is_empty() { p { "There is only one parametrization." } }
         @for part in &parts { (part) }
