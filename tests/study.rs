@@ -677,6 +677,31 @@ fn findings_are_those_of_the_factors() {
 }
 
 #[test]
+fn ratios_over_all_budgets_are_of_mean_errors() {
+    // Twice as much at the first budget, eight times at the second; one material lacks the second.
+    let mut rows = product(|_, _, _| 1.0);
+    for row in rows.iter_mut().filter(|r| r.parametrization == "hybrid") {
+        let factor = if row.budget == 100 { 2.0 } else { 8.0 };
+        let error = row.value("nrmse").map(|e| e * factor);
+        let is_lacking = row.material == "m3" && row.budget == 1000;
+        row.quantities.set("nrmse", error.filter(|_| !is_lacking));
+    }
+    let overall = |rows: &[&Row]| {
+        let findings = Findings::new(rows, 1.05);
+        let mut duels = findings.duels[0].duels.iter();
+        let of = duels.find(|d| d.a.parametrization == "hybrid");
+        of.unwrap().overall
+    };
+    let all: Vec<&Row> = rows.iter().collect();
+    let found = overall(&all).unwrap();
+    assert!((found.ratio - 4.0).abs() < 1e-12, "{found}");
+    assert_eq!((found.n, found.losses), (11, 11));
+    // At one budget there is nothing to bring together.
+    let first: Vec<&Row> = rows.iter().filter(|r| r.budget == 100).collect();
+    assert_eq!(overall(&first), None);
+}
+
+#[test]
 fn seeds_are_no_materials() {
     let rows = product(|parametrization, _, _| {
         if parametrization == "hybrid" {

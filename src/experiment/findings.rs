@@ -89,8 +89,8 @@ pub struct Duel {
     /// One comparison per allowance; ratios below 1: the first is better. p is adjusted over the
     /// allowances.
     pub cells: Vec<Option<Paired>>,
-    /// Over all allowances: of each material the geometric mean of its errors at them; `None` where an
-    /// allowance has no error of it.
+    /// Over all allowances, if there are several: of each material that has an error at all of them their
+    /// geometric mean; `None` without such materials.
     pub overall: Option<Paired>,
 }
 
@@ -397,6 +397,9 @@ impl<'i, 'a> Table<'i, 'a> {
     /// Compares two choices by their mean errors over all allowances, at the materials that have them.
     fn overall(&self, choices: [usize; 2], band: f64) -> Option<Paired> {
         let allowances = self.index.allowances.list.len();
+        if allowances < 2 {
+            return None;
+        }
         let of = |c: usize, m: usize| {
             let errors = (0..allowances).map(|a| self.errors[c][a][m]);
             let mean = geometric_mean(&errors.collect::<Option<Vec<_>>>()?)?;

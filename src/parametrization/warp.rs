@@ -197,7 +197,7 @@ impl WarpSpec {
     }
 
     /// True if equal steps of the warped coordinate get much shorter towards the start of the axis; of
-    /// `asinh` from a scale of a tenth on, where they are a tenth of the last ones.
+    /// `asinh` up to a scale of a tenth, where the first are a tenth of the last.
     pub fn crowds_start(self) -> bool {
         match self {
             WarpSpec::SquareRoot | WarpSpec::Merl => true,
@@ -385,6 +385,8 @@ impl Warp {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::geometry::Symmetry;
+    use crate::parametrization::{Form, HalfDifference, Hybrid, Parametrization};
 
     #[test]
     fn the_power_of_a_half_is_the_square_root() {
@@ -402,6 +404,35 @@ mod tests {
             close(root.forward(t * max), power.forward(t * max));
             close(root.inverse(t), power.inverse(t));
             close(root.slope(t), power.slope(t));
+        }
+    }
+
+    #[test]
+    fn steps_crowd_the_start_where_they_are_a_tenth_of_the_last() {
+        let axis = Form::new(HalfDifference, Symmetry::FULL).axes()[0];
+        let scales = [1e-4, 0.09, 0.11, 0.5].map(|scale| WarpSpec::Asinh { scale });
+        let examples = warps().into_iter().flat_map(|entry| {
+            let read = move |text: &&str| *registry::read_text(&entry, text).unwrap();
+            entry.examples.iter().map(read).collect::<Vec<_>>()
+        });
+        for spec in examples.chain(scales) {
+            let (warp, bent) = spec.on(&axis).unwrap();
+            let crowds = warp.slope(0.0) < 0.1 * warp.slope(bent.range[1]);
+            assert_eq!(spec.crowds_start(), crowds, "{spec:?}");
+        }
+    }
+
+    #[test]
+    fn the_arcsine_of_a_length_is_an_angle_and_that_of_an_angle_a_share() {
+        let [theta_d, k] = [
+            Form::new(HalfDifference, Symmetry::FULL).axes()[1],
+            Form::new(Hybrid, Symmetry::FULL).axes()[1],
+        ];
+        for (axis, unit, top) in [(theta_d, Unit::One, 1.0), (k, Unit::Radian, FRAC_PI_2)] {
+            let (warp, bent) = WarpSpec::Arcsine.on(&axis).unwrap();
+            assert_eq!((bent.unit, bent.range), (unit, [0.0, top]));
+            assert!((warp.forward(axis.range[1]) - top).abs() < 1e-15);
+            assert!((warp.forward(0.5 * axis.range[1]) - top / 3.0).abs() < 1e-15);
         }
     }
 

@@ -6,7 +6,7 @@
 
 use super::lattice::{Centring, Lattice, LatticeAxis, coords, each_node_while};
 use super::sample_set::{PlanError, SampleSet, from_unit, place};
-use super::shapes::{fullest, in_numbers, largest};
+use super::shapes::{filled, in_numbers, largest};
 use super::{Pose, Schedule};
 use crate::error::ParameterError;
 use crate::parametrization::{Axis, AxisKind, Coords, Parametrization};
@@ -203,7 +203,7 @@ impl SampleSet for Grid {
         let ratio = in_numbers(self.numbers(), parametrization.axes());
         let schedule = largest(parametrization, &ratio, budget, Self::KIND, lay_out)?;
         Ok(match self.fill {
-            true => fullest(schedule, &ratio, budget, lay_out),
+            true => filled(schedule, &ratio, budget, lay_out),
             false => schedule,
         })
     }

@@ -61,7 +61,7 @@ pub(super) fn largest(
 /// 15 %, or one step, more or fewer nodes than those of `first`; if none does, the fullest. Nearness is the
 /// sum of the squared logarithms of what axes are off. Where exchanging light and sensor exchanges
 /// axes they stay equal, or nodes would not be shared.
-pub(super) fn fullest(
+pub(super) fn filled(
     first: Schedule,
     ratio: &[f64],
     budget: usize,
@@ -115,13 +115,11 @@ pub(super) fn fullest(
         if full(&best) {
             break;
         }
-        let least = best.poses.len() as f64 / budget as f64 - NEAR;
-        if share(&shape) < least {
-            continue;
-        }
-        if let Some(other) = lay_out(&shape).filter(|s| s.poses.len() > best.poses.len()) {
-            best = other;
-        }
+        let may_hold_more = share(&shape) >= best.poses.len() as f64 / budget as f64 - NEAR;
+        let other = may_hold_more.then(|| lay_out(&shape)).flatten();
+        best = other
+            .filter(|s| s.poses.len() > best.poses.len())
+            .unwrap_or(best);
     }
     best
 }
