@@ -3,9 +3,9 @@
 use glam::DVec3;
 use gonio::brdf::{self, Brdf, Channels, laws};
 use gonio::geometry::{Direction, DirectionPair};
-use gonio::metrics::AlbedoProbe;
+use gonio::metrics::{self, AlbedoProbe, Measure, MetricsSpec, TestSet};
 use gonio::registry;
-use gonio::sampling::Sobol;
+use gonio::sampling::{Sobol, gauss_legendre};
 use std::f64::consts::{FRAC_PI_2, PI};
 
 fn model(kind: &str, text: &str) -> Box<dyn Brdf> {
@@ -337,6 +337,50 @@ fn lobes_of_any_width_agree_with_adaptive_quadrature() {
             println!("{case}");
             assert!((value - want).abs() <= error + 1e-6 * want, "{case}");
             assert!(error <= 1e-5 * value, "{case}");
+        }
+    }
+}
+
+/// `energy` under the cosine measure is the error of the albedo of the hemisphere: directional albedos by
+/// quadrature, averaged over cosine-distributed views.
+#[test]
+fn energy_is_the_error_of_the_hemispheres_albedo() {
+    let spec = MetricsSpec {
+        pairs: 1 << 15,
+        mask_deg: 90.0,
+        ..MetricsSpec::default()
+    };
+    let set = TestSet::new(&[Measure::Cosine], &spec).unwrap();
+    let level = set.level(0);
+    let hemisphere = |brdf: &dyn Brdf| -> f64 {
+        let views = gauss_legendre(12).into_iter().map(|(x, w)| {
+            // sin²θ is uniform over [0, 1].
+            let theta = (0.5 * (1.0 + x)).sqrt().asin();
+            0.5 * w * reference(brdf, theta, 1e-5)
+        });
+        views.sum()
+    };
+    let models = [
+        ("ggx", "alpha = 0.3"),
+        ("phong", "exponent = 20"),
+        ("oren-nayar", "sigma_deg = 30"),
+        ("lambert", ""),
+    ];
+    let models = models.map(|(kind, text)| model(kind, text));
+    for truth in &models {
+        let of_truth = hemisphere(&**truth);
+        for other in &models {
+            let expected = hemisphere(&**other) / of_truth - 1.0;
+            let [f, g] = [truth, other].map(|brdf| metrics::evaluate(&**brdf, &level.pairs));
+            let mut tally = set.tally();
+            level.add_to(&mut tally, &f, &g);
+            let found = tally.errors(0).energy.unwrap();
+            let standard = tally.standard_errors(0).energy.unwrap();
+            assert!(
+                (found - expected).abs() <= 4.0 * standard + 2e-4 * (1.0 + expected.abs()),
+                "{found} ± {standard}, {expected}"
+            );
+            assert!(standard < 0.01 * (1.0 + expected.abs()), "{standard}");
         }
     }
 }

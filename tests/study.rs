@@ -490,6 +490,36 @@ fn a_lighting_is_that_of_its_key() {
     }
 }
 
+/// Pairs are added until the cosine measure is known, with its parts beside it or not; what is left of these is
+/// told.
+#[test]
+fn parts_of_a_measure_are_not_waited_for() {
+    let text = TEXT.replace("max_pairs = 1\n", "max_pairs = 20000\n");
+    let with = |measures: &str| {
+        let plan = plan(&text.replace(
+            r#"measures = ["cosine", "lobe"]"#,
+            &format!("measures = {measures}"),
+        ));
+        let mut rows = timeless(&plan, &rows(&plan));
+        rows.iter_mut().for_each(|r| r.key = RowKey::default());
+        rows
+    };
+    let all = with("[\"cosine\", \"steep\", \"grazing\"]");
+    let cosine: Vec<Row> = all
+        .iter()
+        .filter(|r| r.measure == "cosine")
+        .cloned()
+        .collect();
+    assert!(cosine == with("[\"cosine\"]"));
+    // Rows of a reconstruction follow each other.
+    let is_left = |of: &[Row]| of[0].converged && of[1..].iter().any(|r| !r.converged);
+    assert!(all.chunks(3).any(is_left));
+    // Alone a part is waited for.
+    let grazing = with("[\"grazing\"]");
+    let pairs = |rows: &[Row]| rows.iter().map(|r| r.pairs).sum::<usize>();
+    assert!(pairs(&grazing) > pairs(&cosine));
+}
+
 #[test]
 fn any_number_of_threads_gives_the_same_rows() {
     let plan = plan(TEXT);
@@ -606,6 +636,7 @@ max_pairs = 1
                 material: format!("m{m}"),
                 truth: if m < 6 { "a".into() } else { "b".into() },
                 readings: row.budget,
+                poses: row.budget,
                 ..row.clone()
             };
             row.quantities.set("nrmse", Some(error));
@@ -699,6 +730,39 @@ fn ratios_over_all_budgets_are_of_mean_errors() {
     // At one budget there is nothing to bring together.
     let first: Vec<&Row> = rows.iter().filter(|r| r.budget == 100).collect();
     assert_eq!(overall(&first), None);
+}
+
+/// Errors fall as a power of the readings, each with its own exponent, and one choice takes fewer readings than
+/// it may: ratios are those at the fewer, and at the first budget, where nothing is below, at the more.
+#[test]
+fn ratios_are_at_equal_readings() {
+    let mut rows = product(|_, _, _| 1.0);
+    let exponent = |material: &str| 0.4 + 0.05 * material[1..].parse::<f64>().unwrap();
+    for row in &mut rows {
+        let hybrid = row.parametrization == "hybrid";
+        let share = if hybrid { 0.9 } else { 1.0 };
+        row.poses = (share * row.budget as f64) as usize;
+        let error = (row.poses as f64).powf(-exponent(&row.material));
+        row.quantities
+            .set("nrmse", Some(if hybrid { 3.0 * error } else { error }));
+    }
+    let ratios = |rows: &[Row]| {
+        let rows: Vec<&Row> = rows.iter().collect();
+        let findings = Findings::new(&rows, 1.05);
+        let mut duels = findings.duels[0].duels.iter();
+        let duel = duels.find(|d| d.a.parametrization == "hybrid").unwrap();
+        let cells = duel.cells.iter().copied().chain([duel.overall]);
+        cells.map(|c| c.unwrap().ratio).collect::<Vec<_>>()
+    };
+    for ratio in ratios(&rows) {
+        assert!((ratio - 3.0).abs() < 1e-12, "{ratio}");
+    }
+    // Poses of a machine cost what they take: its ratios are at what was allowed.
+    rows.iter_mut()
+        .for_each(|row| row.instrument_seconds = Some(1.0));
+    for ratio in ratios(&rows) {
+        assert!(ratio > 3.2, "{ratio}");
+    }
 }
 
 #[test]

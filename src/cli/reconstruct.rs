@@ -454,7 +454,7 @@ fn compare(
     let mut tally = set.tally();
     first.add_to(&mut tally, &f, &g);
     let mut n = 0;
-    while !set.has_converged(&tally) && !set.is_last(n) {
+    while !set.is_enough(&tally) && !set.is_last(n) {
         n += 1;
         let level = set.level(n);
         let [f, g] = values(&level);

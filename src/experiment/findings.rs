@@ -15,8 +15,8 @@ use super::choices::Choice;
 use super::question::{Factor, ReportSpec};
 use super::row::Row;
 use crate::statistics::{
-    Bootstrap, EXACT, Paired, PooledOrder, Shares, geometric_mean, median, order, pooled_order,
-    variance_shares,
+    Bootstrap, EXACT, Paired, PooledOrder, Shares, error_at, geometric_mean, median, order,
+    pooled_order, variance_shares,
 };
 use rayon::iter::{IntoParallelIterator, ParallelIterator};
 
@@ -79,7 +79,8 @@ pub struct Ranking {
     pub lines: Vec<Line>,
 }
 
-/// One level of a factor against another, all else equal.
+/// One level of a factor against another, all else equal: of allowed poses at the same readings, which the error of
+/// the side with more is interpolated to (of the other side, where there are no fewer).
 #[derive(Clone, Debug, PartialEq)]
 pub struct Duel {
     /// The first level's choice.
@@ -224,6 +225,8 @@ struct Table<'i, 'a> {
     /// By choice, allowance and position in `materials`: an error, and its standard error as a share of it.
     errors: Vec<Vec<Vec<Option<f64>>>>,
     relative: Vec<Vec<Vec<f64>>>,
+    /// Readings in the same order, where an ideal instrument took all of the poses that were allowed; 0 elsewhere.
+    readings: Vec<Vec<Vec<f64>>>,
 }
 
 impl<'i, 'a> Table<'i, 'a> {
@@ -244,13 +247,18 @@ impl<'i, 'a> Table<'i, 'a> {
             let of = |at| index.mean(at, |r| metric.of(r));
             places(c).map(|at| at.map(of).collect()).collect()
         });
-        let relative = choices.map(|c| {
+        let relative = choices.clone().map(|c| {
             let of = |at| index.average(at, |r| metric.relative_error(r));
+            places(c).map(|at| at.map(of).collect()).collect()
+        });
+        let readings = choices.map(|c| {
+            let of = |at| index.mean(at, Row::poses_taken).unwrap_or(0.0);
             places(c).map(|at| at.map(of).collect()).collect()
         });
         Self {
             errors: errors.collect(),
             relative: relative.collect(),
+            readings: readings.collect(),
             index,
             bootstrap,
             measure,
@@ -379,8 +387,7 @@ impl<'i, 'a> Table<'i, 'a> {
                     continue;
                 }
                 let cells = (0..self.index.allowances.list.len()).map(|at| {
-                    let (x, y) = (&self.errors[i][at], &self.errors[j][at]);
-                    let both = x.iter().zip(y).map(|(x, y)| Some(((*x)?, (*y)?)));
+                    let both = (0..self.materials.len()).map(|m| self.alike([i, j], at, m));
                     self.paired([i, j], at, both, band)
                 });
                 duels.push(Duel {
@@ -394,22 +401,40 @@ impl<'i, 'a> Table<'i, 'a> {
         duels
     }
 
+    /// Errors of two choices at a material and an allowance, at equal readings.
+    fn alike(&self, [i, j]: [usize; 2], at: usize, m: usize) -> Option<(f64, f64)> {
+        let of = |c: usize| Some((self.readings[c][at][m], self.errors[c][at][m]?));
+        let ((n, x), (k, y)) = (of(i)?, of(j)?);
+        if n == k || n * k == 0.0 {
+            return Some((x, y));
+        }
+        // Between this allowance and those beside it.
+        let between = |c: usize, readings: f64| {
+            let near = at.saturating_sub(1)..(at + 2).min(self.errors[c].len());
+            let points = near.filter_map(|a| Some((self.readings[c][a][m], self.errors[c][a][m]?)));
+            error_at(&points.collect::<Vec<_>>(), readings)
+        };
+        let (fewer, more) = (n.min(k), n.max(k));
+        let both = [fewer, more].map(|to| Some((between(i, to)?, between(j, to)?)));
+        both.into_iter().flatten().next().or(Some((x, y)))
+    }
+
     /// Compares two choices by their mean errors over all allowances, at the materials that have them.
     fn overall(&self, choices: [usize; 2], band: f64) -> Option<Paired> {
         let allowances = self.index.allowances.list.len();
         if allowances < 2 {
             return None;
         }
-        let of = |c: usize, m: usize| {
-            let errors = (0..allowances).map(|a| self.errors[c][a][m]);
-            let mean = geometric_mean(&errors.collect::<Option<Vec<_>>>()?)?;
-            let known = (0..allowances).map(|a| self.relative[c][a][m].powi(2));
-            Some((mean, known.sum::<f64>().sqrt() / allowances as f64))
+        let known = |c: usize, m: usize| {
+            let squares = (0..allowances).map(|a| self.relative[c][a][m].powi(2));
+            squares.sum::<f64>().sqrt() / allowances as f64
         };
         let both = (0..self.materials.len()).filter_map(|m| {
-            let [a, b] = choices.map(|c| of(c, m));
-            let ((a, of_a), (b, of_b)) = (a?, b?);
-            Some(((a, b), (of_a, of_b)))
+            let errors = (0..allowances).map(|a| self.alike(choices, a, m));
+            let (a, b): (Vec<f64>, Vec<f64>) =
+                errors.collect::<Option<Vec<_>>>()?.into_iter().unzip();
+            let [of_a, of_b] = choices.map(|c| known(c, m));
+            Some(((geometric_mean(&a)?, geometric_mean(&b)?), (of_a, of_b)))
         });
         let (errors, known): (Vec<_>, Vec<_>) = both.unzip();
         Some(Paired::new(&errors, band, self.bootstrap)?.known_to(&known))

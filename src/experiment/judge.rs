@@ -46,8 +46,8 @@ pub(super) struct Compared {
     whole: Option<Tally>,
     /// True if these are known to be the same.
     nothing_lost: bool,
-    /// True if the standard errors are below the tolerance.
-    pub converged: bool,
+    /// True if the standard errors are below the tolerance, one per measure.
+    pub converged: Vec<bool>,
     /// Shares of the pairs that readings do not surround, one per measure.
     uncovered: Vec<Uncovered>,
     /// Share of the pairs within the uncertainty, one per measure, if it is counted and there is one.
@@ -183,7 +183,7 @@ impl<'a> Judge<'a> {
             tally: self.set.tally(),
             whole: made.whole.as_ref().map(|_| self.set.tally()),
             nothing_lost: member.2.nothing_lost,
-            converged: false,
+            converged: Vec::new(),
             uncovered: Vec::new(),
             within: Vec::new(),
             albedo: None,
@@ -229,8 +229,12 @@ impl<'a> Judge<'a> {
             for &i in &open {
                 let compared = &mut compared[i];
                 compared.evaluate_seconds += seconds / open.len() as f64;
-                compared.converged = self.set.has_converged(&compared.tally);
-                compared.is_done = compared.converged || self.set.is_last(n);
+                compared.is_done = self.set.is_enough(&compared.tally) || self.set.is_last(n);
+                if compared.is_done {
+                    let measures = 0..self.set.measures().len();
+                    let converged = measures.map(|at| self.set.has_converged(&compared.tally, at));
+                    compared.converged = converged.collect();
+                }
             }
         }
         teller.summary.seconds.evaluate += evaluate;

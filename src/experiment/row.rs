@@ -91,7 +91,8 @@ row! {
     unphysical_share: f64,
     /// test pairs compared, of all measures together
     pairs: usize,
-    /// true if every standard error is below `tolerance` of its average; else `max_pairs` was reached
+    /// true if every standard error is below `tolerance` of its average; else `max_pairs` was reached, or the
+    /// measure is a part of another that is asked for, which alone is waited for
     converged: bool,
     /// test pairs left out because the truth has no data there
     pairs_missing: usize,
@@ -239,6 +240,12 @@ impl Row {
             reconstruction: self.reconstruction.clone(),
             coordinates: self.coordinates.clone(),
         }
+    }
+
+    /// Poses that an ideal instrument took, which is what they cost; `None` of one that costs time.
+    pub(super) fn poses_taken(&self) -> Option<f64> {
+        let is_ideal = self.instrument_seconds.is_none();
+        is_ideal.then_some(self.poses as f64)
     }
 
     /// Seconds of computing behind this row: measuring (where that is simulated), reconstructing,

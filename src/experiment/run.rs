@@ -559,7 +559,7 @@ impl<'a> Runner<'a> {
                     instrument_seconds: facts.instrument_seconds,
                     unphysical_share: facts.unphysical_share,
                     pairs: errors.pairs,
-                    converged: compared.converged,
+                    converged: compared.converged[at],
                     pairs_missing: errors.pairs_missing,
                     pairs_unreconstructed: errors.pairs_unreconstructed,
                     plan_seconds: route.seconds,

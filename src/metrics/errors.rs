@@ -6,12 +6,15 @@
 //! | `log_relative` | mean \|ln((g + ε)/(f + ε))\| | 1 |
 //! | `log1p` | mean \|ln(1 + g cos) − ln(1 + f cos)\| | 1 |
 //! | `cbrt` | RMS of (g cos)^(1/3) − (f cos)^(1/3) | sr^(-1/3) |
+//! | `energy` | mean g over mean f, less 1: signed, > 0 where light is gained | 1 |
 //! | `mean_relative`, `relative_p999` | mean and 99.9 % quantile of \|g − f\| / max(f, ε) | 1 |
 //!
-//! cos = cos θ_i, ε = 10⁻³ sr⁻¹. All are ≥ 0, and 0 if g = f at every pair.
+//! cos = cos θ_i, ε = 10⁻³ sr⁻¹. All are 0 if g = f at every pair, and all but `energy` are ≥ 0. By cosine
+//! pairs `energy` is the relative error of the hemisphere's albedo (within the mask): light from all of it reflected
+//! into all of it.
 //!
 //! Undefined ones are `None`, an empty cell in a table: all of them if no pair is left to
-//! compare, `nrmse` also if the truth is black. A NaN would be written as text, survive into a
+//! compare, `nrmse` and `energy` also if the truth is black. A NaN would be written as text, survive into a
 //! median and compare false with every threshold; 0 would read as a perfect reconstruction.
 
 use super::{Judged, Quantity};
@@ -30,6 +33,8 @@ pub struct Errors {
     pub cbrt: Option<f64>,
     /// Mean of |g − f| / max(f, 1e-3).
     pub mean_relative: Option<f64>,
+    /// Mean of g over that of f, less 1; `None` also for a black truth.
+    pub energy: Option<f64>,
     /// |g − f| / max(f, 1e-3) that 99.9 % of the measure is below, to 3 % and in [1e-9, 1e15]; 0 below.
     pub relative_p999: Option<f64>,
     /// Pairs that were compared.
@@ -44,11 +49,11 @@ pub struct Errors {
 macro_rules! judged {
     ($( $field:ident: $summary:literal, )+) => {
         /// Every error, in the order of columns, with its field.
-        pub const QUANTITIES: [Judged<Errors>; 6] =
+        pub const QUANTITIES: [Judged<Errors>; 7] =
             [$( (Quantity::real(stringify!($field), $summary), |e| e.$field) ),+];
 
         /// Standard errors, in the same order, with the fields of [`Tally::standard_errors`](super::Tally::standard_errors).
-        pub const STANDARD_ERRORS: [Judged<Errors>; 6] = [$( (
+        pub const STANDARD_ERRORS: [Judged<Errors>; 7] = [$( (
             Quantity::real(
                 concat!(stringify!($field), "_se"),
                 concat!("standard error of ", stringify!($field), ": of the choice of test pairs"),
@@ -65,6 +70,7 @@ impl Errors {
         log1p: "mean |ln(1 + g cos) − ln(1 + f cos)|",
         cbrt: "RMS of (g cos)^(1/3) − (f cos)^(1/3)",
         mean_relative: "mean of |g − f| / max(f, 1e-3)",
+        energy: "mean of g over that of f, less 1, by pairs of measure cosine that of the hemisphere's albedo; > 0 gains light",
         relative_p999: "|g − f| / max(f, 1e-3) that 99.9 % of the pairs are below",
     }
 }

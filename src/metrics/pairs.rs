@@ -73,6 +73,11 @@ impl Measure {
         }
     }
 
+    /// True if its pairs are some of another's.
+    pub(super) fn is_part_of(self, other: Measure) -> bool {
+        other == Measure::Cosine && matches!(self, Measure::Steep | Measure::Grazing)
+    }
+
     /// True if a pair is in the part of the hemispheres that it is about.
     pub(super) fn has(self, pair: &DirectionPair) -> bool {
         let lower = pair.omega_i.cos_theta().min(pair.omega_o.cos_theta());

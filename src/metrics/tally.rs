@@ -35,10 +35,17 @@ struct Sums {
 /// Errors that are averages over pairs; the last one is a quantile.
 const AVERAGES: usize = Errors::QUANTITIES.len() - 1;
 
-/// Numbers of a pair that are averaged.
-const TERMS: usize = 6;
+/// The number of `energy` among them.
+const ENERGY: usize = AVERAGES - 1;
 
-/// ((g − f) cos)², (f cos)², the squared difference of cube roots, |Δ ln(f + ε)|, |Δ ln(1 + f cos)|, relative error.
+/// Number of the relative error among the terms.
+const RELATIVE: usize = 5;
+
+/// Numbers of a pair that are averaged.
+const TERMS: usize = 8;
+
+/// ((g − f) cos)², (f cos)², the squared difference of cube roots, |Δ ln(f + ε)|, |Δ ln(1 + f cos)|, relative
+/// error, g − f, f.
 #[inline]
 fn terms(f: f64, g: f64, cos: f64) -> [f64; TERMS] {
     let (f_cos, g_cos, difference) = (f * cos, g * cos, g - f);
@@ -51,6 +58,8 @@ fn terms(f: f64, g: f64, cos: f64) -> [f64; TERMS] {
         // One logarithm instead of two, and no cancellation where g is close to f.
         (difference * cos / (1.0 + f_cos)).ln_1p().abs(),
         difference.abs() / f.max(FLOOR),
+        difference,
+        f,
     ]
 }
 
@@ -115,7 +124,7 @@ impl Tally {
             for (sum, term) in sums.of[1..].iter_mut().zip(terms) {
                 sum.add(w * term);
             }
-            sums.relative.add(w, terms[TERMS - 1]);
+            sums.relative.add(w, terms[RELATIVE]);
         }
     }
 
@@ -137,11 +146,14 @@ impl Tally {
         )
     }
 
-    /// True if the standard error of every average is a share below `tolerance` of it, or below 1e-6.
+    /// True if the standard error of every average is a share below `tolerance` of it (of `energy`, of all energy), or
+    /// below 1e-6.
     pub fn has_converged(&self, measure: usize, tolerance: f64) -> bool {
         let averages = self.averages(measure, None);
         let standard = self.standard_errors_of_averages(measure);
-        averages.iter().zip(standard).all(|both| match both {
+        let mut both = averages.iter().zip(standard).enumerate();
+        both.all(|(k, both)| match both {
+            (Some(_), Some(error)) if k == ENERGY => error <= tolerance,
             (Some(value), Some(error)) => error <= NEGLIGIBLE.max(tolerance * value),
             (value, _) => value.is_none(),
         })
@@ -186,6 +198,8 @@ impl Tally {
             log_relative,
             log1p,
             relative,
+            gain,
+            energy,
         ] = totals.map(Sum::value);
         let mean = |sum: f64| defined(sum / weight);
         [
@@ -194,6 +208,7 @@ impl Tally {
             mean(log1p),
             mean(cbrt2).map(f64::sqrt),
             mean(relative),
+            defined(gain / energy),
         ]
     }
 
@@ -208,13 +223,14 @@ impl Tally {
     }
 
     fn named(&self, averages: [Option<f64>; AVERAGES], relative_p999: Option<f64>) -> Errors {
-        let [nrmse, log_relative, log1p, cbrt, mean_relative] = averages;
+        let [nrmse, log_relative, log1p, cbrt, mean_relative, energy] = averages;
         Errors {
             nrmse,
             log_relative,
             log1p,
             cbrt,
             mean_relative,
+            energy,
             relative_p999,
             pairs: self.compared,
             pairs_missing: self.missing,
@@ -438,6 +454,7 @@ mod tests {
             let errors = compare(&pairs, &values(f.clone()), &values(g));
             close(errors.nrmse, f64::abs(c - 1.0));
             close(errors.mean_relative, f64::abs(c - 1.0));
+            close(errors.energy, c - 1.0);
             near(errors.relative_p999, f64::abs(c - 1.0));
             assert_eq!(errors.pairs, 1000);
             assert_eq!((errors.pairs_missing, errors.pairs_unreconstructed), (0, 0));
@@ -483,7 +500,7 @@ mod tests {
             if f > 0.0 {
                 close(errors.nrmse, f64::abs(g / f - 1.0));
             } else {
-                assert_eq!(errors.nrmse, None);
+                assert_eq!((errors.nrmse, errors.energy), (None, None));
             }
         }
     }
@@ -498,6 +515,7 @@ mod tests {
         let (c2, d2) = (1.0_f64.cos().powi(2), 0.2_f64.cos().powi(2));
         close(errors.nrmse, (c2 / (c2 + d2)).sqrt());
         close(errors.mean_relative, 0.5);
+        close(errors.energy, 0.5);
         near(errors.relative_p999, 1.0);
     }
 

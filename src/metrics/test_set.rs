@@ -296,9 +296,16 @@ impl TestSet {
         self.candidates(level + 1) > self.max_pairs
     }
 
-    /// True if the standard error of every average is below the tolerance.
-    pub fn has_converged(&self, tally: &Tally) -> bool {
-        (0..self.measures.len()).all(|measure| tally.has_converged(measure, self.tolerance))
+    /// True if the standard error of every average under a measure, by number, is below the tolerance.
+    pub fn has_converged(&self, tally: &Tally, measure: usize) -> bool {
+        tally.has_converged(measure, self.tolerance)
+    }
+
+    /// True if all that is waited for has converged: every measure but parts of others that are asked for too.
+    pub fn is_enough(&self, tally: &Tally) -> bool {
+        let is_part = |m: &Measure| self.measures.iter().any(|other| m.is_part_of(*other));
+        let mut all = self.measures.iter().enumerate();
+        all.all(|(at, m)| is_part(m) || self.has_converged(tally, at))
     }
 
     /// The pairs of a level: those of level 0 are the beginning, each further one has as many as all before it.
@@ -337,7 +344,6 @@ impl TestSet {
             })
             .collect();
         let mut pairs = Vec::new();
-        let mut weights = vec![Vec::new(); self.measures.len()];
         for i in of {
             let (part, number) = match i % 2 {
                 0 => (0, i / 2),
@@ -345,15 +351,16 @@ impl TestSet {
             };
             let point = sobol[part].point(number as u64);
             let candidate = MIXTURE[part].candidate(point, &self.cut);
-            let Some(pair) = candidate.filter(|pair| self.window.keeps(pair)) else {
-                continue;
-            };
-            let densities = self.densities(&pair);
+            pairs.extend(candidate.filter(|pair| self.window.keeps(pair)));
+        }
+        pairs.sort_by_cached_key(place);
+        let mut weights = vec![Vec::with_capacity(pairs.len()); self.measures.len()];
+        for pair in &pairs {
+            let densities = self.densities(pair);
             let others: f64 = densities[1..].iter().sum();
             let mixture = 0.5 * (densities[0] + others / PARTS as f64);
-            pairs.push(pair);
             for (weights, measure) in weights.iter_mut().zip(&self.measures) {
-                let density = match measure.has(&pair) {
+                let density = match measure.has(pair) {
                     true => self.density(*measure, &densities),
                     false => 0.0,
                 };
@@ -382,6 +389,23 @@ impl TestSet {
             }
         }
     }
+}
+
+/// Where a pair is on a curve through all pairs (Morton 1966, over sqrt |h_bar|, |k_bar| and the angle between):
+/// what is looked up for pairs that follow each other is near in memory.
+fn place(pair: &DirectionPair) -> u32 {
+    const BITS: u32 = 7;
+    let (h, k) = pair.half_and_back();
+    let [h, k] = [h.truncate(), k.truncate()];
+    let [r, s] = [h.length(), k.length()];
+    let cos = if r * s > 0.0 {
+        h.dot(k).abs() / (r * s)
+    } else {
+        0.0
+    };
+    let numbers = [r.sqrt(), s, cos].map(|x| (x * f64::from(1 << BITS)) as u32);
+    let bit = |bit: u32| numbers.iter().fold(0, |key, n| 2 * key + (n >> bit & 1));
+    (0..=BITS).rev().fold(0, |key, b| 8 * key + bit(b))
 }
 
 #[cfg(test)]
@@ -513,7 +537,10 @@ mod tests {
             let of = levels
                 .iter()
                 .map(|l| l.pairs[l.replicates[r].clone()].to_vec());
-            of.collect::<Vec<_>>().concat()
+            let mut all = of.collect::<Vec<_>>().concat();
+            // Each level is in an order of its own.
+            all.sort_by_key(|pair| pair.omega_i.vector().x.to_bits());
+            all
         };
         let levels: Vec<Level> = (0..3).map(|n| small.level(n)).collect();
         let whole = [large.level(0)];

@@ -325,20 +325,22 @@ pub(super) fn covariance<const K: usize>(points: &[[f64; K]], index: &[usize]) -
     let mut mean = [0.0; K];
     for &i in index {
         for (mean, x) in mean.iter_mut().zip(&points[i]) {
-            *mean += x / n;
+            *mean += x;
         }
     }
+    mean.iter_mut().for_each(|mean| *mean /= n);
     let mut c = [[0.0; K]; K];
     for &i in index {
         let x: [f64; K] = std::array::from_fn(|d| points[i][d] - mean[d]);
         for a in 0..K {
             for b in 0..=a {
-                c[a][b] += x[a] * x[b] / n;
+                c[a][b] += x[a] * x[b];
             }
         }
     }
     for a in 0..K {
-        for b in 0..a {
+        for b in 0..=a {
+            c[a][b] /= n;
             c[b][a] = c[a][b];
         }
     }

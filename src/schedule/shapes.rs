@@ -59,7 +59,7 @@ pub(super) fn largest(
 
 /// The grid nearest to the `ratio` that fills the budget to a hundredth, among shapes whose axes have at most
 /// 15 %, or one step, more or fewer nodes than those of `first`; if none does, the fullest. Nearness is the
-/// sum of the squared logarithms of what axes are off. Where exchanging light and sensor exchanges
+/// sum of the squared logarithms of what axes are off, of the first axis [`FIRST`] times: errors follow it most. Where exchanging light and sensor exchanges
 /// axes they stay equal, or nodes would not be shared.
 pub(super) fn filled(
     first: Schedule,
@@ -106,7 +106,10 @@ pub(super) fn filled(
     let scale = (wanted / ratio.iter().product::<f64>()).powf(1.0 / ratio.len() as f64);
     let off = |shape: &[usize]| -> f64 {
         let axes = shape.iter().zip(ratio);
-        axes.map(|(&n, r)| (n as f64 / (scale * r)).ln().powi(2))
+        let squares = axes.map(|(&n, r)| (n as f64 / (scale * r)).ln().powi(2));
+        squares
+            .zip([FIRST, 1.0, 1.0, 1.0])
+            .map(|(s, w)| s * w)
             .sum()
     };
     shapes.sort_by(|a, b| off(a).total_cmp(&off(b)));
@@ -124,6 +127,8 @@ pub(super) fn filled(
     best
 }
 
+/// How much the first axis counts against each other one.
+const FIRST: f64 = 4.0;
 /// How far the axes of a grid that fills its budget may leave those of one that keeps its ratio.
 const REACH: f64 = 0.15;
 /// Share of a budget that a full grid may leave.

@@ -34,7 +34,7 @@ fn truth(model: &dyn Brdf, brdf: &dyn Brdf) -> Errors {
     metrics::compare(&pairs, &f, &g)
 }
 
-fn errors(scores: &Scores) -> [f64; 6] {
+fn errors(scores: &Scores) -> [f64; Errors::QUANTITIES.len()] {
     scores.0[0].map(|e| e.value.unwrap())
 }
 

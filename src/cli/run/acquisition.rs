@@ -96,8 +96,8 @@ fn note_unconverged(rows: &[&Row], plan: &Plan) {
     let open = rows.iter().filter(|row| !row.converged).count();
     if max_pairs > pairs && open > 0 {
         note(&format!(
-            "gonio: {open} of {} rows have a standard error above {} % after {max_pairs} pairs (metrics.max_pairs); \
-             the column `converged` says which",
+            "gonio: {open} of {} rows have a standard error above {} % after up to {max_pairs} pairs \
+             (metrics.max_pairs; steep and grazing are not waited for beside cosine); the column `converged` says which",
             rows.len(),
             100.0 * tolerance
         ));

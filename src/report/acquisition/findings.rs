@@ -256,7 +256,8 @@ fn against_reference(findings: &Findings, duels: &Duels, best: &Choice, out: &mu
     let _ = write!(out, "\n{columns}");
     let _ = writeln!(
         out,
-        "Ratio and its 95 % interval over materials: + better, - worse, = no difference within the band, \
+        "Ratio at equal readings (between two budgets errors go straight in log-log) and its 95 % interval over \
+         materials: + better, - worse, = no difference within the band, \
          ? undecided: {}; all: of each material its mean over the budgets, p as it is.",
         undecided(findings)
     );

@@ -9,11 +9,8 @@ use crate::brdf::Favours;
 use crate::error::Error;
 use crate::experiment::{Choice, Duels, Findings, Line, Metric, OWN, Ranking};
 use crate::report::acquisition::table::error;
-use crate::statistics::{Paired, SIGNIFICANCE, Verdict, error_at, least_p};
+use crate::statistics::{Paired, SIGNIFICANCE, Verdict, least_p};
 use maud::{Markup, html};
-
-/// Numbers of readings that differ by less than this ratio count as equal.
-const AS_MANY: f64 = 1.05;
 
 /// A sampling and the reference, all else equal; the same two for all truths, errors and measures.
 struct Pair {
@@ -26,14 +23,6 @@ struct Contest<'a> {
     pair: &'a Pair,
     ranking: &'a Ranking,
     cells: Vec<Option<Paired>>,
-}
-
-/// Unequal numbers of readings of a pair, and the ratio of errors at the challenger's number, if
-/// the reference's budgets reach it.
-struct Effort {
-    challenger: f64,
-    reference: f64,
-    ratio: Option<f64>,
 }
 
 impl<'a> Contest<'a> {
@@ -61,33 +50,6 @@ impl<'a> Contest<'a> {
 
     fn cell(&self, a: usize) -> Option<&Paired> {
         self.cells.get(a)?.as_ref()
-    }
-
-    /// The readings of both at an allowance; `None` where they are equal.
-    fn effort(&self, a: usize) -> Option<Effort> {
-        let line = |choice: &Choice| self.ranking.lines.iter().find(|l| l.choice == *choice);
-        let (mine, other) = (line(&self.pair.challenger)?, line(&self.pair.reference)?);
-        let (x, y) = ((*mine.cells.get(a)?)?, (*other.cells.get(a)?)?);
-        if (1.0 / AS_MANY..=AS_MANY).contains(&(x.readings / y.readings)) {
-            return None;
-        }
-        // Means over different materials cannot be compared.
-        let whole = other.cells.iter().flatten().filter(|c| c.place.is_some());
-        let points: Vec<(f64, f64)> = whole.map(|c| (c.readings, c.mean)).collect();
-        let theirs = x.place.and_then(|_| error_at(&points, x.readings));
-        Some(Effort {
-            challenger: x.readings,
-            reference: y.readings,
-            ratio: theirs.map(|theirs| x.mean / theirs),
-        })
-    }
-
-    /// A half sentence with the ratio at equal readings; empty where readings are equal anyway.
-    fn at_equal(&self, a: usize) -> String {
-        let ratio = self.effort(a).and_then(|e| e.ratio);
-        ratio.map_or(String::new(), |r| {
-            format!("; {} at equal readings", number(r))
-        })
     }
 
     /// The sentence about the comparison at an allowance, with its numbers.
@@ -211,15 +173,13 @@ fn sentences(
             contest.pair.challenger.reconstruction,
         ));
     }
-    out.extend(contest.effort(a).map(|e| uneven(&e, contest.pair, at(a))));
     let ratios: Vec<String> = (0..contest.cells.len())
         .filter_map(|a| {
             let cell = contest.cell(a)?;
             Some(format!(
-                "{} ({}{}) at {}",
+                "{} ({}) at {}",
                 number(cell.ratio),
                 said(cell),
-                contest.at_equal(a),
                 at(a)
             ))
         })
@@ -233,27 +193,6 @@ fn sentences(
     out
 }
 
-/// A sentence that says that equal budgets mean unequal numbers of readings.
-fn uneven(effort: &Effort, pair: &Pair, at: &str) -> String {
-    let (x, y) = pair.names();
-    let Effort {
-        challenger,
-        reference,
-        ratio,
-    } = effort;
-    let equal = match ratio {
-        Some(ratio) => format!(
-            "at {challenger:.0}, where the error of {y} is interpolated between its budgets, {x} errs {} \
-             times as much",
-            number(*ratio)
-        ),
-        None => format!("no two budgets of {y} enclose those of {x}"),
-    };
-    format!(
-        "A budget is an upper limit: at {at} {x} has {challenger:.0} readings, {y} {reference:.0}; {equal}."
-    )
-}
-
 /// The comparison by another error or measure, in short.
 fn in_short(contest: &Contest, a: usize) -> Option<String> {
     let cell = contest.cell(a)?;
@@ -262,10 +201,9 @@ fn in_short(contest: &Contest, a: usize) -> Option<String> {
     });
     let scope = &contest.ranking.scope;
     Some(format!(
-        "{} ({}{interval}{}; {}, {} pairs)",
+        "{} ({}{interval}; {}, {} pairs)",
         number(cell.ratio),
         said(cell),
-        contest.at_equal(a),
         scope.metric.name(),
         scope.measure,
     ))
@@ -327,7 +265,7 @@ fn fairness(findings: &Findings, truth: &str, pair: Option<&Pair>, a: usize) -> 
         let at = findings.allowances.get(a)?;
         let by = &pair.challenger.reconstruction;
         let contest = Contest::new(findings, ranking, pair);
-        let said = contest.and_then(|c| Some(format!("{}{}", c.said(a, at)?, c.at_equal(a))));
+        let said = contest.and_then(|c| c.said(a, at));
         Some(match said {
             Some(said) => format!("On these alone, by {by}, {said}."),
             None => {
