@@ -636,7 +636,6 @@ max_pairs = 1
                 material: format!("m{m}"),
                 truth: if m < 6 { "a".into() } else { "b".into() },
                 readings: row.budget,
-                poses: row.budget,
                 ..row.clone()
             };
             row.quantities.set("nrmse", Some(error));
@@ -741,8 +740,8 @@ fn ratios_are_at_equal_readings() {
     for row in &mut rows {
         let hybrid = row.parametrization == "hybrid";
         let share = if hybrid { 0.9 } else { 1.0 };
-        row.poses = (share * row.budget as f64) as usize;
-        let error = (row.poses as f64).powf(-exponent(&row.material));
+        row.readings = (share * row.budget as f64) as usize;
+        let error = (row.readings as f64).powf(-exponent(&row.material));
         row.quantities
             .set("nrmse", Some(if hybrid { 3.0 * error } else { error }));
     }
@@ -757,9 +756,10 @@ fn ratios_are_at_equal_readings() {
     for ratio in ratios(&rows) {
         assert!((ratio - 3.0).abs() < 1e-12, "{ratio}");
     }
-    // Poses of a machine cost what they take: its ratios are at what was allowed.
-    rows.iter_mut()
-        .for_each(|row| row.instrument_seconds = Some(1.0));
+    // Of so many minutes ratios are those of what could be read in them.
+    for row in &mut rows {
+        row.allowed = format!("{} minutes", row.budget);
+    }
     for ratio in ratios(&rows) {
         assert!(ratio > 3.2, "{ratio}");
     }

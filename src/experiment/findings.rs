@@ -79,8 +79,9 @@ pub struct Ranking {
     pub lines: Vec<Line>,
 }
 
-/// One level of a factor against another, all else equal: of allowed poses at the same readings, which the error of
-/// the side with more is interpolated to (of the other side, where there are no fewer).
+/// One level of a factor against another, all else equal: where poses or readings were allowed, at the same readings.
+/// The error of the side with more is interpolated to them; where no budget of it is below, that of the other side to
+/// its number; and where none is above either, errors are compared as they are.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Duel {
     /// The first level's choice.
@@ -225,7 +226,7 @@ struct Table<'i, 'a> {
     /// By choice, allowance and position in `materials`: an error, and its standard error as a share of it.
     errors: Vec<Vec<Vec<Option<f64>>>>,
     relative: Vec<Vec<Vec<f64>>>,
-    /// Readings in the same order, where an ideal instrument took all of the poses that were allowed; 0 elsewhere.
+    /// Readings in the same order; 0 where time was allowed.
     readings: Vec<Vec<Vec<f64>>>,
 }
 
@@ -252,7 +253,7 @@ impl<'i, 'a> Table<'i, 'a> {
             places(c).map(|at| at.map(of).collect()).collect()
         });
         let readings = choices.map(|c| {
-            let of = |at| index.mean(at, Row::poses_taken).unwrap_or(0.0);
+            let of = |at| index.mean(at, Row::counted_readings).unwrap_or(0.0);
             places(c).map(|at| at.map(of).collect()).collect()
         });
         Self {

@@ -242,10 +242,10 @@ impl Row {
         }
     }
 
-    /// Poses that an ideal instrument took, which is what they cost; `None` of one that costs time.
-    pub(super) fn poses_taken(&self) -> Option<f64> {
-        let is_ideal = self.instrument_seconds.is_none();
-        is_ideal.then_some(self.poses as f64)
+    /// Its readings, where a number of poses or readings was allowed; `None` where time was.
+    pub(super) fn counted_readings(&self) -> Option<f64> {
+        let is_time = self.allowed.contains("minute");
+        (!is_time).then_some(self.readings as f64)
     }
 
     /// Seconds of computing behind this row: measuring (where that is simulated), reconstructing,

@@ -127,7 +127,8 @@ pub(super) fn filled(
     best
 }
 
-/// How much the first axis counts against each other one.
+/// How much the first axis counts against each other one, in all coordinates alike: the ratio of two filled grids of
+/// `configs/causes.toml` goes from budget to budget as the ratio of their nodes along it.
 const FIRST: f64 = 4.0;
 /// How far the axes of a grid that fills its budget may leave those of one that keeps its ratio.
 const REACH: f64 = 0.15;

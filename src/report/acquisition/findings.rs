@@ -256,11 +256,26 @@ fn against_reference(findings: &Findings, duels: &Duels, best: &Choice, out: &mu
     let _ = write!(out, "\n{columns}");
     let _ = writeln!(
         out,
-        "Ratio at equal readings (between two budgets errors go straight in log-log) and its 95 % interval over \
-         materials: + better, - worse, = no difference within the band, \
+        "Ratio{} and its 95 % interval over materials: + better, - worse, = no difference within the band, \
          ? undecided: {}; all: of each material its mean over the budgets, p as it is.",
+        at_readings(findings),
         undecided(findings)
     );
+}
+
+/// At which readings ratios stand.
+pub(super) fn at_readings(findings: &Findings) -> &'static str {
+    let counted = findings.allowances.iter().filter(|a| !a.contains("minute"));
+    match counted.count() {
+        0 | 1 => "",
+        n if n == findings.allowances.len() => {
+            " at equal readings, where budgets enclose them (between two, errors go straight in log-log)"
+        }
+        _ => {
+            " at equal readings, where a number was allowed and budgets enclose them (between two, errors go straight \
+             in log-log)"
+        }
+    }
 }
 
 /// What leaves a comparison undecided: the threshold of p, its test and its correction.

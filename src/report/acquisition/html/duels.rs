@@ -1,6 +1,8 @@
 //! Samplings against the reference, all else equal.
 
-use super::super::findings::{Against, compared_at, method, p_text, ratios, reference, undecided};
+use super::super::findings::{
+    Against, at_readings, compared_at, method, p_text, ratios, reference, undecided,
+};
 use super::charts::{self, Looks};
 use super::scope_title;
 use super::words::{number, said};
@@ -35,8 +37,7 @@ pub(super) fn section(findings: &Findings, looks: &Looks) -> Result<Markup, Erro
     Ok(html! {
         p {
             "Error of each sampling over that of the reference, with the reconstruction that ranks best: "
-            "the geometric mean of the ratio over materials with its 95 % interval, at equal readings: where one "
-            "side has more, its error is interpolated between its budgets, straight in log-log. Each warp stands "
+            "the geometric mean of the ratio over materials" (at_readings(findings)) " with its 95 % interval. Each warp stands "
             "against the one at its place in the reference's list; of lists that differ in length the "
             "end of the shorter also stands against the rest of the longer. Behind a stroke: the warp of "
             "the reference, where it is another. Left of 1 is better; the band about 1 counts as no "

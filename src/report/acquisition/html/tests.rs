@@ -358,14 +358,12 @@ fn every_truth_is_asked_for_the_pair_of_the_headline() {
 fn a_budget_filled_unequally_is_no_difference() {
     let mut rows = rows(8, 1.0, "neither");
     for row in &mut rows {
-        row.instrument_seconds = None;
         let share = if row.parametrization == "hybrid" {
             2
         } else {
             1
         };
-        row.poses = row.budget / share;
-        row.readings = row.poses;
+        row.readings = row.budget / share;
         let error = row.value("nrmse").map(|e| f64::from(share as u32) * e);
         row.quantities.set("nrmse", error);
     }
