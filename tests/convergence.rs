@@ -132,14 +132,15 @@ fn errors_fall_at_the_order_of_the_method() {
     ] {
         let entry = parametrization::find(name).unwrap();
         let form = entry.warped(Symmetry::FULL, warp).unwrap();
-        for entry in reconstruct::all() {
+        // Kriging takes fewer readings; its errors are tested over other decades (`reconstruction/kriging.rs`).
+        for entry in reconstruct::all().iter().filter(|e| e.kind != "kriging") {
             for set in [&Grid::default() as &dyn SampleSet, &SobolSet {}] {
                 let mut configs = vec![""];
                 if set.is_grid() && ["multilinear", "cubic"].contains(&entry.kind) {
                     configs.push("values = \"linear\"");
                 }
                 for config in configs {
-                    let method = registry::read_text(&entry, config).unwrap();
+                    let method = registry::read_text(entry, config).unwrap();
                     if method.needs_grid() && !set.is_grid() {
                         continue;
                     }

@@ -40,7 +40,7 @@ impl Stack {
                 noise,
             })
         };
-        let interpolants = if method.weighs_noise() {
+        let interpolants = if method.weighs_readings() {
             let alone = measurements.iter().map(|m| of(&[m], noise(m)));
             alone.collect::<Result<_, _>>()?
         } else {

@@ -27,6 +27,7 @@ mod cubic;
 mod grid;
 mod interpolant;
 mod inverse_distance;
+mod kriging;
 mod lattice_method;
 mod local_spline;
 mod multilinear;
@@ -43,6 +44,7 @@ pub use cubic::{Cubic, CubicRule};
 pub use grid::Continuation;
 pub use interpolant::{Interpolant, Readings, noise, present, values_at};
 pub use inverse_distance::InverseDistance;
+pub use kriging::Kriging;
 pub use lattice_method::{LatticeMethod, LatticeRule};
 pub use multilinear::{Multilinear, MultilinearRule};
 pub use nearest::NearestReading;
@@ -82,9 +84,9 @@ pub trait Reconstruct: std::fmt::Debug + Send + Sync {
         None
     }
 
-    /// True if weights depend on how uncertain readings are: then several values of a pose share them only
-    /// if they are of one material.
-    fn weighs_noise(&self) -> bool {
+    /// True if weights depend on the values of readings or on how uncertain they are, and not on poses alone:
+    /// then several values of a pose share them only if they are of one material.
+    fn weighs_readings(&self) -> bool {
         false
     }
 
@@ -140,6 +142,24 @@ pub enum ReconstructError {
         /// Number of readings that it needs.
         needed: usize,
     },
+    /// More readings than the method takes.
+    #[error("{} too many: {method} takes at most {allowed}", count_are(*readings, "reading"))]
+    TooMany {
+        /// The method.
+        method: &'static str,
+        /// Number of readings.
+        readings: usize,
+        /// Number of readings that it takes.
+        allowed: usize,
+    },
+    /// The equations of the readings have no solution.
+    #[error("{method} has no solution: the covariances of {} are singular", crate::error::count(*readings, "reading"))]
+    Singular {
+        /// The method.
+        method: &'static str,
+        /// Number of readings.
+        readings: usize,
+    },
     /// The readings are not on a grid.
     #[error("{method} needs a grid, the sample set is {sample_set}")]
     NoGrid {
@@ -163,6 +183,7 @@ fn built_in() -> Vec<Entry<dyn Reconstruct>> {
         inverse_distance::ENTRY,
         thin_plate::ENTRY,
         sheets::ENTRY,
+        kriging::ENTRY,
     ]
 }
 

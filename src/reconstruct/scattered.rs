@@ -119,10 +119,7 @@ impl<const K: usize> Embedded<K> {
             return Ok(of(stretch));
         }
         let embedded = of(STRETCH);
-        // The steps of a coarse grid differ from axis to axis, which makes no sheets of it.
-        let is_grid = readings.schedule.lattice.is_some()
-            && Arc::ptr_eq(&parametrization, &readings.schedule.parametrization);
-        if is_grid || !embedded.cloud.is_in_sheets() {
+        if !embedded.is_in_sheets(readings) {
             return Ok(embedded);
         }
         let Self { cloud, embedding } = of(STRETCH_OF_SHEETS);
@@ -205,6 +202,14 @@ impl<const K: usize> Embedded<K> {
     fn place(&self, pair: &DirectionPair) -> [f64; K] {
         self.embedding
             .point(&self.embedding.parametrization.forward(pair))
+    }
+
+    /// True if the readings lie in sheets, lines or clusters. The steps of a coarse grid differ from axis to axis,
+    /// which makes no sheets of it in its own coordinates.
+    pub fn is_in_sheets(&self, readings: &Readings<'_>) -> bool {
+        let parametrization = &self.embedding.parametrization;
+        let own = Arc::ptr_eq(parametrization, &readings.schedule.parametrization);
+        !(own && readings.schedule.lattice.is_some()) && self.cloud.is_in_sheets()
     }
 
     /// The neighbours of a pair; true if they surround it.

@@ -101,7 +101,7 @@ impl Reconstruct for Sheets {
         false
     }
 
-    fn weighs_noise(&self) -> bool {
+    fn weighs_readings(&self) -> bool {
         self.noise
     }
 

@@ -98,7 +98,7 @@ impl Reconstruct for ThinPlate {
 
     chooses_coordinates!();
 
-    fn weighs_noise(&self) -> bool {
+    fn weighs_readings(&self) -> bool {
         self.noise
     }
 

@@ -2,7 +2,8 @@
 
 use super::common::{edge_pairs, model, random_pair, symmetries};
 use super::{
-    each, form, forms, material, measure, method, on_node, smooth_material, some_symmetries, value,
+    each, form, forms, material, measure, method, missed, on_node, smooth_material,
+    some_symmetries, value,
 };
 use gonio::brdf::Brdf;
 use gonio::geometry::{DirectionPair, Symmetry};
@@ -21,18 +22,26 @@ const ISOTROPIC: Symmetry = Symmetry {
 fn every_reading_is_reproduced_at_its_pose() {
     let truth = |s| Box::new(smooth_material(s)) as _;
     let mut worst = (0.0f64, String::new());
-    each(&forms(&symmetries()), truth, 250, |what, _, m, brdf| {
-        for (i, pose) in m.schedule.poses.iter().enumerate() {
-            if !on_node(m, i) {
-                continue;
+    each(
+        &forms(&symmetries()),
+        truth,
+        250,
+        |what, method, m, brdf| {
+            for (i, pose) in m.schedule.poses.iter().enumerate() {
+                if !on_node(m, i) {
+                    continue;
+                }
+                let reading = m.value(i).unwrap()[0];
+                let error = (value(brdf, &pose.pair) - reading).abs() / reading;
+                let missed = missed(method, m);
+                if missed > 0.0 {
+                    assert!(error < missed, "{what} {:?}: {error:e}", pose.coords);
+                } else if error > worst.0 {
+                    worst = (error, format!("{what} {:?}", pose.coords));
+                }
             }
-            let reading = m.value(i).unwrap()[0];
-            let error = (value(brdf, &pose.pair) - reading).abs() / reading;
-            if error > worst.0 {
-                worst = (error, format!("{what} {:?}", pose.coords));
-            }
-        }
-    });
+        },
+    );
     // Measured 4e-12: thin-plate, where a reading and its image beyond the pole nearly touch.
     assert!(worst.0 < 1e-10, "{worst:?}");
 }
@@ -48,6 +57,9 @@ fn readings_of_a_narrow_lobe_are_reproduced_too() {
         truth,
         1000,
         |what, method, m, brdf| {
+            if missed(method, m) > 0.0 {
+                return;
+            }
             let peak = m.values.iter().fold(0.0, |a: f64, &b| a.max(b));
             let linear = method.label().ends_with("-linear") || method.label() == "nearest";
             for (i, pose) in m.schedule.poses.iter().enumerate() {

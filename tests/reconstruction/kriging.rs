@@ -1,0 +1,78 @@
+//! What kriging is for: few readings anywhere.
+
+use super::common::model;
+use super::{form, measure, method};
+use gonio::brdf::Brdf;
+use gonio::geometry::{DirectionPair, Symmetry};
+use gonio::metrics::{self, Measure, MetricsSpec};
+use gonio::schedule::SobolSet;
+
+fn pairs() -> Vec<DirectionPair> {
+    let spec = MetricsSpec {
+        pairs: 20_000,
+        ..MetricsSpec::default()
+    };
+    metrics::test_pairs(Measure::Cosine, &spec).unwrap()
+}
+
+/// Glossy, rough and matte, with and without a Fresnel factor.
+fn materials() -> Vec<Box<dyn Brdf>> {
+    let texts = [
+        ("ggx", "alpha = 0.1"),
+        ("ggx", "alpha = 0.3"),
+        ("beckmann", "alpha = 0.2"),
+        ("ward", "alpha = 0.15"),
+        ("oren-nayar", "sigma_deg = 30.0"),
+    ];
+    texts.iter().map(|(kind, keys)| model(kind, keys)).collect()
+}
+
+/// The error of a method from Sobol points in half/difference coordinates.
+fn error(
+    truth: &dyn Brdf,
+    kind: &str,
+    keys: &str,
+    readings: usize,
+    pairs: &[DirectionPair],
+) -> f64 {
+    let form = form("half-difference", Symmetry::FULL);
+    let m = measure(truth, &form, &SobolSet {}, readings);
+    let copy = method(kind, keys).reconstruct(&m).unwrap();
+    let values = [truth, &*copy].map(|brdf| metrics::evaluate(brdf, pairs));
+    metrics::compare(pairs, &values[0], &values[1])
+        .nrmse
+        .unwrap()
+}
+
+/// Geometric mean of ratios.
+fn mean(ratios: impl Iterator<Item = f64>) -> f64 {
+    let logs: Vec<f64> = ratios.map(f64::ln).collect();
+    (logs.iter().sum::<f64>() / logs.len() as f64).exp()
+}
+
+#[test]
+fn few_readings_say_more_than_to_a_local_spline() {
+    let pairs = pairs();
+    let materials = materials();
+    for readings in [64, 250, 1000] {
+        let ratio = mean(materials.iter().map(|truth| {
+            let of = |kind| error(&**truth, kind, "", readings, &pairs);
+            of("kriging") / of("thin-plate")
+        }));
+        println!("{readings}: {ratio:.3}");
+        assert!(ratio < 0.2, "{readings}: {ratio}");
+    }
+}
+
+#[test]
+fn errors_fall_over_decades() {
+    let pairs = pairs();
+    for truth in materials() {
+        let errors = [16, 128, 1000].map(|n| error(&*truth, "kriging", "", n, &pairs));
+        println!("{errors:.5?}");
+        // An order of a half at least: four times the readings halve the error.
+        for pair in errors.windows(2) {
+            assert!(pair[1] < pair[0] / 2.8, "{errors:?}");
+        }
+    }
+}
