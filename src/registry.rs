@@ -24,11 +24,11 @@ mod json;
 mod text;
 
 #[cfg(not(feature = "experiments"))]
-pub use json::{Keys, Table, Value, parse};
+pub use json::{Keys, Table, Value, each_number, parse};
 #[cfg(not(feature = "experiments"))]
 use json::{keys, remove, table, written};
 #[cfg(feature = "experiments")]
-pub use text::{Keys, Table, Value, parse};
+pub use text::{Keys, Table, Value, each_number, parse};
 #[cfg(feature = "experiments")]
 use text::{keys, remove, table, written};
 

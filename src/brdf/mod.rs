@@ -97,6 +97,11 @@ pub trait Brdf: Send + Sync {
         }
     }
 
+    /// What should be told of it, a sentence each.
+    fn remarks(&self) -> Vec<String> {
+        Vec::new()
+    }
+
     /// The sampler, for models that can draw directions.
     fn as_sample(&self) -> Option<&dyn SampleBrdf> {
         None
@@ -240,6 +245,14 @@ pub fn all() -> Vec<Entry<dyn BrdfSpec>> {
 /// If one of that kind is there.
 pub fn join(entry: Entry<dyn BrdfSpec>) -> Result<(), Taken> {
     JOINED.add(built_in(), entry)
+}
+
+/// Reads a material from keys, as [`BrdfSpec::resolved`] gives them.
+///
+/// # Errors
+/// As [`read`].
+pub fn read_keys(keys: registry::Keys) -> Result<Box<dyn BrdfSpec>, ReadError> {
+    registry::read_keys("material", &all(), keys)
 }
 
 /// Reads a material from its config table.

@@ -199,6 +199,9 @@ impl Reconstruct {
             .reconstruct(&measurement)
             .map_err(|e| Error::data(&self.measurements, e))?;
         print(&format!("reconstruction: {}\n", method.label()))?;
+        for remark in brdf.remarks() {
+            print(&format!("  {remark}\n"))?;
+        }
         let failed = |e| Error::data(&self.measurements, e);
         let replicated = match truth.is_some() || self.uncertainty.is_some() {
             true => Replicated::of(&measurement, &*method).map_err(failed)?,

@@ -72,6 +72,11 @@ pub trait Interpolant: Send + Sync {
     /// Writes the values at a pair (length `width`).
     fn eval(&self, pair: &DirectionPair, out: &mut [f64]);
 
+    /// What should be told of it, a sentence each.
+    fn remarks(&self) -> Vec<String> {
+        Vec::new()
+    }
+
     /// [`eval`](Self::eval) for many pairs: `out` is pair-major (`pairs × width`). One virtual call
     /// per batch.
     fn eval_batch(&self, pairs: &[DirectionPair], out: &mut [f64]) {
@@ -113,6 +118,10 @@ impl Brdf for Interpolated {
 
     fn conserves_energy(&self) -> bool {
         false
+    }
+
+    fn remarks(&self) -> Vec<String> {
+        self.interpolant.remarks()
     }
 
     fn eval(&self, pair: &DirectionPair, out: &mut [f64]) -> Presence {

@@ -24,6 +24,7 @@ mod cloud;
 mod coordinates;
 mod coverage;
 mod cubic;
+mod fit;
 mod grid;
 mod interpolant;
 mod inverse_distance;
@@ -41,6 +42,7 @@ mod uncertainty;
 pub use coordinates::Coordinates;
 pub use coverage::{Cover, Coverage, Covered, Fill};
 pub use cubic::{Cubic, CubicRule};
+pub use fit::Fit;
 pub use grid::Continuation;
 pub use interpolant::{Interpolant, Readings, noise, present, values_at};
 pub use inverse_distance::InverseDistance;
@@ -184,6 +186,7 @@ fn built_in() -> Vec<Entry<dyn Reconstruct>> {
         thin_plate::ENTRY,
         sheets::ENTRY,
         kriging::ENTRY,
+        fit::ENTRY,
     ]
 }
 

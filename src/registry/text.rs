@@ -47,6 +47,28 @@ pub(super) fn keys(of: &impl Serialize) -> Option<Keys> {
     }
 }
 
+/// Shows every number of a table that is no whole one, with its place: `alpha[1]`, `component[0].weight`.
+pub fn each_number(keys: &mut Keys, visit: &mut dyn FnMut(&str, &mut f64)) {
+    for (key, value) in keys.iter_mut() {
+        each_in(key, value, visit);
+    }
+}
+
+fn each_in(place: &str, value: &mut Value, visit: &mut dyn FnMut(&str, &mut f64)) {
+    match value {
+        Value::Float(x) => visit(place, x),
+        Value::Table(keys) => {
+            each_number(keys, &mut |key, x| visit(&format!("{place}.{key}"), x));
+        }
+        Value::Array(items) => {
+            for (i, item) in items.iter_mut().enumerate() {
+                each_in(&format!("{place}[{i}]"), item, visit);
+            }
+        }
+        _ => {}
+    }
+}
+
 pub(super) fn remove<'a>(table: &mut Table<'a>, key: &str) -> Option<Item<'a>> {
     table.get_mut().remove(key).map(item)
 }

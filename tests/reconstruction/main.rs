@@ -5,6 +5,7 @@ mod common;
 
 mod coverage;
 mod edges;
+mod fit;
 mod kriging;
 mod layouts;
 mod local_spline;
@@ -113,10 +114,11 @@ fn form(name: &str, symmetry: Symmetry) -> Arc<dyn Parametrization> {
     parametrization::find(name).unwrap().form(symmetry)
 }
 
-/// Every reconstruction, and with linear values too where it has a choice.
+/// Every reconstruction that goes through its readings, and with linear values too where it has a choice. A fit has laws
+/// of its own.
 fn methods() -> Vec<Box<dyn Reconstruct>> {
     let mut methods = Vec::new();
-    for entry in reconstruct::all() {
+    for entry in reconstruct::all().into_iter().filter(|e| e.kind != "fit") {
         methods.push(registry::read_text(&entry, "").unwrap());
         methods.extend(registry::read_text(&entry, "values = \"linear\""));
     }

@@ -1,0 +1,218 @@
+//! Fits: the reconstruction is a BRDF of the registry whose numbers suit the readings best.
+//!
+//! Every number in the table of the model is free but those that are `fixed`: amplitudes, roughnesses, indices, of a
+//! sum its weights. Least squares of ln(f + ε) over the readings find them, from several starts, each number on a
+//! scale between the ends that the model allows ([`parameters`]). A reading counts by its uncertainty of type A and
+//! the [`MISFIT`] together. What is found is told with standard errors, and so is a number that the readings do not
+//! determine.
+
+mod parameters;
+mod solver;
+
+use super::interpolant::{Interpolant, Readings};
+use super::transform::{EPSILON, Transform};
+use super::{Reconstruct, ReconstructError};
+use crate::brdf::microfacet::{FresnelSpec, Ggx, MicrofacetSpec};
+use crate::brdf::{self, Brdf, BrdfSpec, ComponentSpec, LambertSpec, Roughness, Spectrum, SumSpec};
+use crate::error::ParameterError;
+use crate::geometry::DirectionPair;
+use crate::registry::{self, Entry, ReadError, Table};
+use parameters::Parameters;
+use serde::Deserialize;
+use serde::de::IgnoredAny;
+use solver::Problem;
+
+const KIND: &str = "fit";
+
+/// The registry entry.
+pub(super) const ENTRY: Entry<dyn Reconstruct> = Entry {
+    kind: KIND,
+    summary: "an analytic BRDF, or a sum of some, whose numbers are fitted to the readings",
+    examples: &[
+        "",
+        "model = { kind = \"ggx\", alpha = 0.2 }",
+        "model = { kind = \"ward\" }\nstarts = 32",
+        "model = { kind = \"oren-nayar\" }\nfixed = [\"sigma_deg\"]",
+    ],
+    read,
+};
+
+/// The share of f that a model is not trusted to.
+const MISFIT: f64 = 0.02;
+
+/// Most starts of a search.
+const MOST: usize = 1000;
+
+/// A fit, as a config writes it.
+#[derive(Debug)]
+pub struct Fit {
+    /// The model; its numbers are where the search starts. `None`: Lambert's law plus a lobe of GGX, see [`usual`].
+    pub model: Option<Box<dyn BrdfSpec>>,
+    /// Numbers of the model that stay as they are: `alpha`, `component[0].weight`.
+    pub fixed: Vec<String>,
+    /// Starts of the search, [1, 1000]: the numbers of the model, and others around them.
+    pub starts: usize,
+}
+
+/// The keys of the table itself; `model`, a table with a kind of its own, is taken out before.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields, default)]
+struct Keys {
+    #[serde(rename = "model")]
+    _model: Option<IgnoredAny>,
+    fixed: Vec<String>,
+    starts: usize,
+}
+
+impl Default for Keys {
+    fn default() -> Self {
+        Self {
+            _model: None,
+            fixed: Vec::new(),
+            starts: 8,
+        }
+    }
+}
+
+fn read(mut table: Table<'_>) -> Result<Box<dyn Reconstruct>, ReadError> {
+    let model = registry::take_table(&mut table, "model")?;
+    let Keys { fixed, starts, .. } = registry::parse(table)?;
+    Ok(Box::new(Fit {
+        model: model.map(brdf::read).transpose()?,
+        fixed,
+        starts,
+    }))
+}
+
+/// The usual model: Lambert's law and a lobe of GGX without a Fresnel factor.
+fn usual() -> SumSpec {
+    let lobe = MicrofacetSpec::<Ggx>::new(Roughness::Isotropic(0.2), FresnelSpec::None);
+    SumSpec {
+        component: vec![
+            ComponentSpec {
+                weight: 1.0,
+                brdf: Box::new(LambertSpec {
+                    albedo: Spectrum::Grey(0.2),
+                }),
+            },
+            ComponentSpec {
+                weight: 0.3,
+                brdf: Box::new(lobe),
+            },
+        ],
+    }
+}
+
+/// The number of [`usual`] that stays: it is one with the albedo.
+const USUALLY_FIXED: &str = "component[0].weight";
+
+impl Fit {
+    /// The free numbers of the model.
+    fn parameters(&self) -> Result<Parameters, ParameterError> {
+        match &self.model {
+            Some(model) => Parameters::new(&**model, &self.fixed),
+            None => {
+                let fixed = [&[USUALLY_FIXED.to_owned()], self.fixed.as_slice()].concat();
+                Parameters::new(&usual(), &fixed)
+            }
+        }
+    }
+}
+
+impl Reconstruct for Fit {
+    fn resolved(&self) -> registry::Keys {
+        let mut table = registry::Keys::new();
+        table.insert("kind".into(), KIND.into());
+        if let Some(model) = &self.model {
+            table.insert("model".into(), model.resolved().into());
+        }
+        table.insert("fixed".into(), self.fixed.clone().into());
+        table.insert("starts".into(), (self.starts as u32).into());
+        table
+    }
+
+    fn label(&self) -> String {
+        match &self.model {
+            Some(model) => format!("{KIND}[{}]", model.label()),
+            None => KIND.into(),
+        }
+    }
+
+    fn needs_grid(&self) -> bool {
+        false
+    }
+
+    fn weighs_readings(&self) -> bool {
+        true
+    }
+
+    fn check(&self) -> Result<(), ParameterError> {
+        if !(1..=MOST).contains(&self.starts) {
+            let allowed = format!("a whole number in [1, {MOST}]");
+            return Err(ParameterError::new("starts", self.starts, allowed));
+        }
+        self.parameters().map(drop)
+    }
+
+    fn interpolate(&self, r: &Readings<'_>) -> Result<Box<dyn Interpolant>, ReconstructError> {
+        self.check()?;
+        if r.count() == 0 {
+            return Err(ReconstructError::TooFew {
+                method: KIND,
+                readings: 0,
+                needed: 1,
+            });
+        }
+        let parameters = self.parameters()?;
+        let needed = r.schedule.parametrization.symmetry();
+        if let Some(lacks) = parameters.lacks(needed) {
+            let allowed = format!("one that is {lacks}, as the readings are");
+            return Err(ParameterError::new("model", self.label(), allowed).into());
+        }
+        let poses = r.schedule.poses.iter().zip(r.present);
+        let pairs: Vec<DirectionPair> = poses.filter(|(_, p)| **p).map(|(p, _)| p.pair).collect();
+        let mut fitted = Fitted::default();
+        for c in 0..r.width {
+            let of = (0..r.present.len()).filter(|&i| r.present[i]);
+            let (mut logs, mut weights) = (Vec::new(), Vec::new());
+            for i in of {
+                let f = r.values[i * r.width + c].max(0.0);
+                let noise = r.noise.map_or(0.0, |u| u[i * r.width + c]) / (f + EPSILON);
+                logs.push(TRANSFORM.forward(f));
+                weights.push(1.0 / noise.hypot(MISFIT));
+            }
+            let problem = Problem::new(&parameters, &pairs, &logs, &weights);
+            let found = problem.solve(self.starts);
+            let several = (r.width > 1).then_some(c + 1);
+            fitted.remarks.extend(found.remarks(&parameters, several));
+            // The search never leaves what the model allows.
+            fitted.models.extend(parameters.model(&found.place));
+        }
+        Ok(Box::new(fitted))
+    }
+}
+
+const TRANSFORM: Transform = Transform::Log { epsilon: EPSILON };
+
+/// A model for each value.
+#[derive(Default)]
+struct Fitted {
+    models: Vec<Box<dyn Brdf>>,
+    remarks: Vec<String>,
+}
+
+impl Interpolant for Fitted {
+    fn width(&self) -> usize {
+        self.models.len()
+    }
+
+    fn eval(&self, pair: &DirectionPair, out: &mut [f64]) {
+        for (model, out) in self.models.iter().zip(out) {
+            *out = model.luminance(pair).unwrap_or(0.0);
+        }
+    }
+
+    fn remarks(&self) -> Vec<String> {
+        self.remarks.clone()
+    }
+}
