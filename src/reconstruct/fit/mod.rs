@@ -46,7 +46,7 @@ const MOST: usize = 1000;
 /// A fit, as a config writes it.
 #[derive(Debug)]
 pub struct Fit {
-    /// The model; its numbers are where the search starts. `None`: Lambert's law plus a lobe of GGX, see [`usual`].
+    /// The model; its numbers are where the search starts. `None`: Lambert's law plus a lobe of GGX.
     pub model: Option<Box<dyn BrdfSpec>>,
     /// Numbers of the model that stay as they are: `alpha`, `component[0].weight`.
     pub fixed: Vec<String>,
