@@ -24,13 +24,13 @@ mod json;
 mod text;
 
 #[cfg(not(feature = "experiments"))]
-pub use json::{Keys, Table, Value, each_number, parse};
+pub use json::{Keys, Table, Value, parse};
 #[cfg(not(feature = "experiments"))]
-use json::{keys, remove, table, written};
+use json::{keys, part, remove, table, written};
 #[cfg(feature = "experiments")]
-pub use text::{Keys, Table, Value, each_number, parse};
+pub use text::{Keys, Table, Value, parse};
 #[cfg(feature = "experiments")]
-use text::{keys, remove, table, written};
+use text::{keys, part, remove, table, written};
 
 /// A member of a family.
 pub struct Entry<T: ?Sized> {
@@ -173,6 +173,40 @@ pub fn resolved<S: Serialize>(kind: &str, member: &S) -> Keys {
         table.extend(rest);
     }
     table
+}
+
+/// A value, as far as numbers are in it.
+enum Part<'a> {
+    /// One that is not written as a whole one.
+    Number(f64),
+    Table(&'a mut Keys),
+    Array(&'a mut Vec<Value>),
+    Other,
+}
+
+/// Shows every number of a table that is no whole one, with its place: `alpha[1]`, `component[0].weight`.
+pub(crate) fn each_number(keys: &mut Keys, visit: &mut dyn FnMut(&str, &mut f64)) {
+    for (key, value) in keys.iter_mut() {
+        each_in(key, value, visit);
+    }
+}
+
+fn each_in(place: &str, value: &mut Value, visit: &mut dyn FnMut(&str, &mut f64)) {
+    match part(value) {
+        Part::Number(mut x) => {
+            visit(place, &mut x);
+            *value = x.into();
+        }
+        Part::Table(keys) => {
+            each_number(keys, &mut |key, x| visit(&format!("{place}.{key}"), x));
+        }
+        Part::Array(items) => {
+            for (i, item) in items.iter_mut().enumerate() {
+                each_in(&format!("{place}[{i}]"), item, visit);
+            }
+        }
+        Part::Other => {}
+    }
 }
 
 /// Takes `key` out of the table; it must hold a string.

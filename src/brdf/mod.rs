@@ -248,10 +248,7 @@ pub fn join(entry: Entry<dyn BrdfSpec>) -> Result<(), Taken> {
 }
 
 /// Reads a material from keys, as [`BrdfSpec::resolved`] gives them.
-///
-/// # Errors
-/// As [`read`].
-pub fn read_keys(keys: registry::Keys) -> Result<Box<dyn BrdfSpec>, ReadError> {
+pub(crate) fn read_keys(keys: registry::Keys) -> Result<Box<dyn BrdfSpec>, ReadError> {
     registry::read_keys("material", &all(), keys)
 }
 

@@ -139,6 +139,11 @@ impl Allowance {
             Allowance::Minutes(_) => None,
         }
     }
+
+    /// True if the text of one, in a row, is of a time.
+    pub fn is_time(text: &str) -> bool {
+        text.ends_with(" minute") || text.ends_with(" minutes")
+    }
 }
 
 impl fmt::Display for Allowance {

@@ -1,6 +1,6 @@
 //! One row of results: plain data, the same columns in every file format.
 
-use super::choices::{Choice, Label};
+use super::choices::{Allowance, Choice, Label};
 use super::key::RowKey;
 use super::record::Record;
 use crate::metrics::{AlbedoProbe, Errors, Quantity, Uncovered, WITHIN};
@@ -244,8 +244,7 @@ impl Row {
 
     /// Its readings, where a number of poses or readings was allowed; `None` where time was.
     pub(super) fn counted_readings(&self) -> Option<f64> {
-        let is_time = self.allowed.contains("minute");
-        (!is_time).then_some(self.readings as f64)
+        (!Allowance::is_time(&self.allowed)).then_some(self.readings as f64)
     }
 
     /// Seconds of computing behind this row: measuring (where that is simulated), reconstructing,

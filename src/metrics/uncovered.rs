@@ -45,7 +45,7 @@ impl Uncovered {
 
     /// Numbers of the pairs whose coverage is counted, of so many: evenly spread over all.
     pub fn counted(pairs: usize) -> impl Iterator<Item = usize> {
-        // Odd: parts of a mixture follow each other in even cycles.
+        // Pairs are in the order of their places.
         (0..pairs).step_by(pairs.div_ceil(COUNTED) | 1)
     }
 

@@ -1,6 +1,6 @@
 //! Objects of JSON in the place of TOML tables, for a library without experiments.
 
-use super::{Item, ReadError, Shape};
+use super::{Item, Part, ReadError, Shape};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 use std::marker::PhantomData;
@@ -68,31 +68,13 @@ pub(super) fn keys(of: &impl Serialize) -> Option<Keys> {
     }
 }
 
-/// Shows every number of an object that is no whole one, with its place: `alpha[1]`, `component[0].weight`.
-pub fn each_number(keys: &mut Keys, visit: &mut dyn FnMut(&str, &mut f64)) {
-    for (key, value) in keys.iter_mut() {
-        each_in(key, value, visit);
-    }
-}
-
-fn each_in(place: &str, value: &mut Value, visit: &mut dyn FnMut(&str, &mut f64)) {
+/// What numbers may be in.
+pub(super) fn part(value: &mut Value) -> Part<'_> {
     match value {
-        Value::Number(number) if number.is_f64() => {
-            let mut x = number.as_f64().unwrap_or(0.0);
-            visit(place, &mut x);
-            if let Some(new) = serde_json::Number::from_f64(x) {
-                *number = new;
-            }
-        }
-        Value::Object(keys) => {
-            each_number(keys, &mut |key, x| visit(&format!("{place}.{key}"), x));
-        }
-        Value::Array(items) => {
-            for (i, item) in items.iter_mut().enumerate() {
-                each_in(&format!("{place}[{i}]"), item, visit);
-            }
-        }
-        _ => {}
+        Value::Number(x) if x.is_f64() => Part::Number(x.as_f64().unwrap_or(f64::NAN)),
+        Value::Object(keys) => Part::Table(keys),
+        Value::Array(items) => Part::Array(items),
+        _ => Part::Other,
     }
 }
 

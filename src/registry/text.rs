@@ -1,6 +1,6 @@
 //! Tables of TOML, with the place of each key and value.
 
-use super::{Item, ReadError, Shape};
+use super::{Item, Part, ReadError, Shape};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 use toml::Spanned;
@@ -47,25 +47,13 @@ pub(super) fn keys(of: &impl Serialize) -> Option<Keys> {
     }
 }
 
-/// Shows every number of a table that is no whole one, with its place: `alpha[1]`, `component[0].weight`.
-pub fn each_number(keys: &mut Keys, visit: &mut dyn FnMut(&str, &mut f64)) {
-    for (key, value) in keys.iter_mut() {
-        each_in(key, value, visit);
-    }
-}
-
-fn each_in(place: &str, value: &mut Value, visit: &mut dyn FnMut(&str, &mut f64)) {
+/// What numbers may be in.
+pub(super) fn part(value: &mut Value) -> Part<'_> {
     match value {
-        Value::Float(x) => visit(place, x),
-        Value::Table(keys) => {
-            each_number(keys, &mut |key, x| visit(&format!("{place}.{key}"), x));
-        }
-        Value::Array(items) => {
-            for (i, item) in items.iter_mut().enumerate() {
-                each_in(&format!("{place}[{i}]"), item, visit);
-            }
-        }
-        _ => {}
+        Value::Float(x) => Part::Number(*x),
+        Value::Table(keys) => Part::Table(keys),
+        Value::Array(items) => Part::Array(items),
+        _ => Part::Other,
     }
 }
 

@@ -59,8 +59,8 @@ pub(super) fn largest(
 
 /// The grid nearest to the `ratio` that fills the budget to a hundredth, among shapes whose axes have at most
 /// 15 %, or one step, more or fewer nodes than those of `first`; if none does, the fullest. Nearness is the
-/// sum of the squared logarithms of what axes are off, of the first axis [`FIRST`] times: errors follow it most. Where exchanging light and sensor exchanges
-/// axes they stay equal, or nodes would not be shared.
+/// sum of the squared logarithms of what axes are off, of the first axis [`FIRST`] times: errors follow it
+/// most. Where exchanging light and sensor exchanges axes they stay equal, or nodes would not be shared.
 pub(super) fn filled(
     first: Schedule,
     ratio: &[f64],

@@ -13,7 +13,9 @@ use super::interpolant::{Interpolant, Readings};
 use super::transform::{EPSILON, Transform};
 use super::{Reconstruct, ReconstructError};
 use crate::brdf::microfacet::{FresnelSpec, Ggx, MicrofacetSpec};
-use crate::brdf::{self, Brdf, BrdfSpec, ComponentSpec, LambertSpec, Roughness, Spectrum, SumSpec};
+use crate::brdf::{
+    self, Brdf, BrdfSpec, ComponentSpec, LambertSpec, Presence, Roughness, Spectrum, SumSpec,
+};
 use crate::error::ParameterError;
 use crate::geometry::DirectionPair;
 use crate::registry::{self, Entry, ReadError, Table};
@@ -107,8 +109,12 @@ fn usual() -> SumSpec {
 const USUALLY_FIXED: &str = "component[0].weight";
 
 impl Fit {
-    /// The free numbers of the model.
+    /// The free numbers of the model, if all keys are allowed.
     fn parameters(&self) -> Result<Parameters, ParameterError> {
+        if !(1..=MOST).contains(&self.starts) {
+            let allowed = format!("a whole number in [1, {MOST}]");
+            return Err(ParameterError::new("starts", self.starts, allowed));
+        }
         match &self.model {
             Some(model) => Parameters::new(&**model, &self.fixed),
             None => {
@@ -147,15 +153,11 @@ impl Reconstruct for Fit {
     }
 
     fn check(&self) -> Result<(), ParameterError> {
-        if !(1..=MOST).contains(&self.starts) {
-            let allowed = format!("a whole number in [1, {MOST}]");
-            return Err(ParameterError::new("starts", self.starts, allowed));
-        }
         self.parameters().map(drop)
     }
 
     fn interpolate(&self, r: &Readings<'_>) -> Result<Box<dyn Interpolant>, ReconstructError> {
-        self.check()?;
+        let parameters = self.parameters()?;
         if r.count() == 0 {
             return Err(ReconstructError::TooFew {
                 method: KIND,
@@ -163,7 +165,6 @@ impl Reconstruct for Fit {
                 needed: 1,
             });
         }
-        let parameters = self.parameters()?;
         let needed = r.schedule.parametrization.symmetry();
         if let Some(lacks) = parameters.lacks(needed) {
             let allowed = format!("one that is {lacks}, as the readings are");
@@ -209,6 +210,21 @@ impl Interpolant for Fitted {
     fn eval(&self, pair: &DirectionPair, out: &mut [f64]) {
         for (model, out) in self.models.iter().zip(out) {
             *out = model.luminance(pair).unwrap_or(0.0);
+        }
+    }
+
+    fn eval_batch(&self, pairs: &[DirectionPair], out: &mut [f64]) {
+        let mut values = vec![0.0; pairs.len()];
+        let mut presence = vec![Presence::Missing; pairs.len()];
+        for (c, model) in self.models.iter().enumerate() {
+            model.eval_batch(pairs, &mut values, &mut presence);
+            let rows = out.chunks_exact_mut(self.models.len());
+            for ((out, value), presence) in rows.zip(&values).zip(&presence) {
+                out[c] = match presence {
+                    Presence::Present => *value,
+                    Presence::Missing => 0.0,
+                };
+            }
         }
     }
 

@@ -2,14 +2,13 @@
 //! pair each ([`kernel`]), with hyper-parameters that were fitted to the MERL database.
 //!
 //! The mean is a constant that readings tell; readings have the variance of their noise, and one that no column
-//! explains, by which they are missed: half a percent. Amplitudes and lengths
-//! are fitted again to the readings of a material, near those of the database ([`fit`]), unless these lie in sheets or
-//! lines: then columns vary together, and a fit takes the trend along one for that along another. All of it is
-//! reciprocal; of isotropic materials it is mirror-symmetric too.
+//! explains, by which they are missed: half a percent. Amplitudes and lengths are fitted again to the readings of a
+//! material, near those of the database ([`fit`]), unless these lie in sheets or lines: then columns vary together,
+//! and a fit takes the trend along one for that along another. All of it is reciprocal.
 //!
 //! Readings in the plane of incidence alone say nothing of φ_d. It then continues what it knows of other materials,
-//! which for Oren and Nayar's errs up to 2.3 times as much as the nearest reading does, and for most others a tenth as
-//! much (`tests/reconstruction/layouts.rs`).
+//! which for Oren and Nayar's errs at most 2.5 times as much as the nearest reading does
+//! (`tests/reconstruction/layouts.rs`).
 
 mod fit;
 mod kernel;

@@ -3,7 +3,7 @@
 use super::order::{best_of_each, sampling, whole};
 use crate::error::count;
 use crate::experiment::{
-    Choice, Duel, Duels, Explained, Factor, Findings, Line, Metric, OWN, Ranking, Scope,
+    Allowance, Choice, Duel, Duels, Explained, Factor, Findings, Line, Metric, OWN, Ranking, Scope,
 };
 use crate::report::Columns;
 use crate::report::acquisition::table::error;
@@ -265,7 +265,10 @@ fn against_reference(findings: &Findings, duels: &Duels, best: &Choice, out: &mu
 
 /// At which readings ratios stand.
 pub(super) fn at_readings(findings: &Findings) -> &'static str {
-    let counted = findings.allowances.iter().filter(|a| !a.contains("minute"));
+    let counted = findings
+        .allowances
+        .iter()
+        .filter(|a| !Allowance::is_time(a));
     match counted.count() {
         0 | 1 => "",
         n if n == findings.allowances.len() => {
