@@ -92,6 +92,7 @@
 //! [`docs::relations`]: moments of a slice and of the picture. [`docs::formats`]: files.
 //! [`docs::changelog`].
 
+pub mod acquisition;
 pub mod analysis;
 pub mod brdf;
 #[cfg(feature = "cli")]

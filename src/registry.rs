@@ -116,6 +116,23 @@ pub fn read<T: ?Sized>(
     (family[index].read)(table)
 }
 
+/// Reads the member of one family or another that the table's `kind` names, of the first as one of the second.
+pub fn read_of_two<A: ?Sized, B: ?Sized>(
+    what: &str,
+    first: &[Entry<A>],
+    wrap: fn(Box<A>) -> Box<B>,
+    second: &[Entry<B>],
+    mut table: Table<'_>,
+) -> Result<Box<B>, ReadError> {
+    let (a, b) = (first.iter().map(|e| e.kind), second.iter().map(|e| e.kind));
+    let kinds: Vec<_> = a.chain(b).collect();
+    let index = take_kind(what, &kinds, &mut table)?;
+    match first.get(index) {
+        Some(entry) => (entry.read)(table).map(wrap),
+        None => (second[index - first.len()].read)(table),
+    }
+}
+
 /// Takes `kind` out of a table: the position in `kinds` of the one it names.
 pub fn take_kind(what: &str, kinds: &[&str], table: &mut Table<'_>) -> Result<usize, ReadError> {
     let allowed = kinds.join(", ");

@@ -5,7 +5,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// Modules from the bottom of the house to its roof; each uses only earlier ones.
-const ORDER: [&str; 22] = [
+const ORDER: [&str; 23] = [
     "numeric",
     "statistics",
     "error",
@@ -22,6 +22,7 @@ const ORDER: [&str; 22] = [
     "reconstruct",
     "metrics",
     "validation",
+    "acquisition",
     "moments",
     "analysis",
     "formats",

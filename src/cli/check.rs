@@ -330,6 +330,9 @@ fn materials(materials: &[Material], missing: &[String]) -> String {
     out
 }
 
+/// What there is to tell of the poses of a planner that learns.
+const FROM_READINGS: &str = "chosen from readings";
+
 /// Prints the schedules of the first seed, line by line: large ones take their time.
 fn schedules(plan: &Plan, symmetry: Symmetry, told: &mut Told) -> Result<(), Error> {
     let labels = plan.parametrizations.iter().map(|c| c.label().len());
@@ -351,12 +354,14 @@ fn schedules(plan: &Plan, symmetry: Symmetry, told: &mut Told) -> Result<(), Err
                     "sample_set": set.name,
                     "budget": budget,
                 });
-                let line = match set.set.plan(&form, budget, plan.seeds[0]) {
-                    Err(e) => {
+                let planned = (!set.learns()).then(|| set.set.plan(&form, budget, plan.seeds[0]));
+                let line = match planned {
+                    None => FROM_READINGS.into(),
+                    Some(Err(e)) => {
                         row["problem"] = e.to_string().into();
                         format!("{e}")
                     }
-                    Ok(schedule) => {
+                    Some(Ok(schedule)) => {
                         row["poses"] = schedule.poses.len().into();
                         row["unphysical_share"] = schedule.unphysical_share.into();
                         let lattice = schedule.lattice.as_ref();
@@ -429,6 +434,7 @@ fn ways(plan: &Plan, told: &mut Told) -> Result<Option<Error>, Error> {
                             "allowed": allowance.to_string(),
                         });
                         let line = match router.find(&key) {
+                            Err(_) if sample_set.learns() => FROM_READINGS.into(),
                             Err(e) => {
                                 let line = e.to_string();
                                 row["problem"] = line.clone().into();

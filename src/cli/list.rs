@@ -2,6 +2,7 @@
 
 use super::output::{JsonArgs, print_json};
 use super::print;
+use crate::acquisition;
 use crate::error::{Error, excerpt, one_of};
 use crate::experiment::{self, Kind, Row, Use};
 use crate::formats;
@@ -34,6 +35,8 @@ enum Family {
     Parametrizations,
     Warps,
     SampleSets,
+    /// Choices of poses by what their readings would tell
+    Planners,
     Reconstructions,
     Measures,
     Estimators,
@@ -320,6 +323,11 @@ fn sections(family: Family) -> Vec<Section> {
             let title = "sample sets: [[sample_set]] with kind = …";
             let members = entries(&schedule::all(), |set| set.resolved());
             Section::new("sample-sets", title, members)
+        }
+        Family::Planners => {
+            let title = "planners: [[sample_set]] with kind = …, and gonio next";
+            let members = entries(&acquisition::all(), |planner| planner.resolved());
+            Section::new("planners", title, members)
         }
         Family::Reconstructions => {
             let title = "reconstructions: [[reconstruction]] with kind = …";

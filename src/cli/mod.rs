@@ -16,6 +16,7 @@ mod list;
 mod measure;
 mod merge;
 mod moments;
+mod next;
 mod output;
 mod picture;
 mod progress;
@@ -74,6 +75,8 @@ enum Command {
     List(list::List),
     /// Export schedules of a config, for an instrument
     Schedule(schedule::Schedule),
+    /// The poses to read next, from the readings so far
+    Next(next::Next),
     /// Measure a material at the poses of a schedule file
     Measure(measure::Measure),
     /// Make a BRDF of a measurement file, and say how good it is
@@ -154,6 +157,7 @@ impl Command {
             Command::Check(command) => command.run(),
             Command::List(command) => command.run(),
             Command::Schedule(command) => command.run(),
+            Command::Next(command) => command.run(),
             Command::Measure(command) => command.run(),
             Command::Reconstruct(command) => command.run(),
             Command::Schema(command) => command.run(),

@@ -3,10 +3,11 @@
 use super::talk::{detail, say};
 use crate::error::{Error, ParameterError};
 use crate::formats::{Readings, load_readings};
+use crate::measurement::Measurement;
 use crate::schedule::{AngleUnit, Assume, Azimuth, Choice, Conventions, Quantity};
 use clap::Args;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// What readings by others say in another way than ours; the page `docs::formats` has an example of
 /// each.
@@ -75,5 +76,30 @@ impl ReadingArgs {
             say(&format!("gonio: {}: {warning}", path.display()));
         }
         Ok(readings)
+    }
+
+    /// The readings of one material in several files, and notes on them; there is one file or more.
+    pub fn read_all(
+        &self,
+        paths: &[PathBuf],
+        assume: &Assume,
+    ) -> Result<(Measurement, Vec<String>), Error> {
+        let first = self.read(&paths[0], assume.clone())?;
+        let (mut all, mut notes) = (first.measurement, first.notes);
+        for path in &paths[1..] {
+            let further = self.read(path, assume.clone())?;
+            let folded = |m: &Measurement| m.schedule.parametrization.symmetry();
+            let alike = folded(&all) == folded(&further.measurement);
+            let both = all.followed_by(&further.measurement).filter(|_| alike);
+            all = both.ok_or_else(|| {
+                let first = paths[0].display();
+                let message = format!(
+                    "its channels or symmetries are not those of {first}; allowed: readings of one material"
+                );
+                Error::data(path, message)
+            })?;
+            notes.extend(further.notes);
+        }
+        Ok((all, notes))
     }
 }

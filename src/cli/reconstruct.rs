@@ -46,9 +46,10 @@ at the end read tables that say the same in other ways; rows of one pose are ave
   gonio reconstruct lab.csv --columns theta_i=in,theta_o=out,phi_o=az,value=R --angles deg \\
     --azimuth mirror --quantity percent")]
 pub(super) struct Reconstruct {
-    #[arg(help = format!("The readings ({}); text of another name is told by its first lines",
-        READ_READINGS.extensions(".")))]
-    measurements: PathBuf,
+    #[arg(required = true, value_name = "READINGS",
+        help = format!("The readings, in one file or more ({}); text of another name is told by its first lines",
+            READ_READINGS.extensions(".")))]
+    measurements: Vec<PathBuf>,
     /// A kind of reconstruction, see `gonio list reconstructions`, or auto: the one that predicts
     /// readings best that it was not given, in the coordinates where it does [default: auto; of
     /// readings of our own schedules cubic if they are on a grid, else thin-plate]
@@ -102,7 +103,7 @@ pub(super) struct Reconstruct {
     reading: ReadingArgs,
 }
 
-fn symmetry(text: &str) -> Result<Symmetry, ParameterError> {
+pub(super) fn symmetry(text: &str) -> Result<Symmetry, ParameterError> {
     let mut symmetry = Symmetry::NONE;
     if text == "none" {
         return Ok(symmetry);
@@ -192,17 +193,18 @@ impl Reconstruct {
             ));
         }
         let (measurement, notes) = self.read(&self.measurements)?;
+        let path = &self.measurements[0];
         print(&(material_of(&measurement) + &notes))?;
         let truth = self.truth(&measurement)?;
         let method = self.method(&measurement)?;
         let brdf = method
             .reconstruct(&measurement)
-            .map_err(|e| Error::data(&self.measurements, e))?;
+            .map_err(|e| Error::data(path, e))?;
         print(&format!("reconstruction: {}\n", method.label()))?;
         for remark in brdf.remarks() {
             print(&format!("  {remark}\n"))?;
         }
-        let failed = |e| Error::data(&self.measurements, e);
+        let failed = |e| Error::data(path, e);
         let replicated = match truth.is_some() || self.uncertainty.is_some() {
             true => Replicated::of(&measurement, &*method).map_err(failed)?,
             false => None,
@@ -225,7 +227,7 @@ impl Reconstruct {
         }
         if let Some((table, path)) = table {
             let covered = Covered::new(&*brdf, &measurement, self.fill);
-            let covered = covered.map_err(|e| Error::data(&self.measurements, e))?;
+            let covered = covered.map_err(|e| Error::data(path, e))?;
             self.energy
                 .check(&covered, common_uncertainty(&measurement))?;
             // What this asked for is no cell of the table.
@@ -238,7 +240,7 @@ impl Reconstruct {
         }
         if let Some(path) = &self.uncertainty {
             let cover = Cover::of(&measurement).map_err(failed)?;
-            let title = format!("{}: {}", self.measurements.display(), method.label());
+            let title = format!("{}: {}", path.display(), method.label());
             let svg = uncertainty_svg(&title, replicated.as_ref(), &cover)?;
             let drawn = write_atomically(path, |out| out.write_all(svg.as_bytes()));
             drawn.map_err(|e| cannot_write(path, &e))?;
@@ -262,8 +264,8 @@ impl Reconstruct {
         Err(Error::config("--parametrization", message))
     }
 
-    /// The measurement of a file, and notes on it.
-    fn read(&self, path: &Path) -> Result<(Measurement, String), Error> {
+    /// The measurement of a file or several, and notes on it.
+    fn read(&self, paths: &[PathBuf]) -> Result<(Measurement, String), Error> {
         let assume = Assume {
             parametrization: self.parametrization.clone(),
             symmetry: self.symmetry,
@@ -271,9 +273,9 @@ impl Reconstruct {
             axes: instrument::axis_names(),
             ..Assume::default()
         };
-        let readings = self.reading.read(path, assume)?;
-        let notes = readings.notes.into_iter().map(|note| note + "\n");
-        Ok((readings.measurement, notes.collect()))
+        let (measurement, notes) = self.reading.read_all(paths, &assume)?;
+        let notes = notes.into_iter().map(|note| note + "\n");
+        Ok((measurement, notes.collect()))
     }
 
     /// The method that is asked for, or the usual one for readings of our own schedules; `None` if the
@@ -324,7 +326,7 @@ impl Reconstruct {
     ) -> Result<Arc<dyn reconstruct::Reconstruct>, Error> {
         let method = self.named(measurement)?;
         let methods = method.iter().cloned().collect();
-        let path = &self.measurements;
+        let path = &self.measurements[0];
         let best = self.cross_validation.choose(
             measurement,
             path,
@@ -342,7 +344,7 @@ impl Reconstruct {
         let path = Path::new(target);
         let format = formats::of_name(path);
         if format.is_some_and(|f| f.read_readings.is_some() && f.read_table.is_none()) {
-            let (other, notes) = self.read(path)?;
+            let (other, notes) = self.read(&[path.to_owned()])?;
             print(&format!(
                 "against {}: {}{notes}",
                 path.display(),

@@ -154,7 +154,7 @@ impl Summary {
 }
 
 /// Reads an [`Order`] by its name.
-fn orders() -> impl TypedValueParser<Value = Order> {
+pub(super) fn orders() -> impl TypedValueParser<Value = Order> {
     let names = PossibleValuesParser::new(Order::ALL.map(Order::name));
     let find = |name: String| Order::ALL.into_iter().find(|o| o.name() == name);
     names.map(move |name| find(name).unwrap_or_default())

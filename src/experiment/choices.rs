@@ -1,12 +1,12 @@
 //! The choices of a plan: materials, coordinates, sample sets, reconstructions, each with a name.
 
 use super::tuning::Tuning;
+use crate::acquisition::Planner;
 use crate::brdf::{BrdfSpec, Favours};
 use crate::error::count;
 use crate::geometry::Symmetry;
 use crate::parametrization::{Parametrization, ParametrizationSpec, WarpError};
 use crate::reconstruct::Reconstruct;
-use crate::schedule::SampleSet;
 use std::fmt;
 use std::sync::Arc;
 
@@ -83,15 +83,22 @@ impl Coordinates {
     }
 }
 
-/// A sample set with its name in results, unique in its plan.
+/// A sample set or planner with its name in results, unique in its plan.
 #[derive(Debug)]
 pub struct PlannedSet {
     /// The name.
     pub name: String,
     /// The set.
-    pub set: Box<dyn SampleSet>,
+    pub set: Box<dyn Planner>,
     /// What its ratio is tuned on, if it is.
     pub tuning: Option<Arc<Tuning>>,
+}
+
+impl PlannedSet {
+    /// True if its poses are chosen batch by batch, from the readings before: each material has its own.
+    pub fn learns(&self) -> bool {
+        self.set.batch(0, MAX_BUDGET).is_some()
+    }
 }
 
 /// A reconstruction in one kind of coordinates.

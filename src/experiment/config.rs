@@ -16,6 +16,7 @@ use super::question::ReportSpec;
 use super::source::Source;
 use super::tables::{Named, named, refuse_unknown, take_list};
 use super::training::TuningTable;
+use crate::acquisition::{self, Planner};
 use crate::brdf::Channels;
 use crate::error::{Error, ParameterError, in_closed};
 use crate::formats::{Format, WRITE_SCHEDULE};
@@ -23,7 +24,7 @@ use crate::metrics::{Measure, MetricsSpec};
 use crate::parametrization::{self, Form, HalfDifference, ParametrizationSpec, Warps};
 use crate::reconstruct::{self, Coordinates, Multilinear, Reconstruct};
 use crate::registry::{self, ReadError, Table};
-use crate::schedule::{self, Grid, SampleSet};
+use crate::schedule::Grid;
 use serde::de::{self, Visitor};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use std::fmt;
@@ -73,7 +74,7 @@ pub struct Config<'s> {
     /// The parametrizations.
     pub parametrizations: Vec<ParametrizationSpec>,
     /// The sample sets.
-    pub sample_sets: Vec<Named<dyn SampleSet>>,
+    pub sample_sets: Vec<Named<dyn Planner>>,
     /// The reconstructions.
     pub reconstructions: Vec<Named<dyn Reconstruct>>,
     /// Budget limit and sample set of each reconstruction, in the order of `reconstructions`.
@@ -244,7 +245,7 @@ impl<'s> Config<'s> {
         let parametrizations = take_list(&mut table, "parametrization", |t| {
             parametrization::read(t).map(|spec| *spec)
         })?;
-        let sample_sets = take_list(&mut table, "sample_set", |t| named(t, schedule::read))?;
+        let sample_sets = take_list(&mut table, "sample_set", |t| named(t, acquisition::read))?;
         let reconstructions = take_list(&mut table, "reconstruction", |t| {
             named(t, reconstruct::read)
         })?;
@@ -280,7 +281,7 @@ impl<'s> Config<'s> {
             },
             sample_sets: match sample_sets {
                 Some(list) => list,
-                None => vec![Named::from(Box::new(Grid::default()) as Box<dyn SampleSet>)],
+                None => vec![Named::from(acquisition::once(Box::new(Grid::default())))],
             },
             reconstructions: match reconstructions {
                 Some(list) => list,

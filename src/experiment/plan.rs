@@ -275,6 +275,17 @@ impl Plan {
         let probe = budget.min(PROBE_BUDGET);
         for (i, planned) in self.sample_sets.iter().enumerate() {
             let path = KeyPath::of("sample_set").index(i);
+            for (key, list) in [("budgets", &self.budgets), ("readings", &self.readings)] {
+                let most = planned.set.most();
+                if let Some(n) = list.iter().position(|n| *n > most) {
+                    let (at, name) = (KeyPath::of(key).index(n), &planned.name);
+                    let message = format!(
+                        "{at} = {}: {path} \"{name}\" chooses at most {most} poses; allowed: fewer",
+                        list[n]
+                    );
+                    return Err(source.error_at(&at, message));
+                }
+            }
             for coordinates in &self.parametrizations {
                 for symmetry in self.symmetries() {
                     let form = coordinates.form(symmetry).map_err(internal)?;
@@ -283,11 +294,11 @@ impl Plan {
                         source.error_at(&below(&path, &e.key), format!("{e}{with}"))
                     })?;
                     let own: Vec<f64> = form.axes().iter().map(|a| a.density).collect();
-                    let untuned = planned.set.tuned(&own);
-                    untuned
-                        .as_ref()
-                        .unwrap_or(&planned.set)
-                        .plan(&form, probe, self.seeds[0])
+                    let probed = match planned.set.tuned(&own) {
+                        Some(untuned) => untuned.plan(&form, probe, self.seeds[0]),
+                        None => planned.set.plan(&form, probe, self.seeds[0]),
+                    };
+                    probed
                         .map_err(|e| source.error_at(&KeyPath::of("budgets").index(smallest), e))?;
                 }
             }

@@ -30,7 +30,11 @@ pub fn preview(
     coordinates: usize,
 ) -> Result<Option<Preview>, Error> {
     let suits = |set: usize| {
-        let grid = plan.sample_sets[set].set.is_grid();
+        let set_of_plan = &plan.sample_sets[set];
+        if set_of_plan.learns() {
+            return None;
+        }
+        let grid = set_of_plan.set.is_grid();
         let mut methods = plan.methods.iter();
         let mut found = None;
         for m in methods.by_ref() {

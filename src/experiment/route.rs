@@ -1,12 +1,14 @@
 //! Routes: the schedule that a key asks for and an instrument's tour through it. Tours are
 //! made once and kept while materials, seeds and allowances share them.
 
+mod acquisition;
 mod search;
 
 use super::choices::Allowance;
 use super::instruments::PlannedInstrument;
 use super::observer::{ScheduleKey, Stop, timed};
 use super::tuning::{Untuned, Wanted};
+use crate::acquisition::Task;
 use crate::brdf::Brdf;
 use crate::error::Error;
 use crate::geometry::Symmetry;
@@ -81,6 +83,11 @@ pub(super) enum NoRoute {
     /// The smallest schedule is beyond the allowance.
     #[error("{0} are too few for one pose; allowed: more")]
     TooFew(Allowance),
+    /// Its poses are chosen from readings.
+    #[error(
+        "{0} chooses its poses from readings; allowed: gonio next, poses before the first reading"
+    )]
+    Learns(String),
     /// The instrument can take none of the poses.
     #[error(
         "no pose is reachable for {instrument} ({reasons}); allowed: another instrument or schedule"
@@ -167,8 +174,8 @@ impl<K: Eq + Hash, T> Cache<K, T> {
 pub struct Router {
     /// Budgets found, by set, name of the instrument, allowance and seed.
     budgets: HashMap<(SetKey, Option<String>, String, u64), usize>,
-    /// Schedules, by set, budget and, if it matters, the seed.
-    schedules: Cache<(SetKey, usize, Option<u64>), Schedule>,
+    /// Schedules, by set, budget and, if they matter, seed and name of the instrument.
+    schedules: Cache<(SetKey, usize, Option<u64>, Option<String>), Schedule>,
     tours: Cache<TourKey, Itinerary>,
     /// Specifications of the instruments so far, each once.
     specs: Vec<InstrumentSpec>,
@@ -219,6 +226,9 @@ impl Router {
         again: bool,
         cancelled: &dyn Fn() -> bool,
     ) -> Result<Result<Route, NoRoute>, Stop> {
+        if key.sample_set.learns() {
+            return Ok(Err(NoRoute::Learns(key.sample_set.name.clone())));
+        }
         let set = SetKey::of(key);
         if self.current.as_ref() != Some(&set) {
             self.schedules.drop_unasked();
@@ -320,15 +330,18 @@ impl Router {
         again: bool,
         cancelled: &dyn Fn() -> bool,
     ) -> Result<Result<(Arc<Schedule>, f64), NoRoute>, Stop> {
-        let mut set = &key.sample_set.set;
+        let set = &*key.sample_set.set;
         let seed = set.is_random().then_some(key.seed);
-        let asked = (SetKey::of(key), budget, seed);
+        let instrument = key.instrument;
+        let instrument = instrument.filter(|i| i.use_of.limits && set.knows_machines());
+        let name = instrument.map(|i| i.name.clone());
+        let asked = (SetKey::of(key), budget, seed, name);
         if let Some(known) = self.schedules.get(&asked, again) {
             return Ok(Ok(known));
         }
         let form = key.coordinates.form(key.symmetry);
         let form = form.map_err(|e| Error::Internal(format!("a warp that was checked: {e}")))?;
-        let tuned_set;
+        let mut tuned_set = None;
         if let Some(tuning) = &key.sample_set.tuning {
             let grid = Wanted {
                 parametrization: key.coordinates.name().into(),
@@ -337,7 +350,7 @@ impl Router {
                 symmetry: key.symmetry,
                 budget,
             };
-            let (found, seconds) = timed(|| tuning.find(grid, &**set, &form, cancelled));
+            let (found, seconds) = timed(|| tuning.find(grid, set, &form, cancelled));
             self.seconds += seconds;
             let tuned = match found {
                 Ok(tuned) => tuned,
@@ -345,12 +358,20 @@ impl Router {
                 Err(Untuned::Cancelled) => return Err(Stop::Cancelled),
                 Err(Untuned::Error(e)) => return Err(e.into()),
             };
-            if let Some(with_ratio) = set.tuned(&tuned.ratio) {
-                tuned_set = with_ratio;
-                set = &tuned_set;
-            }
+            tuned_set = set.tuned(&tuned.ratio);
         }
-        let (planned, seconds) = timed(|| set.plan(&form, budget, key.seed));
+        let bench = instrument.map(|i| self.bench(i, true, key.seed));
+        let bench = bench.transpose()?;
+        let task = Task {
+            form,
+            budget,
+            seed: key.seed,
+            machine: bench.as_ref().map(|(_, bench)| bench.machine()),
+        };
+        let (planned, seconds) = timed(|| match &tuned_set {
+            Some(tuned) => tuned.plan(&task.form, budget, key.seed),
+            None => set.design(&task),
+        });
         self.seconds += seconds;
         Ok(planned.map_err(NoRoute::from).map(|schedule| {
             let new = Kept {
@@ -373,13 +394,7 @@ impl Router {
         (limits, order): (bool, Order),
         again: bool,
     ) -> Result<(Tour, f64), Error> {
-        let known = self.specs.iter().position(|s| *s == instrument.spec);
-        let spec = known.unwrap_or(self.specs.len());
-        if known.is_none() {
-            self.specs.push(instrument.spec.clone());
-        }
-        let parts = instrument.use_of.parts();
-        let bench = self.bench(instrument, spec, Parts { limits, ..parts }, seed)?;
+        let (spec, bench) = self.bench(instrument, limits, seed)?;
         let poses = hash(schedule);
         let asked = TourKey {
             poses,
@@ -404,23 +419,32 @@ impl Router {
         Ok((Tour { bench, itinerary }, seconds))
     }
 
-    /// The simulated machine of an instrument in a realisation.
+    /// The simulated machine of an instrument, with or without limits, in a realisation, and the number of its
+    /// specification.
     fn bench(
         &mut self,
         instrument: &PlannedInstrument,
-        spec: usize,
-        parts: Parts,
+        limits: bool,
         seed: u64,
-    ) -> Result<Arc<Bench>, Error> {
+    ) -> Result<(usize, Arc<Bench>), Error> {
+        let known = self.specs.iter().position(|s| *s == instrument.spec);
+        let spec = known.unwrap_or(self.specs.len());
+        if known.is_none() {
+            self.specs.push(instrument.spec.clone());
+        }
+        let parts = Parts {
+            limits,
+            ..instrument.use_of.parts()
+        };
         let asked = (spec, parts, instrument.realisation(seed));
         if let Some(bench) = self.benches.get(&asked) {
-            return Ok(Arc::clone(bench));
+            return Ok((spec, Arc::clone(bench)));
         }
         // The plan has built it before.
         let bench = instrument.bench(parts, seed);
         let bench = Arc::new(bench.map_err(|e| Error::Internal(e.to_string()))?);
         self.benches.insert(asked, Arc::clone(&bench));
-        Ok(bench)
+        Ok((spec, bench))
     }
 }
 
@@ -545,7 +569,7 @@ mod tests {
             let schedules = &router.schedules.0;
             let first = schedules
                 .iter()
-                .find(|((_, budget, _), _)| *budget == FIRST);
+                .find(|((_, budget, _, _), _)| *budget == FIRST);
             let poses = first.unwrap().1.poses;
             let tours = router.tours.0.iter().filter(|(key, kept)| {
                 key.order == Order::TwoOpt && key.limits && kept.poses == poses

@@ -12,7 +12,7 @@ use super::observer::{Event, Job, Observer, ScheduleKey, Stop, Summary, Teller, 
 use super::plan::Plan;
 use super::readings::Readings;
 use super::record::{Experiment, Extent, Known, Shard};
-use super::route::{Route, Router};
+use super::route::{NoRoute, Route, Router};
 use super::row::{Quantities, Row};
 use super::schedules::{Share, name_of};
 use super::unit::Unit;
@@ -20,6 +20,7 @@ use crate::error::Error;
 use crate::geometry::Symmetry;
 use crate::measurement::Outcome;
 use crate::reconstruct::{Coverage, present};
+use rayon::prelude::*;
 use std::collections::HashMap;
 use std::sync::Arc;
 
@@ -70,7 +71,7 @@ impl Experiment for Plan {
     ) -> Result<Summary, Error> {
         let mut runner = Runner::new(self, extent, known, observer)?;
         let result = runner.tiles();
-        runner.teller.summary.seconds.plan = runner.router.seconds();
+        runner.teller.summary.seconds.plan += runner.router.seconds();
         let mut tunings = self.sample_sets.iter().filter_map(|s| s.tuning.as_ref());
         runner.teller.summary.tuned = tunings.next().map_or(Vec::new(), |t| t.found());
         runner.teller.ended(result)
@@ -376,7 +377,6 @@ impl<'a> Runner<'a> {
         several: bool,
     ) -> Result<Vec<Row>, Stop> {
         let work = unit.work();
-        let mut made = Vec::new();
         let wanting: Vec<&Member<'_>> = members
             .iter()
             .filter(|m| m.truth.is_some() && tasks.iter().any(|t| self.wanted(m, unit, t)))
@@ -388,10 +388,13 @@ impl<'a> Runner<'a> {
         let observer = &*self.teller.observer;
         let written = self.plan.output.schedules.0.is_some();
         if wanting.is_empty() && !(written && observer.wants(&Wish::Schedule(&schedule))) {
-            return Ok(made);
+            return Ok(Vec::new());
         }
         let text = self.plan.describe(unit);
         self.teller.doing(&format_args!("planning {text}"))?;
+        if schedule.sample_set.learns() {
+            return self.learn(&wanting, &schedule, unit, tasks, &text);
+        }
         let observer = &*self.teller.observer;
         let cancelled = || observer.cancelled();
         // Another tile asks again.
@@ -399,13 +402,8 @@ impl<'a> Runner<'a> {
         let route = match found {
             Ok(route) => route,
             Err(reason) => {
-                for member in &wanting {
-                    let job = format!("{}, {text}", member.material.name);
-                    self.teller.failed(job, &reason, tasks.len())?;
-                }
-                let lost = (wanting.len() * tasks.len()) as f64;
-                self.teller.advanced(lost * work)?;
-                return Ok(made);
+                self.lose(&wanting, unit, tasks, &text, &reason)?;
+                return Ok(Vec::new());
             }
         };
         if route.is_new {
@@ -413,13 +411,84 @@ impl<'a> Runner<'a> {
             let event = Event::Planned(&schedule, &route.schedule, itinerary);
             self.teller.observer.tell(&event)?;
         }
-        let groups = self.measure(&wanting, &schedule, &route, &text)?;
+        self.follow(&wanting, &schedule, &route, (unit, tasks, &text))
+    }
+
+    /// Tells that nothing comes of a schedule for some materials.
+    fn lose(
+        &mut self,
+        members: &[&Member<'_>],
+        unit: &Unit,
+        tasks: &[Task],
+        text: &str,
+        reason: &NoRoute,
+    ) -> Result<(), Stop> {
+        for member in members {
+            let job = format!("{}, {text}", member.material.name);
+            self.teller.failed(job, reason, tasks.len())?;
+        }
+        let lost = (members.len() * tasks.len()) as f64;
+        self.teller.advanced(lost * unit.work())
+    }
+
+    /// Rows of a planner that learns: each material has a schedule of its own.
+    fn learn(
+        &mut self,
+        members: &[&Member<'_>],
+        schedule: &ScheduleKey<'a>,
+        unit: &Unit,
+        tasks: &[Task],
+        text: &str,
+    ) -> Result<Vec<Row>, Stop> {
+        let mut made = Vec::new();
+        let begun = match self.router.begin(schedule)? {
+            Ok(begun) => begun,
+            Err(reason) => {
+                self.lose(members, unit, tasks, text, &reason)?;
+                return Ok(made);
+            }
+        };
+        for some in members.chunks(rayon::current_num_threads()) {
+            self.teller.doing(&format_args!("acquiring {text}"))?;
+            let truths: Vec<_> = some.iter().map(|m| m.truth.as_ref()).collect();
+            let route = |truth: &Option<&Truth>| truth.map(|truth| begun.route(&*truth.brdf));
+            let (routes, seconds) = timed(|| truths.par_iter().map(route).collect::<Vec<_>>());
+            self.teller.summary.seconds.plan += seconds;
+            for (member, route) in some.iter().zip(routes) {
+                match route {
+                    Some(Ok(route)) => {
+                        made.extend(self.follow(
+                            &[member],
+                            schedule,
+                            &route,
+                            (unit, tasks, text),
+                        )?);
+                    }
+                    Some(Err(reason)) => self.lose(&[member], unit, tasks, text, &reason)?,
+                    None => {}
+                }
+            }
+        }
+        Ok(made)
+    }
+
+    /// Measures materials along a route, and makes every reconstruction.
+    fn follow(
+        &mut self,
+        members: &[&Member<'_>],
+        schedule: &ScheduleKey<'_>,
+        route: &Route,
+        (unit, tasks, text): (&Unit, &[Task], &str),
+    ) -> Result<Vec<Row>, Stop> {
+        let mut made = Vec::new();
+        let groups = self.measure(members, schedule, route, text)?;
         for task in tasks {
             for group in &groups {
-                let rows = self.reconstruct(&schedule, &route, group, unit, task, &text)?;
+                let rows = self.reconstruct(schedule, route, group, unit, task, text)?;
                 self.teller.made(&rows)?;
                 made.extend(rows);
-                self.teller.advanced(group.members.len() as f64 * work)?;
+                self.teller
+                    .advanced(group.members.len() as f64 * unit.work())?;
             }
         }
         Ok(made)

@@ -11,6 +11,7 @@ use super::moments;
 use super::relations;
 use super::source::Source;
 use super::wording::taken_before;
+use crate::acquisition;
 use crate::formats::MERL;
 use crate::instrument;
 use crate::lighting;
@@ -489,7 +490,10 @@ fn about(family: &str, kind: &str) -> About {
         "material" => of(&super::materials::all(), kind),
         "parametrization" => of(&parametrization::all(), kind),
         "warp" => of(&parametrization::warps(), kind),
-        "sample set" => of(&schedule::all(), kind),
+        "sample set" if schedule::all().iter().any(|e| e.kind == kind) => {
+            of(&schedule::all(), kind)
+        }
+        "sample set" => of(&acquisition::all(), kind),
         "reconstruction" => of(&reconstruct::all(), kind),
         "lighting" => of(&lighting::all(), kind),
         "estimator" => of(&crate::moments::all(), kind),

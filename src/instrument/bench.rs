@@ -172,6 +172,18 @@ impl Bench {
             .itinerary_of(&self.machine, &self.spec.name, schedule, poses, order)
     }
 
+    /// An itinerary that goes on, where its last visit left axes and clock, to the poses with these numbers.
+    pub fn plan_further(
+        &self,
+        schedule: &Schedule,
+        before: Itinerary,
+        poses: &[u32],
+        order: Order,
+    ) -> Itinerary {
+        self.motion
+            .further(&self.machine, schedule, before, poses, order)
+    }
+
     /// [`plan`](Self::plan) for the poses with these numbers, in this order.
     pub fn plan_given(&self, schedule: &Schedule, poses: &[u32]) -> Itinerary {
         self.motion

@@ -97,15 +97,17 @@ impl Motion {
         self.exposure
     }
 
-    /// The visits of a path in its order, with their times. Its numbers are those of poses.
-    pub fn timed(&self, schedule: &Schedule, path: &[Stop]) -> Vec<Visit> {
-        let mut log = Log::new(self, schedule, path.len());
-        let mut here = &self.rest;
+    /// The visits of a path in its order, with their times, after those before, where axes and clock go on. Its
+    /// numbers are those of poses.
+    pub fn timed(&self, schedule: &Schedule, before: Vec<Visit>, path: &[Stop]) -> Vec<Visit> {
+        let start = before.last().map_or(self.rest, |last| last.positions);
+        let mut log = Log::new(self, schedule, before);
+        let mut here = &start;
         let mut next = 0;
         // The last visit of the run along one axis, and whether it is better walked than flown.
         let (mut run, mut grounded) = (0, false);
         while next < path.len() {
-            if next == 0 || log.is_due(log.now) {
+            if log.visits.is_empty() || log.is_due(log.now) {
                 log.calibrate();
             }
             log.visit(path[next], self.stop(here, &path[next].1), self.overhead);
@@ -231,15 +233,24 @@ struct Log<'a> {
 }
 
 impl<'a> Log<'a> {
-    fn new(motion: &'a Motion, schedule: &'a Schedule, visits: usize) -> Self {
+    fn new(motion: &'a Motion, schedule: &'a Schedule, visits: Vec<Visit>) -> Self {
+        let seconds = visits.iter().map(|v| v.seconds).sum();
+        let of_last = visits.last().map(|last| {
+            let light = schedule.poses[last.pose as usize].pair.omega_i;
+            (
+                last.at_seconds - last.since_calibration_seconds,
+                light.vector(),
+            )
+        });
+        let (calibrated, light) = of_last.unwrap_or_default();
         Self {
             motion,
             schedule,
-            visits: Vec::with_capacity(visits),
-            now: 0.0,
+            visits,
+            now: seconds,
             calibration: 0.0,
-            calibrated: 0.0,
-            light: DVec3::ZERO,
+            calibrated,
+            light,
         }
     }
 

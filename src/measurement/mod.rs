@@ -18,7 +18,7 @@ pub use retro::{RetroPeak, retro_peak};
 
 use crate::brdf::Channels;
 use crate::numeric::LARGEST_READING;
-use crate::schedule::{Schedule, Unreachable};
+use crate::schedule::{Pose, Schedule, Unreachable};
 use std::sync::Arc;
 
 /// Why a number of a file is no reading.
@@ -141,6 +141,59 @@ impl Measurement {
 
     fn count(&self, is: impl Fn(Outcome) -> bool) -> usize {
         self.outcomes.iter().filter(|o| is(**o)).count()
+    }
+
+    /// The same with what an earlier measurement has of the first poses of its schedule.
+    pub fn after(mut self, earlier: &Measurement) -> Self {
+        let (poses, values) = (earlier.outcomes.len(), earlier.values.len());
+        self.outcomes[..poses].copy_from_slice(&earlier.outcomes);
+        self.values[..values].copy_from_slice(&earlier.values);
+        if let (Some(details), Some(earlier)) = (&mut self.details, &earlier.details) {
+            details.type_a[..values].copy_from_slice(&earlier.type_a);
+            details.type_b[..values].copy_from_slice(&earlier.type_b);
+            details.flags[..poses].copy_from_slice(&earlier.flags);
+        }
+        self
+    }
+
+    /// The same followed by another measurement of the same material, in the coordinates of this one; `None` if its
+    /// channels are others.
+    pub fn followed_by(&self, other: &Measurement) -> Option<Measurement> {
+        if self.channels != other.channels {
+            return None;
+        }
+        let form = &self.schedule.parametrization;
+        let further = other.schedule.poses.iter().map(|pose| Pose {
+            coords: form.forward(&pose.pair),
+            pair: pose.pair,
+        });
+        let details = |m: &Measurement| match &m.details {
+            Some(details) => details.clone(),
+            None => Details {
+                type_a: vec![0.0; m.values.len()],
+                type_b: vec![0.0; m.values.len()],
+                flags: vec![Flags::NONE; m.outcomes.len()],
+            },
+        };
+        let has_details = self.details.is_some() || other.details.is_some();
+        let both = has_details.then(|| {
+            let (mut all, more) = (details(self), details(other));
+            all.type_a.extend(more.type_a);
+            all.type_b.extend(more.type_b);
+            all.flags.extend(more.flags);
+            all
+        });
+        Some(Measurement {
+            schedule: Arc::new(Schedule {
+                poses: self.schedule.poses.iter().copied().chain(further).collect(),
+                lattice: None,
+                ..(*self.schedule).clone()
+            }),
+            channels: self.channels.clone(),
+            values: [&self.values[..], &other.values].concat(),
+            outcomes: [&self.outcomes[..], &other.outcomes].concat(),
+            details: both,
+        })
     }
 
     /// The values of pose `i`, `None` if there is no reading.

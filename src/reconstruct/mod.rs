@@ -47,6 +47,7 @@ pub use grid::Continuation;
 pub use interpolant::{Interpolant, Readings, noise, present, values_at};
 pub use inverse_distance::InverseDistance;
 pub use kriging::Kriging;
+pub(crate) use kriging::{Places, Posterior};
 pub use lattice_method::{LatticeMethod, LatticeRule};
 pub use multilinear::{Multilinear, MultilinearRule};
 pub use nearest::NearestReading;

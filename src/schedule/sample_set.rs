@@ -57,6 +57,16 @@ pub enum PlanError {
     /// A key is outside its range.
     #[error(transparent)]
     Parameter(#[from] ParameterError),
+    /// More poses than it chooses.
+    #[error("budget = {budget}: {sample_set} chooses at most {allowed} poses; allowed: fewer")]
+    TooMany {
+        /// The budget.
+        budget: usize,
+        /// The sample set.
+        sample_set: &'static str,
+        /// Poses that it chooses, at most.
+        allowed: usize,
+    },
     /// No configuration within the budget is physical.
     #[error(
         "budget = {budget}: no {sample_set} of at most that many configurations in {parametrization} coordinates has one above the horizon; allowed: a larger budget"

@@ -13,6 +13,7 @@ mod moments;
 mod overview;
 mod pages;
 mod picture;
+mod planning;
 mod readme;
 mod report;
 mod resuming;

@@ -79,16 +79,38 @@ impl Motion {
         poses: &[u32],
         order: Order,
     ) -> Itinerary {
-        let (stops, unreachable) = placed(machine, schedule, poses);
-        let positions: Vec<Positions> = stops.iter().map(|s| s.1).collect();
-        let tour = order.tour(&self.travel, &self.rest, &positions);
-        let stops: Vec<Stop> = tour.into_iter().map(|i| stops[i as usize]).collect();
-        Itinerary {
+        let none = Itinerary {
             instrument: instrument.to_owned(),
             axes: names(machine),
             order: order.name(),
-            visits: self.timed(schedule, &stops),
+            visits: Vec::new(),
+            unreachable: Vec::new(),
+        };
+        self.further(machine, schedule, none, poses, order)
+    }
+
+    /// An itinerary that goes on, after its last visit, to the poses with these numbers, put in order.
+    pub fn further(
+        &self,
+        machine: &Machine,
+        schedule: &Schedule,
+        before: Itinerary,
+        poses: &[u32],
+        order: Order,
+    ) -> Itinerary {
+        let (stops, mut unreachable) = placed(machine, schedule, poses);
+        let positions: Vec<Positions> = stops.iter().map(|s| s.1).collect();
+        let here = before
+            .visits
+            .last()
+            .map_or(self.rest, |last| last.positions);
+        let tour = order.tour(&self.travel, &here, &positions);
+        let stops: Vec<Stop> = tour.into_iter().map(|i| stops[i as usize]).collect();
+        unreachable.splice(0..0, before.unreachable);
+        Itinerary {
+            visits: self.timed(schedule, before.visits, &stops),
             unreachable,
+            ..before
         }
     }
 
@@ -105,7 +127,7 @@ impl Motion {
             instrument: instrument.to_owned(),
             axes: names(machine),
             order: GIVEN,
-            visits: self.timed(schedule, &stops),
+            visits: self.timed(schedule, Vec::new(), &stops),
             unreachable,
         }
     }
@@ -164,7 +186,7 @@ mod tests {
                     assert_eq!(plan.axes.len(), machine.axes().len());
                     let path: Vec<Stop> =
                         plan.visits.iter().map(|v| (v.pose, v.positions)).collect();
-                    assert_eq!(motion.timed(&schedule, &path), plan.visits);
+                    assert_eq!(motion.timed(&schedule, Vec::new(), &path), plan.visits);
                     // From the best order backwards.
                     if order == Order::TwoOpt {
                         best = travelled(&motion, &plan);

@@ -291,7 +291,7 @@ fn stop_and_go_adds_up() {
     let mut path = wandering(n);
     // A pose where the one before was: nothing moves, nothing settles.
     path[50].1 = path[49].1;
-    let visits = motion.timed(&schedule, &path);
+    let visits = motion.timed(&schedule, Vec::new(), &path);
     let (mut here, mut now, mut calibrated, mut tiles) = ([0.0; 4], 0.0, f64::NEG_INFINITY, 0);
     for (i, (visit, stop)) in visits.iter().zip(&path).enumerate() {
         assert_eq!((visit.pose, visit.positions), *stop);
@@ -321,13 +321,13 @@ fn blocks_share_their_light() {
     let (n, lights) = (60, 7);
     let schedule = schedule(n, lights);
     let path = wandering(n);
-    let visits = motion(&STOP).timed(&schedule, &path);
+    let visits = motion(&STOP).timed(&schedule, Vec::new(), &path);
     for (i, visit) in visits.iter().enumerate() {
         assert_eq!(visit.block as usize, i / lights);
     }
     // Backwards the blocks are the same, numbered from the other end.
     let back: Vec<Stop> = path.into_iter().rev().collect();
-    let visits = motion(&STOP).timed(&schedule, &back);
+    let visits = motion(&STOP).timed(&schedule, Vec::new(), &back);
     for (visit, stop) in visits.iter().zip(&back) {
         assert_eq!(
             visit.block as usize,
@@ -346,7 +346,7 @@ fn tiles_are_read_as_often_as_the_time_asks() {
             every_minutes,
             ..STOP
         })
-        .timed(&schedule, &path);
+        .timed(&schedule, Vec::new(), &path);
         let extra = visits.iter().filter(|v| {
             let rest = v.move_seconds + v.exposure_seconds + OVERHEAD;
             v.seconds - rest > 0.5 * TILE
@@ -386,7 +386,7 @@ fn a_long_sweep_takes_the_time_of_one_move() {
         exposure: 0.0,
         ..STOP
     };
-    let visits = motion(&fly).timed(&schedule, &path);
+    let visits = motion(&fly).timed(&schedule, Vec::new(), &path);
     let first = visits[0].seconds;
     let whole = one(0.5, 1.0).seconds(&at(0.0), &at(2.0));
     assert!((total(&visits) - first - whole).abs() < 1e-12);
@@ -402,7 +402,7 @@ fn a_long_sweep_takes_the_time_of_one_move() {
             rate,
             ..fly
         };
-        let visits = motion(&fly).timed(&schedule, &path);
+        let visits = motion(&fly).timed(&schedule, Vec::new(), &path);
         let seconds = total(&visits) - visits[0].seconds;
         let ramps = 0.05 / pace / 1.0;
         assert!((seconds - 40.0 * pace - ramps).abs() < 1e-12, "{seconds}");
@@ -427,12 +427,12 @@ fn flying_is_never_slower_than_stopping() {
                         exposure,
                         every_minutes,
                     };
-                    let flown = motion(&setting).timed(&schedule, &path);
+                    let flown = motion(&setting).timed(&schedule, Vec::new(), &path);
                     let stopped = motion(&Setting {
                         scan: Scan::Stop,
                         ..setting
                     });
-                    let stopped = stopped.timed(&schedule, &path);
+                    let stopped = stopped.timed(&schedule, Vec::new(), &path);
                     let (fly, stop) = (total(&flown), total(&stopped));
                     assert!(fly <= stop + 1e-9, "{fly} {stop}");
                     if rate.is_none_or(|rate| rate > 10.0) && every_minutes != 0.5 {
@@ -472,8 +472,8 @@ fn without_sweeps_flying_is_stopping() {
     zigzag.chunks_exact_mut(2).for_each(|pair| pair.swap(0, 1));
     for path in [wandering(n), zigzag] {
         assert_eq!(
-            flown.timed(&schedule, &path),
-            stopped.timed(&schedule, &path)
+            flown.timed(&schedule, Vec::new(), &path),
+            stopped.timed(&schedule, Vec::new(), &path)
         );
     }
 }
@@ -488,7 +488,7 @@ fn no_visit_of_a_sweep_begins_when_a_calibration_is_due() {
             every_minutes,
             ..STOP
         };
-        let visits = motion(&setting).timed(&schedule, &path);
+        let visits = motion(&setting).timed(&schedule, Vec::new(), &path);
         for v in &visits {
             let begins = v.since_calibration_seconds - 0.5 * v.exposure_seconds - v.move_seconds;
             assert!(begins <= 60.0 * every_minutes + 1e-9, "{v:?}");

@@ -22,10 +22,10 @@ pub(super) const COLUMNS: usize = 10;
 /// The columns of a pair: u1, v, u2, u3, g, q, a, b, c, d.
 pub(super) type Columns = [f64; COLUMNS];
 
-const U1: usize = 0;
+pub(super) const U1: usize = 0;
 const V: usize = 1;
-const U2: usize = 2;
-const U3: usize = 3;
+pub(super) const U2: usize = 2;
+pub(super) const U3: usize = 3;
 const G: usize = 4;
 const Q: usize = 5;
 const A: usize = 6;

@@ -12,7 +12,10 @@
 
 mod fit;
 mod kernel;
+mod posterior;
 mod system;
+
+pub(crate) use posterior::{Places, Posterior};
 
 use super::coordinates::ReconstructionCoordinates;
 use super::interpolant::{Interpolant, Readings};
@@ -91,6 +94,17 @@ impl Kriging {
     }
 }
 
+impl Kriging {
+    /// The kernel, fitted to the first value of the readings if it is to be and they fill space.
+    fn kernel(&self, r: &Readings<'_>) -> Result<Kernel, ReconstructError> {
+        let kernel = Kernel::new(symmetry(r));
+        Ok(match self.fit && !in_sheets(r)? {
+            true => fit::fit(&kernel, &self.data(r, r.count().div_ceil(FITTED), 1)),
+            false => kernel,
+        })
+    }
+}
+
 /// True if readings lie in sheets, lines or clusters.
 fn in_sheets(r: &Readings<'_>) -> Result<bool, ReconstructError> {
     let own = ReconstructionCoordinates {
@@ -153,11 +167,7 @@ impl Reconstruct for Kriging {
                 allowed: MOST,
             });
         }
-        let mut kernel = Kernel::new(symmetry(r));
-        if self.fit && !in_sheets(r)? {
-            let stride = readings.div_ceil(FITTED);
-            kernel = fit::fit(&kernel, &self.data(r, stride, 1));
-        }
+        let kernel = self.kernel(r)?;
         let data = self.data(r, 1, r.width);
         let solved = data.solve(&kernel).ok_or(ReconstructError::Singular {
             method: KIND,

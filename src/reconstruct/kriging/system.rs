@@ -19,16 +19,16 @@ pub(super) struct Data {
 pub(super) const MEAN: f64 = -2.0;
 
 /// Variance of the level of ln f of a material.
-const LEVEL: f64 = 25.0;
+pub(super) const LEVEL: f64 = 25.0;
 
 /// The variance of ln f that no column explains.
 pub(super) const NUGGET: f64 = 1.8e-5;
 
 /// Degrees of freedom of the prior of the scale of all variances: a t-likelihood.
-const FREEDOM: f64 = 6.0;
+pub(super) const FREEDOM: f64 = 6.0;
 
-/// The covariances of readings about a level of variance `level`, the lower triangle.
-fn matrix(terms: &[Flat], data: &Data, level: f64) -> DMatrix<f64> {
+/// Cholesky's factor of the covariances of readings about a level of variance `level`; `None` if they are singular.
+pub(super) fn factor(terms: &[Flat], data: &Data, level: f64) -> Option<DMatrix<f64>> {
     let n = data.columns.len();
     let blocks = kernel::blocks(&data.columns);
     let mut k = DMatrix::zeros(n, n);
@@ -36,21 +36,44 @@ fn matrix(terms: &[Flat], data: &Data, level: f64) -> DMatrix<f64> {
         terms,
         columns: &data.columns,
         blocks: &blocks,
-        k: &mut k,
+        rows: n,
+        triangle: true,
+        out: k.as_mut_slice(),
     });
     k.add_scalar_mut(level);
     for (i, noise) in data.noise.iter().enumerate() {
         k[(i, i)] += noise;
     }
-    k
+    factored(&mut k).then_some(k)
 }
 
-/// Writes the lower triangle of the covariances.
+/// Writes the covariances of pairs with the first `rows` of some blocks: a column of that length per pair.
+pub(super) fn fill(
+    terms: &[Flat],
+    columns: &[Columns],
+    blocks: &[Block],
+    rows: usize,
+    out: &mut [f64],
+) {
+    Arch::new().dispatch(Fill {
+        terms,
+        columns,
+        blocks,
+        rows,
+        triangle: false,
+        out,
+    });
+}
+
+/// Writes covariances, a column per pair.
 struct Fill<'a> {
     terms: &'a [Flat],
     columns: &'a [Columns],
     blocks: &'a [Block],
-    k: &'a mut DMatrix<f64>,
+    rows: usize,
+    /// True if blocks and pairs are the same, and the lower triangle is enough.
+    triangle: bool,
+    out: &'a mut [f64],
 }
 
 impl NullaryFnOnce for Fill<'_> {
@@ -58,14 +81,17 @@ impl NullaryFnOnce for Fill<'_> {
 
     #[inline(always)]
     fn call(self) {
-        let n = self.columns.len();
-        for (j, x) in self.columns.iter().enumerate() {
-            let mut column = self.k.column_mut(j);
-            for (b, block) in self.blocks.iter().enumerate().skip(j / LANES) {
+        let columns = self
+            .columns
+            .iter()
+            .zip(self.out.chunks_exact_mut(self.rows));
+        for (j, (x, out)) in columns.enumerate() {
+            let skipped = if self.triangle { j / LANES } else { 0 };
+            let blocks = self.blocks.iter().zip(out.chunks_mut(LANES));
+            for (block, out) in blocks.skip(skipped) {
                 let values = kernel::covariance(self.terms, x, block);
-                let first = b * LANES;
-                for (i, value) in (first..n.min(first + LANES)).zip(values) {
-                    column[i] = value;
+                for (out, value) in out.iter_mut().zip(values) {
+                    *out = value;
                 }
             }
         }
@@ -79,7 +105,7 @@ const PANEL: usize = 96;
 /// above the diagonal is of no use then. False if the matrix is not positive definite.
 ///
 /// nalgebra's own goes column by column: this one, by its matrix products, is ten times as fast at 2000.
-fn factored(a: &mut DMatrix<f64>) -> bool {
+pub(super) fn factored(a: &mut DMatrix<f64>) -> bool {
     let n = a.nrows();
     for k in (0..n).step_by(PANEL) {
         let width = PANEL.min(n - k);
@@ -120,10 +146,7 @@ impl Data {
     /// The weights of the readings, about a level of which nothing is known beforehand (ordinary kriging): where
     /// all readings are one value, so is the process. `None` if the covariances are singular.
     pub fn solve(&self, kernel: &Kernel) -> Option<Solved> {
-        let mut factor = matrix(&kernel.flat(), self, 0.0);
-        if !factored(&mut factor) {
-            return None;
-        }
+        let factor = factor(&kernel.flat(), self, 0.0)?;
         let mut ones = DMatrix::from_element(self.columns.len(), 1, 1.0);
         back(&factor, &mut ones)?;
         let share = ones.sum();
@@ -141,10 +164,7 @@ impl Data {
     /// −ln of the likelihood of the values, their mean, and its derivatives by [`Kernel::logs`]: values are
     /// t-distributed, as a scale of all variances that is known to six readings makes them.
     pub fn likelihood(&self, kernel: &Kernel) -> Option<(f64, Vec<f64>)> {
-        let mut factor = matrix(&kernel.flat(), self, LEVEL);
-        if !factored(&mut factor) {
-            return None;
-        }
+        let factor = factor(&kernel.flat(), self, LEVEL)?;
         let n = self.columns.len();
         let mut weights = self.values.clone();
         back(&factor, &mut weights)?;
@@ -211,8 +231,27 @@ impl NullaryFnOnce for Slopes<'_> {
     }
 }
 
+/// Solves L x = b in place of b, for many columns at once.
+pub(super) fn forward(factor: &DMatrix<f64>, b: &mut DMatrix<f64>) {
+    let n = factor.nrows();
+    for k in (0..n).step_by(PANEL) {
+        let width = PANEL.min(n - k);
+        let below = n - k - width;
+        let (mut done, mut rest) = b.rows_range_pair_mut(k..k + width, k + width..n);
+        factor
+            .view((k, k), (width, width))
+            .solve_lower_triangular_mut(&mut done);
+        rest.gemm(
+            -1.0,
+            &factor.view((k + width, k), (below, width)),
+            &done,
+            1.0,
+        );
+    }
+}
+
 /// Solves L Lᵀ x = b in place of b; `None` if L is singular.
-fn back(factor: &DMatrix<f64>, b: &mut DMatrix<f64>) -> Option<()> {
+pub(super) fn back(factor: &DMatrix<f64>, b: &mut DMatrix<f64>) -> Option<()> {
     (factor.solve_lower_triangular_mut(b) && factor.tr_solve_lower_triangular_mut(b)).then_some(())
 }
 

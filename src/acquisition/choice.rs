@@ -1,0 +1,273 @@
+//! Greedy choices of poses by what their readings would tell.
+
+use crate::reconstruct::{Places, Posterior};
+use nalgebra::DMatrix;
+
+/// How errors at a place are weighed.
+pub(super) struct Weights {
+    /// Density of the error of ln f.
+    pub of_log: Vec<f64>,
+    /// Density of the error of f cos, squared: times (f cos)².
+    pub of_square: Vec<f64>,
+    /// The share λ of the second, in [0, 1].
+    pub share: f64,
+    /// Variance of ln f from which on more does not count more.
+    pub cap: f64,
+}
+
+impl Weights {
+    /// What a little variance less is worth at each place, where there is so much of it: the derivative of the sum
+    /// of the relative changes of Σ ω √v and of Σ ω F v.
+    fn worth(&self, variances: &[f64], out: &mut [f64]) {
+        let capped = |v: f64| v.clamp(1e-12, self.cap);
+        let [mut log, mut square] = [0.0; 2];
+        for (i, &v) in variances.iter().enumerate() {
+            let v = capped(v);
+            log += self.of_log[i] * v.sqrt();
+            square += self.of_square[i] * v;
+        }
+        let (log, square) = ((1.0 - self.share) / log, self.share / square);
+        for (i, &v) in variances.iter().enumerate() {
+            out[i] = log * self.of_log[i] / capped(v).sqrt() + square * self.of_square[i];
+        }
+    }
+}
+
+/// Sum of the products of two lists and the square of the second, in eight interleaved parts.
+#[inline(always)]
+fn weighted_square(weights: &[f64], x: &[f64]) -> f64 {
+    const LANES: usize = 8;
+    let mut sums = [0.0; LANES];
+    let (w, x) = (weights.chunks_exact(LANES), x.chunks_exact(LANES));
+    let rest: f64 = w
+        .remainder()
+        .iter()
+        .zip(x.remainder())
+        .map(|(w, x)| w * x * x)
+        .sum();
+    for (w, x) in w.zip(x) {
+        for i in 0..LANES {
+            sums[i] += w[i] * x[i] * x[i];
+        }
+    }
+    rest + ((sums[0] + sums[4]) + (sums[2] + sums[6])) + ((sums[1] + sums[5]) + (sums[3] + sums[7]))
+}
+
+/// Numbers of `n` candidates, each the one whose reading lowers the weighted variances at all places most
+/// (A-optimal; Krause et al. 2008).
+pub(super) fn a_optimal(
+    process: &Posterior,
+    [places, candidates]: [&Places; 2],
+    weights: &Weights,
+    n: usize,
+) -> Vec<usize> {
+    let mut covariances = process.covariances(places, candidates);
+    let mut variances = process.variances(places);
+    let noise = process.noise();
+    let mut left = Left::new(process, candidates);
+    let mut worth = vec![0.0; variances.len()];
+    let mut chosen = Vec::new();
+    while chosen.len() < n {
+        weights.worth(&variances, &mut worth);
+        let scores = covariances.column_iter().enumerate().map(|(c, column)| {
+            weighted_square(&worth, column.as_slice()) / (left.variances[c] + noise)
+        });
+        let Some(best) = left.best(scores) else {
+            break;
+        };
+        let spread = (left.variances[best] + noise).sqrt();
+        let told = covariances.column(best) / spread;
+        let with = left.choose(process, candidates, best);
+        covariances.ger(-1.0, &told, &with, 1.0);
+        for (v, t) in variances.iter_mut().zip(told.iter()) {
+            *v = (*v - t * t).max(0.0);
+        }
+        chosen.push(best);
+    }
+    chosen
+}
+
+/// Numbers of `n` candidates, each where ln f is least certain, times a weight.
+pub(super) fn least_certain(
+    process: &Posterior,
+    candidates: &Places,
+    weights: &[f64],
+    n: usize,
+) -> Vec<usize> {
+    let mut left = Left::new(process, candidates);
+    let mut chosen = Vec::new();
+    while chosen.len() < n {
+        let scores = left.variances.iter().zip(weights).map(|(v, w)| v * w);
+        let scores: Vec<f64> = scores.collect();
+        let Some(best) = left.best(scores.into_iter()) else {
+            break;
+        };
+        left.choose(process, candidates, best);
+        chosen.push(best);
+    }
+    chosen
+}
+
+/// Candidates that are left, and what those that were chosen leave uncertain of them.
+struct Left {
+    noise: f64,
+    variances: Vec<f64>,
+    is_left: Vec<bool>,
+    /// A row per choice: covariances with it, given all before, over the root of its variance.
+    told: DMatrix<f64>,
+    choices: usize,
+}
+
+impl Left {
+    fn new(process: &Posterior, candidates: &Places) -> Self {
+        let variances = process.variances(candidates);
+        Self {
+            noise: process.noise(),
+            is_left: vec![true; variances.len()],
+            told: DMatrix::zeros(variances.len(), 0),
+            variances,
+            choices: 0,
+        }
+    }
+
+    /// The candidate of the highest score; of equal ones the first.
+    fn best(&self, scores: impl Iterator<Item = f64>) -> Option<usize> {
+        let left = scores.enumerate().filter(|(c, _)| self.is_left[*c]);
+        let better = |a: (usize, f64), b: (usize, f64)| if b.1 > a.1 { b } else { a };
+        left.reduce(better).map(|(c, _)| c)
+    }
+
+    /// Takes a candidate, and returns its covariances with all, over the root of its variance.
+    fn choose(
+        &mut self,
+        process: &Posterior,
+        candidates: &Places,
+        best: usize,
+    ) -> nalgebra::DVector<f64> {
+        let spread = (self.variances[best] + self.noise).sqrt();
+        let mut with = process
+            .covariances(candidates, &candidates.only(best))
+            .column(0)
+            .into_owned();
+        if self.choices > 0 {
+            let row = self.told.row(best).transpose();
+            let known = self.told.columns(0, self.choices);
+            with.gemv(-1.0, &known, &row.rows(0, self.choices), 1.0);
+        }
+        with /= spread;
+        for (v, t) in self.variances.iter_mut().zip(with.iter()) {
+            *v = (*v - t * t).max(0.0);
+        }
+        if self.choices == self.told.ncols() {
+            let told = std::mem::replace(&mut self.told, DMatrix::zeros(0, 0));
+            self.told = told.resize_horizontally(2 * self.choices + 16, 0.0);
+        }
+        self.told.set_column(self.choices, &with);
+        self.choices += 1;
+        self.is_left[best] = false;
+        with
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::{DirectionPair, Symmetry};
+    use crate::sampling::{Random, cosine_hemisphere};
+
+    fn pairs(first: u64, n: u64) -> Vec<DirectionPair> {
+        let random = Random::new(3);
+        let pair = |i| {
+            let u: [f64; 4] = random.point(i);
+            DirectionPair::new(
+                cosine_hemisphere([u[0], u[1]]),
+                cosine_hemisphere([u[2], u[3]]),
+            )
+        };
+        (first..first + n).map(pair).collect()
+    }
+
+    #[test]
+    fn each_pose_is_the_one_that_lowers_the_variances_most() {
+        let process = Posterior::prior(Symmetry::FULL);
+        let (at, from) = (pairs(0, 90), pairs(500, 60));
+        let [places, candidates] = [&at, &from].map(|list| process.places(list));
+        let weights = Weights {
+            of_log: (0..90).map(|i| 1.0 + f64::from(i % 5)).collect(),
+            of_square: (0..90).map(|i| 1.0 + f64::from(i % 7)).collect(),
+            share: 0.3,
+            cap: 1e9,
+        };
+        let chosen = a_optimal(&process, [&places, &candidates], &weights, 6);
+        assert_eq!(chosen.len(), 6);
+        for k in 1..=chosen.len() {
+            let left = |numbers: &[usize]| {
+                let read: Vec<DirectionPair> = numbers.iter().map(|&c| from[c]).collect();
+                let variances = process.variances_with(&places, &process.places(&read));
+                variances.unwrap()
+            };
+            let before = match k {
+                1 => process.variances(&places),
+                _ => left(&chosen[..k - 1]),
+            };
+            let mut worth = vec![0.0; before.len()];
+            weights.worth(&before, &mut worth);
+            let gain = |c: usize| {
+                let after = left(&[&chosen[..k - 1], &[c]].concat());
+                let drops = before.iter().zip(after).map(|(b, a)| b - a);
+                drops.zip(&worth).map(|(drop, w)| drop * w).sum::<f64>()
+            };
+            let others = (0..from.len()).filter(|c| !chosen[..k].contains(c));
+            let best = others.map(gain).fold(0.0, f64::max);
+            assert!(gain(chosen[k - 1]) >= best * (1.0 - 1e-6), "pose {k}");
+        }
+    }
+
+    #[test]
+    fn worth_is_the_derivative_of_what_is_made_small() {
+        let weights = Weights {
+            of_log: vec![1.0, 2.0, 0.5],
+            of_square: vec![0.1, 3.0, 1.0],
+            share: 0.4,
+            cap: 10.0,
+        };
+        let v = [0.2, 1.5, 4.0];
+        let objective = |v: &[f64]| {
+            let log: f64 = v
+                .iter()
+                .zip(&weights.of_log)
+                .map(|(v, w)| w * v.sqrt())
+                .sum();
+            let square: f64 = v.iter().zip(&weights.of_square).map(|(v, w)| w * v).sum();
+            // Twice the share of a mean of roots changes by as much as the share of a mean of squares.
+            2.0 * 0.6 * log.ln() + 0.4 * square.ln()
+        };
+        let mut worth = [0.0; 3];
+        weights.worth(&v, &mut worth);
+        for i in 0..3 {
+            let at = |step: f64| {
+                let mut v = v;
+                v[i] += step;
+                objective(&v)
+            };
+            let slope = (at(1e-5) - at(-1e-5)) / 2e-5;
+            assert!((worth[i] / slope - 1.0).abs() < 1e-6, "{i}");
+        }
+    }
+
+    #[test]
+    fn the_least_certain_poses_are_apart() {
+        let process = Posterior::prior(Symmetry::FULL);
+        let from = pairs(0, 400);
+        let candidates = process.places(&from);
+        let chosen = least_certain(&process, &candidates, &[1.0; 400], 30);
+        // Each was the least certain one given those before.
+        for k in 1..30 {
+            let read: Vec<DirectionPair> = chosen[..k].iter().map(|&c| from[c]).collect();
+            let left = process.variances_with(&candidates, &process.places(&read));
+            let left = left.unwrap();
+            let most = left.iter().fold(0.0, |a: f64, b| a.max(*b));
+            assert!(left[chosen[k]] >= most * (1.0 - 1e-4), "{k}");
+        }
+    }
+}

@@ -1,0 +1,386 @@
+//! Poses chosen one by one, each where its reading tells most, by a Gaussian process of ln f.
+//!
+//! Errors are those of ln f and of f cos θ_i, both under the density cos θ_i cos θ_o. Two criteria: the variance
+//! that a reading takes from all places (A-optimal design; Krause, Singh & Guestrin 2008), and the variance at the
+//! pose itself. Where a material was read, places count by how bright it is there, and by how far the readings near
+//! are from what the others predict of them.
+
+use super::choice::{Weights, a_optimal, least_certain};
+use super::field::Field;
+use super::{Expected, Forecast, Planner, Task};
+use crate::brdf::microfacet::{FresnelSpec, Ggx, Microfacet};
+use crate::brdf::{Brdf, Channels, Presence, Roughness};
+use crate::error::{ParameterError, in_closed, in_left_open};
+use crate::geometry::DirectionPair;
+use crate::measurement::Measurement;
+use crate::parametrization::{Axis, Parametrization};
+use crate::reconstruct::{Places, Posterior};
+use crate::registry::{self, Entry, Keys, ReadError, Table};
+use crate::schedule::{PlanError, Pose, SampleSet, Schedule};
+use serde::{Deserialize, Serialize};
+use std::f64::consts::FRAC_1_PI;
+use std::sync::Arc;
+
+/// Poses of the first batch, which all materials share.
+const FIRST: usize = 8;
+
+/// Poses from which on the least certain ones tell as much as those that A-optimal design finds, for less time.
+const MANY: usize = 128;
+
+/// Poses of a whole acquisition, at most: the covariances of their candidates have 180 MB.
+const MOST: usize = 4000;
+
+/// What decides over the next pose.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Rule {
+    /// The variance of any material that is left at all places; all poses before the first reading.
+    AOptimal,
+    /// The variance of the material at hand that is left at all places, batch after batch; from 128 poses on as
+    /// `Uncertainty`.
+    Adaptive,
+    /// The variance of the material at hand at the pose, batch after batch.
+    Uncertainty,
+}
+
+/// What errors count.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Aim {
+    /// Share of the error of f cos in what is made small, in [0, 1]; the rest is that of ln f.
+    pub weight: f64,
+    /// Elevation up to which errors count, degrees in (0, 90].
+    pub mask_deg: f64,
+}
+
+impl Default for Aim {
+    fn default() -> Self {
+        Self {
+            weight: 0.4,
+            mask_deg: 80.0,
+        }
+    }
+}
+
+/// A planner that takes the pose that tells most, again and again.
+#[derive(Clone, Debug)]
+pub struct Greedy {
+    rule: Rule,
+    aim: Aim,
+}
+
+impl Rule {
+    /// Every rule.
+    pub(super) const ALL: [Rule; 3] = [Rule::AOptimal, Rule::Adaptive, Rule::Uncertainty];
+
+    /// Name in configs and results.
+    fn kind(self) -> &'static str {
+        match self {
+            Rule::AOptimal => "a-optimal",
+            Rule::Adaptive => "adaptive",
+            Rule::Uncertainty => "uncertainty",
+        }
+    }
+
+    /// The registry entry.
+    pub(super) fn entry(self) -> Entry<dyn Planner> {
+        fn of(rule: Rule, table: Table<'_>) -> Result<Box<dyn Planner>, ReadError> {
+            Ok(Box::new(Greedy::new(rule, registry::parse(table)?)))
+        }
+        let (summary, read): (_, fn(Table<'_>) -> _) = match self {
+            Rule::AOptimal => (
+                "poses that leave the least variance of any material; before the first reading",
+                |table| of(Rule::AOptimal, table),
+            ),
+            Rule::Adaptive => (
+                "poses that leave the least variance of the material at hand, batch after batch",
+                |table| of(Rule::Adaptive, table),
+            ),
+            Rule::Uncertainty => (
+                "poses where the material at hand is least certain, batch after batch",
+                |table| of(Rule::Uncertainty, table),
+            ),
+        };
+        Entry {
+            kind: self.kind(),
+            summary,
+            examples: &["", "weight = 0.5\nmask_deg = 75"],
+            read,
+        }
+    }
+}
+
+impl Greedy {
+    /// A planner of this rule.
+    pub fn new(rule: Rule, aim: Aim) -> Self {
+        Self { rule, aim }
+    }
+
+    fn admit(&self, budget: usize) -> Result<(), PlanError> {
+        match budget > MOST {
+            true => Err(PlanError::TooMany {
+                budget,
+                sample_set: self.rule.kind(),
+                allowed: MOST,
+            }),
+            false => Ok(()),
+        }
+    }
+
+    /// Candidates for `n` poses after those of a measurement: others in every batch.
+    fn field(&self, task: &Task<'_>, so_far: &Measurement, n: usize) -> Result<Field, PlanError> {
+        let asked = so_far.schedule.poses.len();
+        let mut field = Field::new(task, self.aim.mask_deg.to_radians(), n, asked as u64)?;
+        field.avoid(so_far);
+        match field.candidates.is_empty() {
+            true => Err(PlanError::Empty {
+                budget: task.budget,
+                sample_set: self.rule.kind(),
+                parametrization: task.form.name(),
+            }),
+            false => Ok(field),
+        }
+    }
+
+    /// So many poses where nothing was read.
+    fn beforehand(
+        &self,
+        task: &Task<'_>,
+        so_far: &Measurement,
+        n: usize,
+    ) -> Result<Vec<Pose>, PlanError> {
+        let field = self.field(task, so_far, n)?;
+        let process = Posterior::prior(task.form.symmetry());
+        let places = process.places(&field.places);
+        let bright = brightness(&field.places, &field.density);
+        let bright = field.density.iter().zip(bright);
+        let weights = Weights {
+            of_square: bright.map(|(w, f)| w * f).collect(),
+            of_log: field.density.clone(),
+            share: self.aim.weight,
+            cap: 4.0,
+        };
+        let candidates = process.places(&field.pairs());
+        let chosen = a_optimal(&process, [&places, &candidates], &weights, n);
+        Ok(field.poses(&chosen))
+    }
+
+    /// So many poses by what is known of the material.
+    fn informed(
+        &self,
+        task: &Task<'_>,
+        so_far: &Measurement,
+        n: usize,
+    ) -> Result<Vec<Pose>, PlanError> {
+        let asked = so_far.schedule.poses.len();
+        let Some(process) = Posterior::of(so_far) else {
+            return self.beforehand(task, so_far, n);
+        };
+        let field = self.field(task, so_far, n)?;
+        let pairs = field.pairs();
+        let candidates = process.places(&pairs);
+        let share = self.aim.weight;
+        let chosen = if self.rule == Rule::Adaptive && asked < MANY {
+            let places = process.places(&field.places);
+            let known = Known::new(&process, &field.places, &field.density, &places);
+            let weights = Weights {
+                of_square: known.weights(|w, f, s| w * f * s),
+                of_log: known.weights(|w, _, s| w * s),
+                share,
+                cap: 1.0,
+            };
+            a_optimal(&process, [&places, &candidates], &weights, n)
+        } else {
+            // The density of the poses that leave the smallest error, up to what the kernel makes of them.
+            let density = &field.candidate_density();
+            let known = Known::new(&process, &pairs, density, &candidates);
+            let log = normalised(known.weights(|w, _, s| (w * s.sqrt()).powf(2.0 / 3.0)));
+            let square = normalised(known.weights(|w, f, s| (w * f * s).sqrt()));
+            let mixed = log.zip(square).map(|(l, q)| (1.0 - share) * l + share * q);
+            let weights: Vec<f64> = mixed.collect();
+            least_certain(&process, &candidates, &weights, n)
+        };
+        Ok(field.poses(&chosen))
+    }
+}
+
+impl SampleSet for Greedy {
+    fn resolved(&self) -> Keys {
+        registry::resolved(self.rule.kind(), &self.aim)
+    }
+
+    fn label(&self) -> String {
+        self.rule.kind().into()
+    }
+
+    fn check(&self, _axes: &[Axis]) -> Result<(), ParameterError> {
+        in_closed("weight", self.aim.weight, 0.0, 1.0)?;
+        in_left_open("mask_deg", self.aim.mask_deg, 0.0, 90.0)?;
+        Ok(())
+    }
+
+    fn plan(
+        &self,
+        form: &Arc<dyn Parametrization>,
+        budget: usize,
+        seed: u64,
+    ) -> Result<Schedule, PlanError> {
+        self.design(&Task {
+            form: Arc::clone(form),
+            budget,
+            seed,
+            machine: None,
+        })
+    }
+}
+
+impl Planner for Greedy {
+    fn batch(&self, asked: usize, budget: usize) -> Option<usize> {
+        let usual = match asked {
+            0 => FIRST,
+            _ => asked.div_ceil(2),
+        };
+        (self.rule != Rule::AOptimal).then(|| usual.min(budget.saturating_sub(asked)))
+    }
+
+    fn most(&self) -> usize {
+        MOST
+    }
+
+    fn knows_machines(&self) -> bool {
+        true
+    }
+
+    fn design(&self, task: &Task<'_>) -> Result<Schedule, PlanError> {
+        self.admit(task.budget)?;
+        let poses = self.beforehand(task, &super::nothing(task), task.budget)?;
+        Ok(super::scheduled(task, self.label(), poses))
+    }
+
+    fn forecast(&self, task: &Task<'_>, so_far: &Measurement, next: &[Pose]) -> Option<Forecast> {
+        self.expected(task, so_far, next)
+    }
+
+    fn next(
+        &self,
+        task: &Task<'_>,
+        so_far: &Measurement,
+        most: usize,
+    ) -> Result<Vec<Pose>, PlanError> {
+        self.admit(so_far.schedule.poses.len() + most)?;
+        match so_far.readings() {
+            0 => self.beforehand(task, so_far, most),
+            _ => self.informed(task, so_far, most),
+        }
+    }
+}
+
+impl Greedy {
+    /// Errors that the process expects, now and with readings at some more poses.
+    fn expected(&self, task: &Task<'_>, so_far: &Measurement, next: &[Pose]) -> Option<Forecast> {
+        if so_far.readings() == 0 {
+            return None;
+        }
+        let process = Posterior::of(so_far)?;
+        let field = self.field(task, so_far, 0).ok()?;
+        let places = process.places(&field.places);
+        let next: Vec<DirectionPair> = next.iter().map(|pose| pose.pair).collect();
+        let after = process.variances_with(&places, &process.places(&next))?;
+        let means = process.means(&places);
+        let bright = field.places.iter().zip(&means).map(|(pair, z)| {
+            let cosine = pair.omega_i.cos_theta();
+            (2.0 * z).exp() * cosine * cosine
+        });
+        let bright: Vec<f64> = bright.collect();
+        let errors = |variances: Vec<f64>| {
+            let [mut all, mut log, mut square, mut energy] = [0.0; 4];
+            for (i, v) in variances.into_iter().enumerate() {
+                let (w, v) = (field.density[i], v * process.scale());
+                all += w;
+                // Of a normal number of variance v: the mean of its absolute value, and the variance of its
+                // exponential as a share of the square of its median, which the tail would make anything.
+                log += w * (2.0 * v / std::f64::consts::PI).sqrt();
+                square += w * bright[i] * v.min(2.0).exp_m1();
+                energy += w * bright[i];
+            }
+            Expected {
+                nrmse: (square / energy).sqrt(),
+                log_relative: log / all,
+            }
+        };
+        Some(Forecast {
+            now: errors(process.variances(&places)),
+            then: errors(after),
+        })
+    }
+}
+
+fn normalised(list: Vec<f64>) -> impl Iterator<Item = f64> {
+    let sum: f64 = list.iter().sum();
+    list.into_iter().map(move |x| x / sum)
+}
+
+/// What is known of a material at pairs.
+struct Known<'a> {
+    density: &'a [f64],
+    /// (f cos)², as large as it may well be.
+    bright: Vec<f64>,
+    /// How far readings near are from what the others predict of them, squared, in units of the variance.
+    surprise: Vec<f64>,
+}
+
+impl<'a> Known<'a> {
+    fn new(
+        process: &Posterior,
+        pairs: &[DirectionPair],
+        density: &'a [f64],
+        places: &Places,
+    ) -> Self {
+        let of_log = process
+            .means(places)
+            .into_iter()
+            .zip(process.variances(places));
+        let scale = process.scale();
+        let bright = pairs.iter().zip(of_log).map(|(pair, (z, v))| {
+            let cosine = pair.omega_i.cos_theta();
+            (2.0 * (z + (v * scale).min(1.0))).exp() * cosine * cosine
+        });
+        Self {
+            density,
+            bright: bright.collect(),
+            surprise: process.surprise(places),
+        }
+    }
+
+    /// A function of density, brightness and surprise at each pair.
+    fn weights(&self, of: impl Fn(f64, f64, f64) -> f64) -> Vec<f64> {
+        let all = self.density.iter().zip(&self.bright).zip(&self.surprise);
+        all.map(|((w, f), s)| of(*w, *f, *s)).collect()
+    }
+}
+
+/// (f cos)² of many glossy materials at pairs, on average, each as a share of its own mean under a density.
+fn brightness(pairs: &[DirectionPair], density: &[f64]) -> Vec<f64> {
+    const LOBES: usize = 16;
+    let mut sum = vec![0.0; pairs.len()];
+    let mut values = vec![0.0; pairs.len()];
+    let mut presence = vec![Presence::Present; pairs.len()];
+    for k in 0..LOBES {
+        // From a mirror-like lobe to a matte one.
+        let alpha = 0.012 * (0.9_f64 / 0.012).powf(k as f64 / (LOBES - 1) as f64);
+        let (alpha, fresnel) = (Roughness::Isotropic(alpha), FresnelSpec::default());
+        let lobe: Microfacet<Ggx> = Microfacet::new(alpha, &fresnel, Channels::Luminance);
+        lobe.eval_batch(pairs, &mut values, &mut presence);
+        for albedo in [0.0, 0.3] {
+            let squares = pairs.iter().zip(&values).map(|(pair, f)| {
+                let cosine = pair.omega_i.cos_theta();
+                ((f + albedo * FRAC_1_PI) * cosine).powi(2)
+            });
+            let squares: Vec<f64> = squares.collect();
+            let mean: f64 = squares.iter().zip(density).map(|(f, w)| f * w).sum();
+            for (sum, f) in sum.iter_mut().zip(squares) {
+                *sum += f / mean;
+            }
+        }
+    }
+    sum
+}

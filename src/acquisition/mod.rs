@@ -1,0 +1,274 @@
+//! Acquisition: which poses to read next, from what is known of a material.
+//!
+//! A [`Planner`] chooses poses for a [`Task`], given the measurement so far. Sample sets are planners that answer
+//! once. A planner keeps nothing between two answers: the poses and readings so far are all it needs, so that a
+//! program that crashes, or a laboratory that goes home, continues where it was.
+//!
+//! ```
+//! use gonio::acquisition::{Aim, Greedy, Planner, Rule, Task, acquire};
+//! use gonio::brdf::microfacet::{FresnelSpec, Ggx, Microfacet};
+//! use gonio::brdf::{Brdf, Channels, Roughness};
+//! use gonio::metrics::{self, Measure, MetricsSpec};
+//! use gonio::parametrization::{Form, HalfDifference};
+//! use gonio::reconstruct::{Kriging, Reconstruct};
+//! use gonio::schedule::{SampleSet, SobolSet};
+//! use std::sync::Arc;
+//!
+//! let (alpha, fresnel) = (Roughness::Isotropic(0.1), FresnelSpec::default());
+//! let truth: Microfacet<Ggx> = Microfacet::new(alpha, &fresnel, Channels::Luminance);
+//! let form = Arc::new(Form::new(HalfDifference, truth.symmetry()));
+//! let task = Task { form, budget: 64, seed: 1, machine: None };
+//! let pairs = metrics::test_pairs(Measure::Cosine, &MetricsSpec::default())?;
+//! let error = |planner: &dyn Planner| {
+//!     let measured = acquire(planner, &task, &truth)?;
+//!     let copy = Kriging::default().reconstruct(&measured)?;
+//!     let values = [&truth as &dyn Brdf, &*copy].map(|f| metrics::evaluate(f, &pairs));
+//!     Ok::<_, Box<dyn std::error::Error>>(metrics::compare(&pairs, &values[0], &values[1]).nrmse.unwrap())
+//! };
+//! let adaptive = Greedy::new(Rule::Adaptive, Aim::default());
+//! assert!(error(&adaptive)? < 0.5 * error(&*gonio::acquisition::once(Box::new(SobolSet {})))?);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+
+mod choice;
+mod field;
+mod greedy;
+
+pub use greedy::{Aim, Greedy, Rule};
+
+use crate::brdf::{Brdf, Channels};
+use crate::error::ParameterError;
+use crate::geometry::Symmetry;
+use crate::instrument::{Ideal, Instrument, Machine};
+use crate::measurement::Measurement;
+use crate::parametrization::{
+    Axis, Form, HalfDifference, Parametrization, ParametrizationSpec, WarpSpec, Warps,
+};
+use crate::registry::{self, Entry, Joined, ReadError, Table, Taken};
+use crate::schedule::{self, PlanError, Pose, SampleSet, Schedule};
+use std::sync::Arc;
+
+/// What is to be measured.
+#[derive(Clone)]
+pub struct Task<'a> {
+    /// The coordinates that candidates are uniform in, folded by the symmetries of the material.
+    pub form: Arc<dyn Parametrization>,
+    /// Poses of the whole acquisition, at most.
+    pub budget: usize,
+    /// Seed of whatever is random.
+    pub seed: u64,
+    /// The machine that is to reach every pose; `None`: each can be taken.
+    pub machine: Option<&'a Machine>,
+}
+
+/// Errors that a planner expects, under the cosine measure.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Expected {
+    /// Root of the mean square of the error of f cos θ_i, as a share of its root mean square.
+    pub nrmse: f64,
+    /// Mean absolute error of ln f.
+    pub log_relative: f64,
+}
+
+/// The errors expected before and after a batch.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Forecast {
+    /// With the readings so far.
+    pub now: Expected,
+    /// With those of the batch too.
+    pub then: Expected,
+}
+
+/// Chooses the poses of an acquisition. A config names one by `kind`, among the sample sets.
+pub trait Planner: SampleSet {
+    /// Number of poses to ask for, given that `asked` were asked for before; `None` if all poses are
+    /// known before the first reading, as [`design`](Self::design) gives them.
+    fn batch(&self, _asked: usize, _budget: usize) -> Option<usize> {
+        None
+    }
+
+    /// Poses of a whole acquisition, at most.
+    fn most(&self) -> usize {
+        usize::MAX
+    }
+
+    /// True if the poses depend on the machine of a task.
+    fn knows_machines(&self) -> bool {
+        false
+    }
+
+    /// Errors expected with the readings so far, and with those at some poses more; `None` where
+    /// nothing was read, and of a planner that does not know.
+    fn forecast(
+        &self,
+        _task: &Task<'_>,
+        _so_far: &Measurement,
+        _next: &[Pose],
+    ) -> Option<Forecast> {
+        None
+    }
+
+    /// The schedule of a whole budget, before any reading.
+    ///
+    /// # Errors
+    /// As [`SampleSet::plan`].
+    fn design(&self, task: &Task<'_>) -> Result<Schedule, PlanError> {
+        self.plan(&task.form, task.budget, task.seed)
+    }
+
+    /// The next poses, at most `most`, from the most telling on; none if there is nothing left to ask for.
+    /// `so_far` has all poses that were asked for, also those without a reading.
+    ///
+    /// # Errors
+    /// As [`SampleSet::plan`].
+    fn next(
+        &self,
+        task: &Task<'_>,
+        so_far: &Measurement,
+        most: usize,
+    ) -> Result<Vec<Pose>, PlanError> {
+        let mut poses = self.design(task)?.poses;
+        let asked = so_far.schedule.poses.len().min(poses.len());
+        poses.drain(..asked);
+        poses.truncate(most);
+        Ok(poses)
+    }
+}
+
+/// The readings of a BRDF by the instrument without flaws, batch after batch.
+///
+/// # Errors
+/// As [`Planner::next`].
+pub fn acquire(
+    planner: &dyn Planner,
+    task: &Task<'_>,
+    brdf: &dyn Brdf,
+) -> Result<Measurement, PlanError> {
+    let schedule = |poses| Arc::new(scheduled(task, planner.label(), poses));
+    let mut so_far = nothing(task);
+    while let Some(poses) = further(planner, task, &so_far)? {
+        so_far = Ideal.measure(brdf, &schedule(poses));
+    }
+    Ok(so_far)
+}
+
+/// A measurement without poses, of one channel.
+pub fn nothing(task: &Task<'_>) -> Measurement {
+    Measurement {
+        schedule: Arc::new(scheduled(task, String::new(), Vec::new())),
+        channels: Channels::Luminance,
+        values: Vec::new(),
+        outcomes: Vec::new(),
+        details: None,
+    }
+}
+
+/// Coordinates that are fine where lobes peak, for candidates where none are asked for: half/difference with a square
+/// root along θ_h.
+pub fn usual_form(symmetry: Symmetry) -> Arc<dyn Parametrization> {
+    let warps = Warps::from([("theta_h".to_owned(), WarpSpec::SquareRoot)]);
+    let spec = ParametrizationSpec::new::<Form<HalfDifference>>(warps);
+    let form = spec.form(symmetry);
+    form.unwrap_or_else(|_| unreachable!("theta_h is radial"))
+}
+
+/// The poses of a measurement and those of the next batch; `None` if there is none.
+///
+/// # Errors
+/// As [`Planner::next`].
+pub fn further(
+    planner: &dyn Planner,
+    task: &Task<'_>,
+    so_far: &Measurement,
+) -> Result<Option<Vec<Pose>>, PlanError> {
+    let mut poses = so_far.schedule.poses.clone();
+    let left = task.budget.saturating_sub(poses.len());
+    let most = planner.batch(poses.len(), task.budget).unwrap_or(left);
+    if most.min(left) == 0 {
+        return Ok(None);
+    }
+    let next = planner.next(task, so_far, most.min(left))?;
+    poses.extend(&next);
+    Ok((!next.is_empty()).then_some(poses))
+}
+
+/// The schedule of the poses that a planner chose.
+pub fn scheduled(task: &Task<'_>, planner: String, poses: Vec<Pose>) -> Schedule {
+    Schedule {
+        parametrization: Arc::clone(&task.form),
+        sample_set: planner,
+        poses,
+        lattice: None,
+        unphysical_share: 0.0,
+    }
+}
+
+/// A sample set, which answers once.
+#[derive(Debug)]
+struct Once(Box<dyn SampleSet>);
+
+impl SampleSet for Once {
+    fn resolved(&self) -> registry::Keys {
+        self.0.resolved()
+    }
+
+    fn label(&self) -> String {
+        self.0.label()
+    }
+
+    fn is_grid(&self) -> bool {
+        self.0.is_grid()
+    }
+
+    fn is_random(&self) -> bool {
+        self.0.is_random()
+    }
+
+    fn tuned(&self, ratio: &[f64]) -> Option<Box<dyn SampleSet>> {
+        self.0.tuned(ratio)
+    }
+
+    fn check(&self, axes: &[Axis]) -> Result<(), ParameterError> {
+        self.0.check(axes)
+    }
+
+    fn plan(
+        &self,
+        form: &Arc<dyn Parametrization>,
+        budget: usize,
+        seed: u64,
+    ) -> Result<Schedule, PlanError> {
+        self.0.plan(form, budget, seed)
+    }
+}
+
+impl Planner for Once {}
+
+/// A sample set as a planner.
+pub fn once(set: Box<dyn SampleSet>) -> Box<dyn Planner> {
+    Box::new(Once(set))
+}
+
+static JOINED: Joined<dyn Planner> = Joined::new();
+
+fn built_in() -> Vec<Entry<dyn Planner>> {
+    Rule::ALL.map(Rule::entry).into()
+}
+
+/// Every planner a config can name that is no [sample set](schedule::all).
+pub fn all() -> Vec<Entry<dyn Planner>> {
+    JOINED.after(built_in())
+}
+
+/// Adds a planner of a program's own to [`all`].
+///
+/// # Errors
+/// If one of that kind is there.
+pub fn join(entry: Entry<dyn Planner>) -> Result<(), Taken> {
+    JOINED.add(built_in(), entry)
+}
+
+/// Reads a sample set or planner from its config table.
+pub fn read(table: Table<'_>) -> Result<Box<dyn Planner>, ReadError> {
+    registry::read_of_two("sample set", &schedule::all(), once, &all(), table)
+}

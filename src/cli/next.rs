@@ -1,0 +1,190 @@
+//! `gonio next`.
+
+use super::reading::ReadingArgs;
+use super::reconstruct::symmetry;
+use super::schedule::{orders, out_of_reach};
+use super::talk::wrote;
+use super::{ThreadArgs, format_names, print, refuse_existing, written};
+use crate::acquisition::{self, Expected, Planner, Task};
+use crate::error::{Error, count, excerpt, one_of};
+use crate::experiment::{PlannedInstrument, Source};
+use crate::files::write_atomically;
+use crate::formats::{Format, WRITE_SCHEDULE};
+use crate::geometry::Symmetry;
+use crate::instrument::{self, Order};
+use crate::schedule::{Assume, Sequence};
+use clap::Args;
+use std::path::PathBuf;
+
+/// Chooses the poses that tell most of a material, given its readings so far
+#[derive(Debug, Args)]
+#[command(after_help = "\
+A laboratory goes round: poses, readings, further poses. All that is known is in the files of readings,
+so that it can stop, and start again, after any step. Without a file the poses are those that tell most
+of any material:
+
+  gonio next --batch 16 --instrument cornell -o poses1.csv
+  gonio measure poses1.csv --config configs/quickstart.toml --material \"ggx-0.05\" -o readings1.csv
+  gonio next readings1.csv --batch 16 --instrument cornell -o poses2.csv
+  gonio measure poses2.csv --config configs/quickstart.toml --material \"ggx-0.05\" -o readings2.csv
+  gonio next readings1.csv readings2.csv --batch 16 --instrument cornell -o poses3.csv")]
+pub(super) struct Next {
+    /// The readings so far, in any number of files; poses without a reading count as asked for
+    readings: Vec<PathBuf>,
+    /// Number of poses to choose
+    #[arg(long, value_name = "N", value_parser = super::budget)]
+    batch: usize,
+    /// The planner, see `gonio list planners`
+    #[arg(long, value_name = "KIND", default_value = "adaptive")]
+    planner: String,
+    /// Set a key of the planner, e.g. weight=0.5
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    set: Vec<String>,
+    /// Symmetries of the material, joined by commas: isotropic, reciprocal, bilateral; or none
+    /// [default: those of the file, else all three]
+    #[arg(long, value_name = "LIST", value_parser = symmetry)]
+    symmetry: Option<Symmetry>,
+    /// For this instrument: a preset (see `gonio list instruments`) or a file; it visits the poses in the
+    /// shortest time, and none is out of its reach
+    #[arg(long, value_name = "NAME|FILE")]
+    instrument: Option<String>,
+    /// In which order the instrument visits the poses [default: two-opt]
+    #[arg(long, requires = "instrument", value_parser = orders())]
+    order: Option<Order>,
+    /// Seed of the poses to choose from
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    seed: u64,
+    #[arg(short, long, value_name = "FILE",
+        help = format!("The schedule to write ({}); the most telling pose first, if no instrument orders them",
+            WRITE_SCHEDULE.extensions(".")))]
+    output: PathBuf,
+    /// Format of the file [default: by its extension]
+    #[arg(long, value_parser = format_names(&WRITE_SCHEDULE))]
+    format: Option<Format>,
+    /// Replace a file that exists
+    #[arg(long)]
+    force: bool,
+    #[command(flatten)]
+    threads: ThreadArgs,
+    #[command(flatten)]
+    reading: ReadingArgs,
+}
+
+impl Next {
+    pub(super) fn run(self) -> Result<(), Error> {
+        self.threads.apply()?;
+        let write = WRITE_SCHEDULE.choose(self.format, &self.output);
+        let write = write.map_err(|e| Error::output(&self.output, e))?;
+        refuse_existing(&self.output, self.force)?;
+        let planner = self.planner()?;
+        let assume = Assume {
+            symmetry: self.symmetry,
+            otherwise: Symmetry::FULL,
+            axes: instrument::axis_names(),
+            ..Assume::default()
+        };
+        let so_far = match self.readings.as_slice() {
+            [] => None,
+            paths => {
+                let (so_far, notes) = self.reading.read_all(paths, &assume)?;
+                for note in notes {
+                    print(&format!("{note}\n"))?;
+                }
+                Some(so_far)
+            }
+        };
+        let symmetry = match &so_far {
+            Some(so_far) => so_far.schedule.parametrization.symmetry(),
+            None => self.symmetry.unwrap_or(Symmetry::FULL),
+        };
+        let form = acquisition::usual_form(symmetry);
+        let instrument = self.instrument.as_ref();
+        let instrument =
+            instrument.map(|name| PlannedInstrument::load(name, self.order.unwrap_or_default()));
+        let instrument = instrument.transpose()?;
+        let bench = match &instrument {
+            Some(instrument) => {
+                instrument.check_symmetry(symmetry, "the material", || "--instrument".into())?;
+                let bench = instrument.bench(instrument.use_of.parts(), self.seed);
+                Some(bench.map_err(|e| Error::Internal(e.to_string()))?)
+            }
+            None => None,
+        };
+        let asked = so_far.as_ref().map_or(0, |m| m.schedule.poses.len());
+        let task = Task {
+            form,
+            budget: asked + self.batch,
+            seed: self.seed,
+            machine: bench.as_ref().map(|bench| bench.machine()),
+        };
+        let so_far = so_far.unwrap_or_else(|| acquisition::nothing(&task));
+        let poses = planner.next(&task, &so_far, self.batch);
+        let poses = poses.map_err(|e| Error::infeasible("--batch", e))?;
+        if poses.is_empty() {
+            let message = format!("{} has no further pose", self.planner);
+            return Err(Error::infeasible("--planner", message));
+        }
+        let forecast = planner.forecast(&task, &so_far, &poses);
+        let schedule = acquisition::scheduled(&task, planner.label(), poses);
+        let mut minutes = String::new();
+        let itinerary = match (&bench, &instrument) {
+            (Some(bench), Some(instrument)) => {
+                let itinerary = bench.plan(&schedule, instrument.use_of.order);
+                if !itinerary.unreachable.is_empty() {
+                    return Err(Error::infeasible("--instrument", out_of_reach(&itinerary)));
+                }
+                minutes = format!(", {:.1} minutes", itinerary.seconds() / 60.0);
+                Some(itinerary)
+            }
+            _ => None,
+        };
+        let sequence = Sequence::from(itinerary.as_ref());
+        written(
+            &self.output,
+            write_atomically(&self.output, |out| write(&schedule, sequence, out)),
+        )?;
+        wrote(&self.output);
+        print(&format!(
+            "so far: {}, {}\nnext: {}{minutes}\n",
+            count(asked, "pose"),
+            count(so_far.readings(), "reading"),
+            count(schedule.poses.len(), "pose"),
+        ))?;
+        match forecast {
+            Some(forecast) => print(&format!(
+                "expected error: {}; then {}\n",
+                shown(&forecast.now),
+                shown(&forecast.then)
+            )),
+            None => Ok(()),
+        }
+    }
+
+    /// The planner that is asked for, a sample set or not.
+    fn planner(&self) -> Result<Box<dyn Planner>, Error> {
+        let kind = self.planner.as_str();
+        let all = acquisition::all();
+        let Some(entry) = all.iter().find(|e| e.kind == kind) else {
+            let message = format!(
+                "{:?} is no planner; allowed: {}",
+                excerpt(kind),
+                one_of(kind, all.iter().map(|e| e.kind))
+            );
+            return Err(Error::config("--planner", message));
+        };
+        let mut keys = Source::new("--set", "");
+        for assignment in &self.set {
+            keys.set(assignment, format!("--set {assignment}"))?;
+        }
+        let planner = (entry.read)(keys.table()?).map_err(|e| keys.error(e))?;
+        planner.check(&[]).map_err(|e| Error::config("--set", e))?;
+        Ok(planner)
+    }
+}
+
+fn shown(expected: &Expected) -> String {
+    format!(
+        "nrmse {:.4}, log_relative {:.4}",
+        expected.nrmse, expected.log_relative
+    )
+}

@@ -1,0 +1,310 @@
+//! Laws of planners: poses that can be taken, chosen from readings alone, and better than points that know nothing.
+
+use gonio::acquisition::{self, Aim, Greedy, Planner, Rule, Task, acquire, once, usual_form};
+use gonio::brdf::microfacet::{FresnelSpec, Ggx, Microfacet};
+use gonio::brdf::{Brdf, Channels, Roughness};
+use gonio::formats::{READ_READINGS, WRITE_READINGS};
+use gonio::geometry::Symmetry;
+use gonio::instrument::{Bench, Ideal, Instrument, Order, Parts, presets, read};
+use gonio::measurement::{About, Measurement, Outcome};
+use gonio::metrics::{self, Errors, Measure, MetricsSpec};
+use gonio::parametrization;
+use gonio::reconstruct::{Kriging, Reconstruct};
+use gonio::registry;
+use gonio::schedule::{Assume, Schedule, Sequence, SobolSet, Unreachable};
+use std::collections::HashSet;
+use std::path::Path;
+use std::sync::Arc;
+
+fn lobe(alpha: f64) -> Microfacet<Ggx> {
+    let (alpha, fresnel) = (Roughness::Isotropic(alpha), FresnelSpec::default());
+    Microfacet::new(alpha, &fresnel, Channels::Luminance)
+}
+
+fn task(budget: usize) -> Task<'static> {
+    Task {
+        form: usual_form(Symmetry::FULL),
+        budget,
+        seed: 1,
+        machine: None,
+    }
+}
+
+/// Every planner of the registry with its examples.
+fn planners() -> Vec<Box<dyn Planner>> {
+    let of = |entry: registry::Entry<dyn Planner>| {
+        let examples = entry.examples.iter();
+        examples.map(move |text| registry::read_text(&entry, text).unwrap())
+    };
+    acquisition::all().into_iter().flat_map(of).collect()
+}
+
+/// Directions of poses, as bits.
+fn bits(schedule: &Schedule) -> Vec<[u64; 6]> {
+    let of = |pose: &gonio::schedule::Pose| {
+        let [i, o] = [pose.pair.omega_i, pose.pair.omega_o].map(|d| d.vector().to_array());
+        [i[0], i[1], i[2], o[0], o[1], o[2]].map(f64::to_bits)
+    };
+    schedule.poses.iter().map(of).collect()
+}
+
+#[test]
+fn poses_are_distinct_and_above_the_horizon_in_any_coordinates() {
+    let truth = lobe(0.2);
+    for planner in planners() {
+        planner.check(&[]).unwrap();
+        for entry in parametrization::all() {
+            for symmetry in [Symmetry::FULL, Symmetry::ORTHOTROPIC] {
+                let task = Task {
+                    form: entry.form(symmetry),
+                    ..task(30)
+                };
+                let measured = acquire(&*planner, &task, &truth).unwrap();
+                let poses = &measured.schedule.poses;
+                let what = format!("{} in {}", planner.label(), entry.kind);
+                assert_eq!(poses.len(), 30, "{what}");
+                let distinct: HashSet<_> = bits(&measured.schedule).into_iter().collect();
+                assert_eq!(distinct.len(), 30, "{what}");
+                for pose in poses {
+                    let pair = &pose.pair;
+                    assert!(pair.omega_i.cos_theta().min(pair.omega_o.cos_theta()) > 0.0);
+                    let back = task.form.inverse(&pose.coords).unwrap();
+                    assert!(
+                        (back.omega_i.vector() - pair.omega_i.vector()).length() < 1e-6,
+                        "{what}"
+                    );
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn poses_depend_on_the_seed_and_not_on_the_number_of_threads() {
+    let truth = lobe(0.1);
+    for planner in planners() {
+        let poses = |seed, threads| {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
+            let task = Task { seed, ..task(40) };
+            let measured = pool
+                .build()
+                .unwrap()
+                .install(|| acquire(&*planner, &task, &truth));
+            bits(&measured.unwrap().schedule)
+        };
+        let one = poses(1, 1);
+        assert!(one == poses(1, 2), "{}", planner.label());
+        assert!(one != poses(2, 1), "{}", planner.label());
+    }
+}
+
+#[test]
+fn a_machine_reaches_every_pose_that_is_chosen_for_it() {
+    let truth = lobe(0.1);
+    for preset in presets() {
+        let spec = read(preset.text).unwrap();
+        let bench = Bench::new(&spec, Parts::ALL, 1).unwrap();
+        for planner in planners() {
+            let task = Task {
+                machine: Some(bench.machine()),
+                ..task(24)
+            };
+            let measured = acquire(&*planner, &task, &truth).unwrap();
+            let itinerary = bench.plan(&measured.schedule, Order::AsGenerated);
+            assert_eq!(
+                itinerary.visits.len(),
+                24,
+                "{} {}",
+                preset.name,
+                planner.label()
+            );
+        }
+    }
+}
+
+/// The planner keeps nothing: what it says depends on the readings, which may come from a file.
+#[test]
+fn readings_of_a_file_lead_to_the_same_poses() {
+    let truth = lobe(0.1);
+    for planner in planners() {
+        let task = task(40);
+        let so_far = acquire(
+            &*planner,
+            &Task {
+                budget: 20,
+                ..task.clone()
+            },
+            &truth,
+        )
+        .unwrap();
+        let mut file = Vec::new();
+        let write = WRITE_READINGS.choose(None, Path::new("r.csv")).unwrap();
+        write(&so_far, &About::default(), Sequence::Generated, &mut file).unwrap();
+        let reader = READ_READINGS.choose(None, Path::new("r.csv")).unwrap();
+        let text = String::from_utf8(file).unwrap();
+        let again = reader(&text, "r.csv", &Assume::default())
+            .unwrap()
+            .measurement;
+        let [now, later] = [&so_far, &again].map(|m| planner.next(&task, m, 10).unwrap());
+        assert_eq!(now, later, "{}", planner.label());
+    }
+}
+
+#[test]
+fn what_a_machine_refused_is_not_asked_for_again() {
+    let truth = lobe(0.1);
+    let planner = Greedy::new(Rule::Adaptive, Aim::default());
+    let task = task(60);
+    let first = acquire(
+        &planner,
+        &Task {
+            budget: 20,
+            ..task.clone()
+        },
+        &truth,
+    )
+    .unwrap();
+    let wanted = planner.next(&task, &first, 10).unwrap();
+    // All that would come next is refused.
+    let schedule = acquisition::scheduled(&task, String::new(), wanted.clone());
+    let mut refused = Ideal.measure(&truth, &Arc::new(schedule));
+    refused
+        .outcomes
+        .fill(Outcome::Unreachable(Unreachable::Occluded));
+    let both = first.followed_by(&refused).unwrap();
+    assert_eq!(both.readings(), 20);
+    let further = planner.next(&task, &both, 10).unwrap();
+    assert_eq!(further.len(), 10);
+    for pose in further {
+        for old in &wanted {
+            let off = |a: gonio::geometry::Direction, b: gonio::geometry::Direction| {
+                (a.vector() - b.vector()).length()
+            };
+            let near = off(pose.pair.omega_i, old.pair.omega_i)
+                .max(off(pose.pair.omega_o, old.pair.omega_o));
+            assert!(near > 0.049, "{near}");
+        }
+    }
+}
+
+/// Errors of kriging from what a planner measured.
+fn errors(planner: &dyn Planner, budget: usize, truth: &dyn Brdf) -> Errors {
+    let measured = acquire(planner, &task(budget), truth).unwrap();
+    let copy = Kriging::default().reconstruct(&measured).unwrap();
+    let pairs = metrics::test_pairs(Measure::Cosine, &MetricsSpec::default()).unwrap();
+    let values = [truth, &*copy].map(|brdf| metrics::evaluate(brdf, &pairs));
+    metrics::compare(&pairs, &values[0], &values[1])
+}
+
+/// Geometric means of the errors over lobes from mirror-like to matte.
+fn means(planner: &dyn Planner, budget: usize) -> [f64; 2] {
+    let alphas = [0.03, 0.06, 0.1, 0.2, 0.4];
+    let mut logs = [0.0; 2];
+    for alpha in alphas {
+        let e = errors(planner, budget, &lobe(alpha));
+        logs[0] += e.nrmse.unwrap().ln();
+        logs[1] += e.log_relative.unwrap().ln();
+    }
+    logs.map(|sum| (sum / alphas.len() as f64).exp())
+}
+
+#[test]
+fn planners_know_better_than_points_that_know_nothing() {
+    let sobol = once(Box::new(SobolSet {}));
+    for budget in [32, 128] {
+        let [nrmse, log] = means(&*sobol, budget);
+        // Before any reading: less of both. From the readings: much less where a material is bright.
+        let [beforehand, learned] = [Rule::AOptimal, Rule::Adaptive]
+            .map(|rule| means(&Greedy::new(rule, Aim::default()), budget));
+        assert!(
+            beforehand[0] < nrmse && beforehand[1] < log,
+            "{budget}: {beforehand:?} {nrmse} {log}"
+        );
+        assert!(
+            learned[0] < 0.6 * nrmse && learned[1] < log,
+            "{budget}: {learned:?} {nrmse} {log}"
+        );
+    }
+}
+
+#[test]
+fn the_weight_trades_one_error_for_the_other() {
+    let of = |weight| {
+        let aim = Aim {
+            weight,
+            ..Aim::default()
+        };
+        means(&Greedy::new(Rule::Adaptive, aim), 64)
+    };
+    let [log, square] = [of(0.0), of(1.0)];
+    assert!(
+        square[0] < log[0] && log[1] < square[1],
+        "{log:?} {square:?}"
+    );
+}
+
+/// Models are smoother than the materials that the kernel was fitted to: no error that is made exceeds what is expected.
+#[test]
+fn expected_errors_are_not_too_small() {
+    let planner = Greedy::new(Rule::Adaptive, Aim::default());
+    let pairs = metrics::test_pairs(Measure::Cosine, &MetricsSpec::default()).unwrap();
+    for alpha in [0.05, 0.1, 0.2, 0.4] {
+        let truth = lobe(alpha);
+        for budget in [64, 128] {
+            let task = task(budget);
+            let measured = acquire(&planner, &task, &truth).unwrap();
+            let next = planner.next(&task, &measured, 32).unwrap();
+            let forecast = planner.forecast(&task, &measured, &next).unwrap();
+            let (now, then) = (forecast.now, forecast.then);
+            assert!(then.nrmse < now.nrmse && then.log_relative < now.log_relative);
+            let copy = Kriging::default().reconstruct(&measured).unwrap();
+            let values = [&truth as &dyn Brdf, &*copy].map(|f| metrics::evaluate(f, &pairs));
+            let made = metrics::compare(&pairs, &values[0], &values[1]);
+            assert!(
+                made.log_relative.unwrap() < now.log_relative,
+                "{alpha} {budget}"
+            );
+            assert!(made.nrmse.unwrap() < now.nrmse, "{alpha} {budget}");
+        }
+    }
+    let nothing: Measurement = acquisition::nothing(&task(8));
+    assert!(planner.forecast(&task(8), &nothing, &[]).is_none());
+}
+
+#[test]
+fn a_machine_goes_on_where_it_stands() {
+    for preset in presets() {
+        let spec = read(preset.text).unwrap();
+        let bench = Bench::new(&spec, Parts::ALL, 1).unwrap();
+        let task = Task {
+            machine: Some(bench.machine()),
+            ..task(60)
+        };
+        let planner = Greedy::new(Rule::AOptimal, Aim::default());
+        let schedule = Arc::new(planner.design(&task).unwrap());
+        let numbers: Vec<u32> = (0..60).collect();
+        // As numbered, batches are cut anywhere and the clock knows nothing of it.
+        let whole = bench.plan(&schedule, Order::AsGenerated);
+        let part = bench.plan_of(&schedule, &numbers[..25], Order::AsGenerated);
+        let parts = bench.plan_further(&schedule, part.clone(), &numbers[25..], Order::AsGenerated);
+        if spec.timing.scan == gonio::instrument::Scan::Stop {
+            assert_eq!(parts.visits, whole.visits, "{}", preset.name);
+        }
+        // In the best order of each batch, time goes on and readings of one part are those of the whole.
+        let part = bench.plan_of(&schedule, &numbers[..25], Order::TwoOpt);
+        let parts = bench.plan_further(&schedule, part.clone(), &numbers[25..], Order::TwoOpt);
+        assert_eq!(parts.visits[..25], part.visits[..]);
+        let times: Vec<f64> = parts.visits.iter().map(|v| v.at_seconds).collect();
+        assert!(times.is_sorted(), "{}", preset.name);
+        let truth = lobe(0.1);
+        let whole = bench.session(&parts, 3).measure(&truth, &schedule);
+        let first = bench.session(&part, 3).measure(&truth, &schedule);
+        let mut rest = parts.clone();
+        rest.visits.drain(..25);
+        let rest = bench.session(&rest, 3).measure(&truth, &schedule);
+        for i in 0..60 {
+            let part = first.value(i).or(rest.value(i));
+            assert_eq!(part, whole.value(i), "{} {i}", preset.name);
+        }
+    }
+}

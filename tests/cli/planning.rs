@@ -1,0 +1,194 @@
+//! Planners as a user meets them: in configs, and from readings to the next poses.
+
+use super::Bench;
+use super::pages::of_repository;
+use std::fs;
+use std::process::{Command, Output};
+
+/// Runs the laboratory's script in a folder of the bench, for so many steps.
+fn laboratory(bench: &Bench, folder: &str, steps: &str) -> Output {
+    let folder = bench.path(folder);
+    fs::create_dir_all(&folder).unwrap();
+    let output = Command::new("sh")
+        .arg(of_repository("tests/lab.sh"))
+        .arg(env!("CARGO_BIN_EXE_gonio"))
+        .arg(of_repository("configs/quickstart.toml"))
+        .args(["ggx-0.3", "cornell", "3", steps])
+        .current_dir(folder)
+        .output()
+        .unwrap();
+    let errors = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "{errors}");
+    output
+}
+
+/// Runs a command line that must work; its stdout.
+fn good(bench: &Bench, line: &str) -> String {
+    bench.good(&line.split(' ').collect::<Vec<_>>())
+}
+
+/// Runs a command line that must be refused; its stderr.
+fn refused(bench: &Bench, line: &str, code: i32) -> String {
+    bench.refused(&line.split(' ').collect::<Vec<_>>(), code)
+}
+
+/// The number after a word of a text.
+fn after(text: &str, word: &str) -> f64 {
+    let rest = text
+        .split(word)
+        .nth(1)
+        .unwrap_or_else(|| panic!("no {word} in {text}"));
+    let number = rest.split_whitespace().next().unwrap();
+    number.trim_end_matches([',', ';']).parse().unwrap()
+}
+
+#[test]
+fn a_laboratory_goes_round_and_loses_nothing() {
+    let bench = Bench::new();
+    let whole = laboratory(&bench, "whole", "1000");
+    // Broken off after every step.
+    for _ in 0..6 {
+        laboratory(&bench, "pieces", "1");
+    }
+    let pieces = laboratory(&bench, "pieces", "0");
+    let mut files = 0;
+    for file in fs::read_dir(bench.path("whole")).unwrap() {
+        let file = file.unwrap();
+        let again = bench.path("pieces").join(file.file_name());
+        assert_eq!(fs::read(file.path()).unwrap(), fs::read(again).unwrap());
+        files += 1;
+    }
+    assert_eq!(files, 6);
+    let text = String::from_utf8(whole.stdout).unwrap();
+    assert!(text.ends_with(&String::from_utf8(pieces.stdout).unwrap()));
+    // 8, 8 and 16 readings; what is expected falls.
+    assert!(text.contains("so far: 16 poses, 16 readings"), "{text}");
+    let expected: Vec<f64> = text
+        .lines()
+        .filter(|line| line.starts_with("expected error"))
+        .flat_map(|line| [after(line, "nrmse "), after(line, "then nrmse ")])
+        .collect();
+    assert_eq!(expected.len(), 4, "{text}");
+    assert!(
+        expected[1] < expected[0] && expected[3] < expected[2],
+        "{text}"
+    );
+}
+
+#[test]
+fn what_cannot_be_planned_is_refused_in_a_sentence() {
+    let bench = Bench::new();
+    good(&bench, "next --batch 8 -o poses.csv");
+    for (command, code, sentence) in [
+        (
+            "next --batch 5000 -o x.csv",
+            4,
+            "adaptive chooses at most 4000 poses",
+        ),
+        (
+            "next --batch 8 --planner adaptve -o x.csv",
+            2,
+            "did you mean adaptive",
+        ),
+        ("next --batch 8 --set weigth=1 -o x.csv", 2, "weight"),
+        ("next --batch 8 --set weight=2 -o x.csv", 2, "[0, 1]"),
+        (
+            "next --batch 8 --instrument nobody -o x.csv",
+            2,
+            "no instrument",
+        ),
+        ("next nothing.csv --batch 8 -o x.csv", 3, "nothing.csv"),
+        ("next poses.csv --batch 8 -o x.csv", 3, "poses.csv"),
+        ("next --batch 8 -o x.nobody", 2, "--format"),
+        ("next --batch 8 -o poses.csv", 2, "--force"),
+    ] {
+        let told = refused(&bench, command, code);
+        assert!(told.contains(sentence), "{command}: {told}");
+        assert!(!bench.path("x.csv").exists());
+    }
+}
+
+const PLANNED: &str = r#"
+budgets = [12, 20]
+measures = ["cosine"]
+
+[[material]]
+kind = "ggx"
+alpha = 0.1
+
+[[material]]
+kind = "ggx"
+alpha = 0.3
+
+[[parametrization]]
+kind = "half-difference"
+warp = { theta_h = "square-root" }
+
+[[sample_set]]
+kind = "a-optimal"
+
+[[sample_set]]
+kind = "adaptive"
+weight = 0.5
+
+[[reconstruction]]
+kind = "kriging"
+
+[metrics]
+pairs = 500
+max_pairs = 1
+"#;
+
+#[test]
+fn planners_run_in_studies_shard_by_shard_and_resume() {
+    let bench = Bench::new();
+    fs::write(bench.path("c.toml"), PLANNED).unwrap();
+    good(&bench, "run c.toml -o whole --threads 1 -q");
+    for part in 1..=3 {
+        good(
+            &bench,
+            &format!("run c.toml -o part{part} --shard {part}/3 -q"),
+        );
+    }
+    good(&bench, "merge part1 part2 part3 -o merged -q");
+    let [whole, merged] = ["whole", "merged"].map(|dir| bench.rows(dir));
+    assert_eq!(whole.len(), 8);
+    for (a, b) in whole.iter().zip(&merged) {
+        assert_eq!((&a.key, a.readings), (&b.key, b.readings));
+        assert_eq!(a.value("nrmse"), b.value("nrmse"), "{}", a.key);
+    }
+    // Nothing is made twice.
+    good(&bench, "run c.toml -o whole");
+    let rows = bench.rows("whole");
+    assert!(
+        rows.iter()
+            .zip(&whole)
+            .all(|(a, b)| a.plan_seconds == b.plan_seconds)
+    );
+    // A machine and a time.
+    fs::write(
+        bench.path("m.toml"),
+        PLANNED.replace("budgets = [12, 20]", "minutes = [3]")
+            + "[[instrument]]\npreset = \"cornell\"\n",
+    )
+    .unwrap();
+    good(&bench, "run m.toml -o minutes -q");
+    for row in bench.rows("minutes") {
+        assert!(
+            row.instrument_seconds.unwrap() <= 180.0 && row.readings > 5,
+            "{}",
+            row.readings
+        );
+        assert_eq!(row.reachable, 1.0);
+    }
+    let told = refused(&bench, "check c.toml --set budgets=[5000]", 2);
+    assert!(told.contains("chooses at most 4000 poses"), "{told}");
+    let check = good(&bench, "check m.toml");
+    assert!(check.contains("chosen from readings"), "{check}");
+    let told = refused(
+        &bench,
+        "schedule c.toml --sample-set adaptive --budget 12 -o s.csv",
+        2,
+    );
+    assert!(told.contains("gonio next"), "{told}");
+}
