@@ -251,7 +251,7 @@ pub(super) fn sum(x: &[f64; LANES]) -> f64 {
 
 /// e^(−r) of r ≥ 0, to 9e-15 of it down to 1e-304.
 #[inline(always)]
-fn decay(r: f64) -> f64 {
+pub(super) fn decay(r: f64) -> f64 {
     // 1.5 · 2^52: adding it rounds to a whole number, which the lowest bits of the sum hold.
     const ROUND: f64 = 6_755_399_441_055_744.0;
     const LN2: [f64; 2] = [0.693_147_180_369_123_8, 1.908_214_929_270_587_7e-10];

@@ -12,6 +12,7 @@
 
 mod fit;
 mod kernel;
+mod line;
 mod posterior;
 mod system;
 
@@ -26,6 +27,7 @@ use crate::error::ParameterError;
 use crate::geometry::{DirectionPair, Symmetry};
 use crate::registry::{self, Entry};
 use kernel::{Block, Columns, Flat, Kernel, LANES};
+use line::Line;
 use nalgebra::DMatrix;
 use pulp::{Arch, NullaryFnOnce};
 use serde::{Deserialize, Serialize};
@@ -179,7 +181,10 @@ impl Reconstruct for Kriging {
 
 /// The mean of the process given the readings.
 struct Process {
+    /// Terms of several columns, which are evaluated for each reading.
     terms: Vec<Flat>,
+    /// Terms of one column.
+    lines: Vec<Line>,
     blocks: Vec<Block>,
     /// Weights of the readings of a block, one array per value.
     weights: Vec<[f64; LANES]>,
@@ -199,8 +204,18 @@ impl Process {
                 laid_out[i / LANES * width + c][i % LANES] = weights[(i, c)];
             }
         }
+        let (lines, terms): (Vec<Flat>, Vec<Flat>) = kernel
+            .flat()
+            .into_iter()
+            .partition(|t| t.weights.len() == 1);
+        let line = |t: &Flat| {
+            let (column, square) = t.weights[0];
+            let term = (t.amplitude, column, square.sqrt());
+            Line::new(term, &data.columns, &weights)
+        };
         Self {
-            terms: kernel.flat(),
+            lines: lines.iter().map(line).collect(),
+            terms,
             blocks,
             weights: laid_out,
             levels,
@@ -237,6 +252,9 @@ impl NullaryFnOnce for Means<'_> {
             }
             for (out, sum) in out.iter_mut().zip(&sums) {
                 *out = kernel::sum(sum);
+            }
+            for line in &of.lines {
+                line.add(x, out);
             }
         }
     }
