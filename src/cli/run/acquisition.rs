@@ -5,7 +5,7 @@ use crate::cli::print;
 use crate::cli::talk::note;
 use crate::error::Error;
 use crate::experiment::{Event, Findings, Kind, Observer, Plan, Row, Wish};
-use crate::metrics::MetricsSpec;
+use crate::metrics::{Measure, MetricsSpec};
 use crate::report::Studio;
 use crate::report::{
     Below, MaterialPictures, Picture, RANKING, REPORT, RESULTS, RunFolder, Table, instruments,
@@ -94,10 +94,16 @@ fn note_unconverged(rows: &[&Row], plan: &Plan) {
         ..
     } = plan.metrics;
     let open = rows.iter().filter(|row| !row.converged).count();
+    let has = |measure| plan.measures.contains(&measure);
+    let parts = has(Measure::Cosine) && (has(Measure::Steep) || has(Measure::Grazing));
+    let parts = match parts {
+        true => "; steep and grazing are not waited for beside cosine",
+        false => "",
+    };
     if max_pairs > pairs && open > 0 {
         note(&format!(
             "gonio: {open} of {} rows have a standard error above {} % after up to {max_pairs} pairs \
-             (metrics.max_pairs; steep and grazing are not waited for beside cosine); the column `converged` says which",
+             (metrics.max_pairs{parts}); the column `converged` says which",
             rows.len(),
             100.0 * tolerance
         ));

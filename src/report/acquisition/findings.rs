@@ -1,6 +1,6 @@
 //! The findings that a study prints at its end, as texts and as a table of its own.
 
-use super::order::{best_of_each, sampling, whole};
+use super::order::{best_of_each, sampling, subject, whole};
 use crate::error::count;
 use crate::experiment::{
     Allowance, Choice, Duel, Duels, Explained, Factor, Findings, Line, Metric, OWN, Ranking, Scope,
@@ -73,22 +73,19 @@ fn errors_of_each(findings: &Findings, ranking: &Ranking, out: &mut String) {
     let scope = &ranking.scope;
     let text = format!("{}, {}", scope.metric.name(), scope.measure);
     let mut columns = columns(&text, &findings.allowances);
-    let mut lines = best_of_each(ranking);
+    let mut lines = best_of_each(ranking, findings.factor);
+    let of = |choice: &Choice| subject(findings.factor, choice);
     let place = |choice: &Choice| {
         ranking
             .lines
             .iter()
-            .position(|l| sampling(&l.choice) == sampling(choice))
+            .position(|l| of(&l.choice) == of(choice))
     };
     lines.sort_by_key(|l| place(&l.choice));
     let mean = |line: &Line, a: usize| whole(line, a).map(|c| c.mean);
     let median = |line: &Line, a: usize| whole(line, a).map(|c| c.median);
     for line in &lines {
-        let mut row = format!(
-            "  {}, {}",
-            sampling(&line.choice),
-            method(&line.choice, findings)
-        );
+        let mut row = format!("  {}, {}", of(&line.choice), method(&line.choice, findings));
         for a in 0..findings.allowances.len() {
             let own = mean(line, a);
             let least = lines.iter().filter_map(|l| mean(l, a)).reduce(f64::min);

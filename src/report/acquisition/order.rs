@@ -1,6 +1,6 @@
 //! Names and order of choices: the best over all budgets first.
 
-use crate::experiment::{Cell, Choice, Line, Ranking};
+use crate::experiment::{Cell, Choice, Factor, Line, Ranking};
 use crate::statistics::EXACT;
 
 /// A parametrization with its warps.
@@ -8,6 +8,14 @@ pub(super) fn sampling(choice: &Choice) -> String {
     match choice.warp.as_str() {
         "none" => choice.parametrization.clone(),
         warp => format!("{} {warp}", choice.parametrization),
+    }
+}
+
+/// What a curve is of: a sampling, with its sample set where a report is about these.
+pub(super) fn subject(factor: Factor, choice: &Choice) -> String {
+    match factor {
+        Factor::SampleSet => format!("{}, {}", sampling(choice), choice.sample_set),
+        _ => sampling(choice),
     }
 }
 
@@ -51,10 +59,10 @@ pub(super) fn sorted(ranking: &Ranking) -> Vec<&Line> {
     lines.into_iter().map(|(_, l)| l).collect()
 }
 
-/// The best choice of each sampling over all budgets, the best first: one reconstruction each, whatever
+/// The best choice of each [`subject`] over all budgets, the best first: one reconstruction each, whatever
 /// the budget. Choices with an error at every budget come before the others: a curve needs several
 /// points.
-pub(super) fn best_of_each(ranking: &Ranking) -> Vec<&Line> {
+pub(super) fn best_of_each(ranking: &Ranking, factor: Factor) -> Vec<&Line> {
     let count = |line: &Line| {
         (0..line.cells.len())
             .filter(|a| whole(line, *a).is_some())
@@ -64,8 +72,8 @@ pub(super) fn best_of_each(ranking: &Ranking) -> Vec<&Line> {
     lines.sort_by_key(|l| std::cmp::Reverse(count(l)));
     let mut best: Vec<&Line> = Vec::new();
     for line in lines {
-        let own = sampling(&line.choice);
-        if !best.iter().any(|b| sampling(&b.choice) == own) {
+        let own = subject(factor, &line.choice);
+        if !best.iter().any(|b| subject(factor, &b.choice) == own) {
             best.push(line);
         }
     }

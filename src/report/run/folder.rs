@@ -502,6 +502,10 @@ pub fn schedule_stem(key: &ScheduleKey<'_>) -> String {
         Allowance::Minutes(minutes) => format!("{minutes}min"),
     };
     let seed = key.seed;
-    let stem = format!("{stem}_{symmetry}_{set}_{allowance}{instrument}_seed{seed}");
+    let material = match key.material {
+        Some(material) => format!("_{}", file_stem(&material.name)),
+        None => String::new(),
+    };
+    let stem = format!("{stem}_{symmetry}_{set}_{allowance}{instrument}{material}_seed{seed}");
     shortened(stem, LONGEST)
 }

@@ -146,10 +146,13 @@ pub(super) fn curves(findings: &Findings, looks: &Looks) -> Result<Option<Markup
             // One point is no curve.
             if points.is_some_and(|n| n > 1) {
                 let label = format!("{} {}", scope_title(&ranking.scope), cost.title);
-                let by = best_of_each(ranking).into_iter().take(LINES).map(|line| {
-                    let name = looks.series(&line.choice, Vec::new()).name;
-                    [name, method(&line.choice, findings)]
-                });
+                let by = best_of_each(ranking, looks.factor)
+                    .into_iter()
+                    .take(LINES)
+                    .map(|line| {
+                        let name = looks.series(&line.choice, Vec::new()).name;
+                        [name, method(&line.choice, findings)]
+                    });
                 charts.push(chart(&labelled(&panel)?, &label, &named_by(by)));
             }
         }
@@ -161,8 +164,8 @@ pub(super) fn curves(findings: &Findings, looks: &Looks) -> Result<Option<Markup
         html! {
             p {
                 "Of each sampling the one reconstruction that is best over all budgets, which stands below; "
-                "its points go from the smallest budget to the largest. A colour is a parametrization, in all "
-                "diagrams. Dashed: without a warp where there is one with it too."
+                "its points go from the smallest budget to the largest. A colour is "
+                (looks.colour()) ", in all diagrams. Dashed: without a warp where there is one with it too."
             }
             @for (title, charts) in &parts {
                 h3 { "Error " (title) }
@@ -200,7 +203,7 @@ pub fn sheet(findings: &Findings) -> Result<String, Error> {
     for cost in &COSTS {
         let panel = |r: &&Ranking| {
             let mut panel = panel(r, cost, &looks);
-            let named = best_of_each(r);
+            let named = best_of_each(r, looks.factor);
             for series in &mut panel.series {
                 let own = |l: &&&Line| looks.series(&l.choice, Vec::new()).name == series.name;
                 if let Some(line) = named.iter().find(own) {
@@ -220,7 +223,7 @@ pub fn sheet(findings: &Findings) -> Result<String, Error> {
 }
 
 fn panel(ranking: &Ranking, cost: &Cost, looks: &Looks) -> Panel {
-    let lines = best_of_each(ranking).into_iter().take(LINES);
+    let lines = best_of_each(ranking, looks.factor).into_iter().take(LINES);
     let series = lines.map(|line| looks.series(&line.choice, course(line, cost.of)));
     let scope = &ranking.scope;
     Panel {
@@ -239,16 +242,19 @@ fn course(line: &Line, cost: fn(&Cell) -> Option<f64>) -> Vec<(f64, Option<f64>)
         .collect()
 }
 
-/// Colours and strokes of curves: a colour per parametrization, a stroke per warp; the same in every
-/// diagram of a report.
+/// Colours and strokes of curves: a colour per parametrization, a stroke per warp; where a report is about sample
+/// sets a colour per set. The same in every diagram of a report.
 pub(super) struct Looks {
+    factor: Factor,
+    /// Sample sets, each once.
+    sets: Vec<String>,
     /// Parametrizations and their warps, each once.
     samplings: Vec<(String, String)>,
 }
 
 impl Looks {
     pub(super) fn new(findings: &Findings) -> Self {
-        let mut samplings = Vec::new();
+        let (mut samplings, mut sets) = (Vec::new(), Vec::new());
         for line in findings.rankings.iter().flat_map(|r| &r.lines) {
             let sampling = (
                 line.choice.parametrization.clone(),
@@ -257,8 +263,23 @@ impl Looks {
             if !samplings.contains(&sampling) {
                 samplings.push(sampling);
             }
+            if !sets.contains(&line.choice.sample_set) {
+                sets.push(line.choice.sample_set.clone());
+            }
         }
-        Self { samplings }
+        Self {
+            factor: findings.factor,
+            sets,
+            samplings,
+        }
+    }
+
+    /// What has a colour of its own.
+    fn colour(&self) -> &'static str {
+        match self.factor {
+            Factor::SampleSet => "a sample set",
+            _ => "a parametrization",
+        }
     }
 
     /// Name, colour and stroke of a choice's sampling.
@@ -279,9 +300,15 @@ impl Looks {
                 [Mark::Line, Mark::Dotted, Mark::DashDotted][place.unwrap_or_default() % 3]
             }
         };
+        let set = self.sets.iter().position(|s| *s == choice.sample_set);
+        let (name, color) = match (self.factor, self.samplings.len()) {
+            (Factor::SampleSet, 1) => (choice.sample_set.clone(), set.unwrap_or(0)),
+            (Factor::SampleSet, _) => (format!("{name}, {}", choice.sample_set), set.unwrap_or(0)),
+            _ => (name, color_of(&choice.parametrization)),
+        };
         Series {
             name,
-            color: color_of(&choice.parametrization),
+            color,
             mark,
             points,
         }
