@@ -89,7 +89,7 @@
 //! [`docs::findings`]: what came out. [`docs::laboratory`]: from a machine to a BRDF, step by step.
 //! [`docs::design`]: why the house stands as it does. [`docs::errata`]: what the papers misprint.
 //! [`docs::parametrizations`]: which coordinates to sample and to reconstruct in.
-//! [`docs::relations`]: moments of a slice and of the picture. [`docs::formats`]: files.
+//! [`docs::planning`]: which poses to read next. [`docs::relations`]: moments of a slice and of the picture. [`docs::formats`]: files.
 //! [`docs::changelog`].
 
 pub mod acquisition;

@@ -11,13 +11,13 @@ pub(super) struct Weights {
     pub of_square: Vec<f64>,
     /// The share λ of the second, in [0, 1].
     pub share: f64,
-    /// Variance of ln f from which on more does not count more.
+    /// Variance of ln f from which on a place is worth what it is there.
     pub cap: f64,
 }
 
 impl Weights {
-    /// What a little variance less is worth at each place, where there is so much of it: the derivative of the sum
-    /// of the relative changes of Σ ω √v and of Σ ω F v.
+    /// What a little variance less is worth at each place: the derivative of 2(1 − λ) ln Σ ω √v + λ ln Σ ω F v, with the
+    /// variance at most the cap.
     fn worth(&self, variances: &[f64], out: &mut [f64]) {
         let capped = |v: f64| v.clamp(1e-12, self.cap);
         let [mut log, mut square] = [0.0; 2];
@@ -26,6 +26,8 @@ impl Weights {
             log += self.of_log[i] * v.sqrt();
             square += self.of_square[i] * v;
         }
+        // Where all is dark or known to the last digit, nothing is worth anything.
+        let (log, square) = (log.max(1e-300), square.max(1e-300));
         let (log, square) = ((1.0 - self.share) / log, self.share / square);
         for (i, &v) in variances.iter().enumerate() {
             out[i] = log * self.of_log[i] / capped(v).sqrt() + square * self.of_square[i];
@@ -60,22 +62,23 @@ pub(super) fn a_optimal(
     [places, candidates]: [&Places; 2],
     weights: &Weights,
     n: usize,
+    go_on: &dyn Fn() -> bool,
 ) -> Vec<usize> {
     let mut covariances = process.covariances(places, candidates);
     let mut variances = process.variances(places);
-    let noise = process.noise();
-    let mut left = Left::new(process, candidates);
+    let mut left = Left::new(process, candidates, n);
     let mut worth = vec![0.0; variances.len()];
     let mut chosen = Vec::new();
-    while chosen.len() < n {
+    while chosen.len() < n && go_on() {
         weights.worth(&variances, &mut worth);
-        let scores = covariances.column_iter().enumerate().map(|(c, column)| {
-            weighted_square(&worth, column.as_slice()) / (left.variances[c] + noise)
-        });
+        let scores = covariances
+            .column_iter()
+            .enumerate()
+            .map(|(c, column)| weighted_square(&worth, column.as_slice()) / left.of_reading(c));
         let Some(best) = left.best(scores) else {
             break;
         };
-        let spread = (left.variances[best] + noise).sqrt();
+        let spread = left.of_reading(best).sqrt();
         let told = covariances.column(best) / spread;
         let with = left.choose(process, candidates, best);
         covariances.ger(-1.0, &told, &with, 1.0);
@@ -93,10 +96,11 @@ pub(super) fn least_certain(
     candidates: &Places,
     weights: &[f64],
     n: usize,
+    go_on: &dyn Fn() -> bool,
 ) -> Vec<usize> {
-    let mut left = Left::new(process, candidates);
+    let mut left = Left::new(process, candidates, n);
     let mut chosen = Vec::new();
-    while chosen.len() < n {
+    while chosen.len() < n && go_on() {
         let scores = left.variances.iter().zip(weights).map(|(v, w)| v * w);
         let scores: Vec<f64> = scores.collect();
         let Some(best) = left.best(scores.into_iter()) else {
@@ -110,7 +114,8 @@ pub(super) fn least_certain(
 
 /// Candidates that are left, and what those that were chosen leave uncertain of them.
 struct Left {
-    noise: f64,
+    /// Variances of readings about the process.
+    noise: Vec<f64>,
     variances: Vec<f64>,
     is_left: Vec<bool>,
     /// A row per choice: covariances with it, given all before, over the root of its variance.
@@ -119,15 +124,21 @@ struct Left {
 }
 
 impl Left {
-    fn new(process: &Posterior, candidates: &Places) -> Self {
+    /// For `n` choices.
+    fn new(process: &Posterior, candidates: &Places, n: usize) -> Self {
         let variances = process.variances(candidates);
         Self {
-            noise: process.noise(),
+            noise: process.noise(candidates),
             is_left: vec![true; variances.len()],
-            told: DMatrix::zeros(variances.len(), 0),
+            told: DMatrix::zeros(variances.len(), n),
             variances,
             choices: 0,
         }
+    }
+
+    /// The variance of a reading at a candidate.
+    fn of_reading(&self, c: usize) -> f64 {
+        self.variances[c] + self.noise[c]
     }
 
     /// The candidate of the highest score; of equal ones the first.
@@ -144,7 +155,7 @@ impl Left {
         candidates: &Places,
         best: usize,
     ) -> nalgebra::DVector<f64> {
-        let spread = (self.variances[best] + self.noise).sqrt();
+        let spread = self.of_reading(best).sqrt();
         let mut with = process
             .covariances(candidates, &candidates.only(best))
             .column(0)
@@ -157,10 +168,6 @@ impl Left {
         with /= spread;
         for (v, t) in self.variances.iter_mut().zip(with.iter()) {
             *v = (*v - t * t).max(0.0);
-        }
-        if self.choices == self.told.ncols() {
-            let told = std::mem::replace(&mut self.told, DMatrix::zeros(0, 0));
-            self.told = told.resize_horizontally(2 * self.choices + 16, 0.0);
         }
         self.told.set_column(self.choices, &with);
         self.choices += 1;
@@ -198,7 +205,7 @@ mod tests {
             share: 0.3,
             cap: 1e9,
         };
-        let chosen = a_optimal(&process, [&places, &candidates], &weights, 6);
+        let chosen = a_optimal(&process, [&places, &candidates], &weights, 6, &|| true);
         assert_eq!(chosen.len(), 6);
         for k in 1..=chosen.len() {
             let left = |numbers: &[usize]| {
@@ -260,7 +267,7 @@ mod tests {
         let process = Posterior::prior(Symmetry::FULL);
         let from = pairs(0, 400);
         let candidates = process.places(&from);
-        let chosen = least_certain(&process, &candidates, &[1.0; 400], 30);
+        let chosen = least_certain(&process, &candidates, &[1.0; 400], 30, &|| true);
         // Each was the least certain one given those before.
         for k in 1..30 {
             let read: Vec<DirectionPair> = chosen[..k].iter().map(|&c| from[c]).collect();

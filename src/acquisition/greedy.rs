@@ -10,11 +10,11 @@ use super::field::Field;
 use super::{Expected, Forecast, Planner, Task};
 use crate::brdf::microfacet::{FresnelSpec, Ggx, Microfacet};
 use crate::brdf::{Brdf, Channels, Presence, Roughness};
-use crate::error::{ParameterError, in_closed, in_left_open};
+use crate::error::{ParameterError, in_closed};
 use crate::geometry::DirectionPair;
-use crate::measurement::Measurement;
+use crate::measurement::{Measurement, Outcome};
 use crate::parametrization::{Axis, Parametrization};
-use crate::reconstruct::{Places, Posterior};
+use crate::reconstruct::{Places, Posterior, ReconstructError};
 use crate::registry::{self, Entry, Keys, ReadError, Table};
 use crate::schedule::{PlanError, Pose, SampleSet, Schedule};
 use serde::{Deserialize, Serialize};
@@ -27,13 +27,19 @@ const FIRST: usize = 8;
 /// Poses from which on the least certain ones tell as much as those that A-optimal design finds, for less time.
 const MANY: usize = 128;
 
-/// Poses of a whole acquisition, at most: the covariances of their candidates have 180 MB.
+/// Poses of a whole acquisition, at most: what they tell of their candidates has half a gigabyte.
 const MOST: usize = 4000;
+
+/// The same of A-optimal design, which compares each candidate with all places for each pose.
+const MOST_BEFOREHAND: usize = 1000;
+
+/// The round of places at which errors are expected: none that poses were chosen by.
+const UNSEEN: u64 = u64::MAX;
 
 /// What decides over the next pose.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Rule {
-    /// The variance of any material that is left at all places; all poses before the first reading.
+    /// The variance of any material that is left at all places, whatever was read there.
     AOptimal,
     /// The variance of the material at hand that is left at all places, batch after batch; from 128 poses on as
     /// `Uncertainty`.
@@ -42,13 +48,16 @@ pub enum Rule {
     Uncertainty,
 }
 
+/// The least mask, degrees: of all places a tenth are inside it.
+const LEAST_MASK: f64 = 20.0;
+
 /// What errors count.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Aim {
-    /// Share of the error of f cos in what is made small, in [0, 1]; the rest is that of ln f.
+    /// Share λ of the error of f cos in what is made small, 2(1 − λ) ln E|Δ ln f| + λ ln E(Δ f cos)², in [0, 1].
     pub weight: f64,
-    /// Elevation up to which errors count, degrees in (0, 90].
+    /// Elevation up to which errors count, degrees in [20, 90].
     pub mask_deg: f64,
 }
 
@@ -116,40 +125,46 @@ impl Greedy {
     }
 
     fn admit(&self, budget: usize) -> Result<(), PlanError> {
-        match budget > MOST {
+        match budget > self.most() {
             true => Err(PlanError::TooMany {
                 budget,
                 sample_set: self.rule.kind(),
-                allowed: MOST,
+                allowed: self.most(),
             }),
             false => Ok(()),
         }
     }
 
-    /// Candidates for `n` poses after those of a measurement: others in every batch.
-    fn field(&self, task: &Task<'_>, so_far: &Measurement, n: usize) -> Result<Field, PlanError> {
-        let asked = so_far.schedule.poses.len();
-        let mut field = Field::new(task, self.aim.mask_deg.to_radians(), n, asked as u64)?;
-        field.avoid(so_far);
+    /// Candidates for `n` poses after those of a measurement: others in every round.
+    fn field(
+        &self,
+        task: &Task<'_>,
+        so_far: &Measurement,
+        n: usize,
+        round: u64,
+    ) -> Result<Field, PlanError> {
+        let mask = self.aim.mask_deg.to_radians();
+        let field = Field::new(task, mask, n, so_far, round)?;
         match field.candidates.is_empty() {
-            true => Err(PlanError::Empty {
-                budget: task.budget,
+            true => Err(PlanError::NoCandidate {
                 sample_set: self.rule.kind(),
-                parametrization: task.form.name(),
             }),
             false => Ok(field),
         }
     }
 
-    /// So many poses where nothing was read.
+    /// So many poses for any material, given where it was read but not what was.
     fn beforehand(
         &self,
         task: &Task<'_>,
         so_far: &Measurement,
         n: usize,
     ) -> Result<Vec<Pose>, PlanError> {
-        let field = self.field(task, so_far, n)?;
-        let process = Posterior::prior(task.form.symmetry());
+        let asked = &so_far.schedule.poses;
+        let field = self.field(task, so_far, n, asked.len() as u64)?;
+        let asked: Vec<DirectionPair> = asked.iter().map(|pose| pose.pair).collect();
+        let process = Posterior::prior(task.form.symmetry()).supposing(&asked);
+        let process = process.ok_or_else(|| self.singular(asked.len()))?;
         let places = process.places(&field.places);
         let bright = brightness(&field.places, &field.density);
         let bright = field.density.iter().zip(bright);
@@ -160,8 +175,34 @@ impl Greedy {
             cap: 4.0,
         };
         let candidates = process.places(&field.pairs());
-        let chosen = a_optimal(&process, [&places, &candidates], &weights, n);
-        Ok(field.poses(&chosen))
+        let lists = [&places, &candidates];
+        Ok(field.poses(&a_optimal(&process, lists, &weights, n, task.go_on)))
+    }
+
+    fn singular(&self, readings: usize) -> PlanError {
+        let e = ReconstructError::Singular {
+            method: self.rule.kind(),
+            readings,
+        };
+        self.unknown(&e)
+    }
+
+    fn unknown(&self, e: &ReconstructError) -> PlanError {
+        PlanError::Unknown {
+            sample_set: self.rule.kind(),
+            reason: e.to_string(),
+        }
+    }
+
+    /// What is known of a material by its readings. Poses that gave none count as if they had told what was
+    /// expected: to ask again near them tells no more.
+    fn process(&self, so_far: &Measurement) -> Result<Posterior, PlanError> {
+        let process = Posterior::of(so_far).map_err(|e| self.unknown(&e))?;
+        let all = so_far.outcomes.iter().zip(&so_far.schedule.poses);
+        let in_vain = all.filter(|(outcome, _)| **outcome != Outcome::Reading);
+        let in_vain: Vec<DirectionPair> = in_vain.map(|(_, pose)| pose.pair).collect();
+        let supposed = process.supposing(&in_vain);
+        supposed.ok_or_else(|| self.singular(so_far.outcomes.len()))
     }
 
     /// So many poses by what is known of the material.
@@ -172,14 +213,12 @@ impl Greedy {
         n: usize,
     ) -> Result<Vec<Pose>, PlanError> {
         let asked = so_far.schedule.poses.len();
-        let Some(process) = Posterior::of(so_far) else {
-            return self.beforehand(task, so_far, n);
-        };
-        let field = self.field(task, so_far, n)?;
+        let process = self.process(so_far)?;
+        let field = self.field(task, so_far, n, asked as u64)?;
         let pairs = field.pairs();
         let candidates = process.places(&pairs);
         let share = self.aim.weight;
-        let chosen = if self.rule == Rule::Adaptive && asked < MANY {
+        let chosen = if self.rule != Rule::Uncertainty && asked < MANY {
             let places = process.places(&field.places);
             let known = Known::new(&process, &field.places, &field.density, &places);
             let weights = Weights {
@@ -188,7 +227,7 @@ impl Greedy {
                 share,
                 cap: 1.0,
             };
-            a_optimal(&process, [&places, &candidates], &weights, n)
+            a_optimal(&process, [&places, &candidates], &weights, n, task.go_on)
         } else {
             // The density of the poses that leave the smallest error, up to what the kernel makes of them.
             let density = &field.candidate_density();
@@ -197,7 +236,7 @@ impl Greedy {
             let square = normalised(known.weights(|w, f, s| (w * f * s).sqrt()));
             let mixed = log.zip(square).map(|(l, q)| (1.0 - share) * l + share * q);
             let weights: Vec<f64> = mixed.collect();
-            least_certain(&process, &candidates, &weights, n)
+            least_certain(&process, &candidates, &weights, n, task.go_on)
         };
         Ok(field.poses(&chosen))
     }
@@ -214,7 +253,7 @@ impl SampleSet for Greedy {
 
     fn check(&self, _axes: &[Axis]) -> Result<(), ParameterError> {
         in_closed("weight", self.aim.weight, 0.0, 1.0)?;
-        in_left_open("mask_deg", self.aim.mask_deg, 0.0, 90.0)?;
+        in_closed("mask_deg", self.aim.mask_deg, LEAST_MASK, 90.0)?;
         Ok(())
     }
 
@@ -229,6 +268,7 @@ impl SampleSet for Greedy {
             budget,
             seed,
             machine: None,
+            go_on: &|| true,
         })
     }
 }
@@ -243,7 +283,10 @@ impl Planner for Greedy {
     }
 
     fn most(&self) -> usize {
-        MOST
+        match self.rule {
+            Rule::AOptimal => MOST_BEFOREHAND,
+            Rule::Adaptive | Rule::Uncertainty => MOST,
+        }
     }
 
     fn knows_machines(&self) -> bool {
@@ -267,8 +310,8 @@ impl Planner for Greedy {
         most: usize,
     ) -> Result<Vec<Pose>, PlanError> {
         self.admit(so_far.schedule.poses.len() + most)?;
-        match so_far.readings() {
-            0 => self.beforehand(task, so_far, most),
+        match (self.rule, so_far.readings()) {
+            (Rule::AOptimal, _) | (_, 0) => self.beforehand(task, so_far, most),
             _ => self.informed(task, so_far, most),
         }
     }
@@ -280,8 +323,8 @@ impl Greedy {
         if so_far.readings() == 0 {
             return None;
         }
-        let process = Posterior::of(so_far)?;
-        let field = self.field(task, so_far, 0).ok()?;
+        let process = self.process(so_far).ok()?;
+        let field = self.field(task, so_far, 0, UNSEEN).ok()?;
         let places = process.places(&field.places);
         let next: Vec<DirectionPair> = next.iter().map(|pose| pose.pair).collect();
         let after = process.variances_with(&places, &process.places(&next))?;
@@ -297,7 +340,7 @@ impl Greedy {
                 let (w, v) = (field.density[i], v * process.scale());
                 all += w;
                 // Of a normal number of variance v: the mean of its absolute value, and the variance of its
-                // exponential as a share of the square of its median, which the tail would make anything.
+                // exponential as a share of the square of that one's mean, where the tail does not make it anything.
                 log += w * (2.0 * v / std::f64::consts::PI).sqrt();
                 square += w * bright[i] * v.min(2.0).exp_m1();
                 energy += w * bright[i];

@@ -17,7 +17,7 @@
 //! let (alpha, fresnel) = (Roughness::Isotropic(0.1), FresnelSpec::default());
 //! let truth: Microfacet<Ggx> = Microfacet::new(alpha, &fresnel, Channels::Luminance);
 //! let form = Arc::new(Form::new(HalfDifference, truth.symmetry()));
-//! let task = Task { form, budget: 64, seed: 1, machine: None };
+//! let task = Task { form, budget: 64, seed: 1, machine: None, go_on: &|| true };
 //! let pairs = metrics::test_pairs(Measure::Cosine, &MetricsSpec::default())?;
 //! let error = |planner: &dyn Planner| {
 //!     let measured = acquire(planner, &task, &truth)?;
@@ -59,6 +59,8 @@ pub struct Task<'a> {
     pub seed: u64,
     /// The machine that is to reach every pose; `None`: each can be taken.
     pub machine: Option<&'a Machine>,
+    /// Asked before each choice: false ends a batch with the poses so far.
+    pub go_on: &'a dyn Fn() -> bool,
 }
 
 /// Errors that a planner expects, under the cosine measure.
@@ -144,10 +146,27 @@ pub fn acquire(
     task: &Task<'_>,
     brdf: &dyn Brdf,
 ) -> Result<Measurement, PlanError> {
-    let schedule = |poses| Arc::new(scheduled(task, planner.label(), poses));
-    let mut so_far = nothing(task);
+    let first = further(planner, task, &nothing(task))?;
+    acquire_from(planner, task, brdf, first.unwrap_or_default())
+}
+
+/// [`acquire`] where the poses of the first batch are known.
+///
+/// # Errors
+/// As [`Planner::next`].
+pub fn acquire_from(
+    planner: &dyn Planner,
+    task: &Task<'_>,
+    brdf: &dyn Brdf,
+    first: Vec<Pose>,
+) -> Result<Measurement, PlanError> {
+    let measure = |poses| {
+        let schedule = scheduled(task, planner.label(), poses);
+        Ideal.measure(brdf, &Arc::new(schedule))
+    };
+    let mut so_far = measure(first);
     while let Some(poses) = further(planner, task, &so_far)? {
-        so_far = Ideal.measure(brdf, &schedule(poses));
+        so_far = measure(poses);
     }
     Ok(so_far)
 }
@@ -263,8 +282,11 @@ pub fn all() -> Vec<Entry<dyn Planner>> {
 /// Adds a planner of a program's own to [`all`].
 ///
 /// # Errors
-/// If one of that kind is there.
+/// If a planner or sample set of that kind is there.
 pub fn join(entry: Entry<dyn Planner>) -> Result<(), Taken> {
+    if schedule::all().iter().any(|set| set.kind == entry.kind) {
+        return Err(Taken(entry.kind));
+    }
     JOINED.add(built_in(), entry)
 }
 

@@ -424,6 +424,7 @@ fn ways(plan: &Plan, told: &mut Told) -> Result<Option<Error>, Error> {
                             allowance,
                             instrument: Some(instrument),
                             seed: plan.seeds[0],
+                            material: None,
                         };
                         let mut row = json!({
                             "instrument": instrument.name,

@@ -3,7 +3,7 @@
 use super::reading::ReadingArgs;
 use super::reconstruct::symmetry;
 use super::schedule::{orders, out_of_reach};
-use super::talk::wrote;
+use super::talk::{note, wrote};
 use super::{ThreadArgs, format_names, print, refuse_existing, written};
 use crate::acquisition::{self, Expected, Planner, Task};
 use crate::error::{Error, count, excerpt, one_of};
@@ -116,6 +116,7 @@ impl Next {
             budget: asked + self.batch,
             seed: self.seed,
             machine: bench.as_ref().map(|bench| bench.machine()),
+            go_on: &|| true,
         };
         let so_far = so_far.unwrap_or_else(|| acquisition::nothing(&task));
         let poses = planner.next(&task, &so_far, self.batch);
@@ -150,6 +151,12 @@ impl Next {
             count(so_far.readings(), "reading"),
             count(schedule.poses.len(), "pose"),
         ))?;
+        if schedule.poses.len() < self.batch {
+            note(&format!(
+                "gonio: fewer than {}: the instrument can take no more of those there are to choose from",
+                self.batch
+            ));
+        }
         match forecast {
             Some(forecast) => print(&format!(
                 "expected error: {}; then {}\n",

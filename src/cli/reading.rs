@@ -86,7 +86,11 @@ impl ReadingArgs {
     ) -> Result<(Measurement, Vec<String>), Error> {
         let first = self.read(&paths[0], assume.clone())?;
         let (mut all, mut notes) = (first.measurement, first.notes);
-        for path in &paths[1..] {
+        for (i, path) in paths.iter().enumerate().skip(1) {
+            if paths[..i].contains(path) {
+                let message = "it is there twice; allowed: each file of readings once";
+                return Err(Error::data(path, message));
+            }
             let further = self.read(path, assume.clone())?;
             let folded = |m: &Measurement| m.schedule.parametrization.symmetry();
             let alike = folded(&all) == folded(&further.measurement);

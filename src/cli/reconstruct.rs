@@ -39,7 +39,7 @@ const SAMPLES: usize = 64;
 #[command(after_help = "\
 The readings are those that `gonio measure` wrote, any CSV with the columns theta_i_deg, phi_i_deg,
 theta_o_deg, phi_o_deg and value (f_r in 1/sr, without the cosine), or an ALTA text file. The options
-at the end read tables that say the same in other ways; rows of one pose are averaged.
+at the end read tables that say the same in other ways; rows of one pose in a file are averaged.
 
   gonio reconstruct readings.csv --reconstruction thin-plate --set neighbours=40 -o copy.binary
   gonio reconstruct readings.csv --against ggx

@@ -315,6 +315,7 @@ impl Schedule {
                                 allowance,
                                 instrument,
                                 seed,
+                                material: None,
                             }));
                         }
                     }

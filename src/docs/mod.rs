@@ -25,5 +25,8 @@ pub mod relations {}
 #[doc = include_str!("parametrizations.svg")]
 pub mod parametrizations {}
 
+#[doc = include_str!("planning.md")]
+pub mod planning {}
+
 #[doc = include_str!("changelog.md")]
 pub mod changelog {}

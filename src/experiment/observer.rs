@@ -38,6 +38,8 @@ pub struct ScheduleKey<'a> {
     pub instrument: Option<&'a PlannedInstrument>,
     /// Seed of the sample set and of the noise.
     pub seed: u64,
+    /// The material whose readings the poses were chosen from, if they were.
+    pub material: Option<&'a Material>,
 }
 
 impl<'a> Job<'a> {

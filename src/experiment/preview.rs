@@ -56,6 +56,7 @@ pub fn preview(
         allowance: Allowance::Poses(plan.pictures.budget),
         instrument: plan.instruments.first(),
         seed,
+        material: None,
     };
     let route = match Router::default().find(&key) {
         Ok(route) => route,

@@ -2,6 +2,7 @@
 //! made once and kept while materials, seeds and allowances share them.
 
 mod acquisition;
+mod cache;
 mod search;
 
 use super::choices::Allowance;
@@ -15,14 +16,10 @@ use crate::geometry::Symmetry;
 use crate::instrument::{Bench, InstrumentSpec, Order, Parts};
 use crate::measurement::Measurement;
 use crate::schedule::{Itinerary, PlanError, Schedule};
+use cache::{Cache, Kept};
 use search::largest_within;
 use std::collections::HashMap;
-use std::hash::Hash;
 use std::sync::Arc;
-
-/// Poses that the schedules which are kept may have together, and the tours (100 bytes each);
-/// further ones are made again.
-const CACHED_POSES: usize = 4_000_000;
 
 /// Poses of a schedule beyond which, if none is reachable, no larger one is tried.
 const HOPELESS: usize = 4096;
@@ -123,50 +120,6 @@ struct TourKey {
     spec: usize,
     limits: bool,
     order: Order,
-}
-
-/// A schedule or an itinerary that is kept.
-struct Kept<T> {
-    made: Arc<T>,
-    /// Wall time of its making, s.
-    seconds: f64,
-    /// Its number of poses.
-    poses: usize,
-    /// True if a later material asks for it.
-    again: bool,
-}
-
-/// Schedules or itineraries of at most [`CACHED_POSES`] poses together.
-struct Cache<K, T>(HashMap<K, Kept<T>>);
-
-impl<K, T> Default for Cache<K, T> {
-    fn default() -> Self {
-        Self(HashMap::new())
-    }
-}
-
-impl<K: Eq + Hash, T> Cache<K, T> {
-    /// The value kept for a key, and the seconds that its making took.
-    fn get(&mut self, key: &K, again: bool) -> Option<(Arc<T>, f64)> {
-        let kept = self.0.get_mut(key)?;
-        kept.again |= again;
-        Some((Arc::clone(&kept.made), kept.seconds))
-    }
-
-    /// Returns a new value, and keeps it if there is room.
-    fn keep(&mut self, key: K, new: Kept<T>) -> (Arc<T>, f64) {
-        let made = (Arc::clone(&new.made), new.seconds);
-        let held: usize = self.0.values().map(|kept| kept.poses).sum();
-        if held + new.poses <= CACHED_POSES {
-            self.0.insert(key, new);
-        }
-        made
-    }
-
-    /// Drops all that no later material asks for.
-    fn drop_unasked(&mut self) {
-        self.0.retain(|_, kept| kept.again);
-    }
 }
 
 /// Makes routes and keeps what they share.
@@ -295,6 +248,9 @@ impl Router {
             if cancelled() {
                 return Err(Stop::Cancelled);
             }
+            if budget > key.sample_set.set.most() {
+                return Ok(f64::INFINITY);
+            }
             let schedule = match self.schedule(key, budget, false, cancelled)? {
                 Ok((schedule, _)) => schedule,
                 // A schedule that is too small to be made takes no time; a larger one will.
@@ -362,16 +318,21 @@ impl Router {
         }
         let bench = instrument.map(|i| self.bench(i, true, key.seed));
         let bench = bench.transpose()?;
+        let go_on = || !cancelled();
         let task = Task {
             form,
             budget,
             seed: key.seed,
             machine: bench.as_ref().map(|(_, bench)| bench.machine()),
+            go_on: &go_on,
         };
         let (planned, seconds) = timed(|| match &tuned_set {
             Some(tuned) => tuned.plan(&task.form, budget, key.seed),
             None => set.design(&task),
         });
+        if cancelled() {
+            return Err(Stop::Cancelled);
+        }
         self.seconds += seconds;
         Ok(planned.map_err(NoRoute::from).map(|schedule| {
             let new = Kept {
@@ -499,6 +460,7 @@ mod tests {
                             allowance,
                             instrument: Some(instrument),
                             seed,
+                            material: None,
                         };
                         let found = router.route(&key, false, &|| false);
                         found.unwrap_or_else(|_| panic!()).unwrap()

@@ -4,6 +4,8 @@
 //! something and no byte of the results but the seconds depends on the number of threads. As many
 //! materials are in memory as [`Extent::memory`] has room for.
 
+mod follow;
+
 use super::choices::Material;
 use super::instruments::PlannedInstrument;
 use super::judge::{Judge, Truth};
@@ -12,7 +14,7 @@ use super::observer::{Event, Job, Observer, ScheduleKey, Stop, Summary, Teller, 
 use super::plan::Plan;
 use super::readings::Readings;
 use super::record::{Experiment, Extent, Known, Shard};
-use super::route::{NoRoute, Route, Router};
+use super::route::{Route, Router};
 use super::row::{Quantities, Row};
 use super::schedules::{Share, name_of};
 use super::unit::Unit;
@@ -20,7 +22,6 @@ use crate::error::Error;
 use crate::geometry::Symmetry;
 use crate::measurement::Outcome;
 use crate::reconstruct::{Coverage, present};
-use rayon::prelude::*;
 use std::collections::HashMap;
 use std::sync::Arc;
 
@@ -338,6 +339,7 @@ impl<'a> Runner<'a> {
             allowance: unit.allowance,
             instrument: self.instrument(unit),
             seed: unit.seed,
+            material: None,
         }
     }
 
@@ -412,86 +414,6 @@ impl<'a> Runner<'a> {
             self.teller.observer.tell(&event)?;
         }
         self.follow(&wanting, &schedule, &route, (unit, tasks, &text))
-    }
-
-    /// Tells that nothing comes of a schedule for some materials.
-    fn lose(
-        &mut self,
-        members: &[&Member<'_>],
-        unit: &Unit,
-        tasks: &[Task],
-        text: &str,
-        reason: &NoRoute,
-    ) -> Result<(), Stop> {
-        for member in members {
-            let job = format!("{}, {text}", member.material.name);
-            self.teller.failed(job, reason, tasks.len())?;
-        }
-        let lost = (members.len() * tasks.len()) as f64;
-        self.teller.advanced(lost * unit.work())
-    }
-
-    /// Rows of a planner that learns: each material has a schedule of its own.
-    fn learn(
-        &mut self,
-        members: &[&Member<'_>],
-        schedule: &ScheduleKey<'a>,
-        unit: &Unit,
-        tasks: &[Task],
-        text: &str,
-    ) -> Result<Vec<Row>, Stop> {
-        let mut made = Vec::new();
-        let begun = match self.router.begin(schedule)? {
-            Ok(begun) => begun,
-            Err(reason) => {
-                self.lose(members, unit, tasks, text, &reason)?;
-                return Ok(made);
-            }
-        };
-        for some in members.chunks(rayon::current_num_threads()) {
-            self.teller.doing(&format_args!("acquiring {text}"))?;
-            let truths: Vec<_> = some.iter().map(|m| m.truth.as_ref()).collect();
-            let route = |truth: &Option<&Truth>| truth.map(|truth| begun.route(&*truth.brdf));
-            let (routes, seconds) = timed(|| truths.par_iter().map(route).collect::<Vec<_>>());
-            self.teller.summary.seconds.plan += seconds;
-            for (member, route) in some.iter().zip(routes) {
-                match route {
-                    Some(Ok(route)) => {
-                        made.extend(self.follow(
-                            &[member],
-                            schedule,
-                            &route,
-                            (unit, tasks, text),
-                        )?);
-                    }
-                    Some(Err(reason)) => self.lose(&[member], unit, tasks, text, &reason)?,
-                    None => {}
-                }
-            }
-        }
-        Ok(made)
-    }
-
-    /// Measures materials along a route, and makes every reconstruction.
-    fn follow(
-        &mut self,
-        members: &[&Member<'_>],
-        schedule: &ScheduleKey<'_>,
-        route: &Route,
-        (unit, tasks, text): (&Unit, &[Task], &str),
-    ) -> Result<Vec<Row>, Stop> {
-        let mut made = Vec::new();
-        let groups = self.measure(members, schedule, route, text)?;
-        for task in tasks {
-            for group in &groups {
-                let rows = self.reconstruct(schedule, route, group, unit, task, text)?;
-                self.teller.made(&rows)?;
-                made.extend(rows);
-                self.teller
-                    .advanced(group.members.len() as f64 * unit.work())?;
-            }
-        }
-        Ok(made)
     }
 
     /// Measures materials, and puts together those whose readings are at the same poses.

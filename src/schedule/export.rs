@@ -91,6 +91,8 @@ pub(crate) fn description(schedule: &Schedule, what: &str) -> Vec<String> {
         format!("gonio {} {what}: {} above the horizon", env!("CARGO_PKG_VERSION"), count(schedule.poses.len(), "pose")),
         if schedule.is_of_others() {
             format!("from a table; coordinates are {} (warp: {}), symmetries {symmetries}", p.name(), p.warp_name())
+        } else if !super::all().iter().any(|set| set.kind == schedule.sample_set) {
+            format!("chosen by {}; coordinates are {} (warp: {}), symmetries {symmetries}", schedule.sample_set, p.name(), p.warp_name())
         } else {
             format!("{} points, uniform in {} coordinates (warp: {}), each once under the symmetries {symmetries}; {:.4} of the box is below the horizon and left out", schedule.sample_set, p.name(), p.warp_name(), schedule.unphysical_share)
         },

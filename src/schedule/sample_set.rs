@@ -67,6 +67,22 @@ pub enum PlanError {
         /// Poses that it chooses, at most.
         allowed: usize,
     },
+    /// No pose to choose from.
+    #[error(
+        "{sample_set} finds no pose that the instrument can take and has not refused; allowed: another instrument"
+    )]
+    NoCandidate {
+        /// The sample set.
+        sample_set: &'static str,
+    },
+    /// Readings that a sample set cannot learn from.
+    #[error("{sample_set} cannot learn from these readings: {reason}")]
+    Unknown {
+        /// The sample set.
+        sample_set: &'static str,
+        /// The reason.
+        reason: String,
+    },
     /// No configuration within the budget is physical.
     #[error(
         "budget = {budget}: no {sample_set} of at most that many configurations in {parametrization} coordinates has one above the horizon; allowed: a larger budget"

@@ -152,7 +152,7 @@ fn planners_run_in_studies_shard_by_shard_and_resume() {
     }
     good(&bench, "merge part1 part2 part3 -o merged -q");
     let [whole, merged] = ["whole", "merged"].map(|dir| bench.rows(dir));
-    assert_eq!(whole.len(), 8);
+    assert_eq!((whole.len(), merged.len()), (8, 8));
     for (a, b) in whole.iter().zip(&merged) {
         assert_eq!((&a.key, a.readings), (&b.key, b.readings));
         assert_eq!(a.value("nrmse"), b.value("nrmse"), "{}", a.key);
@@ -160,6 +160,7 @@ fn planners_run_in_studies_shard_by_shard_and_resume() {
     // Nothing is made twice.
     good(&bench, "run c.toml -o whole");
     let rows = bench.rows("whole");
+    assert_eq!(rows.len(), 8);
     assert!(
         rows.iter()
             .zip(&whole)
@@ -173,6 +174,7 @@ fn planners_run_in_studies_shard_by_shard_and_resume() {
     )
     .unwrap();
     good(&bench, "run m.toml -o minutes -q");
+    assert_eq!(bench.rows("minutes").len(), 4);
     for row in bench.rows("minutes") {
         assert!(
             row.instrument_seconds.unwrap() <= 180.0 && row.readings > 5,
@@ -181,8 +183,21 @@ fn planners_run_in_studies_shard_by_shard_and_resume() {
         );
         assert_eq!(row.reachable, 1.0);
     }
+    // What is chosen for a material is written for it.
+    good(
+        &bench,
+        "run c.toml -o poses --set output.schedules=\"csv\" -q",
+    );
+    let written = bench.files("poses/schedules");
+    assert_eq!(written.len(), 2 + 4, "{written:?}");
+    // A quick machine has time for more than is chosen.
+    good(
+        &bench,
+        "run m.toml -o quick --set minutes=[1e4] --set sample_set=[{kind=\"a-optimal\"}] --set material=[{kind=\"lambert\"}] -q",
+    );
+    assert_eq!(bench.rows("quick")[0].poses, 1000);
     let told = refused(&bench, "check c.toml --set budgets=[5000]", 2);
-    assert!(told.contains("chooses at most 4000 poses"), "{told}");
+    assert!(told.contains("chooses at most 1000 poses"), "{told}");
     let check = good(&bench, "check m.toml");
     assert!(check.contains("chosen from readings"), "{check}");
     let told = refused(

@@ -1,11 +1,13 @@
 //! The process given readings: ln(f + ε) at pairs, and how certain it is.
 
-use super::Kriging;
 use super::kernel::{self, Block, Columns, Flat, Kernel};
 use super::system::{self, Data, FREEDOM, LEVEL, MEAN, NUGGET};
+use super::{KIND, Kriging};
 use crate::geometry::{DirectionPair, Symmetry};
 use crate::measurement::Measurement;
+use crate::reconstruct::ReconstructError;
 use crate::reconstruct::interpolant::{Readings, noise, present};
+use crate::reconstruct::transform::EPSILON;
 use nalgebra::DMatrix;
 use rayon::prelude::*;
 
@@ -14,15 +16,48 @@ use rayon::prelude::*;
 pub(crate) struct Posterior {
     symmetry: Symmetry,
     terms: Vec<Flat>,
-    readings: Vec<Columns>,
+    data: Data,
     blocks: Vec<Block>,
-    /// Cholesky's factor of the covariances of the readings, and these times ln(f + ε) less its mean.
+    /// Cholesky's factor of the covariances of the readings, and its inverse twice times ln(f + ε) less its mean.
     factor: DMatrix<f64>,
     weights: DMatrix<f64>,
     /// What all variances are to be multiplied by, from how well the readings suit the kernel.
     scale: f64,
-    /// Variance of ln f by which a further reading is off, besides.
-    noise: f64,
+    noise: Noise,
+}
+
+/// Noise of further readings: of f a share of it, and a floor (sr⁻¹).
+#[derive(Clone, Copy, Default)]
+struct Noise {
+    relative: f64,
+    floor: f64,
+}
+
+impl Noise {
+    /// The floor is the least uncertainty of the readings; what the share explains is the rest, in the median.
+    fn of(readings: &Readings<'_>) -> Self {
+        let Some(uncertainties) = readings.noise else {
+            return Self::default();
+        };
+        let all = (0..readings.present.len()).filter(|&i| readings.present[i]);
+        let all: Vec<[f64; 2]> = all
+            .map(|i| [readings.values[i].max(0.0), uncertainties[i]])
+            .collect();
+        let floor = all.iter().map(|[_, u]| *u).fold(f64::INFINITY, f64::min);
+        let rest = |[f, u]: &[f64; 2]| (u * u - floor * floor).max(0.0).sqrt() / (f + EPSILON);
+        let mut shares: Vec<f64> = all.iter().map(rest).collect();
+        shares.sort_by(f64::total_cmp);
+        Self {
+            relative: shares.get(shares.len() / 2).copied().unwrap_or(0.0),
+            floor: if floor.is_finite() { floor } else { 0.0 },
+        }
+    }
+
+    /// The variance of ln(f + ε), where that is `log`.
+    fn variance(&self, log: f64) -> f64 {
+        let f = log.exp();
+        NUGGET + self.relative.powi(2) + (self.floor / f.max(EPSILON)).powi(2)
+    }
 }
 
 /// Pairs in the form that the process takes.
@@ -48,10 +83,15 @@ impl Places {
 /// Widths over which surprises at 64 readings are averaged, with the columns they are along.
 const WIDTHS: [(usize, f64); 3] = [(kernel::U1, 0.15), (kernel::U2, 0.3), (kernel::U3, 0.4)];
 
+/// The least surprise that counts.
+const LEAST_SURPRISE: f64 = 1e-3;
+
 impl Posterior {
-    /// The process given the luminance of a measurement's readings, with a kernel that is fitted to them; `None` if
-    /// their covariances are singular.
-    pub fn of(measurement: &Measurement) -> Option<Self> {
+    /// The process given the luminance of a measurement's readings, with a kernel that is fitted to them.
+    ///
+    /// # Errors
+    /// If their covariances are singular.
+    pub fn of(measurement: &Measurement) -> Result<Self, ReconstructError> {
         let channels = &measurement.channels;
         let width = channels.count();
         let luminance = |values: &[f64]| channels.luminance(values);
@@ -68,32 +108,42 @@ impl Posterior {
             noise: type_a.as_deref(),
         };
         let kriging = Kriging::default();
-        let kernel = kriging.kernel(&readings).ok()?;
+        let kernel = kriging.kernel(&readings)?;
         let symmetry = measurement.schedule.parametrization.symmetry();
-        Self::given(&kernel, kriging.data(&readings, 1, 1), symmetry)
+        let data = kriging.data(&readings, 1, 1);
+        let singular = ReconstructError::Singular {
+            method: KIND,
+            readings: readings.count(),
+        };
+        let mut process = Self::given(kernel.flat(), data, symmetry).ok_or(singular)?;
+        process.noise = Noise::of(&readings);
+        Ok(process)
     }
 
     /// The process without a reading.
     pub fn prior(symmetry: Symmetry) -> Self {
-        let kernel = Kernel::new(symmetry);
         let none = Data {
             columns: Vec::new(),
             noise: Vec::new(),
             values: DMatrix::zeros(0, 1),
         };
+        let terms = Kernel::new(symmetry).flat();
         let empty = DMatrix::zeros(0, 0);
-        Self::with(&kernel, none, symmetry, empty, DMatrix::zeros(0, 1))
+        Self::with(terms, none, symmetry, empty, DMatrix::zeros(0, 1))
     }
 
-    fn given(kernel: &Kernel, data: Data, symmetry: Symmetry) -> Option<Self> {
-        let factor = system::factor(&kernel.flat(), &data, LEVEL)?;
+    fn given(terms: Vec<Flat>, data: Data, symmetry: Symmetry) -> Option<Self> {
+        if data.columns.is_empty() {
+            return Some(Self::prior(symmetry));
+        }
+        let factor = system::factor(&terms, &data, LEVEL)?;
         let mut weights = data.values.clone();
         system::back(&factor, &mut weights)?;
-        Some(Self::with(kernel, data, symmetry, factor, weights))
+        Some(Self::with(terms, data, symmetry, factor, weights))
     }
 
     fn with(
-        kernel: &Kernel,
+        terms: Vec<Flat>,
         data: Data,
         symmetry: Symmetry,
         factor: DMatrix<f64>,
@@ -101,17 +151,40 @@ impl Posterior {
     ) -> Self {
         let square = data.values.dot(&weights);
         let n = data.columns.len() as f64;
-        let noise = data.noise.iter().sum::<f64>() / n;
         Self {
-            noise: if n > 0.0 { noise } else { NUGGET },
             symmetry,
-            terms: kernel.flat(),
+            terms,
             blocks: kernel::blocks(&data.columns),
-            readings: data.columns,
+            data,
             factor,
             weights,
             scale: (FREEDOM + square) / (FREEDOM + n),
+            noise: Noise::default(),
         }
+    }
+
+    /// The process as it would be with readings at some pairs more, each as it is expected: variances fall, and
+    /// nothing else changes. `None` if the covariances are singular.
+    pub fn supposing(self, pairs: &[DirectionPair]) -> Option<Self> {
+        if pairs.is_empty() {
+            return Some(self);
+        }
+        let places = self.places(pairs);
+        let means = self.means(&places);
+        let (scale, noise) = (self.scale, self.noise);
+        let mut data = self.data;
+        data.columns.extend(&places.columns);
+        data.noise
+            .extend(means.iter().map(|&log| noise.variance(log)));
+        let values = data.values.iter().copied();
+        let all: Vec<f64> = values.chain(means.iter().map(|z| z - MEAN)).collect();
+        data.values = DMatrix::from_vec(all.len(), 1, all);
+        let supposed = Self::given(self.terms, data, self.symmetry)?;
+        Some(Self {
+            scale,
+            noise,
+            ..supposed
+        })
     }
 
     /// What all variances are to be multiplied by.
@@ -119,15 +192,16 @@ impl Posterior {
         self.scale
     }
 
-    /// Variance of ln f by which a further reading is off.
-    pub fn noise(&self) -> f64 {
-        self.noise
+    /// Variances of ln f by which further readings at places are off.
+    pub fn noise(&self, places: &Places) -> Vec<f64> {
+        let means = self.means(places).into_iter();
+        means.map(|log| self.noise.variance(log)).collect()
     }
 
     /// Pairs, with what the readings say of them.
     pub fn places(&self, pairs: &[DirectionPair]) -> Places {
         let columns = kernel::columns(pairs, self.symmetry);
-        let n = self.readings.len();
+        let n = self.data.columns.len();
         let mut solved = DMatrix::zeros(n, columns.len());
         if n > 0 {
             let tasks = solved.as_mut_slice().par_chunks_mut(n * TASK);
@@ -165,8 +239,8 @@ impl Posterior {
     /// Variances at places once there are readings at others too, without the scale; `None` if these are singular.
     pub fn variances_with(&self, places: &Places, read: &Places) -> Option<Vec<f64>> {
         let mut own = self.covariances(read, read);
-        for i in 0..own.nrows() {
-            own[(i, i)] += self.noise;
+        for (i, noise) in self.noise(read).into_iter().enumerate() {
+            own[(i, i)] += noise;
         }
         let mut told = self.covariances(read, places);
         if !system::factored(&mut own) {
@@ -180,12 +254,14 @@ impl Posterior {
 
     /// Covariances of ln(f + ε) between two lists, without the scale: a column per place of the second.
     pub fn covariances(&self, of: &Places, with: &Places) -> DMatrix<f64> {
-        let (rows, n) = (of.columns.len(), self.readings.len());
+        let rows = of.columns.len();
         let mut out = DMatrix::zeros(rows, with.columns.len());
         if rows == 0 {
             return out;
         }
         let blocks = kernel::blocks(&of.columns);
+        // For one column the transpose would cost more than the product.
+        let across = (with.columns.len() > 1).then(|| of.solved.transpose());
         let tasks = out.as_mut_slice().par_chunks_mut(rows * TASK).enumerate();
         tasks.for_each(|(task, out)| {
             let first = task * TASK;
@@ -193,9 +269,10 @@ impl Posterior {
             system::fill(&self.terms, columns, &blocks, rows, out);
             let mut values = DMatrix::from_column_slice(rows, columns.len(), out);
             values.add_scalar_mut(LEVEL);
-            if n > 0 {
-                let known = with.solved.columns(first, columns.len());
-                values.gemm(-1.0, &of.solved.transpose(), &known, 1.0);
+            let known = with.solved.columns(first, columns.len());
+            match &across {
+                Some(across) => values.gemm(-1.0, across, &known, 1.0),
+                None => values -= of.solved.tr_mul(&known),
             }
             out.copy_from_slice(values.as_slice());
         });
@@ -205,7 +282,7 @@ impl Posterior {
     /// Squares of the errors of each reading as it is predicted from all others, in units of their variance: 1 on
     /// average if the kernel suits the material.
     fn left_out(&self) -> Vec<f64> {
-        let n = self.readings.len();
+        let n = self.data.columns.len();
         let mut inverse = DMatrix::identity(n, n);
         system::forward(&self.factor, &mut inverse);
         let all = self.weights.iter().zip(inverse.column_iter());
@@ -216,17 +293,18 @@ impl Posterior {
     /// The mean of those squares of the readings near each place.
     pub fn surprise(&self, places: &Places) -> Vec<f64> {
         let squares = self.left_out();
-        let n = self.readings.len() as f64;
+        let n = self.data.columns.len() as f64;
         let narrower = (64.0 / n).powf(1.0 / 6.0);
         let near = |x: &Columns| {
             let [mut sum, mut weights] = [0.0, 1e-300];
-            for (reading, square) in self.readings.iter().zip(&squares) {
+            for (reading, square) in self.data.columns.iter().zip(&squares) {
                 let off = WIDTHS.map(|(c, w)| (x[c] - reading[c]) / (w * narrower));
                 let weight = (-0.5 * off.iter().map(|d| d * d).sum::<f64>()).exp();
                 sum += weight * square;
                 weights += weight;
             }
-            sum / weights
+            // Readings that are no surprise at all leave something to be known.
+            (sum / weights).max(LEAST_SURPRISE)
         };
         places.columns.par_iter().map(near).collect()
     }
@@ -267,7 +345,7 @@ mod tests {
         impl Fn(&[DirectionPair], &[DirectionPair]) -> DMatrix<f64>,
     ) {
         let kernel = Kernel::new(Symmetry::FULL);
-        let process = Posterior::given(&kernel, data(read), Symmetry::FULL).unwrap();
+        let process = Posterior::given(kernel.flat(), data(read), Symmetry::FULL).unwrap();
         let by_formula = move |a: &[DirectionPair], b: &[DirectionPair]| {
             let [a, b] = [a, b].map(|list| kernel::columns(list, Symmetry::FULL));
             DMatrix::from_fn(a.len(), b.len(), |i, j| {
@@ -315,8 +393,8 @@ mod tests {
         let expected = process.variances_with(&process.places(&at), &process.places(&further));
         let kernel = Kernel::new(Symmetry::FULL);
         let mut all = data(&[read, further].concat());
-        all.noise[60..].fill(process.noise());
-        let with = Posterior::given(&kernel, all, Symmetry::FULL).unwrap();
+        all.noise[60..].fill(NUGGET);
+        let with = Posterior::given(kernel.flat(), all, Symmetry::FULL).unwrap();
         let then = with.variances(&with.places(&at));
         for (expected, then) in expected.unwrap().into_iter().zip(then) {
             assert!((expected - then).abs() < 1e-7, "{expected} {then}");
@@ -336,7 +414,7 @@ mod tests {
                 noise: others.iter().map(|&j| all.noise[j]).collect(),
                 values: all.values.select_rows(&others),
             };
-            let without = Posterior::given(&kernel, without, Symmetry::FULL).unwrap();
+            let without = Posterior::given(kernel.flat(), without, Symmetry::FULL).unwrap();
             let place = without.places(&read[i..=i]);
             let off = without.means(&place)[0] - MEAN - all.values[i];
             let variance = without.variances(&place)[0] + all.noise[i];
@@ -345,6 +423,24 @@ mod tests {
                 (square / expected - 1.0).abs() < 1e-5,
                 "{i}: {square} {expected}"
             );
+        }
+    }
+
+    #[test]
+    fn supposed_readings_change_no_mean() {
+        let (read, further, at) = (pairs(0, 60), pairs(60, 20), pairs(1000, 40));
+        let (process, _) = process(&read);
+        let (places, more) = (process.places(&at), process.places(&further));
+        let (means, scale) = (process.means(&places), process.scale());
+        let variances = process.variances_with(&places, &more).unwrap();
+        let supposed = process.supposing(&further).unwrap();
+        let places = supposed.places(&at);
+        assert_eq!(supposed.scale(), scale);
+        for (a, b) in supposed.means(&places).into_iter().zip(means) {
+            assert!((a - b).abs() < 1e-6, "{a} {b}");
+        }
+        for (a, b) in supposed.variances(&places).into_iter().zip(variances) {
+            assert!((a - b).abs() < 1e-6, "{a} {b}");
         }
     }
 

@@ -1,0 +1,53 @@
+//! Schedules and itineraries that are kept for whoever asks again.
+
+use std::collections::HashMap;
+use std::hash::Hash;
+use std::sync::Arc;
+
+/// Poses that the schedules which are kept may have together, and the tours (100 bytes each);
+/// further ones are made again.
+const CACHED_POSES: usize = 4_000_000;
+
+/// A schedule or an itinerary that is kept.
+pub(super) struct Kept<T> {
+    pub made: Arc<T>,
+    /// Wall time of its making, s.
+    pub seconds: f64,
+    /// Its number of poses.
+    pub poses: usize,
+    /// True if a later material asks for it.
+    pub again: bool,
+}
+
+/// Schedules or itineraries of at most [`CACHED_POSES`] poses together.
+pub(super) struct Cache<K, T>(pub HashMap<K, Kept<T>>);
+
+impl<K, T> Default for Cache<K, T> {
+    fn default() -> Self {
+        Self(HashMap::new())
+    }
+}
+
+impl<K: Eq + Hash, T> Cache<K, T> {
+    /// The value kept for a key, and the seconds that its making took.
+    pub fn get(&mut self, key: &K, again: bool) -> Option<(Arc<T>, f64)> {
+        let kept = self.0.get_mut(key)?;
+        kept.again |= again;
+        Some((Arc::clone(&kept.made), kept.seconds))
+    }
+
+    /// Returns a new value, and keeps it if there is room.
+    pub fn keep(&mut self, key: K, new: Kept<T>) -> (Arc<T>, f64) {
+        let made = (Arc::clone(&new.made), new.seconds);
+        let held: usize = self.0.values().map(|kept| kept.poses).sum();
+        if held + new.poses <= CACHED_POSES {
+            self.0.insert(key, new);
+        }
+        made
+    }
+
+    /// Drops all that no later material asks for.
+    pub fn drop_unasked(&mut self) {
+        self.0.retain(|_, kept| kept.again);
+    }
+}
