@@ -247,10 +247,11 @@ impl Row {
         (!Allowance::is_time(&self.allowed)).then_some(self.readings as f64)
     }
 
-    /// Seconds of computing behind this row: measuring (where that is simulated), reconstructing,
-    /// evaluating.
+    /// Seconds of computing behind this row, were it the only one: choosing the poses, measuring (where that is
+    /// simulated), reconstructing, evaluating.
     pub fn seconds(&self) -> f64 {
-        self.measure_seconds + self.reconstruct_seconds + self.evaluate_seconds
+        let measured = self.plan_seconds + self.measure_seconds;
+        measured + self.reconstruct_seconds + self.evaluate_seconds
     }
 }
 

@@ -109,7 +109,7 @@ fn the_commands_of_the_pages_are_commands() {
         bench.good(&[&some[..], &[file.as_str()]].concat());
     }
     let mut count = 0;
-    for page in ["findings", "parametrizations"] {
+    for page in ["findings", "parametrizations", "planning"] {
         for block in blocks(&read(&format!("src/docs/{page}.md")), "sh") {
             for command in commands(block) {
                 assert!(command.starts_with("gonio "), "{page}: {command}");

@@ -15,9 +15,11 @@ pub(super) fn materials(n: usize) -> String {
     count(n, "material")
 }
 
-/// Name of a choice's reconstruction, with sample set and instrument if there are several.
+/// Name of a choice's reconstruction, with instrument if there are several, and with sample set if there are and a
+/// report is not about these.
 pub(super) fn method(choice: &Choice, findings: &Findings) -> String {
-    method_but_for(choice, findings, None)
+    let subject = findings.factor == Factor::SampleSet;
+    method_but_for(choice, findings, subject.then_some(Factor::SampleSet))
 }
 
 /// The same without what a factor says.
