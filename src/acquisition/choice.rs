@@ -117,6 +117,8 @@ struct Left {
     /// Variances of readings about the process.
     noise: Vec<f64>,
     variances: Vec<f64>,
+    /// How likely there is a reading to be had.
+    readable: Vec<f64>,
     is_left: Vec<bool>,
     /// A row per choice: covariances with it, given all before, over the root of its variance.
     told: DMatrix<f64>,
@@ -129,6 +131,7 @@ impl Left {
         let variances = process.variances(candidates);
         Self {
             noise: process.noise(candidates),
+            readable: process.readable(candidates),
             is_left: vec![true; variances.len()],
             told: DMatrix::zeros(variances.len(), n),
             variances,
@@ -141,9 +144,12 @@ impl Left {
         self.variances[c] + self.noise[c]
     }
 
-    /// The candidate of the highest score; of equal ones the first.
+    /// The candidate of the highest score, times how likely it is to be had; of equal ones the first.
     fn best(&self, scores: impl Iterator<Item = f64>) -> Option<usize> {
-        let left = scores.enumerate().filter(|(c, _)| self.is_left[*c]);
+        let likely = scores
+            .zip(&self.readable)
+            .map(|(score, likely)| score * likely);
+        let left = likely.enumerate().filter(|(c, _)| self.is_left[*c]);
         let better = |a: (usize, f64), b: (usize, f64)| if b.1 > a.1 { b } else { a };
         left.reduce(better).map(|(c, _)| c)
     }

@@ -48,8 +48,8 @@ pub enum Rule {
     Uncertainty,
 }
 
-/// The least mask, degrees: of all places a tenth are inside it.
-const LEAST_MASK: f64 = 20.0;
+/// The least mask, degrees: inside it there are enough places and candidates.
+const LEAST_MASK: f64 = 40.0;
 
 /// What errors count.
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -57,7 +57,7 @@ const LEAST_MASK: f64 = 20.0;
 pub struct Aim {
     /// Share λ of the error of f cos in what is made small, 2(1 − λ) ln E|Δ ln f| + λ ln E(Δ f cos)², in [0, 1].
     pub weight: f64,
-    /// Elevation up to which errors count, degrees in [20, 90].
+    /// Elevation up to which errors count, degrees in [40, 90].
     pub mask_deg: f64,
 }
 
@@ -160,11 +160,13 @@ impl Greedy {
         so_far: &Measurement,
         n: usize,
     ) -> Result<Vec<Pose>, PlanError> {
-        let asked = &so_far.schedule.poses;
-        let field = self.field(task, so_far, n, asked.len() as u64)?;
-        let asked: Vec<DirectionPair> = asked.iter().map(|pose| pose.pair).collect();
-        let process = Posterior::prior(task.form.symmetry()).supposing(&asked);
-        let process = process.ok_or_else(|| self.singular(asked.len()))?;
+        let asked = so_far.schedule.poses.len();
+        let field = self.field(task, so_far, n, asked as u64)?;
+        let prior = Posterior::prior(task.form.symmetry());
+        let [read, in_vain] = [true, false].map(|read| pairs(so_far, read));
+        let process = prior.supposing(&read, true);
+        let process = process.and_then(|process| process.supposing(&in_vain, false));
+        let process = process.ok_or_else(|| self.singular(asked))?;
         let places = process.places(&field.places);
         let bright = brightness(&field.places, &field.density);
         let bright = field.density.iter().zip(bright);
@@ -175,8 +177,15 @@ impl Greedy {
             cap: 4.0,
         };
         let candidates = process.places(&field.pairs());
-        let lists = [&places, &candidates];
-        Ok(field.poses(&a_optimal(&process, lists, &weights, n, task.go_on)))
+        let chosen = if n <= MOST_BEFOREHAND {
+            let lists = [&places, &candidates];
+            a_optimal(&process, lists, &weights, n, task.go_on)
+        } else {
+            let weights = field.candidate_density().into_iter();
+            let weights: Vec<f64> = weights.map(|w| w.powf(2.0 / 3.0)).collect();
+            least_certain(&process, &candidates, &weights, n, task.go_on)
+        };
+        Ok(field.poses(&chosen))
     }
 
     fn singular(&self, readings: usize) -> PlanError {
@@ -195,13 +204,10 @@ impl Greedy {
     }
 
     /// What is known of a material by its readings. Poses that gave none count as if they had told what was
-    /// expected: to ask again near them tells no more.
+    /// expected, and make those near less likely to be read.
     fn process(&self, so_far: &Measurement) -> Result<Posterior, PlanError> {
         let process = Posterior::of(so_far).map_err(|e| self.unknown(&e))?;
-        let all = so_far.outcomes.iter().zip(&so_far.schedule.poses);
-        let in_vain = all.filter(|(outcome, _)| **outcome != Outcome::Reading);
-        let in_vain: Vec<DirectionPair> = in_vain.map(|(_, pose)| pose.pair).collect();
-        let supposed = process.supposing(&in_vain);
+        let supposed = process.supposing(&pairs(so_far, false), false);
         supposed.ok_or_else(|| self.singular(so_far.outcomes.len()))
     }
 
@@ -218,7 +224,8 @@ impl Greedy {
         let pairs = field.pairs();
         let candidates = process.places(&pairs);
         let share = self.aim.weight;
-        let chosen = if self.rule != Rule::Uncertainty && asked < MANY {
+        let few = asked < MANY && n <= MOST_BEFOREHAND;
+        let chosen = if self.rule != Rule::Uncertainty && few {
             let places = process.places(&field.places);
             let known = Known::new(&process, &field.places, &field.density, &places);
             let weights = Weights {
@@ -310,9 +317,14 @@ impl Planner for Greedy {
         most: usize,
     ) -> Result<Vec<Pose>, PlanError> {
         self.admit(so_far.schedule.poses.len() + most)?;
-        match (self.rule, so_far.readings()) {
+        let next = match (self.rule, so_far.readings()) {
             (Rule::AOptimal, _) | (_, 0) => self.beforehand(task, so_far, most),
             _ => self.informed(task, so_far, most),
+        };
+        match next {
+            // What was read is read.
+            Err(PlanError::NoCandidate { .. }) if so_far.readings() > 0 => Ok(Vec::new()),
+            next => next,
         }
     }
 }
@@ -323,7 +335,8 @@ impl Greedy {
         if so_far.readings() == 0 {
             return None;
         }
-        let process = self.process(so_far).ok()?;
+        // What was asked for in vain tells nothing.
+        let process = Posterior::of(so_far).ok()?;
         let field = self.field(task, so_far, 0, UNSEEN).ok()?;
         let places = process.places(&field.places);
         let next: Vec<DirectionPair> = next.iter().map(|pose| pose.pair).collect();
@@ -355,6 +368,13 @@ impl Greedy {
             then: errors(after),
         })
     }
+}
+
+/// The pairs of a measurement that gave a reading, or those that gave none.
+fn pairs(so_far: &Measurement, read: bool) -> Vec<DirectionPair> {
+    let all = so_far.outcomes.iter().zip(&so_far.schedule.poses);
+    let wanted = all.filter(|(outcome, _)| (**outcome == Outcome::Reading) == read);
+    wanted.map(|(_, pose)| pose.pair).collect()
 }
 
 fn normalised(list: Vec<f64>) -> impl Iterator<Item = f64> {

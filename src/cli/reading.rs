@@ -87,7 +87,9 @@ impl ReadingArgs {
         let first = self.read(&paths[0], assume.clone())?;
         let (mut all, mut notes) = (first.measurement, first.notes);
         for (i, path) in paths.iter().enumerate().skip(1) {
-            if paths[..i].contains(path) {
+            // A file that does not exist is told of when it is read.
+            let file = |path: &PathBuf| path.canonicalize().unwrap_or_else(|_| path.clone());
+            if paths[..i].iter().any(|other| file(other) == file(path)) {
                 let message = "it is there twice; allowed: each file of readings once";
                 return Err(Error::data(path, message));
             }

@@ -199,7 +199,7 @@ fn what_a_machine_refused_is_not_asked_for_again() {
     }
 }
 
-/// A region without data takes a few poses, and not the acquisition.
+/// A region without data, where the lobe peaks, takes some poses and not the acquisition.
 #[test]
 fn a_hole_is_asked_about_and_left() {
     let truth = lobe(0.05);
@@ -207,7 +207,7 @@ fn a_hole_is_asked_about_and_left() {
         let form = usual_form(Symmetry::FULL);
         let in_hole = |pose: &Pose| {
             let c = form.forward(&pose.pair);
-            c[0] < 0.35 && c[1].to_degrees() > 50.0
+            c[0] < 0.25
         };
         let mut so_far = acquisition::nothing(&task(8));
         let mut wasted = Vec::new();
@@ -227,7 +227,7 @@ fn a_hole_is_asked_about_and_left() {
                 false => so_far.followed_by(&read).unwrap(),
             };
         }
-        // Of 96; where nothing is remembered more than half of them go there, and each batch more than the one before.
+        // Of 96; if it could be read, nearly half.
         let all: usize = wasted.iter().sum();
         assert!(all <= 32, "{}: {wasted:?}", planner.label());
     }
@@ -345,6 +345,14 @@ fn expected_errors_are_not_too_small() {
             assert!(made.nrmse.unwrap() > 0.03 * now.nrmse, "{alpha} {budget}");
         }
     }
+    // Poses in vain promise nothing.
+    let begun = acquire(&planner, &task(16), &lobe(0.1)).unwrap();
+    let further = planner.next(&task(48), &begun, 32).unwrap();
+    let more = begun
+        .followed_by(&in_vain(further, Outcome::NoData))
+        .unwrap();
+    let now = |m: &Measurement| planner.forecast(&task(48), m, &[]).unwrap().now;
+    assert_eq!(now(&begun), now(&more));
     let nothing: Measurement = acquisition::nothing(&task(8));
     assert!(planner.forecast(&task(8), &nothing, &[]).is_none());
 }

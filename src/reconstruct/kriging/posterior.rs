@@ -17,6 +17,8 @@ pub(crate) struct Posterior {
     symmetry: Symmetry,
     terms: Vec<Flat>,
     data: Data,
+    /// One flag per row of the data: false where a reading is only supposed, and none can be had.
+    read: Vec<bool>,
     blocks: Vec<Block>,
     /// Cholesky's factor of the covariances of the readings, and its inverse twice times ln(f + ε) less its mean.
     factor: DMatrix<f64>,
@@ -155,6 +157,7 @@ impl Posterior {
             symmetry,
             terms,
             blocks: kernel::blocks(&data.columns),
+            read: vec![true; data.columns.len()],
             data,
             factor,
             weights,
@@ -163,15 +166,16 @@ impl Posterior {
         }
     }
 
-    /// The process as it would be with readings at some pairs more, each as it is expected: variances fall, and
-    /// nothing else changes. `None` if the covariances are singular.
-    pub fn supposing(self, pairs: &[DirectionPair]) -> Option<Self> {
+    /// The process as it would be with readings at some pairs more, each as it is expected: variances fall, means and
+    /// scale stay. `can_be_read`: false where there were none to be had. `None` if the covariances are singular.
+    pub fn supposing(self, pairs: &[DirectionPair], can_be_read: bool) -> Option<Self> {
         if pairs.is_empty() {
             return Some(self);
         }
         let places = self.places(pairs);
         let means = self.means(&places);
-        let (scale, noise) = (self.scale, self.noise);
+        let (scale, noise, mut read) = (self.scale, self.noise, self.read);
+        read.resize(read.len() + pairs.len(), can_be_read);
         let mut data = self.data;
         data.columns.extend(&places.columns);
         data.noise
@@ -183,6 +187,7 @@ impl Posterior {
         Some(Self {
             scale,
             noise,
+            read,
             ..supposed
         })
     }
@@ -293,13 +298,10 @@ impl Posterior {
     /// The mean of those squares of the readings near each place.
     pub fn surprise(&self, places: &Places) -> Vec<f64> {
         let squares = self.left_out();
-        let n = self.data.columns.len() as f64;
-        let narrower = (64.0 / n).powf(1.0 / 6.0);
         let near = |x: &Columns| {
             let [mut sum, mut weights] = [0.0, 1e-300];
-            for (reading, square) in self.data.columns.iter().zip(&squares) {
-                let off = WIDTHS.map(|(c, w)| (x[c] - reading[c]) / (w * narrower));
-                let weight = (-0.5 * off.iter().map(|d| d * d).sum::<f64>()).exp();
+            for ((weight, square), _) in self.near(x).zip(&squares).zip(&self.read).filter(|r| *r.1)
+            {
                 sum += weight * square;
                 weights += weight;
             }
@@ -307,6 +309,32 @@ impl Posterior {
             (sum / weights).max(LEAST_SURPRISE)
         };
         places.columns.par_iter().map(near).collect()
+    }
+
+    /// How likely there is a reading to be had at each place: the share of those near, and of one besides.
+    pub fn readable(&self, places: &Places) -> Vec<f64> {
+        if self.read.iter().all(|read| *read) {
+            return vec![1.0; places.columns.len()];
+        }
+        let share = |x: &Columns| {
+            let [mut read, mut all] = [1.0, 1.0];
+            for (weight, is_read) in self.near(x).zip(&self.read) {
+                all += weight;
+                read += if *is_read { weight } else { 0.0 };
+            }
+            read / all
+        };
+        places.columns.par_iter().map(share).collect()
+    }
+
+    /// The weights of all rows of the data near a place: 1 where they are at it.
+    fn near(&self, x: &Columns) -> impl Iterator<Item = f64> {
+        let read = self.read.iter().filter(|read| **read).count().max(1);
+        let narrower = (64.0 / read as f64).powf(1.0 / 6.0);
+        self.data.columns.iter().map(move |row| {
+            let off = WIDTHS.map(|(c, w)| (x[c] - row[c]) / (w * narrower));
+            (-0.5 * off.iter().map(|d| d * d).sum::<f64>()).exp()
+        })
     }
 }
 
@@ -433,7 +461,7 @@ mod tests {
         let (places, more) = (process.places(&at), process.places(&further));
         let (means, scale) = (process.means(&places), process.scale());
         let variances = process.variances_with(&places, &more).unwrap();
-        let supposed = process.supposing(&further).unwrap();
+        let supposed = process.supposing(&further, true).unwrap();
         let places = supposed.places(&at);
         assert_eq!(supposed.scale(), scale);
         for (a, b) in supposed.means(&places).into_iter().zip(means) {

@@ -15,11 +15,15 @@ pub(super) fn materials(n: usize) -> String {
     count(n, "material")
 }
 
-/// Name of a choice's reconstruction, with instrument if there are several, and with sample set if there are and a
-/// report is not about these.
+/// Name of a choice's reconstruction, with sample set and instrument if there are several.
 pub(super) fn method(choice: &Choice, findings: &Findings) -> String {
-    let subject = findings.factor == Factor::SampleSet;
-    method_but_for(choice, findings, subject.then_some(Factor::SampleSet))
+    method_but_for(choice, findings, None)
+}
+
+/// The same beside a [`subject`], which says the sample set where a report is about these.
+pub(super) fn method_beside(choice: &Choice, findings: &Findings) -> String {
+    let is_said = findings.factor == Factor::SampleSet;
+    method_but_for(choice, findings, is_said.then_some(Factor::SampleSet))
 }
 
 /// The same without what a factor says.
@@ -87,7 +91,11 @@ fn errors_of_each(findings: &Findings, ranking: &Ranking, out: &mut String) {
     let mean = |line: &Line, a: usize| whole(line, a).map(|c| c.mean);
     let median = |line: &Line, a: usize| whole(line, a).map(|c| c.median);
     for line in &lines {
-        let mut row = format!("  {}, {}", of(&line.choice), method(&line.choice, findings));
+        let mut row = format!(
+            "  {}, {}",
+            of(&line.choice),
+            method_beside(&line.choice, findings)
+        );
         for a in 0..findings.allowances.len() {
             let own = mean(line, a);
             let least = lines.iter().filter_map(|l| mean(l, a)).reduce(f64::min);

@@ -1,6 +1,6 @@
 //! The diagrams of a report.
 
-use super::super::findings::{Against, compared_at, level, materials, method};
+use super::super::findings::{Against, compared_at, level, materials, method, method_beside};
 use super::super::order::{best_of_each, sampling, sorted, whole};
 use super::figure::chart;
 use super::materials::Material;
@@ -151,7 +151,7 @@ pub(super) fn curves(findings: &Findings, looks: &Looks) -> Result<Option<Markup
                     .take(LINES)
                     .map(|line| {
                         let name = looks.series(&line.choice, Vec::new()).name;
-                        [name, method(&line.choice, findings)]
+                        [name, method_beside(&line.choice, findings)]
                     });
                 charts.push(chart(&labelled(&panel)?, &label, &named_by(by)));
             }
@@ -207,7 +207,7 @@ pub fn sheet(findings: &Findings) -> Result<String, Error> {
             for series in &mut panel.series {
                 let own = |l: &&&Line| looks.series(&l.choice, Vec::new()).name == series.name;
                 if let Some(line) = named.iter().find(own) {
-                    series.name += &format!(", by {}", method(&line.choice, findings));
+                    series.name += &format!(", by {}", method_beside(&line.choice, findings));
                 }
             }
             panel

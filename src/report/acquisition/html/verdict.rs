@@ -94,9 +94,14 @@ impl<'a> Contest<'a> {
 }
 
 impl Pair {
-    /// Its samplings with their warps.
+    /// Its samplings with their warps, and with their sample sets where these differ.
     fn names(&self) -> (String, String) {
-        (named(&self.challenger), named(&self.reference))
+        let differ = self.challenger.sample_set != self.reference.sample_set;
+        let name = |choice: &Choice| match differ {
+            true => format!("{} in {}", choice.sample_set, named(choice)),
+            false => named(choice),
+        };
+        (name(&self.challenger), name(&self.reference))
     }
 }
 
