@@ -120,7 +120,7 @@ struct Left {
     /// How likely there is a reading to be had.
     readable: Vec<f64>,
     is_left: Vec<bool>,
-    /// A row per choice: covariances with it, given all before, over the root of its variance.
+    /// A column per choice: covariances with it, given all before, over the root of its variance.
     told: DMatrix<f64>,
     choices: usize,
 }

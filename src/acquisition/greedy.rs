@@ -167,19 +167,18 @@ impl Greedy {
         let process = prior.supposing(&read, true);
         let process = process.and_then(|process| process.supposing(&in_vain, false));
         let process = process.ok_or_else(|| self.singular(asked))?;
-        let places = process.places(&field.places);
-        let bright = brightness(&field.places, &field.density);
-        let bright = field.density.iter().zip(bright);
-        let weights = Weights {
-            of_square: bright.map(|(w, f)| w * f).collect(),
-            of_log: field.density.clone(),
-            share: self.aim.weight,
-            cap: 4.0,
-        };
         let candidates = process.places(&field.pairs());
         let chosen = if n <= MOST_BEFOREHAND {
-            let lists = [&places, &candidates];
-            a_optimal(&process, lists, &weights, n, task.go_on)
+            let places = process.places(&field.places);
+            let bright = brightness(&field.places, &field.density);
+            let bright = field.density.iter().zip(bright);
+            let weights = Weights {
+                of_square: bright.map(|(w, f)| w * f).collect(),
+                of_log: field.density.clone(),
+                share: self.aim.weight,
+                cap: 4.0,
+            };
+            a_optimal(&process, [&places, &candidates], &weights, n, task.go_on)
         } else {
             let weights = field.candidate_density().into_iter();
             let weights: Vec<f64> = weights.map(|w| w.powf(2.0 / 3.0)).collect();
@@ -307,31 +306,6 @@ impl Planner for Greedy {
     }
 
     fn forecast(&self, task: &Task<'_>, so_far: &Measurement, next: &[Pose]) -> Option<Forecast> {
-        self.expected(task, so_far, next)
-    }
-
-    fn next(
-        &self,
-        task: &Task<'_>,
-        so_far: &Measurement,
-        most: usize,
-    ) -> Result<Vec<Pose>, PlanError> {
-        self.admit(so_far.schedule.poses.len() + most)?;
-        let next = match (self.rule, so_far.readings()) {
-            (Rule::AOptimal, _) | (_, 0) => self.beforehand(task, so_far, most),
-            _ => self.informed(task, so_far, most),
-        };
-        match next {
-            // What was read is read.
-            Err(PlanError::NoCandidate { .. }) if so_far.readings() > 0 => Ok(Vec::new()),
-            next => next,
-        }
-    }
-}
-
-impl Greedy {
-    /// Errors that the process expects, now and with readings at some more poses.
-    fn expected(&self, task: &Task<'_>, so_far: &Measurement, next: &[Pose]) -> Option<Forecast> {
         if so_far.readings() == 0 {
             return None;
         }
@@ -367,6 +341,24 @@ impl Greedy {
             now: errors(process.variances(&places)),
             then: errors(after),
         })
+    }
+
+    fn next(
+        &self,
+        task: &Task<'_>,
+        so_far: &Measurement,
+        most: usize,
+    ) -> Result<Vec<Pose>, PlanError> {
+        self.admit(so_far.schedule.poses.len() + most)?;
+        let next = match (self.rule, so_far.readings()) {
+            (Rule::AOptimal, _) | (_, 0) => self.beforehand(task, so_far, most),
+            _ => self.informed(task, so_far, most),
+        };
+        match next {
+            // What was read is read.
+            Err(PlanError::NoCandidate { .. }) if so_far.readings() > 0 => Ok(Vec::new()),
+            next => next,
+        }
     }
 }
 

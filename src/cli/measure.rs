@@ -24,8 +24,8 @@ The schedule is one that `gonio schedule` wrote, or any CSV with the columns the
 theta_o_deg and phi_o_deg:
 
   gonio schedule configs/quickstart.toml --parametrization hybrid --budget 1000 -o poses.csv
-  gonio measure poses.csv --config configs/quickstart.toml --material \"ggx-0.05\" -o readings.csv
-  gonio reconstruct readings.csv --against configs/quickstart.toml --material \"ggx-0.05\"")]
+  gonio measure poses.csv --config configs/quickstart.toml --material ggx-0.05 -o readings.csv
+  gonio reconstruct readings.csv --against configs/quickstart.toml --material ggx-0.05")]
 pub(super) struct Measure {
     #[arg(help = format!("The schedule ({})", READ_SCHEDULE.extensions(".")))]
     schedule: PathBuf,

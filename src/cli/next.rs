@@ -24,9 +24,11 @@ so that it can stop, and start again, after any step. Without a file the poses a
 of any material:
 
   gonio next --batch 16 --instrument cornell -o poses1.csv
-  gonio measure poses1.csv --config configs/quickstart.toml --material \"ggx-0.05\" -o readings1.csv
+  gonio measure poses1.csv --config configs/quickstart.toml --material ggx-0.3 --instrument cornell \\
+    -o readings1.csv
   gonio next readings1.csv --batch 16 --instrument cornell -o poses2.csv
-  gonio measure poses2.csv --config configs/quickstart.toml --material \"ggx-0.05\" -o readings2.csv
+  gonio measure poses2.csv --config configs/quickstart.toml --material ggx-0.3 --instrument cornell \\
+    -o readings2.csv
   gonio next readings1.csv readings2.csv --batch 16 --instrument cornell -o poses3.csv")]
 pub(super) struct Next {
     /// The readings so far, in any number of files; poses without a reading count as asked for
