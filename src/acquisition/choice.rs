@@ -202,7 +202,7 @@ mod tests {
 
     #[test]
     fn each_pose_is_the_one_that_lowers_the_variances_most() {
-        let process = Posterior::prior(Symmetry::FULL);
+        let process = Posterior::before(Symmetry::FULL, None);
         let (at, from) = (pairs(0, 90), pairs(500, 60));
         let [places, candidates] = [&at, &from].map(|list| process.places(list));
         let weights = Weights {
@@ -270,7 +270,7 @@ mod tests {
 
     #[test]
     fn the_least_certain_poses_are_apart() {
-        let process = Posterior::prior(Symmetry::FULL);
+        let process = Posterior::before(Symmetry::FULL, None);
         let from = pairs(0, 400);
         let candidates = process.places(&from);
         let chosen = least_certain(&process, &candidates, &[1.0; 400], 30, &|| true);

@@ -1,10 +1,10 @@
 //! Where errors count, and the poses that a planner chooses from.
 
-use super::{Task, usual_form};
+use super::Task;
 use crate::geometry::{Direction, DirectionPair, Symmetry, angle_between};
 use crate::instrument::Machine;
 use crate::measurement::{Measurement, Outcome};
-use crate::parametrization::{Coords, Parametrization};
+use crate::parametrization::{Coords, Parametrization, usual_form};
 use crate::schedule::{PlanError, Pose, SampleSet, SobolSet};
 use std::f64::consts::{FRAC_PI_2, PI};
 use std::sync::Arc;

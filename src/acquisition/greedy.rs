@@ -14,7 +14,7 @@ use crate::error::{ParameterError, in_closed};
 use crate::geometry::DirectionPair;
 use crate::measurement::{Measurement, Outcome};
 use crate::parametrization::{Axis, Parametrization};
-use crate::reconstruct::{Places, Posterior, ReconstructError};
+use crate::reconstruct::{Places, Posterior, Prior, PriorFile, ReconstructError};
 use crate::registry::{self, Entry, Keys, ReadError, Table};
 use crate::schedule::{PlanError, Pose, SampleSet, Schedule};
 use serde::{Deserialize, Serialize};
@@ -59,13 +59,17 @@ pub struct Aim {
     pub weight: f64,
     /// Elevation up to which errors count, degrees in [40, 90].
     pub mask_deg: f64,
+    /// What is known beforehand: `built-in` (materials of formulas), or a file of `gonio train`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub prior: Option<PriorFile>,
 }
 
 impl Default for Aim {
     fn default() -> Self {
         Self {
-            weight: 0.4,
+            weight: 0.5,
             mask_deg: 80.0,
+            prior: None,
         }
     }
 }
@@ -112,7 +116,7 @@ impl Rule {
         Entry {
             kind: self.kind(),
             summary,
-            examples: &["", "weight = 0.5\nmask_deg = 75"],
+            examples: &["", "weight = 0.4\nmask_deg = 75\nprior = \"built-in\""],
             read,
         }
     }
@@ -122,6 +126,11 @@ impl Greedy {
     /// A planner of this rule.
     pub fn new(rule: Rule, aim: Aim) -> Self {
         Self { rule, aim }
+    }
+
+    /// What is known beforehand, if that is in a file.
+    fn known(&self) -> Result<Option<Arc<Prior>>, ParameterError> {
+        self.aim.prior.as_ref().map(PriorFile::load).transpose()
     }
 
     fn admit(&self, budget: usize) -> Result<(), PlanError> {
@@ -162,15 +171,20 @@ impl Greedy {
     ) -> Result<Vec<Pose>, PlanError> {
         let asked = so_far.schedule.poses.len();
         let field = self.field(task, so_far, n, asked as u64)?;
-        let prior = Posterior::prior(task.form.symmetry());
+        let known = self.known()?;
+        let before = Posterior::before(task.form.symmetry(), known.as_ref());
+        let has_prior = before.has_prior();
         let [read, in_vain] = [true, false].map(|read| pairs(so_far, read));
-        let process = prior.supposing(&read, true);
+        let process = before.supposing(&read, true);
         let process = process.and_then(|process| process.supposing(&in_vain, false));
         let process = process.ok_or_else(|| self.singular(asked))?;
         let candidates = process.places(&field.pairs());
         let chosen = if n <= MOST_BEFOREHAND {
             let places = process.places(&field.places);
-            let bright = brightness(&field.places, &field.density);
+            let bright = match known {
+                Some(known) if has_prior => squared(&field.places, known.brightness(&field.places)),
+                _ => brightness(&field.places, &field.density),
+            };
             let bright = field.density.iter().zip(bright);
             let weights = Weights {
                 of_square: bright.map(|(w, f)| w * f).collect(),
@@ -205,7 +219,8 @@ impl Greedy {
     /// What is known of a material by its readings. Poses that gave none count as if they had told what was
     /// expected, and make those near less likely to be read.
     fn process(&self, so_far: &Measurement) -> Result<Posterior, PlanError> {
-        let process = Posterior::of(so_far).map_err(|e| self.unknown(&e))?;
+        let known = self.known()?;
+        let process = Posterior::of(so_far, known.as_ref()).map_err(|e| self.unknown(&e))?;
         let supposed = process.supposing(&pairs(so_far, false), false);
         supposed.ok_or_else(|| self.singular(so_far.outcomes.len()))
     }
@@ -254,12 +269,17 @@ impl SampleSet for Greedy {
     }
 
     fn label(&self) -> String {
-        self.rule.kind().into()
+        let kind = self.rule.kind();
+        match self.aim.prior {
+            Some(_) => format!("{kind}-prior"),
+            None => kind.into(),
+        }
     }
 
     fn check(&self, _axes: &[Axis]) -> Result<(), ParameterError> {
         in_closed("weight", self.aim.weight, 0.0, 1.0)?;
         in_closed("mask_deg", self.aim.mask_deg, LEAST_MASK, 90.0)?;
+        self.known()?;
         Ok(())
     }
 
@@ -280,6 +300,10 @@ impl SampleSet for Greedy {
 }
 
 impl Planner for Greedy {
+    fn prior(&self) -> Option<&PriorFile> {
+        self.aim.prior.as_ref()
+    }
+
     fn batch(&self, asked: usize, budget: usize) -> Option<usize> {
         let usual = match asked {
             0 => FIRST,
@@ -310,7 +334,8 @@ impl Planner for Greedy {
             return None;
         }
         // What was asked for in vain tells nothing.
-        let process = Posterior::of(so_far).ok()?;
+        let known = self.known().ok()?;
+        let process = Posterior::of(so_far, known.as_ref()).ok()?;
         let field = self.field(task, so_far, 0, UNSEEN).ok()?;
         let places = process.places(&field.places);
         let next: Vec<DirectionPair> = next.iter().map(|pose| pose.pair).collect();
@@ -411,6 +436,13 @@ impl<'a> Known<'a> {
         let all = self.density.iter().zip(&self.bright).zip(&self.surprise);
         all.map(|((w, f), s)| of(*w, *f, *s)).collect()
     }
+}
+
+/// f² cos² of f² at pairs.
+fn squared(pairs: &[DirectionPair], squares: Vec<f64>) -> Vec<f64> {
+    let all = pairs.iter().zip(squares);
+    all.map(|(pair, f)| f * pair.omega_i.cos_theta().powi(2))
+        .collect()
 }
 
 /// (f cos)² of many glossy materials at pairs, on average, each as a share of its own mean under a density.

@@ -38,12 +38,10 @@ pub use greedy::{Aim, Greedy, Rule};
 
 use crate::brdf::{Brdf, Channels};
 use crate::error::ParameterError;
-use crate::geometry::Symmetry;
 use crate::instrument::{Ideal, Instrument, Machine};
 use crate::measurement::Measurement;
-use crate::parametrization::{
-    Axis, Form, HalfDifference, Parametrization, ParametrizationSpec, WarpSpec, Warps,
-};
+use crate::parametrization::{Axis, Parametrization};
+use crate::reconstruct::PriorFile;
 use crate::registry::{self, Entry, Joined, ReadError, Table, Taken};
 use crate::schedule::{self, PlanError, Pose, SampleSet, Schedule};
 use std::sync::Arc;
@@ -92,6 +90,11 @@ pub trait Planner: SampleSet {
     /// Poses of a whole acquisition, at most.
     fn most(&self) -> usize {
         usize::MAX
+    }
+
+    /// What it knows of other materials; `None`: nothing that is in a file.
+    fn prior(&self) -> Option<&PriorFile> {
+        None
     }
 
     /// True if the poses depend on the machine of a task.
@@ -180,15 +183,6 @@ pub fn nothing(task: &Task<'_>) -> Measurement {
         outcomes: Vec::new(),
         details: None,
     }
-}
-
-/// Coordinates that are fine where lobes peak, for candidates where none are asked for: half/difference with a square
-/// root along θ_h.
-pub fn usual_form(symmetry: Symmetry) -> Arc<dyn Parametrization> {
-    let warps = Warps::from([("theta_h".to_owned(), WarpSpec::SquareRoot)]);
-    let spec = ParametrizationSpec::new::<Form<HalfDifference>>(warps);
-    let form = spec.form(symmetry);
-    form.unwrap_or_else(|_| unreachable!("theta_h is radial"))
 }
 
 /// The poses of a measurement and those of the next batch; `None` if there is none.

@@ -31,6 +31,7 @@ mod subset;
 mod symmetry;
 mod tabulate;
 mod talk;
+mod train;
 
 use crate::brdf::{Brdf, BuildError, Channels};
 use crate::error::{Error, ParameterError, count, excerpt, in_left_open, one_of};
@@ -99,6 +100,8 @@ enum Command {
     Subset(subset::Subset),
     #[command(about = format!("Write a material of a config as a table ({})", WRITE_TABLE.extensions(".")))]
     Tabulate(tabulate::Tabulate),
+    /// What many materials have in common, for planners and reconstructions
+    Train(train::Train),
     /// Measure the program against the clock
     Bench(bench::Bench),
     /// What completes commands and options in a shell
@@ -169,6 +172,7 @@ impl Command {
             Command::Picture(command) => command.run(),
             Command::Subset(command) => command.run(),
             Command::Tabulate(command) => command.run(),
+            Command::Train(command) => command.run(),
             Command::Bench(command) => command.run(),
             Command::Completions(command) => command.run(),
             Command::Man(command) => command.run(),

@@ -12,6 +12,7 @@ use crate::files::write_atomically;
 use crate::formats::{Format, WRITE_SCHEDULE};
 use crate::geometry::Symmetry;
 use crate::instrument::{self, Order};
+use crate::parametrization;
 use crate::schedule::{Assume, Sequence};
 use clap::Args;
 use std::path::PathBuf;
@@ -99,7 +100,7 @@ impl Next {
             Some(so_far) => so_far.schedule.parametrization.symmetry(),
             None => self.symmetry.unwrap_or(Symmetry::FULL),
         };
-        let form = acquisition::usual_form(symmetry);
+        let form = parametrization::usual_form(symmetry);
         let instrument = self.instrument.as_ref();
         let instrument =
             instrument.map(|name| PlannedInstrument::load(name, self.order.unwrap_or_default()));

@@ -56,8 +56,7 @@ impl Tabulate {
 /// room, of a material that has them.
 fn channels(source: &Source, plan: &Plan, material: &Material) -> Result<Channels, Error> {
     let named = source.table()?.get_ref().contains_key("channels");
-    let coloured = !named && material.spec.check(&Channels::Rgb).is_ok();
-    Ok(match coloured {
+    Ok(match !named && material.is_coloured() {
         true => Channels::Rgb,
         false => plan.channels.clone(),
     })

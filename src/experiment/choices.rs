@@ -2,7 +2,7 @@
 
 use super::tuning::Tuning;
 use crate::acquisition::Planner;
-use crate::brdf::{BrdfSpec, Favours};
+use crate::brdf::{BrdfSpec, Channels, Favours};
 use crate::error::count;
 use crate::geometry::Symmetry;
 use crate::parametrization::{Parametrization, ParametrizationSpec, WarpError};
@@ -38,6 +38,11 @@ impl Material {
         let resolved = self.spec.resolved();
         let kind = resolved.get("kind").and_then(toml::Value::as_str);
         kind.unwrap_or_default().to_owned()
+    }
+
+    /// True if it has values in R, G, B.
+    pub fn is_coloured(&self) -> bool {
+        self.spec.check(&Channels::Rgb).is_ok()
     }
 
     /// Truth class of its rows: the coordinates it favours. In 4-D there are too few to tell apart.

@@ -4,6 +4,8 @@ use super::choices::Material;
 use super::tables::section;
 use crate::brdf::BrdfSpec;
 use crate::error::Error;
+use crate::reconstruct::PriorFile;
+use crate::registry::Keys;
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
 
@@ -76,13 +78,17 @@ pub fn material_key(material: &Material) -> Result<RowKey, Error> {
     Ok(identity.key)
 }
 
-/// The hash of what a model is, whatever it is called and however it is read: the bytes of its
-/// files, or its keys if it has none.
-pub(super) fn content(spec: &dyn BrdfSpec) -> Result<RowKey, Unreadable> {
-    let inputs = hash(&spec.tables().files)?;
-    let mut part = Part::new();
+/// The hash of what a material is, whatever it is called and however it is read, and whichever program looks: the bytes
+/// of its files, or its keys if it has none.
+///
+/// # Errors
+/// [`Error::Data`] if a file cannot be read.
+pub fn content(material: &Material) -> Result<RowKey, Error> {
+    let inputs = hash(&material.spec.tables().files);
+    let inputs = inputs.map_err(|e| Error::data(&material.name, e))?;
+    let mut part = Part(blake3::Hasher::new());
     if inputs.is_empty() {
-        part.feed(&pathless(spec).to_string());
+        part.feed(&pathless(&*material.spec).to_string());
     }
     for input in inputs {
         part.feed(&input.blake3);
@@ -171,6 +177,15 @@ impl Part {
     pub fn feed(&mut self, text: &str) {
         self.0.update(&(text.len() as u64).to_le_bytes());
         self.0.update(text.as_bytes());
+    }
+
+    /// Feeds the keys of a member, with what its prior holds instead of where that is.
+    pub fn feed_member(&mut self, mut keys: Keys, prior: Option<&PriorFile>) {
+        if let Some(prior) = prior {
+            keys.remove("prior");
+            self.feed(&prior.content());
+        }
+        self.feed(&keys.to_string());
     }
 
     /// The hash with one text more.

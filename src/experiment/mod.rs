@@ -67,6 +67,7 @@ mod of_readings;
 mod pictures;
 mod plan;
 mod preview;
+mod priors;
 mod question;
 mod readings;
 mod record;
@@ -94,7 +95,7 @@ pub use choices::{
 pub use config::{Config, Output, Reach, Scalars, Schedules};
 pub use findings::{Cell, Duel, Duels, Explained, Findings, Line, Metric, Ranking, Scope};
 pub use instruments::{InstrumentTable, PlannedInstrument, Use, load as load_instrument};
-pub use key::{Expected, Input, RESULTS_REVISION, RowKey, asks_the_same, material_key};
+pub use key::{Expected, Input, RESULTS_REVISION, RowKey, asks_the_same, content, material_key};
 pub use keypath::{KeyPath, Step};
 pub use kind::{Kind, QuantityGroup};
 pub use materials::{MaterialTable, SymmetryTable, all as materials};

@@ -12,6 +12,7 @@ use super::kind::{Kind, QuantityGroup};
 use super::materials::{self, Origins};
 use super::moments::MomentsTable;
 use super::pictures::PictureSpec;
+use super::priors;
 use super::question::{Factor, ReportSpec};
 use super::resolved::{Parts, Resolver};
 use super::source::Source;
@@ -198,6 +199,15 @@ impl Plan {
         }
         plan.check_use(source)?;
         plan.check_report(source)?;
+        let sets = plan.sample_sets.iter().enumerate().map(|(i, set)| {
+            let place = KeyPath::of("sample_set").index(i);
+            (place, set.set.prior())
+        });
+        let methods = reconstructions.iter().enumerate().map(|(i, (_, method))| {
+            let place = KeyPath::of("reconstruction").index(i);
+            (place, method.prior())
+        });
+        priors::check(source, &plan.materials, sets.chain(methods))?;
         Ok(plan)
     }
 

@@ -124,7 +124,7 @@ impl Plan {
         part.feed(&self.parametrizations[unit.coordinates].label());
         let set = &self.sample_sets[unit.sample_set];
         part.feed(&set.name);
-        part.feed(&set.set.resolved().to_string());
+        part.feed_member(set.set.resolved(), set.set.prior());
         if let Some(tuning) = &set.tuning {
             part.feed(&tuning.key);
         }
@@ -137,7 +137,7 @@ impl Plan {
         part.feed(&unit.seed.to_string());
         let method = &self.methods[method];
         part.feed(&method.name);
-        part.feed(&method.method.resolved().to_string());
+        part.feed_member(method.method.resolved(), method.method.prior());
         part.feed(&section(&self.metrics).to_string());
         part.feed(if self.albedo { "albedo" } else { "" });
         part.feed(if self.uncertainty { "uncertainty" } else { "" });

@@ -1,7 +1,7 @@
 //! `[tuning]`: the materials that ratios of grids are tuned on, none of which is tested.
 
 use super::choices::Material;
-use super::key::{self, Part, RowKey};
+use super::key::{self, Part};
 use super::keypath::KeyPath;
 use super::materials::{MaterialTable, checked, material};
 use super::source::Source;
@@ -74,16 +74,13 @@ impl TuningTable {
         let pairs = metrics::test_pairs(keys.measure, &metrics)
             .map_err(|e| source.error_at(&base.key("pairs"), format!("tuning.{e}")))?;
         let mut part = Part::new();
-        for text in [
-            section(&keys).to_string(),
-            section(&metrics).to_string(),
-            method.resolved().to_string(),
-        ] {
+        for text in [section(&keys).to_string(), section(&metrics).to_string()] {
             part.feed(&text);
         }
+        part.feed_member(method.resolved(), method.prior());
         let contents = tested
             .iter()
-            .map(content_of)
+            .map(key::content)
             .collect::<Result<Vec<_>, _>>()?;
         let mut training = Vec::new();
         let mut written = Vec::new();
@@ -99,7 +96,7 @@ impl TuningTable {
                 table.symmetry,
                 &Channels::Luminance,
             )?;
-            let content = content_of(&material)?;
+            let content = key::content(&material)?;
             if let Some(place) = contents.iter().position(|c| *c == content) {
                 let message = format!(
                     "{path} = {:?} is the tested material {:?}; allowed: materials that are not \
@@ -141,8 +138,4 @@ impl TuningTable {
             memory: Memory::default(),
         })
     }
-}
-
-fn content_of(material: &Material) -> Result<RowKey, Error> {
-    key::content(&*material.spec).map_err(|e| Error::data(&material.name, e))
 }

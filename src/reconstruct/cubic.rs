@@ -11,6 +11,7 @@ use super::grid::{Continuation, GridInterpolant, Padded, Rule};
 use super::lattice_method::{LatticeMethod, LatticeRule};
 use super::transform::Transform;
 use super::{Interpolant, Readings, ReconstructError};
+use nalgebra::{DMatrix, DMatrixView};
 
 /// Nodes the lattice is continued past each end: 0.27^8 = 3e-5 of an end effect is left.
 const REACH: usize = 8;
@@ -34,19 +35,27 @@ impl LatticeRule for CubicRule {
         transform: Transform,
         beyond: Continuation,
     ) -> Result<Box<dyn Interpolant>, ReconstructError> {
-        let nodes = Padded::<D>::new(Self::KIND, readings, transform, REACH, beyond)?;
-        let rule = Spline::new(nodes);
-        Ok(Box::new(GridInterpolant::new(
-            rule,
-            readings.schedule,
-            transform,
-            readings.width,
-        )))
+        Ok(Box::new(spline::<D>(readings, transform, beyond)?))
     }
 }
 
+/// The spline through readings on a grid with `D` axes.
+pub(super) fn spline<const D: usize>(
+    readings: &Readings<'_>,
+    transform: Transform,
+    beyond: Continuation,
+) -> Result<GridInterpolant<Spline<D>, D>, ReconstructError> {
+    let nodes = Padded::<D>::new(CubicRule::KIND, readings, transform, REACH, beyond)?;
+    Ok(GridInterpolant::new(
+        Spline::new(nodes),
+        readings.schedule,
+        transform,
+        readings.width,
+    ))
+}
+
 /// B-spline coefficients on the padded lattice.
-struct Spline<const D: usize> {
+pub(super) struct Spline<const D: usize> {
     table: Padded<D>,
     strides: [usize; D],
     last: [f64; D],
@@ -58,7 +67,11 @@ impl<const D: usize> Spline<D> {
         for d in 0..D {
             solve_lines(&mut nodes.values, nodes.shape[d], strides[d]);
         }
-        let table = nodes.cropped(SUPPORT);
+        Self::of(nodes.cropped(SUPPORT))
+    }
+
+    /// The spline with these coefficients.
+    fn of(table: Padded<D>) -> Self {
         let strides = table.strides();
         // Largest padded index the four taps may start at.
         let last = table.shape.map(|n| (n - 4) as f64);
@@ -67,6 +80,18 @@ impl<const D: usize> Spline<D> {
             strides,
             last,
         }
+    }
+
+    /// Sums of the values of this spline, a column of weights for each.
+    pub fn combined(&self, weights: &DMatrix<f64>) -> Self {
+        let nodes = self.table.values.len() / self.table.channels;
+        let values = DMatrixView::from_slice(&self.table.values, self.table.channels, nodes);
+        Self::of(Padded {
+            shape: self.table.shape,
+            pad: self.table.pad,
+            channels: weights.ncols(),
+            values: weights.tr_mul(&values).data.into(),
+        })
     }
 }
 

@@ -370,14 +370,49 @@ impl<R: Rule<D>, const D: usize> GridInterpolant<R, D> {
         }
     }
 
+    /// The same lattice with another rule, of `width` values per node.
+    pub fn with<S: Rule<D>>(&self, rule: S, width: usize) -> GridInterpolant<S, D> {
+        GridInterpolant {
+            rule,
+            parametrization: Arc::clone(&self.parametrization),
+            axes: self.axes,
+            transform: self.transform,
+            width,
+        }
+    }
+
+    /// The rule.
+    pub fn rule(&self) -> &R {
+        &self.rule
+    }
+
+    /// Writes the transformed values at a pair with these coordinates.
+    #[inline]
+    fn transformed(&self, coords: &Coords, out: &mut [f64]) {
+        let x = std::array::from_fn(|d| self.axes[d].index(coords[d]));
+        self.rule.interpolate(&x, out);
+    }
+
+    /// Writes the transformed values at pairs, also of those below the horizon.
+    pub fn transformed_batch(&self, pairs: &[DirectionPair], out: &mut [f64]) {
+        let n = self.width;
+        let mut coords = [[0.0; 4]; BATCH];
+        for (pairs, out) in pairs.chunks(BATCH).zip(out.chunks_mut(BATCH * n)) {
+            let coords = &mut coords[..pairs.len()];
+            self.parametrization.forward_batch(pairs, coords);
+            for (coords, out) in coords.iter().zip(out.chunks_exact_mut(n)) {
+                self.transformed(coords, out);
+            }
+        }
+    }
+
     #[inline]
     fn value(&self, pair: &DirectionPair, coords: &Coords, out: &mut [f64]) {
         if !pair.is_above_horizon() {
             out.fill(0.0);
             return;
         }
-        let x = std::array::from_fn(|d| self.axes[d].index(coords[d]));
-        self.rule.interpolate(&x, out);
+        self.transformed(coords, out);
         for y in out {
             *y = self.transform.inverse(*y);
         }

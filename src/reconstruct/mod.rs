@@ -46,7 +46,7 @@ pub use fit::Fit;
 pub use grid::Continuation;
 pub use interpolant::{Interpolant, Readings, noise, present, values_at};
 pub use inverse_distance::InverseDistance;
-pub use kriging::Kriging;
+pub use kriging::{Kriging, Prior, PriorFile, TrainError, Trained, Training};
 pub(crate) use kriging::{Places, Posterior};
 pub use lattice_method::{LatticeMethod, LatticeRule};
 pub use multilinear::{Multilinear, MultilinearRule};
@@ -84,6 +84,11 @@ pub trait Reconstruct: std::fmt::Debug + Send + Sync {
 
     /// The same method in other coordinates; `None` if it has no choice of them.
     fn within(&self, _coordinates: &Coordinates) -> Option<Arc<dyn Reconstruct>> {
+        None
+    }
+
+    /// What it knows of other materials; `None`: nothing that is in a file.
+    fn prior(&self) -> Option<&PriorFile> {
         None
     }
 

@@ -1,6 +1,6 @@
 //! Laws of planners: poses that can be taken, chosen from readings alone, and better than points that know nothing.
 
-use gonio::acquisition::{self, Aim, Greedy, Planner, Rule, Task, acquire, once, usual_form};
+use gonio::acquisition::{self, Aim, Greedy, Planner, Rule, Task, acquire, once};
 use gonio::brdf::microfacet::{FresnelSpec, Ggx, Microfacet};
 use gonio::brdf::{Brdf, Channels, Roughness};
 use gonio::formats::{READ_READINGS, WRITE_READINGS};
@@ -8,7 +8,7 @@ use gonio::geometry::{Direction, DirectionPair, Symmetry, angle_between};
 use gonio::instrument::{Bench, Ideal, Instrument, Order, Parts, presets, read};
 use gonio::measurement::{About, Measurement, Outcome};
 use gonio::metrics::{self, Errors, Measure, MetricsSpec};
-use gonio::parametrization;
+use gonio::parametrization::{self, usual_form};
 use gonio::reconstruct::{Kriging, Reconstruct};
 use gonio::registry;
 use gonio::schedule::{Assume, Pose, Schedule, Sequence, SobolSet, Unreachable};

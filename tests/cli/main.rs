@@ -25,6 +25,7 @@ mod spectral;
 mod study;
 mod symmetry;
 mod tables;
+mod training;
 mod validation;
 
 use gonio::experiment::Row;

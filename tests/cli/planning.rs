@@ -23,17 +23,17 @@ fn laboratory(bench: &Bench, folder: &str, steps: &str) -> Output {
 }
 
 /// Runs a command line that must work; its stdout.
-fn good(bench: &Bench, line: &str) -> String {
+pub fn good(bench: &Bench, line: &str) -> String {
     bench.good(&line.split(' ').collect::<Vec<_>>())
 }
 
 /// Runs a command line that must be refused; its stderr.
-fn refused(bench: &Bench, line: &str, code: i32) -> String {
+pub fn refused(bench: &Bench, line: &str, code: i32) -> String {
     bench.refused(&line.split(' ').collect::<Vec<_>>(), code)
 }
 
 /// The number after a word of a text.
-fn after(text: &str, word: &str) -> f64 {
+pub fn after(text: &str, word: &str) -> f64 {
     let rest = text
         .split(word)
         .nth(1)

@@ -81,10 +81,17 @@ pub(super) struct Term {
     pub lengths: Vec<(usize, f64)>,
 }
 
-/// A sum of terms.
+/// Variance of the level of ln f of a material of which nothing is known.
+const LEVEL: f64 = 25.0;
+
+/// A sum of terms, about a mean that varies too.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Kernel {
     pub terms: Vec<Term>,
+    /// Variance of the level of ln f.
+    pub level: f64,
+    /// Variance of the coefficients of the functions of a prior; 0 where there is none.
+    pub share: f64,
 }
 
 impl Kernel {
@@ -114,10 +121,26 @@ impl Kernel {
         } else if !symmetry.bilateral {
             terms.push(term(0.0166, &[(U1, 2.41), (U2, 1.89), (D, 2.46)]));
         }
-        Self { terms }
+        Self {
+            terms,
+            level: LEVEL,
+            share: 0.0,
+        }
     }
 
-    /// The logarithms of all amplitudes and lengths, term by term.
+    /// The kernel about a prior: of what its functions leave, `scale` times the amplitudes.
+    pub fn about(mut self, scale: f64, level: f64, share: f64) -> Self {
+        for term in &mut self.terms {
+            term.amplitude *= scale;
+        }
+        Self {
+            level,
+            share,
+            ..self
+        }
+    }
+
+    /// The logarithms of all amplitudes and lengths, term by term, then that of the share, if there is one.
     pub fn logs(&self) -> Vec<f64> {
         let of = |t: &Term| {
             let lengths = t.lengths.iter().map(|(_, l)| l.ln());
@@ -125,10 +148,11 @@ impl Kernel {
                 .chain(lengths)
                 .collect::<Vec<_>>()
         };
-        self.terms.iter().flat_map(of).collect()
+        let share = (self.share > 0.0).then(|| self.share.ln());
+        self.terms.iter().flat_map(of).chain(share).collect()
     }
 
-    /// The same terms with other amplitudes and lengths, as [`logs`](Self::logs) lists them.
+    /// The same kernel with other amplitudes, lengths and share, as [`logs`](Self::logs) lists them.
     pub fn with_logs(&self, logs: &[f64]) -> Self {
         let mut logs = logs.iter().map(|x| x.exp());
         let mut next = || logs.next().unwrap_or(1.0);
@@ -136,9 +160,17 @@ impl Kernel {
             amplitude: next(),
             lengths: t.lengths.iter().map(|(c, _)| (*c, next())).collect(),
         });
+        let terms = terms.collect();
         Self {
-            terms: terms.collect(),
+            terms,
+            level: self.level,
+            share: if self.share > 0.0 { next() } else { 0.0 },
         }
+    }
+
+    /// The variance of ln f that the terms add up to.
+    pub fn amplitude(&self) -> f64 {
+        self.terms.iter().map(|t| t.amplitude).sum()
     }
 
     /// The terms as weights 3/l² of all columns.

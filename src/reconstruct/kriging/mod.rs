@@ -6,6 +6,10 @@
 //! material, near those of the database ([`fit`]), unless these lie in sheets or lines: then columns vary together,
 //! and a fit takes the trend along one for that along another. All of it is reciprocal.
 //!
+//! A [`Prior`] says what many materials were like: the mean of ln f is theirs then, most of what a material differs by
+//! is a sum of some functions of a pair, and the terms above are for the rest. Where readings are less likely so than
+//! without it, it is left out.
+//!
 //! Readings in the plane of incidence alone say nothing of φ_d. It then continues what it knows of other materials,
 //! which for Oren and Nayar's errs at most 2.5 times as much as the nearest reading does
 //! (`tests/reconstruction/layouts.rs`).
@@ -14,9 +18,11 @@ mod fit;
 mod kernel;
 mod line;
 mod posterior;
+mod prior;
 mod system;
 
 pub(crate) use posterior::{Places, Posterior};
+pub use prior::{Prior, PriorFile, TrainError, Trained, Training};
 
 use super::coordinates::ReconstructionCoordinates;
 use super::interpolant::{Interpolant, Readings};
@@ -29,9 +35,11 @@ use crate::registry::{self, Entry};
 use kernel::{Block, Columns, Flat, Kernel, LANES};
 use line::Line;
 use nalgebra::DMatrix;
+use prior::Mean;
 use pulp::{Arch, NullaryFnOnce};
 use serde::{Deserialize, Serialize};
-use system::{Data, MEAN, NUGGET, Solved};
+use std::sync::Arc;
+use system::{Data, NUGGET, Sites, Solved};
 
 const KIND: &str = "kriging";
 
@@ -39,7 +47,7 @@ const KIND: &str = "kriging";
 pub(super) const ENTRY: Entry<dyn Reconstruct> = Entry {
     kind: KIND,
     summary: "Gaussian process of ln f with a kernel fitted to many materials; at most 10 000 readings",
-    examples: &["", "fit = false", "noise = false"],
+    examples: &["", "prior = \"built-in\"", "fit = false", "noise = false"],
     read: |table| Ok(Box::new(registry::parse::<Kriging>(table)?)),
 };
 
@@ -51,6 +59,9 @@ pub struct Kriging {
     pub fit: bool,
     /// True to miss readings by their uncertainty of type A, where they have one.
     pub noise: bool,
+    /// What is known beforehand: `built-in` (materials of formulas), or a file of `gonio train`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub prior: Option<PriorFile>,
 }
 
 impl Default for Kriging {
@@ -58,6 +69,7 @@ impl Default for Kriging {
         Self {
             fit: true,
             noise: true,
+            prior: None,
         }
     }
 }
@@ -65,12 +77,18 @@ impl Default for Kriging {
 /// Readings to which a kernel is fitted, at most: spread evenly over all.
 const FITTED: usize = 300;
 
+/// Readings up to which a prior is of use: they say more themselves then.
+const TRUSTED: usize = 32;
+
+/// A prior is left out where it makes the readings less likely by a factor of more than e to this power.
+const CONTRADICTED: f64 = 10.0;
+
 /// Readings of one system, at most: its matrix then has 800 MB.
 const MOST: usize = 10_000;
 
 impl Kriging {
     /// The readings as a system, every `stride`-th of them, and of their values the first `width`.
-    fn data(&self, r: &Readings<'_>, stride: usize, width: usize) -> Data {
+    fn data(&self, r: &Readings<'_>, stride: usize, width: usize, prior: Option<&Prior>) -> Data {
         let chosen = (0..r.present.len())
             .filter(|&i| r.present[i])
             .step_by(stride);
@@ -85,26 +103,108 @@ impl Kriging {
             let relative = of_first / (r.values[i * r.width].max(0.0) + EPSILON);
             NUGGET + relative * relative
         };
-        let transform = TRANSFORM;
-        let value =
-            |k: usize, c: usize| transform.forward(r.values[chosen[k] * r.width + c]) - MEAN;
+        let sites = Sites::new(&pairs, symmetry(r), prior.map(|p| p.at(&pairs)));
+        let value = |k: usize, c: usize| {
+            TRANSFORM.forward(r.values[chosen[k] * r.width + c]) - sites.mean[k]
+        };
         Data {
-            columns: kernel::columns(&pairs, symmetry(r)),
-            noise: chosen.iter().map(noise).collect(),
             values: DMatrix::from_fn(chosen.len(), width, value),
+            noise: chosen.iter().map(noise).collect(),
+            sites,
+        }
+    }
+
+    /// What explains the readings, with kernels that are fitted to their first value if they are to be and fill space:
+    /// what all materials have in common, and a prior as far as the readings are likelier with it.
+    fn accounts(
+        &self,
+        r: &Readings<'_>,
+        prior: Option<&Arc<Prior>>,
+    ) -> Result<Vec<Account>, ReconstructError> {
+        let fits = self.fit && !in_sheets(r)?;
+        let fitted = |kernel: Kernel, data: &Data| match fits {
+            true => fit::fit(&kernel, data),
+            false => kernel,
+        };
+        let common = Kernel::new(symmetry(r));
+        let plain = self.data(r, r.count().div_ceil(FITTED), 1, None);
+        let common = fitted(common, &plain);
+        let Some(prior) = prior.filter(|_| applies(r)) else {
+            return Ok(vec![Account::of(common)]);
+        };
+        let kernel = prior.kernel(Kernel::new(symmetry(r)));
+        let mut about = self.data(r, 1, r.width, Some(prior));
+        let centred = prior.centred(&kernel, &about);
+        let (centre, told) = centred.ok_or_else(|| singular(r))?;
+        about.centre(&centre);
+        about.values = about.values.columns(0, 1).into_owned();
+        let kernel = fitted(kernel, &about);
+        let loss = |kernel: &Kernel, data: &Data| {
+            let likelihood = data.likelihood(kernel);
+            likelihood.map_or(f64::INFINITY, |(loss, _)| loss)
+        };
+        let likelier = loss(&common, &plain) - loss(&kernel, &about) - told;
+        if likelier < -CONTRADICTED {
+            return Ok(vec![Account::of(common)]);
+        }
+        // Neither is all that is true: odds are those of two readings, however many there are.
+        let odds = (2.0 * likelier / r.count() as f64).exp();
+        let share = odds / (1.0 + odds);
+        let known = Known {
+            prior: Arc::clone(prior),
+            centre,
+        };
+        Ok(vec![
+            Account {
+                share,
+                kernel,
+                known: Some(known),
+            },
+            Account {
+                share: 1.0 - share,
+                ..Account::of(common)
+            },
+        ])
+    }
+}
+
+/// True if there are so few readings, of a material of such symmetries, that a prior is of use.
+fn applies(r: &Readings<'_>) -> bool {
+    Prior::suits(symmetry(r)) && r.count() <= TRUSTED
+}
+
+/// What explains readings.
+struct Account {
+    /// How much it counts; all together 1.
+    share: f64,
+    kernel: Kernel,
+    known: Option<Known>,
+}
+
+impl Account {
+    /// The only one.
+    fn of(kernel: Kernel) -> Self {
+        Self {
+            share: 1.0,
+            kernel,
+            known: None,
         }
     }
 }
 
-impl Kriging {
-    /// The kernel, fitted to the first value of the readings if it is to be and they fill space.
-    fn kernel(&self, r: &Readings<'_>) -> Result<Kernel, ReconstructError> {
-        let kernel = Kernel::new(symmetry(r));
-        Ok(match self.fit && !in_sheets(r)? {
-            true => fit::fit(&kernel, &self.data(r, r.count().div_ceil(FITTED), 1)),
-            false => kernel,
-        })
+fn singular(r: &Readings<'_>) -> ReconstructError {
+    ReconstructError::Singular {
+        method: KIND,
+        readings: r.count(),
     }
+}
+
+/// A prior, and what readings say of the coefficients of its functions before the rest is looked at: a column for each
+/// value of a reading.
+#[derive(Clone)]
+struct Known {
+    prior: Arc<Prior>,
+    centre: DMatrix<f64>,
 }
 
 /// True if readings lie in sheets, lines or clusters.
@@ -138,6 +238,9 @@ impl Reconstruct for Kriging {
                 label.push_str(name);
             }
         }
+        if self.prior.is_some() {
+            label.push_str("-prior");
+        }
         label
     }
 
@@ -145,12 +248,18 @@ impl Reconstruct for Kriging {
         false
     }
 
+    fn prior(&self) -> Option<&PriorFile> {
+        self.prior.as_ref()
+    }
+
     fn weighs_readings(&self) -> bool {
         self.fit || self.noise
     }
 
     fn check(&self) -> Result<(), ParameterError> {
-        Ok(())
+        self.prior
+            .iter()
+            .try_for_each(|prior| prior.load().map(drop))
     }
 
     fn interpolate(&self, r: &Readings<'_>) -> Result<Box<dyn Interpolant>, ReconstructError> {
@@ -169,18 +278,40 @@ impl Reconstruct for Kriging {
                 allowed: MOST,
             });
         }
-        let kernel = self.kernel(r)?;
-        let data = self.data(r, 1, r.width);
-        let solved = data.solve(&kernel).ok_or(ReconstructError::Singular {
-            method: KIND,
-            readings,
-        })?;
-        Ok(Box::new(Process::new(&kernel, &data, solved, symmetry(r))))
+        let prior = self.prior.as_ref().map(PriorFile::load).transpose()?;
+        let accounts = self.accounts(r, prior.as_ref())?;
+        let left_out = accounts.iter().all(|account| account.known.is_none());
+        let contradicts = prior.is_some() && applies(r) && left_out;
+        let mut parts = Vec::new();
+        for account in accounts {
+            let known = account.known.as_ref();
+            let mut data = self.data(r, 1, r.width, known.map(|known| &*known.prior));
+            if let Some(known) = known {
+                data.centre(&known.centre);
+            }
+            let solved = data.solve(&account.kernel);
+            let solved = solved.ok_or_else(|| singular(r))?;
+            parts.push(Part::new(&account, &data, &solved));
+        }
+        Ok(Box::new(Process {
+            parts,
+            contradicts,
+            symmetry: symmetry(r),
+        }))
     }
 }
 
 /// The mean of the process given the readings.
 struct Process {
+    parts: Vec<Part>,
+    /// True if the readings contradict a prior that was given.
+    contradicts: bool,
+    symmetry: Symmetry,
+}
+
+/// The mean by one account of the readings.
+struct Part {
+    share: f64,
     /// Terms of several columns, which are evaluated for each reading.
     terms: Vec<Flat>,
     /// Terms of one column.
@@ -188,22 +319,25 @@ struct Process {
     blocks: Vec<Block>,
     /// Weights of the readings of a block, one array per value.
     weights: Vec<[f64; LANES]>,
-    /// ln(f + ε) of each value where all readings are far.
+    /// What is added to ln(f + ε) of each value everywhere.
     levels: Vec<f64>,
-    symmetry: Symmetry,
+    /// What a prior and its functions add to it.
+    mean: Option<Mean>,
 }
 
-impl Process {
-    fn new(kernel: &Kernel, data: &Data, solved: Solved, symmetry: Symmetry) -> Self {
+impl Part {
+    fn new(account: &Account, data: &Data, solved: &Solved) -> Self {
         let Solved { weights, levels } = solved;
+        let columns = &data.sites.columns;
         let width = levels.len();
-        let blocks = kernel::blocks(&data.columns);
+        let blocks = kernel::blocks(columns);
         let mut laid_out = vec![[0.0; LANES]; blocks.len() * width];
         for i in 0..weights.nrows() {
             for c in 0..width {
                 laid_out[i / LANES * width + c][i % LANES] = weights[(i, c)];
             }
         }
+        let kernel = &account.kernel;
         let (lines, terms): (Vec<Flat>, Vec<Flat>) = kernel
             .flat()
             .into_iter()
@@ -211,22 +345,42 @@ impl Process {
         let line = |t: &Flat| {
             let (column, square) = t.weights[0];
             let term = (t.amplitude, column, square.sqrt());
-            Line::new(term, &data.columns, &weights)
+            Line::new(term, columns, weights)
         };
+        let mean = account.known.as_ref().map(|known| {
+            let told = &data.sites.functions * weights * kernel.share;
+            known.prior.mean(&(&known.centre + told))
+        });
         Self {
+            share: account.share,
             lines: lines.iter().map(line).collect(),
             terms,
             blocks,
             weights: laid_out,
-            levels,
-            symmetry,
+            levels: levels.clone(),
+            mean,
+        }
+    }
+
+    /// Writes ln(f + ε) of pairs.
+    fn eval(&self, pairs: &[DirectionPair], columns: &[Columns], out: &mut [f64]) {
+        Arch::new().dispatch(Means {
+            part: self,
+            columns,
+            out,
+        });
+        for out in out.chunks_exact_mut(self.levels.len()) {
+            out.iter_mut().zip(&self.levels).for_each(|(z, l)| *z += l);
+        }
+        if let Some(mean) = &self.mean {
+            mean.add(pairs, out);
         }
     }
 }
 
 /// Writes ln(f + ε) less its level at pairs.
 struct Means<'a> {
-    process: &'a Process,
+    part: &'a Part,
     columns: &'a [Columns],
     out: &'a mut [f64],
 }
@@ -236,7 +390,7 @@ impl NullaryFnOnce for Means<'_> {
 
     #[inline(always)]
     fn call(self) {
-        let of = self.process;
+        let of = self.part;
         let width = of.levels.len();
         let mut sums = vec![[0.0; LANES]; width];
         let queries = self.columns.iter().zip(self.out.chunks_exact_mut(width));
@@ -262,7 +416,12 @@ impl NullaryFnOnce for Means<'_> {
 
 impl Interpolant for Process {
     fn width(&self) -> usize {
-        self.levels.len()
+        self.parts[0].levels.len()
+    }
+
+    fn remarks(&self) -> Vec<String> {
+        let told = "the readings contradict the prior, which is left out";
+        self.contradicts.then(|| told.into()).into_iter().collect()
     }
 
     fn eval(&self, pair: &DirectionPair, out: &mut [f64]) {
@@ -271,18 +430,22 @@ impl Interpolant for Process {
 
     fn eval_batch(&self, pairs: &[DirectionPair], out: &mut [f64]) {
         let columns = kernel::columns(pairs, self.symmetry);
-        Arch::new().dispatch(Means {
-            process: self,
-            columns: &columns,
-            out,
-        });
-        for (pair, out) in pairs.iter().zip(out.chunks_exact_mut(self.levels.len())) {
+        match self.parts.as_slice() {
+            [part] => part.eval(pairs, &columns, out),
+            parts => {
+                let mut of_part = vec![0.0; out.len()];
+                out.fill(0.0);
+                for part in parts {
+                    part.eval(pairs, &columns, &mut of_part);
+                    let each = out.iter_mut().zip(&of_part);
+                    each.for_each(|(z, of_part)| *z += part.share * of_part);
+                }
+            }
+        }
+        for (pair, out) in pairs.iter().zip(out.chunks_exact_mut(self.width())) {
             let above = pair.is_above_horizon();
-            for (z, level) in out.iter_mut().zip(&self.levels) {
-                *z = match above {
-                    true => TRANSFORM.inverse(*z + level),
-                    false => 0.0,
-                };
+            for z in out {
+                *z = if above { TRANSFORM.inverse(*z) } else { 0.0 };
             }
         }
     }

@@ -1,28 +1,33 @@
 //! The process given readings: ln(f + ε) at pairs, and how certain it is.
 
-use super::kernel::{self, Block, Columns, Flat, Kernel};
-use super::system::{self, Data, FREEDOM, LEVEL, MEAN, NUGGET};
-use super::{KIND, Kriging};
+use super::kernel::{self, Columns, Kernel};
+use super::prior::Prior;
+use super::system::{self, Covariance, Data, FREEDOM, NUGGET, Rows, Sites};
+use super::{Account, KIND, Known, Kriging};
 use crate::geometry::{DirectionPair, Symmetry};
 use crate::measurement::Measurement;
 use crate::reconstruct::ReconstructError;
 use crate::reconstruct::interpolant::{Readings, noise, present};
 use crate::reconstruct::transform::EPSILON;
-use nalgebra::DMatrix;
+use nalgebra::{DMatrix, DVector, DVectorView};
 use rayon::prelude::*;
+use std::sync::Arc;
 
 /// ln(f + ε) of one value per pair as a Gaussian process: its level has a variance too, so that it is defined
 /// without a single reading.
 pub(crate) struct Posterior {
     symmetry: Symmetry,
-    terms: Vec<Flat>,
+    covariance: Covariance,
+    /// What other materials say; `None`: what all have in common.
+    known: Option<Known>,
     data: Data,
     /// One flag per row of the data: false where a reading is only supposed, and none can be had.
     read: Vec<bool>,
-    blocks: Vec<Block>,
-    /// Cholesky's factor of the covariances of the readings, and its inverse twice times ln(f + ε) less its mean.
+    rows: Rows,
+    /// Cholesky's factor L of the covariances of the readings.
     factor: DMatrix<f64>,
-    weights: DMatrix<f64>,
+    /// L⁻¹ y, y = ln(f + ε) less its mean.
+    solved: DVector<f64>,
     /// What all variances are to be multiplied by, from how well the readings suit the kernel.
     scale: f64,
     noise: Noise,
@@ -64,7 +69,7 @@ impl Noise {
 
 /// Pairs in the form that the process takes.
 pub(crate) struct Places {
-    columns: Vec<Columns>,
+    sites: Sites,
     /// The factor's inverse times the covariances of the readings with each pair: a column per pair.
     solved: DMatrix<f64>,
 }
@@ -76,7 +81,7 @@ impl Places {
     /// The place with this number.
     pub fn only(&self, i: usize) -> Self {
         Self {
-            columns: vec![self.columns[i]],
+            sites: self.sites.select(&[i]),
             solved: self.solved.columns(i, 1).into_owned(),
         }
     }
@@ -89,11 +94,15 @@ const WIDTHS: [(usize, f64); 3] = [(kernel::U1, 0.15), (kernel::U2, 0.3), (kerne
 const LEAST_SURPRISE: f64 = 1e-3;
 
 impl Posterior {
-    /// The process given the luminance of a measurement's readings, with a kernel that is fitted to them.
+    /// The process given the luminance of a measurement's readings, with a kernel that is fitted to them, about a prior
+    /// where they suit it.
     ///
     /// # Errors
     /// If their covariances are singular.
-    pub fn of(measurement: &Measurement) -> Result<Self, ReconstructError> {
+    pub fn of(
+        measurement: &Measurement,
+        prior: Option<&Arc<Prior>>,
+    ) -> Result<Self, ReconstructError> {
         let channels = &measurement.channels;
         let width = channels.count();
         let luminance = |values: &[f64]| channels.luminance(values);
@@ -110,58 +119,78 @@ impl Posterior {
             noise: type_a.as_deref(),
         };
         let kriging = Kriging::default();
-        let kernel = kriging.kernel(&readings)?;
+        let accounts = kriging.accounts(&readings, prior)?.into_iter();
+        let likeliest = accounts.max_by(|a, b| a.share.total_cmp(&b.share));
+        let Some(Account { kernel, known, .. }) = likeliest else {
+            unreachable!("there is an account of what all materials have in common")
+        };
         let symmetry = measurement.schedule.parametrization.symmetry();
-        let data = kriging.data(&readings, 1, 1);
+        let mut data = kriging.data(&readings, 1, 1, known.as_ref().map(|k| &*k.prior));
+        if let Some(known) = &known {
+            data.centre(&known.centre);
+        }
         let singular = ReconstructError::Singular {
             method: KIND,
             readings: readings.count(),
         };
-        let mut process = Self::given(kernel.flat(), data, symmetry).ok_or(singular)?;
+        let covariance = Covariance::new(&kernel);
+        let mut process = Self::given(covariance, known, data, symmetry).ok_or(singular)?;
         process.noise = Noise::of(&readings);
         Ok(process)
     }
 
     /// The process without a reading.
-    pub fn prior(symmetry: Symmetry) -> Self {
+    pub fn before(symmetry: Symmetry, prior: Option<&Arc<Prior>>) -> Self {
+        let prior = prior.filter(|_| Prior::suits(symmetry)).cloned();
+        let kernel = Kernel::new(symmetry);
+        let kernel = match &prior {
+            Some(prior) => prior.kernel(kernel),
+            None => kernel,
+        };
         let none = Data {
-            columns: Vec::new(),
+            sites: Sites::new(&[], symmetry, prior.as_ref().map(|p| p.at(&[]))),
             noise: Vec::new(),
             values: DMatrix::zeros(0, 1),
         };
-        let terms = Kernel::new(symmetry).flat();
-        let empty = DMatrix::zeros(0, 0);
-        Self::with(terms, none, symmetry, empty, DMatrix::zeros(0, 1))
+        let empty = (DMatrix::zeros(0, 0), DVector::zeros(0));
+        let known = prior.map(|prior| Known {
+            centre: DMatrix::zeros(none.sites.functions.nrows(), 1),
+            prior,
+        });
+        Self::with(Covariance::new(&kernel), known, none, symmetry, empty)
     }
 
-    fn given(terms: Vec<Flat>, data: Data, symmetry: Symmetry) -> Option<Self> {
-        if data.columns.is_empty() {
-            return Some(Self::prior(symmetry));
-        }
-        let factor = system::factor(&terms, &data, LEVEL)?;
-        let mut weights = data.values.clone();
-        system::back(&factor, &mut weights)?;
-        Some(Self::with(terms, data, symmetry, factor, weights))
+    fn given(
+        covariance: Covariance,
+        known: Option<Known>,
+        data: Data,
+        symmetry: Symmetry,
+    ) -> Option<Self> {
+        let factor = covariance.factor(&data)?;
+        let mut solved = data.values.clone();
+        system::forward(&factor, &mut solved);
+        let solved = (factor, solved.column(0).into_owned());
+        Some(Self::with(covariance, known, data, symmetry, solved))
     }
 
     fn with(
-        terms: Vec<Flat>,
+        covariance: Covariance,
+        known: Option<Known>,
         data: Data,
         symmetry: Symmetry,
-        factor: DMatrix<f64>,
-        weights: DMatrix<f64>,
+        (factor, solved): (DMatrix<f64>, DVector<f64>),
     ) -> Self {
-        let square = data.values.dot(&weights);
-        let n = data.columns.len() as f64;
+        let n = data.sites.len();
         Self {
             symmetry,
-            terms,
-            blocks: kernel::blocks(&data.columns),
-            read: vec![true; data.columns.len()],
+            covariance,
+            known,
+            rows: data.sites.rows(),
+            read: vec![true; n],
             data,
+            scale: (FREEDOM + solved.norm_squared()) / (FREEDOM + n as f64),
             factor,
-            weights,
-            scale: (FREEDOM + square) / (FREEDOM + n),
+            solved,
             noise: Noise::default(),
         }
     }
@@ -177,19 +206,24 @@ impl Posterior {
         let (scale, noise, mut read) = (self.scale, self.noise, self.read);
         read.resize(read.len() + pairs.len(), can_be_read);
         let mut data = self.data;
-        data.columns.extend(&places.columns);
+        let off = means.iter().zip(&places.sites.mean).map(|(z, m)| z - m);
+        let all: Vec<f64> = data.values.iter().copied().chain(off).collect();
+        data.values = DMatrix::from_vec(all.len(), 1, all);
+        data.sites = data.sites.and(&places.sites);
         data.noise
             .extend(means.iter().map(|&log| noise.variance(log)));
-        let values = data.values.iter().copied();
-        let all: Vec<f64> = values.chain(means.iter().map(|z| z - MEAN)).collect();
-        data.values = DMatrix::from_vec(all.len(), 1, all);
-        let supposed = Self::given(self.terms, data, self.symmetry)?;
+        let supposed = Self::given(self.covariance, self.known, data, self.symmetry)?;
         Some(Self {
             scale,
             noise,
             read,
             ..supposed
         })
+    }
+
+    /// True if it is about a prior.
+    pub fn has_prior(&self) -> bool {
+        self.known.is_some()
     }
 
     /// What all variances are to be multiplied by.
@@ -205,40 +239,41 @@ impl Posterior {
 
     /// Pairs, with what the readings say of them.
     pub fn places(&self, pairs: &[DirectionPair]) -> Places {
-        let columns = kernel::columns(pairs, self.symmetry);
-        let n = self.data.columns.len();
-        let mut solved = DMatrix::zeros(n, columns.len());
-        if n > 0 {
-            let tasks = solved.as_mut_slice().par_chunks_mut(n * TASK);
-            tasks
-                .zip(columns.par_chunks(TASK))
-                .for_each(|(out, columns)| {
-                    system::fill(&self.terms, columns, &self.blocks, n, out);
-                    let mut right = DMatrix::from_column_slice(n, columns.len(), out);
-                    right.add_scalar_mut(LEVEL);
-                    system::forward(&self.factor, &mut right);
-                    out.copy_from_slice(right.as_slice());
-                });
+        let known = self.known.as_ref();
+        let mut sites = Sites::new(pairs, self.symmetry, known.map(|k| k.prior.at(pairs)));
+        if let Some(known) = known {
+            let told = sites.functions.tr_mul(&known.centre);
+            sites
+                .mean
+                .iter_mut()
+                .zip(told.iter())
+                .for_each(|(m, t)| *m += t);
         }
-        Places { columns, solved }
+        let n = self.data.sites.len();
+        let mut solved = DMatrix::zeros(n, sites.len());
+        if n > 0 {
+            let tasks = solved.as_mut_slice().par_chunks_mut(n * TASK).enumerate();
+            tasks.for_each(|(task, out)| {
+                let of = task * TASK..sites.len().min((task + 1) * TASK);
+                let mut right = self.covariance.between(&self.rows, &sites, of);
+                system::forward(&self.factor, &mut right);
+                out.copy_from_slice(right.as_slice());
+            });
+        }
+        Places { sites, solved }
     }
 
     /// ln(f + ε) at places.
     pub fn means(&self, places: &Places) -> Vec<f64> {
-        // K⁻¹ y = L⁻ᵀ (L⁻¹ y): the columns are solved by L already.
-        let mut right = self.weights.clone();
-        if right.nrows() > 0 {
-            right = self.factor.lower_triangle().tr_mul(&right);
-        }
-        let means = places.solved.column_iter();
-        means.map(|v| MEAN + v.dot(&right.column(0))).collect()
+        let told = places.solved.column_iter().map(|v| v.dot(&self.solved));
+        told.zip(&places.sites.mean).map(|(t, m)| m + t).collect()
     }
 
     /// Variances of ln(f + ε) at places, without the scale.
     pub fn variances(&self, places: &Places) -> Vec<f64> {
-        let prior = LEVEL + self.terms.iter().map(|t| t.amplitude).sum::<f64>();
+        let before = self.covariance.variances(&places.sites).into_iter();
         let squares = places.solved.column_iter().map(|v| v.norm_squared());
-        squares.map(|s| (prior - s).max(0.0)).collect()
+        before.zip(squares).map(|(v, s)| (v - s).max(0.0)).collect()
     }
 
     /// Variances at places once there are readings at others too, without the scale; `None` if these are singular.
@@ -259,22 +294,19 @@ impl Posterior {
 
     /// Covariances of ln(f + ε) between two lists, without the scale: a column per place of the second.
     pub fn covariances(&self, of: &Places, with: &Places) -> DMatrix<f64> {
-        let rows = of.columns.len();
-        let mut out = DMatrix::zeros(rows, with.columns.len());
-        if rows == 0 {
+        let count = of.sites.len();
+        let mut out = DMatrix::zeros(count, with.sites.len());
+        if count == 0 {
             return out;
         }
-        let blocks = kernel::blocks(&of.columns);
+        let rows = of.sites.rows();
         // For one column the transpose would cost more than the product.
-        let across = (with.columns.len() > 1).then(|| of.solved.transpose());
-        let tasks = out.as_mut_slice().par_chunks_mut(rows * TASK).enumerate();
+        let across = (with.sites.len() > 1).then(|| of.solved.transpose());
+        let tasks = out.as_mut_slice().par_chunks_mut(count * TASK).enumerate();
         tasks.for_each(|(task, out)| {
-            let first = task * TASK;
-            let columns = &with.columns[first..with.columns.len().min(first + TASK)];
-            system::fill(&self.terms, columns, &blocks, rows, out);
-            let mut values = DMatrix::from_column_slice(rows, columns.len(), out);
-            values.add_scalar_mut(LEVEL);
-            let known = with.solved.columns(first, columns.len());
+            let chosen = task * TASK..with.sites.len().min((task + 1) * TASK);
+            let known = with.solved.columns(chosen.start, chosen.len());
+            let mut values = self.covariance.between(&rows, &with.sites, chosen);
             match &across {
                 Some(across) => values.gemm(-1.0, across, &known, 1.0),
                 None => values -= of.solved.tr_mul(&known),
@@ -287,12 +319,14 @@ impl Posterior {
     /// Squares of the errors of each reading as it is predicted from all others, in units of their variance: 1 on
     /// average if the kernel suits the material.
     fn left_out(&self) -> Vec<f64> {
-        let n = self.data.columns.len();
+        let n = self.data.sites.len();
         let mut inverse = DMatrix::identity(n, n);
         system::forward(&self.factor, &mut inverse);
-        let all = self.weights.iter().zip(inverse.column_iter());
-        let of = all.map(|(weight, column)| weight * weight / (column.norm_squared() * self.scale));
-        of.collect()
+        // A row of K⁻¹ is one of L⁻ᵀ times L⁻¹.
+        let square = |column: DVectorView<'_, f64>| {
+            column.dot(&self.solved).powi(2) / (column.norm_squared() * self.scale)
+        };
+        inverse.column_iter().map(square).collect()
     }
 
     /// The mean of those squares of the readings near each place.
@@ -308,13 +342,13 @@ impl Posterior {
             // Readings that are no surprise at all leave something to be known.
             (sum / weights).max(LEAST_SURPRISE)
         };
-        places.columns.par_iter().map(near).collect()
+        places.sites.columns.par_iter().map(near).collect()
     }
 
     /// How likely there is a reading to be had at each place: the share of those near, and of one besides.
     pub fn readable(&self, places: &Places) -> Vec<f64> {
         if self.read.iter().all(|read| *read) {
-            return vec![1.0; places.columns.len()];
+            return vec![1.0; places.sites.len()];
         }
         let share = |x: &Columns| {
             let [mut read, mut all] = [1.0, 1.0];
@@ -324,14 +358,14 @@ impl Posterior {
             }
             read / all
         };
-        places.columns.par_iter().map(share).collect()
+        places.sites.columns.par_iter().map(share).collect()
     }
 
     /// The weights of all rows of the data near a place: 1 where they are at it.
     fn near(&self, x: &Columns) -> impl Iterator<Item = f64> {
         let read = self.read.iter().filter(|read| **read).count().max(1);
         let narrower = (64.0 / read as f64).powf(1.0 / 6.0);
-        self.data.columns.iter().map(move |row| {
+        self.data.sites.columns.iter().map(move |row| {
             let off = WIDTHS.map(|(c, w)| (x[c] - row[c]) / (w * narrower));
             (-0.5 * off.iter().map(|d| d * d).sum::<f64>()).exp()
         })
@@ -340,6 +374,8 @@ impl Posterior {
 
 #[cfg(test)]
 mod tests {
+    use super::super::prior::PriorFile;
+    use super::super::system::MEAN;
     use super::*;
     use crate::sampling::{Random, cosine_hemisphere};
 
@@ -358,11 +394,15 @@ mod tests {
     fn data(pairs: &[DirectionPair]) -> Data {
         let n = pairs.len();
         Data {
-            columns: kernel::columns(pairs, Symmetry::FULL),
+            sites: Sites::new(pairs, Symmetry::FULL, None),
             // Enough for an inverse to keep nine digits.
             noise: (0..n).map(|i| 0.01 * (1 + i % 3) as f64).collect(),
             values: DMatrix::from_fn(n, 1, |i, _| (i as f64 * 0.7).sin()),
         }
+    }
+
+    fn given(kernel: &Kernel, data: Data) -> Posterior {
+        Posterior::given(Covariance::new(kernel), None, data, Symmetry::FULL).unwrap()
     }
 
     /// The process of some readings, and the covariance of two lists by the formula.
@@ -373,7 +413,7 @@ mod tests {
         impl Fn(&[DirectionPair], &[DirectionPair]) -> DMatrix<f64>,
     ) {
         let kernel = Kernel::new(Symmetry::FULL);
-        let process = Posterior::given(kernel.flat(), data(read), Symmetry::FULL).unwrap();
+        let process = given(&kernel, data(read));
         let by_formula = move |a: &[DirectionPair], b: &[DirectionPair]| {
             let [a, b] = [a, b].map(|list| kernel::columns(list, Symmetry::FULL));
             DMatrix::from_fn(a.len(), b.len(), |i, j| {
@@ -382,7 +422,7 @@ mod tests {
                     let r = (3.0 * off.map(|d| d * d).sum::<f64>()).sqrt();
                     t.amplitude * (1.0 + r) * (-r).exp()
                 };
-                LEVEL + kernel.terms.iter().map(of).sum::<f64>()
+                kernel.level + kernel.terms.iter().map(of).sum::<f64>()
             })
         };
         (process, by_formula)
@@ -415,6 +455,49 @@ mod tests {
     }
 
     #[test]
+    fn a_prior_adds_its_functions() {
+        let prior = PriorFile::new("built-in").load().unwrap();
+        let kernel = prior.kernel(Kernel::new(Symmetry::FULL));
+        let (read, at) = (pairs(0, 20), pairs(1000, 30));
+        let sites = |list: &[DirectionPair]| Sites::new(list, Symmetry::FULL, Some(prior.at(list)));
+        let centre = DMatrix::from_fn(prior.functions(), 1, |i, _| (i as f64).cos());
+        let mut data = Data {
+            sites: sites(&read),
+            ..data(&read)
+        };
+        let values = data.values.clone();
+        data.centre(&centre);
+        let known = Known {
+            prior: Arc::clone(&prior),
+            centre: centre.clone(),
+        };
+        let covariance = Covariance::new(&kernel);
+        let process = Posterior::given(covariance, Some(known), data, Symmetry::FULL).unwrap();
+        // The same by inverses, of dense matrices.
+        let k = |a: &[DirectionPair], b: &[DirectionPair]| {
+            let [a, b] = [sites(a), sites(b)];
+            let plain = Covariance::new(&Kernel {
+                share: 0.0,
+                ..kernel.clone()
+            });
+            let plain = plain.between(&a.rows(), &b, 0..b.len());
+            plain + a.functions.tr_mul(&b.functions) * kernel.share
+        };
+        let mut of_readings = k(&read, &read);
+        for i in 0..20 {
+            of_readings[(i, i)] += 0.01 * (1 + i % 3) as f64;
+        }
+        let off = values - sites(&read).functions.tr_mul(&centre);
+        let weights = of_readings.try_inverse().unwrap() * off;
+        let there = sites(&at);
+        let expected = k(&at, &read) * weights + there.functions.tr_mul(&centre);
+        let found = process.means(&process.places(&at));
+        for (i, z) in found.iter().enumerate() {
+            assert!((z - there.mean[i] - expected[(i, 0)]).abs() < 1e-7, "{i}");
+        }
+    }
+
+    #[test]
     fn further_readings_leave_the_variances_they_leave_once_they_are_there() {
         let (read, further, at) = (pairs(0, 60), pairs(60, 20), pairs(1000, 40));
         let (process, _) = process(&read);
@@ -422,7 +505,7 @@ mod tests {
         let kernel = Kernel::new(Symmetry::FULL);
         let mut all = data(&[read, further].concat());
         all.noise[60..].fill(NUGGET);
-        let with = Posterior::given(kernel.flat(), all, Symmetry::FULL).unwrap();
+        let with = given(&kernel, all);
         let then = with.variances(&with.places(&at));
         for (expected, then) in expected.unwrap().into_iter().zip(then) {
             assert!((expected - then).abs() < 1e-7, "{expected} {then}");
@@ -438,11 +521,11 @@ mod tests {
         for (i, square) in process.left_out().into_iter().enumerate() {
             let others: Vec<usize> = (0..read.len()).filter(|j| *j != i).collect();
             let without = Data {
-                columns: others.iter().map(|&j| all.columns[j]).collect(),
+                sites: all.sites.select(&others),
                 noise: others.iter().map(|&j| all.noise[j]).collect(),
                 values: all.values.select_rows(&others),
             };
-            let without = Posterior::given(kernel.flat(), without, Symmetry::FULL).unwrap();
+            let without = given(&kernel, without);
             let place = without.places(&read[i..=i]);
             let off = without.means(&place)[0] - MEAN - all.values[i];
             let variance = without.variances(&place)[0] + all.noise[i];
@@ -474,10 +557,10 @@ mod tests {
 
     #[test]
     fn without_readings_nothing_is_known() {
-        let process = Posterior::prior(Symmetry::FULL);
+        let process = Posterior::before(Symmetry::FULL, None);
         let places = process.places(&pairs(0, 3));
-        assert_eq!(process.means(&places), [MEAN; 3]);
-        assert!(process.variances(&places).iter().all(|v| *v > LEVEL));
+        assert_eq!(process.means(&places), places.sites.mean);
+        assert!(process.variances(&places).iter().all(|v| *v > 25.0));
         assert_eq!(process.covariances(&places, &places).shape(), (3, 3));
     }
 }

@@ -1,25 +1,155 @@
 //! The linear system of the readings: covariances, their factor, and how likely a kernel makes the readings.
 
 use super::kernel::{self, Block, Columns, Flat, Kernel, LANES};
+use crate::geometry::{DirectionPair, Symmetry};
 use nalgebra::DMatrix;
 use pulp::{Arch, NullaryFnOnce};
 use std::cmp::Ordering;
+use std::ops::Range;
+
+/// Pairs in the form that the system takes.
+#[derive(Clone)]
+pub(super) struct Sites {
+    pub columns: Vec<Columns>,
+    /// Mean of ln f at each, beforehand.
+    pub mean: Vec<f64>,
+    /// Functions of the prior, a column per pair; none without one.
+    pub functions: DMatrix<f64>,
+}
+
+impl Sites {
+    /// Pairs of a material of this symmetry, with the mean and the functions of a prior there, if there is one.
+    pub fn new(
+        pairs: &[DirectionPair],
+        symmetry: Symmetry,
+        known: Option<(Vec<f64>, DMatrix<f64>)>,
+    ) -> Self {
+        let nothing = || (vec![MEAN; pairs.len()], DMatrix::zeros(0, pairs.len()));
+        let (mean, functions) = known.unwrap_or_else(nothing);
+        Self {
+            columns: kernel::columns(pairs, symmetry),
+            mean,
+            functions,
+        }
+    }
+
+    pub fn len(&self) -> usize {
+        self.columns.len()
+    }
+
+    /// Some of them.
+    pub fn select(&self, which: &[usize]) -> Self {
+        Self {
+            columns: which.iter().map(|&i| self.columns[i]).collect(),
+            mean: which.iter().map(|&i| self.mean[i]).collect(),
+            functions: self.functions.select_columns(which),
+        }
+    }
+
+    /// These, and then others.
+    pub fn and(mut self, others: &Self) -> Self {
+        let (own, rows) = (self.len(), self.functions.nrows());
+        self.columns.extend(&others.columns);
+        self.mean.extend(&others.mean);
+        let mut functions = self.functions.resize_horizontally(self.columns.len(), 0.0);
+        let mut further = functions.view_mut((0, own), (rows, others.len()));
+        further.copy_from(&others.functions);
+        self.functions = functions;
+        self
+    }
+
+    /// The form in which covariances with others are computed.
+    pub fn rows(&self) -> Rows {
+        Rows {
+            blocks: kernel::blocks(&self.columns),
+            functions: self.functions.transpose(),
+        }
+    }
+}
+
+/// Pairs as the rows of a matrix.
+pub(super) struct Rows {
+    blocks: Vec<Block>,
+    /// A row per pair.
+    functions: DMatrix<f64>,
+}
+
+/// A kernel in the form that the system takes.
+pub(super) struct Covariance {
+    terms: Vec<Flat>,
+    level: f64,
+    share: f64,
+    amplitude: f64,
+}
+
+impl Covariance {
+    pub fn new(kernel: &Kernel) -> Self {
+        Self {
+            terms: kernel.flat(),
+            level: kernel.level,
+            share: kernel.share,
+            amplitude: kernel.amplitude(),
+        }
+    }
+
+    /// The covariances of some sites with rows, a column per site.
+    pub fn between(&self, rows: &Rows, sites: &Sites, of: Range<usize>) -> DMatrix<f64> {
+        self.filled(rows, sites, of, false)
+    }
+
+    fn filled(&self, rows: &Rows, sites: &Sites, of: Range<usize>, triangle: bool) -> DMatrix<f64> {
+        let mut out = DMatrix::zeros(rows.functions.nrows(), of.len());
+        if out.is_empty() {
+            return out;
+        }
+        Arch::new().dispatch(Fill {
+            terms: &self.terms,
+            columns: &sites.columns[of.clone()],
+            blocks: &rows.blocks,
+            rows: rows.functions.nrows(),
+            triangle,
+            out: out.as_mut_slice(),
+        });
+        out.add_scalar_mut(self.level);
+        if self.share > 0.0 {
+            let functions = sites.functions.columns(of.start, of.len());
+            out.gemm(self.share, &rows.functions, &functions, 1.0);
+        }
+        out
+    }
+
+    /// The variance at each site.
+    pub fn variances(&self, sites: &Sites) -> Vec<f64> {
+        let plain = self.level + self.amplitude;
+        let functions = sites.functions.column_iter();
+        functions
+            .map(|q| plain + self.share * q.norm_squared())
+            .collect()
+    }
+
+    /// Cholesky's factor of the covariances of readings; `None` if they are singular.
+    pub fn factor(&self, data: &Data) -> Option<DMatrix<f64>> {
+        let rows = data.sites.rows();
+        let mut k = self.filled(&rows, &data.sites, 0..data.sites.len(), true);
+        for (i, noise) in data.noise.iter().enumerate() {
+            k[(i, i)] += noise;
+        }
+        factored(&mut k).then_some(k)
+    }
+}
 
 /// Readings in the form that the system takes.
 pub(super) struct Data {
-    /// Columns of each reading.
-    pub columns: Vec<Columns>,
+    /// The pair of each reading.
+    pub sites: Sites,
     /// Variance of ln f of each reading: of its noise, and the nugget.
     pub noise: Vec<f64>,
-    /// ln f less [`MEAN`], a column per value of a reading.
+    /// ln f less its mean beforehand, a column per value of a reading.
     pub values: DMatrix<f64>,
 }
 
 /// The mean of ln f over materials and pairs, about which its level varies.
 pub(super) const MEAN: f64 = -2.0;
-
-/// Variance of the level of ln f of a material.
-pub(super) const LEVEL: f64 = 25.0;
 
 /// The variance of ln f that no column explains.
 pub(super) const NUGGET: f64 = 1.8e-5;
@@ -27,45 +157,7 @@ pub(super) const NUGGET: f64 = 1.8e-5;
 /// Degrees of freedom of the prior of the scale of all variances: a t-likelihood.
 pub(super) const FREEDOM: f64 = 6.0;
 
-/// Cholesky's factor of the covariances of readings about a level of variance `level`; `None` if they are singular.
-pub(super) fn factor(terms: &[Flat], data: &Data, level: f64) -> Option<DMatrix<f64>> {
-    let n = data.columns.len();
-    let blocks = kernel::blocks(&data.columns);
-    let mut k = DMatrix::zeros(n, n);
-    Arch::new().dispatch(Fill {
-        terms,
-        columns: &data.columns,
-        blocks: &blocks,
-        rows: n,
-        triangle: true,
-        out: k.as_mut_slice(),
-    });
-    k.add_scalar_mut(level);
-    for (i, noise) in data.noise.iter().enumerate() {
-        k[(i, i)] += noise;
-    }
-    factored(&mut k).then_some(k)
-}
-
-/// Writes the covariances of pairs with the first `rows` of some blocks: a column of that length per pair.
-pub(super) fn fill(
-    terms: &[Flat],
-    columns: &[Columns],
-    blocks: &[Block],
-    rows: usize,
-    out: &mut [f64],
-) {
-    Arch::new().dispatch(Fill {
-        terms,
-        columns,
-        blocks,
-        rows,
-        triangle: false,
-        out,
-    });
-}
-
-/// Writes covariances, a column per pair.
+/// Writes covariances by the terms, a column per pair.
 struct Fill<'a> {
     terms: &'a [Flat],
     columns: &'a [Columns],
@@ -134,23 +226,40 @@ pub(super) fn factored(a: &mut DMatrix<f64>) -> bool {
     true
 }
 
-/// The process given its readings: at each pair the level, and weights times the covariances with the readings.
+/// The process given its readings: at each pair the mean beforehand, the level, and weights times the covariances
+/// with the readings.
 pub(super) struct Solved {
     /// One row per reading, a column per value.
     pub weights: DMatrix<f64>,
-    /// ln f of each value.
+    /// What is added to the mean of each value.
     pub levels: Vec<f64>,
 }
 
 impl Data {
-    /// The weights of the readings, about a level of which nothing is known beforehand (ordinary kriging): where
+    /// Takes coefficients of the functions as known, a column for each value.
+    pub fn centre(&mut self, coefficients: &DMatrix<f64>) {
+        self.values -= self.sites.functions.tr_mul(coefficients);
+    }
+
+    /// The weights of the readings. Without a prior nothing is known of the level beforehand (ordinary kriging): where
     /// all readings are one value, so is the process. `None` if the covariances are singular.
     pub fn solve(&self, kernel: &Kernel) -> Option<Solved> {
-        let factor = factor(&kernel.flat(), self, 0.0)?;
-        let mut ones = DMatrix::from_element(self.columns.len(), 1, 1.0);
+        let is_known = kernel.share > 0.0;
+        let covariance = Covariance {
+            level: if is_known { kernel.level } else { 0.0 },
+            ..Covariance::new(kernel)
+        };
+        let factor = covariance.factor(self)?;
+        let mut weights = self.values.clone();
+        if is_known {
+            back(&factor, &mut weights)?;
+            let levels = weights.column_iter().map(|w| kernel.level * w.sum());
+            let levels = levels.collect();
+            return Some(Solved { weights, levels });
+        }
+        let mut ones = DMatrix::from_element(self.sites.len(), 1, 1.0);
         back(&factor, &mut ones)?;
         let share = ones.sum();
-        let mut weights = self.values.clone();
         let mut levels = Vec::new();
         for mut column in weights.column_iter_mut() {
             let level = column.dot(&ones.column(0)) / share;
@@ -164,8 +273,8 @@ impl Data {
     /// −ln of the likelihood of the values, their mean, and its derivatives by [`Kernel::logs`]: values are
     /// t-distributed, as a scale of all variances that is known to six readings makes them.
     pub fn likelihood(&self, kernel: &Kernel) -> Option<(f64, Vec<f64>)> {
-        let factor = factor(&kernel.flat(), self, LEVEL)?;
-        let n = self.columns.len();
+        let factor = Covariance::new(kernel).factor(self)?;
+        let n = self.sites.len();
         let mut weights = self.values.clone();
         back(&factor, &mut weights)?;
         let count = self.values.ncols() as f64;
@@ -187,14 +296,18 @@ impl Data {
         }
         let terms = kernel.flat();
         let mut slope = vec![0.0; kernel.logs().len()];
-        let blocks = kernel::blocks(&self.columns);
+        let blocks = kernel::blocks(&self.sites.columns);
         Arch::new().dispatch(Slopes {
             terms: &terms,
-            columns: &self.columns,
+            columns: &self.sites.columns,
             blocks: &blocks,
             by: &by,
             out: &mut slope,
         });
+        if let Some(last) = slope.last_mut().filter(|_| kernel.share > 0.0) {
+            let functions = &self.sites.functions;
+            *last = kernel.share * (functions * &by).dot(functions);
+        }
         loss.is_finite().then_some((loss, slope))
     }
 }
@@ -265,7 +378,11 @@ mod tests {
     fn data(n: usize) -> Data {
         let columns = |i: usize| from_fn(|c| ((i + 1) as f64 * (c + 2) as f64 * 0.618).fract());
         Data {
-            columns: (0..n).map(columns).collect(),
+            sites: Sites {
+                columns: (0..n).map(columns).collect(),
+                mean: vec![MEAN; n],
+                functions: DMatrix::zeros(0, n),
+            },
             noise: (0..n).map(|i| NUGGET * (1 + i % 3) as f64).collect(),
             values: DMatrix::from_fn(n, 2, |i, c| ((i * (c + 3)) as f64 * 0.07).sin()),
         }
@@ -277,10 +394,11 @@ mod tests {
         let kernel = Kernel::new(Symmetry::FULL);
         for n in [1, 7, 95, 96, 97, 300] {
             let data = data(n);
+            let columns = &data.sites.columns;
             let plain = DMatrix::from_fn(n, n, |i, j| {
                 let of = |t: &kernel::Term| {
                     let parts = t.lengths.iter();
-                    let off = parts.map(|(c, l)| (data.columns[i][*c] - data.columns[j][*c]) / l);
+                    let off = parts.map(|(c, l)| (columns[i][*c] - columns[j][*c]) / l);
                     let r = (3.0 * off.map(|d| d * d).sum::<f64>()).sqrt();
                     t.amplitude * (1.0 + r) * (-r).exp()
                 };

@@ -9,6 +9,7 @@ use crate::experiment::{
 };
 use crate::lighting::Lighting;
 use crate::parametrization::{ParametrizationSpec, find};
+use crate::reconstruct::PriorFile;
 use crate::registry::Entry;
 use crate::report::pictures::{BrdfSlices, Comparison, hemispheres_svg, test_functions_svg};
 use crate::report::run::{Below, RunFolder, file_stem};
@@ -277,13 +278,18 @@ fn how(plan: &Plan) -> String {
     text += &format!("{:?}", plan.channels);
     for set in &plan.sample_sets {
         text += &set.set.resolved().to_string();
-        text += &format!("{:?}", set.tuning);
+        text += &format!(
+            "{:?} {:?}",
+            set.tuning,
+            set.set.prior().map(PriorFile::content)
+        );
     }
     if let Some(instrument) = plan.instruments.first() {
         text += &instrument.resolved().to_string();
     }
     for method in &plan.methods {
         text += &method.method.resolved().to_string();
+        text += &format!("{:?}", method.method.prior().map(PriorFile::content));
     }
     let labels = plan.parametrizations.iter().map(|c| c.label());
     text + &labels.collect::<Vec<_>>().join(",")

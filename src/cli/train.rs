@@ -1,0 +1,89 @@
+//! `gonio train`.
+
+use super::brdf_args::BrdfArgs;
+use super::talk::wrote;
+use super::{ThreadArgs, print, refuse_existing, unknown};
+use crate::brdf::Channels;
+use crate::error::{Error, count};
+use crate::experiment;
+use crate::files::write_atomically;
+use crate::reconstruct::{TrainError, Training};
+use clap::Args;
+use std::path::PathBuf;
+
+/// Configurations at which materials are looked at, by default: twice as many change no error of a reconstruction
+/// by 2 %.
+const NODES: u32 = 60_000;
+
+/// Makes a prior: what many materials have in common, for few readings of another
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Planners and kriging take it as prior = \"FILE\". It is for isotropic, reciprocal and bilateral materials, in every
+channel; a run refuses one that was made of a material it tests.
+
+  gonio train MERL --except brass,nickel -o prior.gonio
+  gonio next --set 'prior=\"prior.gonio\"' --batch 8 -o poses.csv")]
+pub(super) struct Train {
+    #[command(flatten)]
+    brdf: BrdfArgs,
+    /// Materials to leave out, by name, joined by commas
+    #[arg(long, value_name = "NAMES", value_delimiter = ',')]
+    except: Vec<String>,
+    /// Functions by which materials differ, at most
+    #[arg(long, value_name = "N", default_value_t = 80, value_parser = clap::value_parser!(u16).range(1..=500))]
+    functions: u16,
+    /// Configurations at which materials are looked at, at most
+    #[arg(long, value_name = "N", default_value_t = NODES, value_parser = clap::value_parser!(u32).range(500..=90_000))]
+    nodes: u32,
+    /// The file to write
+    #[arg(short, long, value_name = "FILE")]
+    output: PathBuf,
+    /// Replace a file that exists
+    #[arg(long)]
+    force: bool,
+    #[command(flatten)]
+    threads: ThreadArgs,
+}
+
+impl Train {
+    pub(super) fn run(self) -> Result<(), Error> {
+        self.threads.apply()?;
+        refuse_existing(&self.output, self.force)?;
+        let mut materials = self.brdf.plan(&self.brdf.source()?)?.materials;
+        for name in &self.except {
+            let names = || materials.iter().map(|m| m.name.clone());
+            if !names().any(|n| n == *name) {
+                return Err(unknown("--except", name, names()));
+            }
+        }
+        materials.retain(|m| !self.except.contains(&m.name));
+        let place = |e: TrainError| match e {
+            TrainError::Material { .. } => Error::data(&self.output, e),
+            e => Error::config("gonio train", e),
+        };
+        let mut training = Training::new(self.nodes as usize).map_err(place)?;
+        let channels = |material: &experiment::Material| match material.is_coloured() {
+            true => Channels::Rgb,
+            false => Channels::Luminance,
+        };
+        BrdfArgs::each_of(&materials, &self.output, channels, |material, brdf| {
+            let content = experiment::content(material)?;
+            training.add(&material.name, &content, brdf).map_err(place)
+        })?;
+        let prior = training.prior(self.functions.into()).map_err(place)?;
+        let mut size = 0;
+        write_atomically(&self.output, |out| {
+            let bytes = prior.to_bytes();
+            size = bytes.len();
+            std::io::Write::write_all(out, &bytes)
+        })
+        .map_err(|e| Error::output(&self.output, e))?;
+        wrote(&self.output);
+        print(&format!(
+            "{}, {}, {:.1} MB\n",
+            count(prior.materials().len(), "material"),
+            count(prior.functions(), "function"),
+            size as f64 / 1e6
+        ))
+    }
+}

@@ -1,0 +1,43 @@
+//! What members of a plan know of other materials, none of which is tested.
+
+use super::choices::Material;
+use super::key;
+use super::keypath::KeyPath;
+use super::source::Source;
+use crate::error::Error;
+use crate::reconstruct::PriorFile;
+
+/// Checks that no material is tested that a prior was made of. Each comes with the place of its member.
+///
+/// # Errors
+/// [`Error::Config`] for one that is, or a prior that cannot be read.
+pub(super) fn check<'a>(
+    source: &Source,
+    tested: &[Material],
+    priors: impl Iterator<Item = (KeyPath, Option<&'a PriorFile>)>,
+) -> Result<(), Error> {
+    let mut contents = Vec::new();
+    for (place, prior) in priors {
+        let Some(prior) = prior else {
+            continue;
+        };
+        let path = place.key("prior");
+        let known = prior.load();
+        let known = known.map_err(|e| source.error_at(&path, format!("{place}.{e}")))?;
+        if contents.is_empty() {
+            contents = tested.iter().map(key::content).collect::<Result<_, _>>()?;
+        }
+        for (material, content) in tested.iter().zip(&contents) {
+            if known.materials().iter().any(|m| m.content == *content) {
+                let message = format!(
+                    "{path} = {:?} was made of the tested material {:?}; allowed: one that was made of others \
+                     (gonio train --except NAME)",
+                    prior.path(),
+                    material.name
+                );
+                return Err(source.error_at(&path, message));
+            }
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,157 @@
+//! Priors as a user meets them: made of materials, named by planners and reconstructions.
+
+use super::Bench;
+use super::pages::of_repository;
+use super::planning::{after, good, refused};
+use std::fmt::Write;
+use std::fs;
+
+/// The first line of a file of a prior, and its numbers.
+fn parts(bytes: &[u8]) -> (serde_json::Value, Vec<f64>) {
+    let end = bytes.iter().position(|b| *b == b'\n').unwrap();
+    let numbers = bytes[end + 1..].chunks_exact(2);
+    let numbers = numbers.map(|b| half::f16::from_le_bytes([b[0], b[1]]).to_f64());
+    (
+        serde_json::from_slice(&bytes[..end]).unwrap(),
+        numbers.collect(),
+    )
+}
+
+#[test]
+fn the_built_in_prior_is_made_of_the_families_of_a_config() {
+    let bench = Bench::new();
+    let config = fs::read_to_string(of_repository("configs/families.toml")).unwrap();
+    // As the config says.
+    let line = config
+        .lines()
+        .find(|line| line.contains("gonio train"))
+        .unwrap();
+    let words: Vec<&str> = line.split_whitespace().skip(2).collect();
+    let place = words.iter().position(|w| *w == "-o").unwrap() + 1;
+    let kept = fs::read(of_repository(words[place])).unwrap();
+    let families = of_repository(words[1]);
+    let mut line = words.clone();
+    (line[1], line[place]) = (families.to_str().unwrap(), "again.gonio");
+    bench.good(&line);
+    let again = fs::read(bench.path("again.gonio")).unwrap();
+    let ((kept, a), (again, b)) = (parts(&kept), parts(&again));
+    for key in ["gonio_prior", "nodes", "functions", "centres", "materials"] {
+        assert_eq!(kept[key], again[key]);
+    }
+    for key in ["scale", "share"] {
+        let ratio = kept[key].as_f64().unwrap() / again[key].as_f64().unwrap();
+        assert!((ratio - 1.0).abs() < 1e-9, "{key}");
+    }
+    // Processors round sums of products each in their way.
+    let off = a
+        .iter()
+        .zip(&b)
+        .map(|(a, b)| (a - b).abs() / (1.0 + a.abs()));
+    assert_eq!(a.len(), b.len());
+    assert!(off.fold(0.0, f64::max) < 0.01);
+}
+
+/// Glossy materials of two families.
+fn families() -> String {
+    let mut text = String::from("experiment = \"moments\"\n");
+    for i in 0..12 {
+        let (alpha, albedo) = (0.1 + 0.02 * f64::from(i), 0.1 + 0.05 * f64::from(i % 4));
+        let name = format!("{i}-{}", if i % 2 == 0 { "paint" } else { "plastic" });
+        writeln!(
+            text,
+            "[[material]]\nname = \"{name}\"\nkind = \"sum\"\ncomponent = [\
+             {{ weight = 1.0, brdf = {{ kind = \"ggx\", alpha = {alpha:.2} }} }}, \
+             {{ weight = {albedo:.2}, brdf = {{ kind = \"lambert\", albedo = 1.0 }} }}]"
+        )
+        .unwrap();
+    }
+    text
+}
+
+const STUDY: &str = "budgets = [4]\n\
+    [[material]]\nname = \"new\"\nkind = \"sum\"\ncomponent = [\
+    { weight = 1.0, brdf = { kind = \"ggx\", alpha = 0.17 } }, \
+    { weight = 0.12, brdf = { kind = \"lambert\", albedo = 1.0 } }]\n\
+    [[parametrization]]\nkind = \"half-difference\"\n\
+    [[sample_set]]\nkind = \"adaptive\"\nprior = \"p.gonio\"\n\
+    [[reconstruction]]\nkind = \"kriging\"\nprior = \"p.gonio\"\n\
+    [[reconstruction]]\nkind = \"kriging\"\n";
+
+#[test]
+fn a_prior_helps_where_readings_are_few_and_never_knows_what_is_tested() {
+    let bench = Bench::new();
+    fs::write(bench.path("f.toml"), families()).unwrap();
+    let train = "train f.toml --nodes 1500 --functions 6 -o p.gonio";
+    let told = good(&bench, train);
+    assert!(told.starts_with("12 materials, 6 functions"), "{told}");
+    let told = refused(&bench, train, 2);
+    assert!(
+        told.contains("p.gonio") && told.contains("--force"),
+        "{told}"
+    );
+    fs::write(bench.path("c.toml"), STUDY).unwrap();
+    good(&bench, "run c.toml -o r -q");
+    let error = |name: &str| {
+        let rows = bench.rows("r");
+        let row = rows
+            .iter()
+            .find(|r| r.reconstruction == name && r.measure == "cosine");
+        let row = row.unwrap();
+        (row.key.clone(), row.value("nrmse").unwrap())
+    };
+    let (key, with) = error("kriging-prior");
+    assert!(with < 0.5 * error("kriging").1, "{with}");
+    // Nothing is made twice, also where the file lies elsewhere.
+    fs::rename(bench.path("p.gonio"), bench.path("q.gonio")).unwrap();
+    fs::write(bench.path("d.toml"), STUDY.replace("p.gonio", "q.gonio")).unwrap();
+    good(&bench, "run d.toml -o s -q");
+    assert_eq!(bench.rows("s")[0].key, bench.rows("r")[0].key);
+    // Another prior is another question.
+    let fewer = train.replace("-o p", "--except 3-plastic,4-paint -o p");
+    assert!(good(&bench, &fewer).starts_with("10 materials"));
+    good(&bench, "run c.toml -o r -q");
+    assert_ne!(error("kriging-prior").0, key);
+
+    let misspelt = train.replace("-o p", "--except 3-plastik -o x");
+    let told = refused(&bench, &misspelt, 2);
+    assert!(told.contains("did you mean 3-plastic?"), "{told}");
+    let tested = families()
+        .split("[[")
+        .take(2)
+        .collect::<Vec<_>>()
+        .join("[[");
+    let tested = tested.replace("experiment = \"moments\"\n", "")
+        + &STUDY[STUDY.find("[[parametrization").unwrap()..];
+    fs::write(bench.path("t.toml"), format!("budgets = [4]\n{tested}")).unwrap();
+    let told = refused(&bench, "check t.toml", 2);
+    assert!(
+        told.contains(
+            "sample_set[0].prior = \"p.gonio\" was made of the tested material \"0-paint\""
+        ),
+        "{told}"
+    );
+    let told = refused(
+        &bench,
+        "check c.toml --set reconstruction.0.prior=\"no.gonio\"",
+        2,
+    );
+    assert!(told.contains("prior = \"no.gonio\""), "{told}");
+    assert!(told.contains("gonio train"), "{told}");
+}
+
+#[test]
+fn a_laboratory_begins_with_what_others_were_like() {
+    let bench = Bench::new();
+    let next = "next --planner adaptive --set prior=\"built-in\" --batch 4";
+    good(&bench, &format!("{next} -o a.csv"));
+    let config = of_repository("configs/quickstart.toml");
+    let config = config.to_str().unwrap();
+    good(
+        &bench,
+        &format!("measure a.csv --config {config} --material ggx-0.3 -o ar.csv"),
+    );
+    let told = good(&bench, &format!("{next} ar.csv -o b.csv"));
+    assert!(told.contains("so far: 4 poses, 4 readings"), "{told}");
+    let (now, then) = (after(&told, "nrmse "), after(&told, "then nrmse "));
+    assert!(then < now && now < 2.0, "{told}");
+}
