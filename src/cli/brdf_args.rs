@@ -114,35 +114,23 @@ impl BrdfArgs {
         Ok(source)
     }
 
-    /// [`each_of`](Self::each_of) in luminance, or in the wavelengths of the scene.
-    ///
-    /// # Errors
-    /// As [`each_of`](Self::each_of).
-    pub(super) fn each(
-        &self,
-        results: &Path,
-        visit: impl FnMut(&Material, &dyn Brdf) -> Result<(), Error>,
-    ) -> Result<(), Error> {
-        let plan = self.plan(&self.source()?)?;
-        let channels = plan.seen_in(Channels::Luminance);
-        Self::each_of(&plan.materials, results, |_| channels.clone(), visit)
-    }
-
-    /// The BRDF of each material in chosen channels: `visit` is called for one after the other. One that cannot be built is told on stderr, and left out if there are others.
+    /// The materials, each with its BRDF in luminance, or in the wavelengths of its scene: `visit` is called for one after the other.
+    /// One that cannot be built is told on stderr, and left out if there are others.
     ///
     /// # Errors
     /// What `visit` returns; the reason, if no material can be built; else how many cannot.
-    pub(super) fn each_of(
-        materials: &[Material],
+    pub(super) fn each(
+        &self,
         results: &Path,
-        channels: impl Fn(&Material) -> Channels,
         mut visit: impl FnMut(&Material, &dyn Brdf) -> Result<(), Error>,
     ) -> Result<(), Error> {
+        let plan = self.plan(&self.source()?)?;
+        let (channels, materials) = (plan.seen_in(Channels::Luminance), plan.materials);
         let mut failed = 0;
         let mut progress = Progress::of(materials.len() as u64, "");
-        for material in materials {
+        for material in &materials {
             progress.doing(|| material.name.clone());
-            match super::build(material, channels(material)) {
+            match super::build(material, channels.clone()) {
                 Ok(brdf) => visit(material, &*brdf)?,
                 Err(e) if materials.len() == 1 => return Err(e),
                 Err(e) => {

@@ -1,25 +1,26 @@
 //! `gonio train`.
 
 use super::brdf_args::BrdfArgs;
+use super::progress::Progress;
 use super::talk::wrote;
-use super::{ThreadArgs, print, refuse_existing, unknown};
+use super::{ThreadArgs, build, print, refuse_existing, unknown};
 use crate::brdf::Channels;
 use crate::error::{Error, count};
 use crate::experiment;
 use crate::files::write_atomically;
-use crate::reconstruct::{TrainError, Training};
+use crate::reconstruct::{FUNCTIONS, NODES, TrainError, Training};
 use clap::Args;
 use std::path::PathBuf;
 
-/// Configurations at which materials are looked at, by default: twice as many change no error of a reconstruction
-/// by 2 %.
-const NODES: u32 = 60_000;
+/// Configurations at which materials are looked at, by default.
+const USUAL_NODES: u32 = 60_000;
 
 /// Makes a prior: what many materials have in common, for few readings of another
 #[derive(Debug, Args)]
 #[command(after_help = "\
 Planners and kriging take it as prior = \"FILE\". It is for isotropic, reciprocal and bilateral materials, in every
-channel; a run refuses one that was made of a material it tests.
+channel; a run refuses one that was made of a file it tests. The last word of a name is the family of a material
+(red-paint and gold-paint2 are paint): how far to trust the prior is seen by families that are left out.
 
   gonio train MERL --except brass,nickel -o prior.gonio
   gonio next --set 'prior=\"prior.gonio\"' --batch 8 -o poses.csv")]
@@ -30,10 +31,11 @@ pub(super) struct Train {
     #[arg(long, value_name = "NAMES", value_delimiter = ',')]
     except: Vec<String>,
     /// Functions by which materials differ, at most
-    #[arg(long, value_name = "N", default_value_t = 80, value_parser = clap::value_parser!(u16).range(1..=500))]
+    #[arg(long, value_name = "N", default_value_t = 80, value_parser = clap::value_parser!(u16).range(1..=FUNCTIONS as i64))]
     functions: u16,
     /// Configurations at which materials are looked at, at most
-    #[arg(long, value_name = "N", default_value_t = NODES, value_parser = clap::value_parser!(u32).range(500..=90_000))]
+    #[arg(long, value_name = "N", default_value_t = USUAL_NODES,
+        value_parser = clap::value_parser!(u32).range(*NODES.start() as i64..=*NODES.end() as i64))]
     nodes: u32,
     /// The file to write
     #[arg(short, long, value_name = "FILE")]
@@ -57,20 +59,24 @@ impl Train {
             }
         }
         materials.retain(|m| !self.except.contains(&m.name));
-        let place = |e: TrainError| match e {
-            TrainError::Material { .. } => Error::data(&self.output, e),
-            e => Error::config("gonio train", e),
-        };
-        let mut training = Training::new(self.nodes as usize).map_err(place)?;
-        let channels = |material: &experiment::Material| match material.is_coloured() {
-            true => Channels::Rgb,
-            false => Channels::Luminance,
-        };
-        BrdfArgs::each_of(&materials, &self.output, channels, |material, brdf| {
+        let refused = |e: TrainError| Error::config("gonio train", e);
+        let mut training = Training::new(self.nodes as usize).map_err(refused)?;
+        let mut progress = Progress::of(materials.len() as u64, "");
+        for material in &materials {
+            progress.doing(|| material.name.clone());
+            let channels = match material.is_coloured() {
+                true => Channels::Rgb,
+                false => Channels::Luminance,
+            };
+            let brdf = build(material, channels)?;
             let content = experiment::content(material)?;
-            training.add(&material.name, &content, brdf).map_err(place)
-        })?;
-        let prior = training.prior(self.functions.into()).map_err(place)?;
+            let added = training.add(&material.name, &content, &*brdf);
+            added.map_err(|e| Error::data(&material.name, e))?;
+            progress.advance(1.0);
+        }
+        drop(progress);
+        let families = training.families();
+        let prior = training.prior(self.functions.into()).map_err(refused)?;
         let mut size = 0;
         write_atomically(&self.output, |out| {
             let bytes = prior.to_bytes();
@@ -79,11 +85,17 @@ impl Train {
         })
         .map_err(|e| Error::output(&self.output, e))?;
         wrote(&self.output);
+        let [scale, share] = prior.scale_and_share();
         print(&format!(
-            "{}, {}, {:.1} MB\n",
+            "{} of {families} families, {}, {:.2} MB\nkernel: scale {scale:.3}, share {share:.3}{}\n",
             count(prior.materials().len(), "material"),
             count(prior.functions(), "function"),
-            size as f64 / 1e6
+            size as f64 / 1e6,
+            if families > 1 {
+                ""
+            } else {
+                ", not fitted: one family cannot be left out"
+            },
         ))
     }
 }

@@ -132,7 +132,7 @@ pub(super) fn hash(paths: &[PathBuf]) -> Result<Vec<Input>, Unreadable> {
 
 /// Removes paths of files: keys depend on their bytes. Also in the parts of a compound material.
 pub(super) fn forget_paths(table: &mut toml::Table) {
-    for key in ["path", "file"] {
+    for key in ["path", "file", "prior"] {
         table.remove(key);
     }
     for (_, value) in table.iter_mut() {

@@ -28,12 +28,15 @@ pub(super) fn check<'a>(
             contents = tested.iter().map(key::content).collect::<Result<_, _>>()?;
         }
         for (material, content) in tested.iter().zip(&contents) {
-            if known.materials().iter().any(|m| m.content == *content) {
+            let found = known.materials().iter().find(|m| m.content == *content);
+            if let Some(trained) = found {
                 let message = format!(
-                    "{path} = {:?} was made of the tested material {:?}; allowed: one that was made of others \
-                     (gonio train --except NAME)",
+                    "{path} = {:?} was made of {:?}, which is the tested material {:?}; allowed: one that was made \
+                     of others (gonio train --except {})",
                     prior.path(),
-                    material.name
+                    trained.name,
+                    material.name,
+                    trained.name
                 );
                 return Err(source.error_at(&path, message));
             }

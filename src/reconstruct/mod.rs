@@ -46,7 +46,7 @@ pub use fit::Fit;
 pub use grid::Continuation;
 pub use interpolant::{Interpolant, Readings, noise, present, values_at};
 pub use inverse_distance::InverseDistance;
-pub use kriging::{Kriging, Prior, PriorFile, TrainError, Trained, Training};
+pub use kriging::{FUNCTIONS, Kriging, NODES, Prior, PriorFile, TrainError, Trained, Training};
 pub(crate) use kriging::{Places, Posterior};
 pub use lattice_method::{LatticeMethod, LatticeRule};
 pub use multilinear::{Multilinear, MultilinearRule};

@@ -83,7 +83,10 @@ fn a_prior_helps_where_readings_are_few_and_never_knows_what_is_tested() {
     fs::write(bench.path("f.toml"), families()).unwrap();
     let train = "train f.toml --nodes 1500 --functions 6 -o p.gonio";
     let told = good(&bench, train);
-    assert!(told.starts_with("12 materials, 6 functions"), "{told}");
+    assert!(
+        told.starts_with("12 materials of 2 families, 6 functions"),
+        "{told}"
+    );
     let told = refused(&bench, train, 2);
     assert!(
         told.contains("p.gonio") && told.contains("--force"),
@@ -106,7 +109,14 @@ fn a_prior_helps_where_readings_are_few_and_never_knows_what_is_tested() {
     fs::write(bench.path("d.toml"), STUDY.replace("p.gonio", "q.gonio")).unwrap();
     good(&bench, "run d.toml -o s -q");
     assert_eq!(bench.rows("s")[0].key, bench.rows("r")[0].key);
-    // Another prior is another question.
+    // Another prior is another question, if only for the families of its materials.
+    let renamed = families().replace("-plastic", "-paint");
+    fs::write(bench.path("g.toml"), renamed).unwrap();
+    let told = good(&bench, &train.replace("f.toml", "g.toml"));
+    assert!(told.contains("not fitted"), "{told}");
+    good(&bench, "run c.toml -o r -q");
+    assert_ne!(error("kriging-prior").0, key);
+    fs::remove_file(bench.path("p.gonio")).unwrap();
     let fewer = train.replace("-o p", "--except 3-plastic,4-paint -o p");
     assert!(good(&bench, &fewer).starts_with("10 materials"));
     good(&bench, "run c.toml -o r -q");
@@ -126,7 +136,7 @@ fn a_prior_helps_where_readings_are_few_and_never_knows_what_is_tested() {
     let told = refused(&bench, "check t.toml", 2);
     assert!(
         told.contains(
-            "sample_set[0].prior = \"p.gonio\" was made of the tested material \"0-paint\""
+            "sample_set[0].prior = \"p.gonio\" was made of \"0-paint\", which is the tested"
         ),
         "{told}"
     );

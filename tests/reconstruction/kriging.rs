@@ -76,3 +76,39 @@ fn errors_fall_over_decades() {
         }
     }
 }
+
+/// Also where no material of the prior is like it.
+#[test]
+fn a_prior_helps_while_readings_are_few_and_never_hurts_much() {
+    let pairs = pairs();
+    let mut all = materials();
+    let sgd = "rho_d = 0.1\nrho_s = 0.2\nalpha = 0.05\np = 0.4\nf0 = 0.1\nf1 = -0.05\nkap = 20.0\nlambda = 3.0\n\
+               c = 1e-7\nk = 30.0\ntheta0_rad = 0.1";
+    let retro = "of = { kind = \"ggx\", alpha = 0.3 }";
+    for (kind, keys) in [
+        ("shifted-gamma", sgd),
+        ("retro-reflective", retro),
+        ("test-g", ""),
+    ] {
+        all.push(model(kind, keys));
+    }
+    let mut means = Vec::new();
+    for readings in [8, 16, 32, 33] {
+        let ratios: Vec<f64> = all
+            .iter()
+            .map(|truth| {
+                let of = |keys| error(&**truth, "kriging", keys, readings, &pairs);
+                of("prior = \"built-in\"") / of("")
+            })
+            .collect();
+        println!("{readings} {ratios:.3?}");
+        assert!(ratios.iter().all(|r| *r < 2.0), "{readings}: {ratios:?}");
+        means.push(mean(ratios.into_iter()));
+    }
+    println!("{means:.3?}");
+    assert!(
+        means[0] < 0.6 && means[1] < 0.9 && means[2] < 1.0,
+        "{means:?}"
+    );
+    assert_eq!(means[3], 1.0);
+}

@@ -17,12 +17,13 @@
 mod fit;
 mod kernel;
 mod line;
+mod noise;
 mod posterior;
 mod prior;
 mod system;
 
 pub(crate) use posterior::{Places, Posterior};
-pub use prior::{Prior, PriorFile, TrainError, Trained, Training};
+pub use prior::{FUNCTIONS, NODES, Prior, PriorFile, TrainError, Trained, Training};
 
 use super::coordinates::ReconstructionCoordinates;
 use super::interpolant::{Interpolant, Readings};
@@ -35,7 +36,7 @@ use crate::registry::{self, Entry};
 use kernel::{Block, Columns, Flat, Kernel, LANES};
 use line::Line;
 use nalgebra::DMatrix;
-use prior::Mean;
+use prior::{Centre, Mean};
 use pulp::{Arch, NullaryFnOnce};
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
@@ -80,8 +81,8 @@ const FITTED: usize = 300;
 /// Readings up to which a prior is of use: they say more themselves then.
 const TRUSTED: usize = 32;
 
-/// A prior is left out where it makes the readings less likely by a factor of more than e to this power.
-const CONTRADICTED: f64 = 10.0;
+/// The share of a prior from which on it is left out.
+const LEFT_OUT: f64 = 0.01;
 
 /// Readings of one system, at most: its matrix then has 800 MB.
 const MOST: usize = 10_000;
@@ -133,23 +134,23 @@ impl Kriging {
             return Ok(vec![Account::of(common)]);
         };
         let kernel = prior.kernel(Kernel::new(symmetry(r)));
-        let mut about = self.data(r, 1, r.width, Some(prior));
-        let centred = prior.centred(&kernel, &about);
-        let (centre, told) = centred.ok_or_else(|| singular(r))?;
-        about.centre(&centre);
-        about.values = about.values.columns(0, 1).into_owned();
-        let kernel = fitted(kernel, &about);
-        let loss = |kernel: &Kernel, data: &Data| {
-            let likelihood = data.likelihood(kernel);
-            likelihood.map_or(f64::INFINITY, |(loss, _)| loss)
+        let about = self.data(r, 1, r.width, Some(prior));
+        let told = |kernel: &Kernel| prior.centred(kernel, &about);
+        let (centre, _) = told(&kernel).ok_or_else(|| singular(r))?;
+        let mut first = self.data(r, 1, 1, Some(prior));
+        first.centre(&centre.mean.columns(0, 1).into_owned());
+        let kernel = fitted(kernel, &first);
+        let all = self.data(r, 1, r.width, None);
+        let (Some((centre, with)), Some((without, _))) = (told(&kernel), all.likelihood(&common))
+        else {
+            return Ok(vec![Account::of(common)]);
         };
-        let likelier = loss(&common, &plain) - loss(&kernel, &about) - told;
-        if likelier < -CONTRADICTED {
+        // The more readings, the less of a prior: what it knows they say themselves.
+        let faded = 1.0 - (r.count() as f64 / (TRUSTED + 1) as f64).powi(2);
+        let share = faded / (1.0 + (with - without).exp());
+        if share < LEFT_OUT {
             return Ok(vec![Account::of(common)]);
         }
-        // Neither is all that is true: odds are those of two readings, however many there are.
-        let odds = (2.0 * likelier / r.count() as f64).exp();
-        let share = odds / (1.0 + odds);
         let known = Known {
             prior: Arc::clone(prior),
             centre,
@@ -199,12 +200,11 @@ fn singular(r: &Readings<'_>) -> ReconstructError {
     }
 }
 
-/// A prior, and what readings say of the coefficients of its functions before the rest is looked at: a column for each
-/// value of a reading.
+/// A prior, and what readings say of the coefficients of its functions.
 #[derive(Clone)]
 struct Known {
     prior: Arc<Prior>,
-    centre: DMatrix<f64>,
+    centre: Centre,
 }
 
 /// True if readings lie in sheets, lines or clusters.
@@ -287,7 +287,7 @@ impl Reconstruct for Kriging {
             let known = account.known.as_ref();
             let mut data = self.data(r, 1, r.width, known.map(|known| &*known.prior));
             if let Some(known) = known {
-                data.centre(&known.centre);
+                data.centre(&known.centre.mean);
             }
             let solved = data.solve(&account.kernel);
             let solved = solved.ok_or_else(|| singular(r))?;
@@ -349,7 +349,7 @@ impl Part {
         };
         let mean = account.known.as_ref().map(|known| {
             let told = &data.sites.functions * weights * kernel.share;
-            known.prior.mean(&(&known.centre + told))
+            known.prior.mean(&(&known.centre.mean + told))
         });
         Self {
             share: account.share,

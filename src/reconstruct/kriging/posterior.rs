@@ -1,14 +1,14 @@
 //! The process given readings: ln(f + ε) at pairs, and how certain it is.
 
 use super::kernel::{self, Columns, Kernel};
-use super::prior::Prior;
-use super::system::{self, Covariance, Data, FREEDOM, NUGGET, Rows, Sites};
+use super::noise::Noise;
+use super::prior::{Centre, Prior};
+use super::system::{self, Covariance, Data, FREEDOM, Rows, Sites};
 use super::{Account, KIND, Known, Kriging};
 use crate::geometry::{DirectionPair, Symmetry};
 use crate::measurement::Measurement;
 use crate::reconstruct::ReconstructError;
 use crate::reconstruct::interpolant::{Readings, noise, present};
-use crate::reconstruct::transform::EPSILON;
 use nalgebra::{DMatrix, DVector, DVectorView};
 use rayon::prelude::*;
 use std::sync::Arc;
@@ -28,43 +28,11 @@ pub(crate) struct Posterior {
     factor: DMatrix<f64>,
     /// L⁻¹ y, y = ln(f + ε) less its mean.
     solved: DVector<f64>,
+    /// L⁻¹ times the functions of a prior at the readings times the spread of their coefficients.
+    spread: DMatrix<f64>,
     /// What all variances are to be multiplied by, from how well the readings suit the kernel.
     scale: f64,
     noise: Noise,
-}
-
-/// Noise of further readings: of f a share of it, and a floor (sr⁻¹).
-#[derive(Clone, Copy, Default)]
-struct Noise {
-    relative: f64,
-    floor: f64,
-}
-
-impl Noise {
-    /// The floor is the least uncertainty of the readings; what the share explains is the rest, in the median.
-    fn of(readings: &Readings<'_>) -> Self {
-        let Some(uncertainties) = readings.noise else {
-            return Self::default();
-        };
-        let all = (0..readings.present.len()).filter(|&i| readings.present[i]);
-        let all: Vec<[f64; 2]> = all
-            .map(|i| [readings.values[i].max(0.0), uncertainties[i]])
-            .collect();
-        let floor = all.iter().map(|[_, u]| *u).fold(f64::INFINITY, f64::min);
-        let rest = |[f, u]: &[f64; 2]| (u * u - floor * floor).max(0.0).sqrt() / (f + EPSILON);
-        let mut shares: Vec<f64> = all.iter().map(rest).collect();
-        shares.sort_by(f64::total_cmp);
-        Self {
-            relative: shares.get(shares.len() / 2).copied().unwrap_or(0.0),
-            floor: if floor.is_finite() { floor } else { 0.0 },
-        }
-    }
-
-    /// The variance of ln(f + ε), where that is `log`.
-    fn variance(&self, log: f64) -> f64 {
-        let f = log.exp();
-        NUGGET + self.relative.powi(2) + (self.floor / f.max(EPSILON)).powi(2)
-    }
 }
 
 /// Pairs in the form that the process takes.
@@ -72,6 +40,9 @@ pub(crate) struct Places {
     sites: Sites,
     /// The factor's inverse times the covariances of the readings with each pair: a column per pair.
     solved: DMatrix<f64>,
+    /// By how much ln f differs by which materials of a prior this one may be like: a column per pair, the sum of whose
+    /// squares is a variance.
+    spread: DMatrix<f64>,
 }
 
 /// Pairs of a task.
@@ -83,6 +54,7 @@ impl Places {
         Self {
             sites: self.sites.select(&[i]),
             solved: self.solved.columns(i, 1).into_owned(),
+            spread: self.spread.columns(i, 1).into_owned(),
         }
     }
 }
@@ -127,7 +99,7 @@ impl Posterior {
         let symmetry = measurement.schedule.parametrization.symmetry();
         let mut data = kriging.data(&readings, 1, 1, known.as_ref().map(|k| &*k.prior));
         if let Some(known) = &known {
-            data.centre(&known.centre);
+            data.centre(&known.centre.mean);
         }
         let singular = ReconstructError::Singular {
             method: KIND,
@@ -144,7 +116,7 @@ impl Posterior {
         let prior = prior.filter(|_| Prior::suits(symmetry)).cloned();
         let kernel = Kernel::new(symmetry);
         let kernel = match &prior {
-            Some(prior) => prior.kernel(kernel),
+            Some(prior) => prior.kernel_before(kernel),
             None => kernel,
         };
         let none = Data {
@@ -154,7 +126,10 @@ impl Posterior {
         };
         let empty = (DMatrix::zeros(0, 0), DVector::zeros(0));
         let known = prior.map(|prior| Known {
-            centre: DMatrix::zeros(none.sites.functions.nrows(), 1),
+            centre: Centre {
+                mean: DMatrix::zeros(none.sites.functions.nrows(), 1),
+                spread: DMatrix::zeros(none.sites.functions.nrows(), 0),
+            },
             prior,
         });
         Self::with(Covariance::new(&kernel), known, none, symmetry, empty)
@@ -181,8 +156,14 @@ impl Posterior {
         (factor, solved): (DMatrix<f64>, DVector<f64>),
     ) -> Self {
         let n = data.sites.len();
+        let mut spread = match &known {
+            Some(known) => data.sites.functions.tr_mul(&known.centre.spread),
+            None => DMatrix::zeros(n, 0),
+        };
+        system::forward(&factor, &mut spread);
         Self {
             symmetry,
+            spread,
             covariance,
             known,
             rows: data.sites.rows(),
@@ -241,13 +222,12 @@ impl Posterior {
     pub fn places(&self, pairs: &[DirectionPair]) -> Places {
         let known = self.known.as_ref();
         let mut sites = Sites::new(pairs, self.symmetry, known.map(|k| k.prior.at(pairs)));
-        if let Some(known) = known {
-            let told = sites.functions.tr_mul(&known.centre);
-            sites
-                .mean
-                .iter_mut()
-                .zip(told.iter())
-                .for_each(|(m, t)| *m += t);
+        let mut spread = DMatrix::zeros(0, sites.len());
+        if let Some(Known { centre, .. }) = known {
+            let told = sites.functions.tr_mul(&centre.mean);
+            let means = sites.mean.iter_mut().zip(told.iter());
+            means.for_each(|(m, t)| *m += t);
+            spread = centre.spread.tr_mul(&sites.functions);
         }
         let n = self.data.sites.len();
         let mut solved = DMatrix::zeros(n, sites.len());
@@ -259,8 +239,14 @@ impl Posterior {
                 system::forward(&self.factor, &mut right);
                 out.copy_from_slice(right.as_slice());
             });
+            // What the readings say of a material that is like another shifts with that.
+            spread.gemm_tr(-1.0, &self.spread, &solved, 1.0);
         }
-        Places { sites, solved }
+        Places {
+            sites,
+            solved,
+            spread,
+        }
     }
 
     /// ln(f + ε) at places.
@@ -273,7 +259,9 @@ impl Posterior {
     pub fn variances(&self, places: &Places) -> Vec<f64> {
         let before = self.covariance.variances(&places.sites).into_iter();
         let squares = places.solved.column_iter().map(|v| v.norm_squared());
-        before.zip(squares).map(|(v, s)| (v - s).max(0.0)).collect()
+        let spread = places.spread.column_iter().map(|v| v.norm_squared());
+        let left = before.zip(squares).zip(spread);
+        left.map(|((v, s), more)| (v - s).max(0.0) + more).collect()
     }
 
     /// Variances at places once there are readings at others too, without the scale; `None` if these are singular.
@@ -302,11 +290,14 @@ impl Posterior {
         let rows = of.sites.rows();
         // For one column the transpose would cost more than the product.
         let across = (with.sites.len() > 1).then(|| of.solved.transpose());
+        let spread = of.spread.transpose();
         let tasks = out.as_mut_slice().par_chunks_mut(count * TASK).enumerate();
         tasks.for_each(|(task, out)| {
             let chosen = task * TASK..with.sites.len().min((task + 1) * TASK);
             let known = with.solved.columns(chosen.start, chosen.len());
+            let more = with.spread.columns(chosen.start, chosen.len());
             let mut values = self.covariance.between(&rows, &with.sites, chosen);
+            values.gemm(1.0, &spread, &more, 1.0);
             match &across {
                 Some(across) => values.gemm(-1.0, across, &known, 1.0),
                 None => values -= of.solved.tr_mul(&known),
@@ -375,7 +366,7 @@ impl Posterior {
 #[cfg(test)]
 mod tests {
     use super::super::prior::PriorFile;
-    use super::super::system::MEAN;
+    use super::super::system::{MEAN, NUGGET};
     use super::*;
     use crate::sampling::{Random, cosine_hemisphere};
 
@@ -456,11 +447,18 @@ mod tests {
 
     #[test]
     fn a_prior_adds_its_functions() {
-        let prior = PriorFile::new("built-in").load().unwrap();
+        let prior = PriorFile::from(std::path::PathBuf::from("built-in"))
+            .load()
+            .unwrap();
         let kernel = prior.kernel(Kernel::new(Symmetry::FULL));
         let (read, at) = (pairs(0, 20), pairs(1000, 30));
         let sites = |list: &[DirectionPair]| Sites::new(list, Symmetry::FULL, Some(prior.at(list)));
-        let centre = DMatrix::from_fn(prior.functions(), 1, |i, _| (i as f64).cos());
+        // One of two materials, each as likely as the other.
+        let centres = [1.0, 2.0]
+            .map(|k: f64| DMatrix::from_fn(prior.functions(), 1, |i, _| (k * i as f64).cos()));
+        let centre = (&centres[0] + &centres[1]) / 2.0;
+        let spread = centres.clone().map(|c| (c - &centre) * 0.5_f64.sqrt());
+        let spread = DMatrix::from_columns(&spread.map(|c| c.column(0).into_owned()));
         let mut data = Data {
             sites: sites(&read),
             ..data(&read)
@@ -469,7 +467,10 @@ mod tests {
         data.centre(&centre);
         let known = Known {
             prior: Arc::clone(&prior),
-            centre: centre.clone(),
+            centre: Centre {
+                mean: centre.clone(),
+                spread,
+            },
         };
         let covariance = Covariance::new(&kernel);
         let process = Posterior::given(covariance, Some(known), data, Symmetry::FULL).unwrap();
@@ -487,13 +488,27 @@ mod tests {
         for i in 0..20 {
             of_readings[(i, i)] += 0.01 * (1 + i % 3) as f64;
         }
-        let off = values - sites(&read).functions.tr_mul(&centre);
-        let weights = of_readings.try_inverse().unwrap() * off;
-        let there = sites(&at);
-        let expected = k(&at, &read) * weights + there.functions.tr_mul(&centre);
-        let found = process.means(&process.places(&at));
-        for (i, z) in found.iter().enumerate() {
+        let inverse = of_readings.try_inverse().unwrap();
+        let (here, there) = (sites(&read).functions, sites(&at));
+        let with = k(&at, &read);
+        let about = |centre: &DMatrix<f64>| {
+            let off = &values - here.tr_mul(centre);
+            &with * &inverse * off + there.functions.tr_mul(centre)
+        };
+        let places = process.places(&at);
+        let expected = about(&centre);
+        for (i, z) in process.means(&places).iter().enumerate() {
             assert!((z - there.mean[i] - expected[(i, 0)]).abs() < 1e-7, "{i}");
+        }
+        let mut expected = k(&at, &at) - &with * &inverse * with.transpose();
+        for one in &centres {
+            let off = about(one) - about(&centre);
+            expected += &off * off.transpose() * 0.5;
+        }
+        let found = process.covariances(&places, &places);
+        assert!((&found - &expected).amax() < 1e-7);
+        for (i, v) in process.variances(&places).into_iter().enumerate() {
+            assert!((v - expected[(i, i)]).abs() < 1e-7, "{i}");
         }
     }
 

@@ -420,9 +420,11 @@ mod tests {
 
     #[test]
     fn slopes_are_those_of_differences() {
-        let kernel = Kernel::new(Symmetry::FULL);
-        let data = data(40);
+        let kernel = Kernel::new(Symmetry::FULL).about(0.5, 2.0, 0.7);
+        let mut data = data(40);
+        data.sites.functions = DMatrix::from_fn(3, 40, |k, i| ((k + 2) as f64 * i as f64).cos());
         let logs = kernel.logs();
+        assert!((logs.last().unwrap().exp() - 0.7).abs() < 1e-12);
         let value = |logs: &[f64]| data.likelihood(&kernel.with_logs(logs)).unwrap();
         let (_, slope) = value(&logs);
         for i in 0..logs.len() {

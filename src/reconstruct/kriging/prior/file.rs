@@ -16,9 +16,7 @@ const MOST: u64 = 1 << 28;
 impl Prior {
     /// The bytes of a file.
     pub fn to_bytes(&self) -> Vec<u8> {
-        let line = serde_json::to_string(&self.about);
-        let line = line.unwrap_or_else(|_| unreachable!("numbers and strings"));
-        [line.as_bytes(), b"\n", &bytes(&self.values)].concat()
+        [line(&self.about).as_bytes(), b"\n", &bytes(&self.values)].concat()
     }
 
     /// Reads a file.
@@ -50,13 +48,14 @@ impl Prior {
             ));
         }
         let about: About = serde_json::from_slice(line).map_err(|e| e.to_string())?;
-        if blake3::hash(body).to_hex().as_str() != about.blake3 {
+        if hash(&about, body) != about.blake3 {
             return Err("it was changed or cut".into());
         }
         let values = body
             .chunks_exact(2)
             .map(|b| f16::from_le_bytes([b[0], b[1]]));
-        Self::new(about, values.collect()).ok_or_else(|| "it was made by another version".into())
+        Self::new(about, values.collect())
+            .ok_or_else(|| "its numbers do not suit each other".into())
     }
 
     /// The prior of these values, a row of [`BEFORE`](super::BEFORE) and the functions for each configuration, and these
@@ -64,9 +63,25 @@ impl Prior {
     pub(super) fn of(mut about: About, values: Vec<f64>, centres: &DMatrix<f64>) -> Option<Self> {
         let all = values.iter().chain(centres.iter());
         let values: Vec<f16> = all.map(|x| f16::from_f64(*x)).collect();
-        about.blake3 = blake3::hash(&bytes(&values)).to_hex().to_string();
+        about.blake3 = hash(&about, &bytes(&values));
         Self::new(about, values)
     }
+}
+
+fn line(about: &About) -> String {
+    serde_json::to_string(about).unwrap_or_else(|_| unreachable!("numbers and strings"))
+}
+
+/// The hash of all that a file says.
+pub(super) fn hash(about: &About, body: &[u8]) -> String {
+    let nameless = About {
+        blake3: String::new(),
+        ..about.clone()
+    };
+    let mut hasher = blake3::Hasher::new();
+    hasher.update(line(&nameless).as_bytes());
+    hasher.update(body);
+    hasher.finalize().to_hex().to_string()
 }
 
 fn bytes(values: &[f16]) -> Vec<u8> {

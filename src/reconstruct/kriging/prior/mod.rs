@@ -1,10 +1,10 @@
 //! What is known of a material before its first reading: the mean of ln(f + ε) over many materials, and the functions
-//! of a pair that they differ by (principal components), each with a coefficient of mean 0 and one variance.
+//! of a pair that they differ by (principal components).
 //!
 //! Both are splines on a lattice in half/difference coordinates, square root along θ_h, of isotropic bilateral
-//! materials; others have no prior. The kernel of what the functions leave has all amplitudes of the usual one times a
-//! factor; that, and the variance of the coefficients, are those that make families of materials most likely that the
-//! functions were not made of.
+//! materials; others have no prior. The coefficients of a material are near those of one of the many, with a variance
+//! that is the same for all; the kernel of what the functions leave has all amplitudes of the usual one times a factor.
+//! Variance and factor are those that make families of materials most likely that the functions were not made of.
 
 mod file;
 mod train;
@@ -24,6 +24,7 @@ use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use std::collections::HashMap;
+use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 use std::time::SystemTime;
@@ -44,7 +45,7 @@ pub struct Trained {
 struct About {
     /// Version of the format.
     gonio_prior: u32,
-    /// BLAKE3 of all bytes after the line, hexadecimal.
+    /// BLAKE3 of the line, with nothing here, and of all bytes after it, hexadecimal.
     blake3: String,
     /// The lattice is the largest with at most so many configurations.
     nodes: usize,
@@ -54,12 +55,18 @@ struct About {
     scale: f64,
     /// Variance of the level of ln f.
     level: f64,
-    /// Variance of each coefficient of a function.
+    /// Variance of each coefficient about that of a material.
     share: f64,
     /// Number of centres.
     centres: usize,
     materials: Vec<Trained>,
 }
+
+/// Configurations of a lattice, at most.
+pub const NODES: RangeInclusive<usize> = 500..=90_000;
+
+/// Functions of a prior, at most.
+pub const FUNCTIONS: usize = 500;
 
 /// Values of a node: mean, brightness, then the functions.
 const BEFORE: usize = 2;
@@ -84,8 +91,18 @@ impl std::fmt::Debug for Prior {
 const TASK: usize = 128;
 
 impl Prior {
-    /// `None` if there are not as many values as the lattice has.
+    /// `None` if the values are not those of the lattice, or a number is out of its range.
     fn new(about: About, values: Vec<half::f16>) -> Option<Self> {
+        let factors = [about.scale, about.share];
+        let is_usual = NODES.contains(&about.nodes)
+            && (1..=FUNCTIONS).contains(&about.functions)
+            && about.centres <= values.len()
+            && factors.iter().all(|x| train::SOUGHT.contains(x))
+            && about.level == train::LEVEL
+            && values.iter().all(|x| x.is_finite());
+        if !is_usual {
+            return None;
+        }
         let schedule = lattice(about.nodes).ok()?;
         let width = BEFORE + about.functions;
         let of_nodes = schedule.poses.len() * width;
@@ -116,6 +133,11 @@ impl Prior {
         self.about.functions
     }
 
+    /// Factor of all amplitudes of the kernel, and variance of the coefficients of functions.
+    pub fn scale_and_share(&self) -> [f64; 2] {
+        [self.about.scale, self.about.share]
+    }
+
     /// True if materials of this symmetry have priors.
     pub(super) fn suits(symmetry: Symmetry) -> bool {
         symmetry == Symmetry::FULL
@@ -126,9 +148,14 @@ impl Prior {
         &self.about.materials
     }
 
-    /// The kernel about this prior, of a kernel without one.
+    /// The kernel about a material of this prior, of a kernel without one.
     pub(super) fn kernel(&self, kernel: Kernel) -> Kernel {
         kernel.about(self.about.scale, self.about.level, self.about.share)
+    }
+
+    /// The kernel about the mean of this prior, of a kernel without one: coefficients of its materials have variance 1.
+    pub(super) fn kernel_before(&self, kernel: Kernel) -> Kernel {
+        kernel.about(self.about.scale, self.about.level, self.about.share + 1.0)
     }
 
     fn values_at(&self, pairs: &[DirectionPair]) -> DMatrix<f64> {
@@ -155,39 +182,10 @@ impl Prior {
     }
 
     /// What readings say of the coefficients, a column for each value of a reading, by a kernel: the mean of those of the
-    /// materials, each as often as it makes the readings likely. Then how much they say, nats. `None` if the
-    /// covariances are singular.
-    pub(super) fn centred(&self, kernel: &Kernel, data: &Data) -> Option<(DMatrix<f64>, f64)> {
-        let factor = Covariance::new(kernel).factor(data)?;
-        let mut readings = data.values.clone();
-        system::forward(&factor, &mut readings);
-        let mut centres = data.sites.functions.tr_mul(&self.centres);
-        system::forward(&factor, &mut centres);
-        let freedom = FREEDOM + data.sites.len() as f64;
-        let mut told = 0.0;
-        let mut all = DMatrix::zeros(self.centres.nrows(), data.values.ncols());
-        for (c, reading) in readings.column_iter().enumerate() {
-            let loss = centres.column_iter().map(|centre| {
-                let square = (reading - centre).norm_squared();
-                0.5 * freedom * (square / FREEDOM).ln_1p()
-            });
-            let loss = DVector::from_iterator(centres.ncols(), loss);
-            let least = loss.min();
-            let mut likely = loss.map(|l| (least - l).exp());
-            likely /= likely.sum();
-            if c == 0 {
-                let nats = |p: &f64| {
-                    if *p > 0.0 {
-                        p * (p * likely.len() as f64).ln()
-                    } else {
-                        0.0
-                    }
-                };
-                told = likely.iter().map(nats).sum();
-            }
-            all.set_column(c, &(&self.centres * likely));
-        }
-        Some((all, told))
+    /// materials, each as often as it makes the readings likely. Then −ln of how likely all together make them, their
+    /// mean over values, as of [`Data::likelihood`]. `None` if the covariances are singular.
+    pub(super) fn centred(&self, kernel: &Kernel, data: &Data) -> Option<(Centre, f64)> {
+        centred(&self.centres, kernel, data)
     }
 
     /// The mean plus the functions times coefficients, a column for each value of a pair.
@@ -197,6 +195,53 @@ impl Prior {
         let rule = self.table.rule().combined(&weights);
         Mean(self.table.with(rule, weights.ncols()))
     }
+}
+
+/// What readings say of the coefficients of functions before the rest is looked at.
+#[derive(Clone)]
+pub(super) struct Centre {
+    /// Their means, a column for each value of a reading.
+    pub mean: DMatrix<f64>,
+    /// Columns the sum of whose squares is their covariance, those of the first value.
+    pub spread: DMatrix<f64>,
+}
+
+/// The likelihood of a material from which on it is one of those that a material may be like.
+const LIKELY: f64 = 1e-6;
+
+/// [`Prior::centred`], about these centres.
+fn centred(centres: &DMatrix<f64>, kernel: &Kernel, data: &Data) -> Option<(Centre, f64)> {
+    let factor = Covariance::new(kernel).factor(data)?;
+    let mut readings = data.values.clone();
+    system::forward(&factor, &mut readings);
+    let mut means = data.sites.functions.tr_mul(centres);
+    system::forward(&factor, &mut means);
+    let n = data.sites.len();
+    let freedom = FREEDOM + n as f64;
+    let mut loss = (0..n).map(|i| factor[(i, i)].ln()).sum::<f64>();
+    let mut mean = DMatrix::zeros(centres.nrows(), data.values.ncols());
+    let mut spread = DMatrix::zeros(centres.nrows(), 0);
+    for (c, reading) in readings.column_iter().enumerate() {
+        let of_centre = means.column_iter().map(|mean| {
+            let square = (reading - mean).norm_squared();
+            0.5 * freedom * (square / FREEDOM).ln_1p()
+        });
+        let losses = DVector::from_iterator(means.ncols(), of_centre);
+        let least = losses.min();
+        let likely = losses.map(|l| (least - l).exp());
+        loss += (least - likely.mean().ln()) / data.values.ncols() as f64;
+        let likely = &likely / likely.sum();
+        mean.set_column(c, &(centres * &likely));
+        if c == 0 {
+            let near: Vec<usize> = (0..likely.len()).filter(|&k| likely[k] > LIKELY).collect();
+            spread = centres.select_columns(&near);
+            for (mut column, &k) in spread.column_iter_mut().zip(&near) {
+                column -= mean.column(0);
+                column *= likely[k].sqrt();
+            }
+        }
+    }
+    loss.is_finite().then_some((Centre { mean, spread }, loss))
 }
 
 /// A mean of ln(f + ε), of several values per pair.
@@ -227,22 +272,36 @@ const BUILT_IN: &str = "built-in";
 static BYTES: &[u8] = include_bytes!("built-in.gonio");
 
 /// A file of a prior, as configs name it, or `built-in`.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(transparent)]
-pub struct PriorFile(PathBuf);
+#[derive(Clone, Debug, Serialize, Deserialize)]
+#[serde(from = "PathBuf", into = "PathBuf")]
+pub struct PriorFile {
+    path: PathBuf,
+    /// What it was when it was first asked for: a run goes on with that.
+    known: OnceLock<Arc<Prior>>,
+}
+
+impl From<PathBuf> for PriorFile {
+    fn from(path: PathBuf) -> Self {
+        Self {
+            path,
+            known: OnceLock::new(),
+        }
+    }
+}
+
+impl From<PriorFile> for PathBuf {
+    fn from(file: PriorFile) -> Self {
+        file.path
+    }
+}
 
 /// Priors that were read, with the size and time of their files then.
 type Known = HashMap<PathBuf, (u64, Option<SystemTime>, Arc<Prior>)>;
 
 impl PriorFile {
-    /// The file at a path.
-    pub fn new(path: impl Into<PathBuf>) -> Self {
-        Self(path.into())
-    }
-
     /// The path.
     pub fn path(&self) -> &Path {
-        &self.0
+        &self.path
     }
 
     /// A hash of what the prior says; of a file that is none, why.
@@ -251,32 +310,38 @@ impl PriorFile {
         known.map_or_else(|e| e.to_string(), |prior| prior.about.blake3.clone())
     }
 
-    /// The prior; a file that did not change is read once.
+    /// The prior, as it was when it was first asked for; a file that did not change is read once.
     ///
     /// # Errors
     /// If the file cannot be read, or holds no prior.
     pub fn load(&self) -> Result<Arc<Prior>, ParameterError> {
+        if let Some(known) = self.known.get() {
+            return Ok(Arc::clone(known));
+        }
+        let read = self.read();
+        let known = read.map_err(|why| {
+            let allowed = format!("{BUILT_IN:?}, or a file of gonio train ({why})");
+            ParameterError::new("prior", format!("{:?}", self.path), allowed)
+        })?;
+        Ok(Arc::clone(self.known.get_or_init(|| known)))
+    }
+
+    fn read(&self) -> Result<Arc<Prior>, String> {
         static KNOWN: Mutex<Option<Known>> = Mutex::new(None);
         static FORMULAS: OnceLock<Result<Arc<Prior>, String>> = OnceLock::new();
-        if self.0 == Path::new(BUILT_IN) {
+        if self.path == Path::new(BUILT_IN) {
             let known = FORMULAS.get_or_init(|| Prior::decode(BYTES).map(Arc::new));
-            return known
-                .clone()
-                .map_err(|e| ParameterError::new("prior", BUILT_IN, e));
+            return known.clone();
         }
-        let refuse = |why: String| {
-            let allowed = format!("{BUILT_IN:?}, or a file of gonio train ({why})");
-            ParameterError::new("prior", format!("{:?}", self.0), allowed)
-        };
-        let about = std::fs::metadata(&self.0).map_err(|e| refuse(e.to_string()))?;
+        let about = std::fs::metadata(&self.path).map_err(|e| e.to_string())?;
         let (size, time) = (about.len(), about.modified().ok());
         let mut known = KNOWN.lock().unwrap_or_else(PoisonError::into_inner);
         let known = known.get_or_insert_default();
-        match known.get(&self.0) {
+        match known.get(&self.path) {
             Some((s, t, prior)) if (*s, *t) == (size, time) => Ok(Arc::clone(prior)),
             _ => {
-                let prior = Arc::new(Prior::read(&self.0).map_err(|e| refuse(e.to_string()))?);
-                known.insert(self.0.clone(), (size, time, Arc::clone(&prior)));
+                let prior = Arc::new(Prior::read(&self.path).map_err(|e| e.to_string())?);
+                known.insert(self.path.clone(), (size, time, Arc::clone(&prior)));
                 Ok(prior)
             }
         }
@@ -343,7 +408,7 @@ mod tests {
     fn file(prior: &Prior) -> (tempfile::NamedTempFile, PriorFile) {
         let file = tempfile::NamedTempFile::new().unwrap();
         std::fs::write(&file, prior.to_bytes()).unwrap();
-        let named = PriorFile::new(file.path());
+        let named = PriorFile::from(file.path().to_owned());
         (file, named)
     }
 
@@ -429,11 +494,9 @@ mod tests {
         };
         // One that leaves next to nothing to chance.
         let kernel = Kernel::new(Symmetry::FULL).about(1e-6, 1e-4, 1e-4);
-        let (centre, told) = prior.centred(&kernel, &data).unwrap();
+        let (centre, _) = prior.centred(&kernel, &data).unwrap();
         let likeliest = prior.centres.column(5);
-        assert!((centre.column(0) - likeliest).norm() < 0.01 * likeliest.norm());
-        // No more than which one of 24 it is.
-        assert!(told > 1.0 && told <= 24_f64.ln() + 1e-9, "{told}");
+        assert!((centre.mean.column(0) - likeliest).norm() < 0.01 * likeliest.norm());
     }
 
     #[test]
@@ -473,8 +536,23 @@ mod tests {
         assert_eq!(told(line, &body[..body.len() - 2]), "it was changed or cut");
         let other = line.replace("\"gonio_prior\":1", "\"gonio_prior\":9");
         assert_eq!(told(&other, body), "it has version 9, this program reads 1");
-        let other = line.replace("\"functions\":2", "\"functions\":3");
-        assert_eq!(told(&other, body), "it was made by another version");
+        for (key, value) in [
+            ("nodes", "2000000000000"),
+            ("functions", "18446744073709551615"),
+            ("centres", "1"),
+            ("scale", "-1.0"),
+            ("share", "0.0"),
+        ] {
+            let start = line.find(&format!("\"{key}\":")).unwrap();
+            let end = start + line[start..].find(',').unwrap();
+            let other = format!("{}\"{key}\":{value}{}", &line[..start], &line[end..]);
+            assert_eq!(told(&other, body), "it was changed or cut");
+            // One who knows how to hash.
+            let mut about: About = serde_json::from_str(&other).unwrap();
+            about.blake3 = file::hash(&about, body);
+            let other = serde_json::to_string(&about).unwrap();
+            assert_eq!(told(&other, body), "its numbers do not suit each other");
+        }
         assert_eq!(told("kind,value", body), "it is something else");
         assert_eq!(Prior::decode(b"").unwrap_err(), "it is something else");
     }
@@ -495,7 +573,7 @@ mod tests {
 
     #[test]
     fn the_prior_of_formulas_is_there() {
-        let prior = PriorFile::new(BUILT_IN).load().unwrap();
+        let prior = PriorFile::from(PathBuf::from(BUILT_IN)).load().unwrap();
         assert!(prior.materials().len() > 50 && prior.to_bytes() == BYTES);
         assert!(BYTES.len() <= 300_000);
     }

@@ -4,8 +4,9 @@ use super::super::TRANSFORM;
 use super::super::kernel::Kernel;
 use super::super::system::{Data, NUGGET, Sites};
 use super::file::VERSION;
-use super::{About, BEFORE, Prior, Trained, lattice};
+use super::{About, BEFORE, FUNCTIONS, Prior, Trained, centred, lattice};
 use crate::brdf::Brdf;
+use crate::error::count;
 use crate::geometry::{DirectionPair, Symmetry};
 use crate::instrument::{Ideal, Instrument};
 use crate::measurement::Outcome;
@@ -14,6 +15,7 @@ use crate::reconstruct::{Cubic, Reconstruct, ReconstructError};
 use crate::sampling::Random;
 use crate::schedule::{PlanError, Pose, Schedule};
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
+use std::collections::HashSet;
 use std::ops::RangeInclusive;
 use std::sync::Arc;
 
@@ -27,16 +29,16 @@ const BEYOND: f64 = 0.1;
 const GROUPS: usize = 5;
 
 /// Readings of these materials: numbers, each of several lists.
-const READINGS: [(usize, usize); 2] = [(28, 4), (128, 2)];
+const READINGS: [(usize, usize); 2] = [(8, 8), (28, 4)];
 
 /// The kernel about a prior where there are too few materials to leave some out: scale and share.
-const USUAL: [f64; 2] = [0.1, 0.5];
+const USUAL: [f64; 2] = [0.2, 0.3];
 
 /// Where they are sought.
-const SOUGHT: RangeInclusive<f64> = 1e-3..=10.0;
+pub(super) const SOUGHT: RangeInclusive<f64> = 1e-3..=10.0;
 
 /// Variance of the level of ln f about that of the prior.
-const LEVEL: f64 = 1.0;
+pub(super) const LEVEL: f64 = 1.0;
 
 /// Materials of which a prior is to be made.
 pub struct Training {
@@ -61,6 +63,14 @@ pub enum TrainError {
         /// Its name.
         name: String,
     },
+    /// Two materials are one.
+    #[error("{name} is the same as {other}; allowed: each material once")]
+    Twice {
+        /// The name of the second.
+        name: String,
+        /// That of the first.
+        other: String,
+    },
     /// A material has no value.
     #[error("{name}: {source}")]
     Material {
@@ -70,8 +80,11 @@ pub enum TrainError {
         source: ReconstructError,
     },
     /// There are too few materials.
-    #[error("a prior of {0} materials says nothing; allowed: at least 2")]
+    #[error("a prior of {} says nothing; allowed: at least 2", count(*.0, "material"))]
     TooFew(usize),
+    /// What materials differ by is nothing, or no number.
+    #[error("these {0} materials differ by nothing that is a number")]
+    Nothing(usize),
     /// There is no lattice.
     #[error(transparent)]
     Lattice(#[from] PlanError),
@@ -107,6 +120,10 @@ impl Training {
         if brdf.symmetry() != Symmetry::FULL {
             return Err(TrainError::Symmetry { name: name.into() });
         }
+        if let Some(other) = self.materials.iter().find(|m| m.content == content) {
+            let (name, other) = (name.into(), other.name.clone());
+            return Err(TrainError::Twice { name, other });
+        }
         let mut measured = Ideal.measure(brdf, &self.schedule);
         if measured.outcomes.iter().any(|o| *o != Outcome::Reading) {
             // Holes are filled as the spline through all others does.
@@ -123,14 +140,15 @@ impl Training {
         let luminance = measured.values.chunks(width).map(|f| channels.luminance(f));
         let luminance: Vec<f64> = luminance.collect();
         let poses = self.schedule.poses.iter().zip(&self.density);
+        // A black material is bright nowhere.
+        let largest = luminance.iter().fold(EPSILON, |a, f| a.max(*f));
         let energy = poses.zip(&luminance).map(|((pose, density), f)| {
             let cosine = pose.pair.omega_i.cos_theta();
-            (density * (f * cosine).powi(2), *density)
+            (density * (f / largest * cosine).powi(2), *density)
         });
         let (energy, all) = energy.fold((0.0, 0.0), |a, b| (a.0 + b.0, a.1 + b.1));
         for (sum, f) in self.brightness.iter_mut().zip(&luminance) {
-            // A black material is bright nowhere.
-            *sum += f * f * all / energy.max(1e-30 * all);
+            *sum += (f / largest).powi(2) * all / energy.max(1e-30 * all);
         }
         let column = |f: &[f64]| (number, f.iter().map(|&f| TRANSFORM.forward(f)).collect());
         for c in 0..width {
@@ -153,6 +171,12 @@ impl Training {
         Ok(())
     }
 
+    /// Number of families of the materials, by the last words of their names.
+    pub fn families(&self) -> usize {
+        let families: HashSet<String> = self.materials.iter().map(family).collect();
+        families.len()
+    }
+
     /// The prior of all materials, of so many functions at most.
     ///
     /// # Errors
@@ -164,6 +188,7 @@ impl Training {
         let nodes = self.density.len();
         let gram = self.gram();
         let all: Vec<usize> = (0..self.columns.len()).collect();
+        let functions = functions.min(FUNCTIONS);
         let weights = principal(&gram, &all, functions);
         let [scale, share] = self.kernel(&gram, functions).unwrap_or(USUAL);
         let functions = weights.ncols();
@@ -175,8 +200,7 @@ impl Training {
             let before: [f64; BEFORE] = [*mean, (bright / count).max(1e-30).ln()];
             values.extend(before.iter().chain(made.iter()));
         }
-        // A column is the mean plus the functions times these.
-        let centres = weights.transpose() * all.len() as f64;
+        let centres = coefficients(&weights);
         let about = About {
             gonio_prior: VERSION,
             blake3: String::new(),
@@ -188,8 +212,8 @@ impl Training {
             centres: all.len(),
             materials: self.materials,
         };
-        Ok(Prior::of(about, values, &centres)
-            .unwrap_or_else(|| unreachable!("a row for each configuration")))
+        let materials = about.materials.len();
+        Prior::of(about, values, &centres).ok_or(TrainError::Nothing(materials))
     }
 
     /// The products of all columns.
@@ -234,12 +258,13 @@ impl Training {
             let (tested, trained): (Vec<usize>, Vec<usize>) =
                 (0..self.columns.len()).partition(is_in);
             let weights = principal(gram, &trained, functions);
+            let centres = coefficients(&weights);
             for at in &lists {
                 let (mean, functions) = self.functions(&trained, &weights, at);
                 let pairs: Vec<DirectionPair> =
                     at.iter().map(|&i| self.schedule.poses[i].pair).collect();
                 let value = |i: usize, c: usize| self.columns[tested[c]].1[at[i]] - mean[i];
-                left_out.push(Data {
+                let data = Data {
                     values: DMatrix::from_fn(at.len(), tested.len(), value),
                     noise: vec![NUGGET; at.len()],
                     sites: Sites {
@@ -247,13 +272,14 @@ impl Training {
                         functions,
                         ..Sites::new(&pairs, Symmetry::FULL, None)
                     },
-                });
+                };
+                left_out.push((centres.clone(), data));
             }
         }
         let loss = |[scale, share]: [f64; 2]| -> f64 {
             let kernel = Kernel::new(Symmetry::FULL).about(scale, LEVEL, share);
-            let of = |data: &Data| {
-                let loss = data.likelihood(&kernel).map_or(f64::INFINITY, |l| l.0);
+            let of = |(centres, data): &(DMatrix<f64>, Data)| {
+                let loss = centred(centres, &kernel, data).map_or(f64::INFINITY, |l| l.1);
                 loss * data.values.ncols() as f64
             };
             left_out.iter().map(of).sum()
@@ -339,13 +365,20 @@ fn principal(gram: &DMatrix<f64>, columns: &[usize], most: usize) -> DMatrix<f64
     }
 }
 
-/// The group of each material: families are the last word of names without digits, and each is in one group.
+/// The coefficients with which the components that weights make sum up to each column less the mean.
+fn coefficients(weights: &DMatrix<f64>) -> DMatrix<f64> {
+    weights.transpose() * weights.nrows() as f64
+}
+
+/// The family of a material: the last word of its name, without digits.
+fn family(material: &Trained) -> String {
+    let mut words = material.name.split(|c: char| !c.is_alphabetic());
+    let last = words.rfind(|w| !w.is_empty());
+    last.unwrap_or_default().to_lowercase()
+}
+
+/// The group of each material: each family is in one.
 fn groups(materials: &[Trained]) -> Vec<usize> {
-    let family = |m: &Trained| {
-        let mut words = m.name.split(|c: char| !c.is_alphabetic());
-        let last = words.rfind(|w| !w.is_empty());
-        last.unwrap_or_default().to_lowercase()
-    };
     let families: Vec<String> = materials.iter().map(family).collect();
     let mut sizes: Vec<(usize, &String)> = Vec::new();
     for family in &families {
