@@ -102,12 +102,10 @@ impl Paired {
             return self;
         }
         let centre = self.ratio.ln();
-        let wider = |end: f64| {
-            let off = end.ln() - centre;
-            (centre + off.hypot(more).copysign(off)).exp()
-        };
+        let off = |end: f64| (end.ln() - centre).hypot(more);
+        let wider = |[low, high]: [f64; 2]| [centre - off(low), centre + off(high)].map(f64::exp);
         Self {
-            interval: self.interval.map(|ends| ends.map(wider)),
+            interval: self.interval.map(wider),
             ..self
         }
     }
@@ -217,6 +215,11 @@ mod tests {
             assert!((b - a.hypot(more).copysign(a)).abs() < 1e-12, "{a} {b}");
         }
         assert_eq!((wide.ratio, wide.p), (plain.ratio, plain.p));
+        // Also where all ratios are one.
+        let equal = Paired::new(&[(2.0, 2.0); 20], BAND, &Bootstrap::new(1)).unwrap();
+        assert_eq!(equal.interval, Some([1.0, 1.0]));
+        let [low, high] = equal.known_to(&[(0.3, 0.4); 20]).interval.unwrap();
+        assert!(low < 0.99 && (low * high - 1.0).abs() < 1e-12);
     }
 
     #[test]

@@ -438,6 +438,49 @@ mod tests {
         assert!(with < 0.02 && with < 0.2 * without, "{with} {without}");
     }
 
+    /// R, G, B, each a member of its own.
+    struct Coloured([Member; 3]);
+
+    impl Brdf for Coloured {
+        fn channels(&self) -> &Channels {
+            &Channels::Rgb
+        }
+        fn symmetry(&self) -> Symmetry {
+            Symmetry::FULL
+        }
+        fn conserves_energy(&self) -> bool {
+            false
+        }
+        fn eval(&self, pair: &DirectionPair, out: &mut [f64]) -> Presence {
+            for (out, member) in out.iter_mut().zip(&self.0) {
+                *out = TRANSFORM.inverse(member.log(pair));
+            }
+            Presence::Present
+        }
+    }
+
+    #[test]
+    fn each_channel_is_what_it_is_alone() {
+        let members = [[1.3, -0.7, 0.4], [-1.0, 0.2, 1.5], [0.3, 1.4, -1.2]];
+        let coloured = Coloured(members.map(Member));
+        let (_file, prior) = file(&trained().prior(80).unwrap());
+        // Shares are those of all channels together: one kernel and one share for each.
+        let kriging = Kriging {
+            prior: Some(prior),
+            fit: false,
+            ..Kriging::default()
+        };
+        let copy = kriging.reconstruct(&measured(&coloured, 5)).unwrap();
+        for pose in &measured(&coloured, 100).schedule.poses {
+            let mut f = [0.0; 3];
+            let _ = copy.eval(&pose.pair, &mut f);
+            for (f, member) in f.iter().zip(&coloured.0) {
+                let off = TRANSFORM.forward(*f) - member.log(&pose.pair);
+                assert!(off.abs() < 0.15, "{off} at {pose:?}");
+            }
+        }
+    }
+
     #[test]
     fn what_contradicts_a_prior_is_reconstructed_without_it() {
         struct Stripes;
