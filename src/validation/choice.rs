@@ -5,10 +5,13 @@ use crate::geometry::Symmetry;
 use crate::measurement::Measurement;
 use crate::parametrization::{self, WarpSpec, Warps};
 use crate::reconstruct::{
-    Coordinates, Cubic, InverseDistance, Multilinear, NearestReading, Reconstruct,
+    Coordinates, Cubic, InverseDistance, Kriging, Multilinear, NearestReading, Reconstruct,
     ReconstructError, Sheets, ThinPlate, default_for, noise,
 };
 use std::sync::Arc;
+
+/// Readings up to which kriging is tried: it solves a system of all of them for each set that is left out.
+const KRIGED: usize = 2000;
 
 /// Every parametrization as it is, and with the square root along its first axis.
 fn coordinates(symmetry: Symmetry) -> Vec<Coordinates> {
@@ -48,7 +51,8 @@ pub type Ranked = (Arc<dyn Reconstruct>, Scores);
 
 impl CrossValidation<'_> {
     /// The methods that these readings choose from: of a grid those in its own coordinates, of sheets
-    /// [`Sheets`], and the scattered ones in every parametrization.
+    /// [`Sheets`], [`Kriging`] of no more readings than it takes seconds for, and the scattered ones in every
+    /// parametrization.
     pub fn candidates(&self) -> Vec<Arc<dyn Reconstruct>> {
         let schedule = &self.measurement().schedule;
         let symmetry = schedule.parametrization.symmetry();
@@ -74,6 +78,9 @@ impl CrossValidation<'_> {
                 noise,
                 ..ThinPlate::default()
             }));
+        }
+        if self.measurement().readings() <= KRIGED {
+            all.push(Arc::new(Kriging::default()));
         }
         let coordinates = coordinates(symmetry);
         for method in scattered {

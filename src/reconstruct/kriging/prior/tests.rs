@@ -1,0 +1,272 @@
+//! Laws of priors.
+
+use super::super::system::Sites;
+use super::super::{Kriging, TRANSFORM};
+use super::*;
+use crate::brdf::{Brdf, Channels, Presence};
+use crate::instrument::{Ideal, Instrument};
+use crate::measurement::Measurement;
+use crate::reconstruct::Reconstruct;
+use crate::schedule::SobolSet;
+
+/// ln(f + ε) = Σ c_k q_k, of functions that are smooth on the lattice.
+#[derive(Debug)]
+struct Member([f64; 3]);
+
+impl Member {
+    fn log(&self, pair: &DirectionPair) -> f64 {
+        let half = (pair.omega_i.vector() + pair.omega_o.vector()).normalize();
+        let (lifted, facing) = (half.z, half.dot(pair.omega_i.vector()));
+        let q = [1.0 - lifted, (1.0 - facing).powi(2), lifted * facing];
+        self.0.iter().zip(q).map(|(c, q)| c * q).sum::<f64>()
+    }
+}
+
+impl Brdf for Member {
+    fn channels(&self) -> &Channels {
+        &Channels::Luminance
+    }
+    fn symmetry(&self) -> Symmetry {
+        Symmetry::FULL
+    }
+    fn conserves_energy(&self) -> bool {
+        false
+    }
+    fn eval(&self, pair: &DirectionPair, out: &mut [f64]) -> Presence {
+        out[0] = TRANSFORM.inverse(self.log(pair));
+        Presence::Present
+    }
+}
+
+/// Members of several families of names.
+fn trained() -> Training {
+    let mut training = Training::new(2000).unwrap();
+    for i in 0..24 {
+        let u = |k: f64| 4.0 * (f64::from(i + 1) * k).fract() - 2.0;
+        let member = Member([0.8192, 0.6710, 0.5497].map(u));
+        let name = format!("{i}-{}", ["wood", "paint", "felt"][i as usize % 3]);
+        training.add(&name, &format!("{i}"), &member).unwrap();
+    }
+    training
+}
+
+fn measured(brdf: &dyn Brdf, budget: usize) -> Measurement {
+    let schedule = SobolSet {}.plan(&usual_form(Symmetry::FULL), budget, 3);
+    Ideal.measure(brdf, &Arc::new(schedule.unwrap()))
+}
+
+fn file(prior: &Prior) -> (tempfile::NamedTempFile, PriorFile) {
+    let file = tempfile::NamedTempFile::new().unwrap();
+    std::fs::write(&file, prior.to_bytes()).unwrap();
+    let named = PriorFile::from(file.path().to_owned());
+    (file, named)
+}
+
+/// The largest error of ln(f + ε), by so many readings, with a prior and without.
+fn errors(brdf: &dyn Brdf, log: &dyn Fn(&DirectionPair) -> f64, n: usize) -> [f64; 2] {
+    let (_file, prior) = file(&trained().prior(80).unwrap());
+    let at: Vec<_> = measured(brdf, 300).schedule.poses.clone();
+    [Some(prior), None].map(|prior| {
+        let kriging = Kriging {
+            prior,
+            ..Kriging::default()
+        };
+        let copy = kriging.reconstruct(&measured(brdf, n)).unwrap();
+        let off = |pose: &crate::schedule::Pose| {
+            let mut f = [0.0];
+            let _ = copy.eval(&pose.pair, &mut f);
+            (TRANSFORM.forward(f[0]) - log(&pose.pair)).abs()
+        };
+        at.iter().map(off).sum::<f64>() / at.len() as f64
+    })
+}
+
+#[test]
+fn a_member_of_a_family_is_known_from_as_many_readings_as_it_has_coefficients() {
+    let member = Member([1.3, -0.7, 0.4]);
+    let [with, without] = errors(&member, &|pair| member.log(pair), 4);
+    assert!(with < 0.02 && with < 0.2 * without, "{with} {without}");
+}
+
+/// R, G, B, each a member of its own.
+struct Coloured([Member; 3]);
+
+impl Brdf for Coloured {
+    fn channels(&self) -> &Channels {
+        &Channels::Rgb
+    }
+    fn symmetry(&self) -> Symmetry {
+        Symmetry::FULL
+    }
+    fn conserves_energy(&self) -> bool {
+        false
+    }
+    fn eval(&self, pair: &DirectionPair, out: &mut [f64]) -> Presence {
+        for (out, member) in out.iter_mut().zip(&self.0) {
+            *out = TRANSFORM.inverse(member.log(pair));
+        }
+        Presence::Present
+    }
+}
+
+#[test]
+fn each_channel_is_what_it_is_alone() {
+    let members = [[1.3, -0.7, 0.4], [-1.0, 0.2, 1.5], [0.3, 1.4, -1.2]];
+    let coloured = Coloured(members.map(Member));
+    let (_file, prior) = file(&trained().prior(80).unwrap());
+    // Shares are those of all channels together: one kernel and one share for each.
+    let kriging = Kriging {
+        prior: Some(prior),
+        fit: false,
+        ..Kriging::default()
+    };
+    let copy = kriging.reconstruct(&measured(&coloured, 5)).unwrap();
+    for pose in &measured(&coloured, 100).schedule.poses {
+        let mut f = [0.0; 3];
+        let _ = copy.eval(&pose.pair, &mut f);
+        for (f, member) in f.iter().zip(&coloured.0) {
+            let off = TRANSFORM.forward(*f) - member.log(&pose.pair);
+            assert!(off.abs() < 0.15, "{off} at {pose:?}");
+        }
+    }
+}
+
+#[test]
+fn what_contradicts_a_prior_is_reconstructed_without_it() {
+    struct Stripes;
+    impl Brdf for Stripes {
+        fn channels(&self) -> &Channels {
+            &Channels::Luminance
+        }
+        fn symmetry(&self) -> Symmetry {
+            Symmetry::FULL
+        }
+        fn conserves_energy(&self) -> bool {
+            false
+        }
+        fn eval(&self, pair: &DirectionPair, out: &mut [f64]) -> Presence {
+            let half = (pair.omega_i.vector() + pair.omega_o.vector()).normalize();
+            out[0] = (8.0 * (60.0 * half.z).sin()).exp();
+            Presence::Present
+        }
+    }
+    let (_file, prior) = file(&trained().prior(80).unwrap());
+    let readings = measured(&Stripes, 30);
+    let copy = |prior| {
+        let kriging = Kriging {
+            prior,
+            ..Kriging::default()
+        };
+        kriging.reconstruct(&readings).unwrap()
+    };
+    let [with, without] = [Some(prior), None].map(copy);
+    assert_eq!(with.remarks().len(), 1);
+    for pose in &readings.schedule.poses {
+        let (mut a, mut b) = ([0.0], [0.0]);
+        let _ = with.eval(&pose.pair, &mut a);
+        let _ = without.eval(&pose.pair, &mut b);
+        assert_eq!(a, b);
+    }
+}
+
+#[test]
+fn a_material_that_it_was_made_of_is_recognized() {
+    let prior = trained().prior(80).unwrap();
+    let member = Member([0.8192, 0.6710, 0.5497].map(|k: f64| 4.0 * (6.0 * k).fract() - 2.0));
+    let readings = measured(&member, 12);
+    let pairs: Vec<_> = readings.schedule.poses.iter().map(|p| p.pair).collect();
+    let sites = Sites::new(&pairs, Symmetry::FULL, Some(prior.at(&pairs)));
+    let values = pairs
+        .iter()
+        .zip(&sites.mean)
+        .map(|(p, m)| member.log(p) - m);
+    let data = Data {
+        values: DMatrix::from_iterator(12, 1, values),
+        noise: vec![1e-5; 12],
+        sites,
+    };
+    // One that leaves next to nothing to chance.
+    let kernel = Kernel::new(Symmetry::FULL).about(1e-6, 1e-4, 1e-4);
+    let (centre, _) = prior.centred(&kernel, &data).unwrap();
+    let likeliest = prior.centres.column(5);
+    assert!((centre.mean.column(0) - likeliest).norm() < 0.01 * likeliest.norm());
+}
+
+#[test]
+fn means_are_sums_of_functions() {
+    let prior = trained().prior(80).unwrap();
+    assert_eq!(prior.functions(), 3);
+    let pairs: Vec<_> = measured(&Member([0.0; 3]), 50).schedule.poses.clone();
+    let pairs: Vec<_> = pairs.iter().map(|p| p.pair).collect();
+    let (mean, functions) = prior.at(&pairs);
+    let coefficients = DMatrix::from_row_slice(3, 2, &[0.3, 1.0, -2.0, 0.0, 0.7, 5.0]);
+    let mut out = vec![0.0; 100];
+    prior.mean(&coefficients).add(&pairs, &mut out);
+    let expected = functions.tr_mul(&coefficients);
+    for i in 0..50 {
+        for c in 0..2 {
+            assert!((out[2 * i + c] - mean[i] - expected[(i, c)]).abs() < 1e-12);
+        }
+    }
+}
+
+#[test]
+fn a_file_says_what_was_written_or_that_it_does_not() {
+    let prior = trained().prior(2).unwrap();
+    assert_eq!((prior.functions(), prior.materials().len()), (2, 24));
+    let bytes = prior.to_bytes();
+    let pairs = [DirectionPair::from_spherical(0.3, 0.0, 0.5, 1.0)];
+    let back = Prior::decode(&bytes).unwrap();
+    assert_eq!(back.at(&pairs), prior.at(&pairs));
+    assert_eq!(back.materials(), prior.materials());
+    let end = bytes.iter().position(|b| *b == b'\n').unwrap();
+    let line = std::str::from_utf8(&bytes[..end]).unwrap();
+    let told = |line: &str, body: &[u8]| {
+        let all = [line.as_bytes(), b"\n", body].concat();
+        Prior::decode(&all).unwrap_err()
+    };
+    let body = &bytes[end + 1..];
+    assert_eq!(told(line, &body[..body.len() - 2]), "it was changed or cut");
+    let other = line.replace("\"gonio_prior\":1", "\"gonio_prior\":9");
+    assert_eq!(told(&other, body), "it has version 9, this program reads 1");
+    for (key, value) in [
+        ("nodes", "2000000000000"),
+        ("functions", "18446744073709551615"),
+        ("centres", "1"),
+        ("scale", "-1.0"),
+        ("share", "0.0"),
+    ] {
+        let start = line.find(&format!("\"{key}\":")).unwrap();
+        let end = start + line[start..].find(',').unwrap();
+        let other = format!("{}\"{key}\":{value}{}", &line[..start], &line[end..]);
+        assert_eq!(told(&other, body), "it was changed or cut");
+        // One who knows how to hash.
+        let mut about: About = serde_json::from_str(&other).unwrap();
+        about.blake3 = file::hash(&about, body);
+        let other = serde_json::to_string(&about).unwrap();
+        assert_eq!(told(&other, body), "its numbers do not suit each other");
+    }
+    assert_eq!(told("kind,value", body), "it is something else");
+    assert_eq!(Prior::decode(b"").unwrap_err(), "it is something else");
+}
+
+#[test]
+fn what_is_no_material_of_a_prior_is_refused() {
+    let mut training = Training::new(2000).unwrap();
+    training.add("a", "a", &Member([0.0; 3])).unwrap();
+    let skew = crate::brdf::all();
+    let ward = skew.iter().find(|e| e.kind == "ward").unwrap();
+    let ward = crate::registry::read_text(ward, "alpha = [0.1, 0.3]\nrho_s = 0.3").unwrap();
+    let ward = ward.build(Channels::Luminance).unwrap();
+    let told = training.add("w", "w", &*ward).unwrap_err().to_string();
+    assert!(told.contains("w is not isotropic"), "{told}");
+    let told = training.prior(80).unwrap_err().to_string();
+    assert!(told.contains("at least 2"), "{told}");
+}
+
+#[test]
+fn the_prior_of_formulas_is_there() {
+    let prior = PriorFile::from(PathBuf::from(BUILT_IN)).load().unwrap();
+    assert!(prior.materials().len() > 50 && prior.to_bytes() == BYTES);
+    assert!(BYTES.len() <= 300_000);
+}
