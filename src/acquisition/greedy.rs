@@ -171,9 +171,7 @@ impl Greedy {
     ) -> Result<Vec<Pose>, PlanError> {
         let asked = so_far.schedule.poses.len();
         let field = self.field(task, so_far, n, asked as u64)?;
-        let known = self.known()?;
-        let before = Posterior::before(task.form.symmetry(), known.as_ref());
-        let has_prior = before.has_prior();
+        let before = Posterior::before(task.form.symmetry(), self.known()?.as_ref());
         let [read, in_vain] = [true, false].map(|read| pairs(so_far, read));
         let process = before.supposing(&read, true);
         let process = process.and_then(|process| process.supposing(&in_vain, false));
@@ -181,9 +179,9 @@ impl Greedy {
         let candidates = process.places(&field.pairs());
         let chosen = if n <= MOST_BEFOREHAND {
             let places = process.places(&field.places);
-            let bright = match known {
-                Some(known) if has_prior => squared(&field.places, known.brightness(&field.places)),
-                _ => brightness(&field.places, &field.density),
+            let bright = match process.prior() {
+                Some(known) => squared(&field.places, known.brightness(&field.places)),
+                None => brightness(&field.places, &field.density),
             };
             let bright = field.density.iter().zip(bright);
             let weights = Weights {

@@ -192,28 +192,17 @@ impl<'a> Slice<'a> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::brdf::testing::made;
     use crate::brdf::{self, Channels};
     use toml::de::DeTable;
 
-    /// A lobe over (theta_h, |h_bar|) on a floor, times a factor of theta_d.
-    struct Lobe<F>(F);
-
-    impl<F: Fn(f64, f64) -> f64 + Send + Sync> Brdf for Lobe<F> {
-        fn channels(&self) -> &Channels {
-            &Channels::Luminance
-        }
-        fn symmetry(&self) -> Symmetry {
-            Symmetry::FULL
-        }
-        fn conserves_energy(&self) -> bool {
-            false
-        }
-        fn eval(&self, pair: &DirectionPair, out: &mut [f64]) -> Presence {
+    /// A lobe over (theta_h, |h_bar|).
+    fn lobe(f: impl Fn(f64, f64) -> f64 + Send + Sync) -> impl Brdf {
+        made(Symmetry::FULL, move |pair| {
             let h = pair.half();
             let h_bar = h.x.hypot(h.y);
-            out[0] = self.0(h_bar.atan2(h.z), h_bar);
-            Presence::Present
-        }
+            Some([f(h_bar.atan2(h.z), h_bar)])
+        })
     }
 
     fn model(text: &str) -> Box<dyn Brdf> {
@@ -230,8 +219,8 @@ mod tests {
         for width in [1e-5, 0.01, 0.1] {
             let half_width = width * 2f64.ln().sqrt();
             for base in [0.0, 0.3] {
-                let angle = alignment(&Lobe(|t: f64, _| base + gauss(t / width))).unwrap();
-                let length = alignment(&Lobe(|_, l: f64| base + gauss(l / width))).unwrap();
+                let angle = alignment(&lobe(|t: f64, _| base + gauss(t / width))).unwrap();
+                let length = alignment(&lobe(|_, l: f64| base + gauss(l / width))).unwrap();
                 // Rounding of the half vector, of size 1e-16, against the width.
                 let tolerance = 1e-15 / width + 1e-9;
                 assert!(angle.q.abs() < tolerance, "{width}: {angle:?}");
@@ -243,7 +232,7 @@ mod tests {
         }
         // Between the two: sin(theta_h) = |h_bar|/cos(theta_d), so that this is q = 1/2.
         let between = |t: f64, l: f64| gauss((t.sin() * l).sqrt() / 0.05);
-        let found = alignment(&Lobe(between)).unwrap();
+        let found = alignment(&lobe(between)).unwrap();
         assert!((found.q - 0.5).abs() < 1e-9, "{found:?}");
     }
 

@@ -19,6 +19,8 @@ mod shifted_gamma;
 mod spectrum;
 mod sum;
 mod test_functions;
+#[cfg(test)]
+pub(crate) mod testing;
 mod ward;
 
 pub use channels::{Channels, Wavelengths};

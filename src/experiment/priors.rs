@@ -1,11 +1,26 @@
 //! What members of a plan know of other materials, none of which is tested.
 
 use super::choices::Material;
-use super::key;
+use super::key::{self, Input};
 use super::keypath::KeyPath;
+use super::plan::Plan;
 use super::source::Source;
 use crate::error::Error;
 use crate::reconstruct::PriorFile;
+use std::path::PathBuf;
+
+/// The files of the priors of a plan, each once.
+pub(super) fn inputs(plan: &Plan) -> Vec<Input> {
+    let of_sets = plan.sample_sets.iter().filter_map(|set| set.set.prior());
+    let of_methods = plan.methods.iter().filter_map(|m| m.method.prior());
+    let mut files: Vec<PathBuf> = Vec::new();
+    for file in of_sets.chain(of_methods).filter_map(PriorFile::file) {
+        if !files.iter().any(|f| f == file) {
+            files.push(file.to_owned());
+        }
+    }
+    key::hash(&files).unwrap_or_default()
+}
 
 /// Checks that no material is tested that a prior was made of. Each comes with the place of its member.
 ///

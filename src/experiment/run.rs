@@ -12,6 +12,7 @@ use super::judge::{Judge, Truth};
 use super::key::{self, Expected, Identity, RowKey};
 use super::observer::{Event, Job, Observer, ScheduleKey, Stop, Summary, Teller, Wish, timed};
 use super::plan::Plan;
+use super::priors;
 use super::readings::Readings;
 use super::record::{Experiment, Extent, Known, Shard};
 use super::route::{Route, Router};
@@ -71,6 +72,7 @@ impl Experiment for Plan {
         observer: &mut dyn Observer<Row>,
     ) -> Result<Summary, Error> {
         let mut runner = Runner::new(self, extent, known, observer)?;
+        runner.teller.summary.inputs = priors::inputs(self);
         let result = runner.tiles();
         runner.teller.summary.seconds.plan += runner.router.seconds();
         let mut tunings = self.sample_sets.iter().filter_map(|s| s.tuning.as_ref());

@@ -86,6 +86,7 @@ impl Instrument for Ideal {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::brdf::testing::made;
     use crate::brdf::{self, Channels};
     use crate::geometry::Symmetry;
     use crate::{parametrization, registry, schedule};
@@ -128,29 +129,12 @@ mod tests {
 
     #[test]
     fn missing_data_is_reported_and_counted() {
-        /// Half a hemisphere without data.
-        struct Holed;
-        impl Brdf for Holed {
-            fn channels(&self) -> &Channels {
-                &Channels::Luminance
-            }
-            fn symmetry(&self) -> Symmetry {
-                Symmetry::FULL
-            }
-            fn conserves_energy(&self) -> bool {
-                true
-            }
-            fn eval(&self, pair: &DirectionPair, out: &mut [f64]) -> Presence {
-                out[0] = 0.25;
-                if pair.separation() < 1.0 {
-                    Presence::Missing
-                } else {
-                    Presence::Present
-                }
-            }
-        }
+        // Half a hemisphere without data.
+        let holed = made(Symmetry::FULL, |pair| {
+            (pair.separation() >= 1.0).then_some([0.25])
+        });
         let poses = poses();
-        let measurement = Ideal.measure(&Holed, &poses);
+        let measurement = Ideal.measure(&holed, &poses);
         let near = |p: &&schedule::Pose| p.pair.separation() < 1.0;
         let missing = poses.poses.iter().filter(near).count();
         assert!(missing > 100);

@@ -120,30 +120,16 @@ pub fn evaluate(brdf: &dyn Brdf, pairs: &[DirectionPair]) -> Values {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::brdf::testing::made;
     use crate::brdf::{Channels, Lambert, Spectrum};
     use crate::geometry::Symmetry;
 
     /// Varies from pair to pair, has three channels, and no data for some pairs.
-    struct Patchy;
-
-    impl Brdf for Patchy {
-        fn channels(&self) -> &Channels {
-            &Channels::Rgb
-        }
-        fn symmetry(&self) -> Symmetry {
-            Symmetry::NONE
-        }
-        fn conserves_energy(&self) -> bool {
-            false
-        }
-        fn eval(&self, pair: &DirectionPair, out: &mut [f64]) -> Presence {
+    fn patchy() -> impl Brdf {
+        made(Symmetry::NONE, |pair| {
             let v = pair.omega_i.vector();
-            if v.x > 0.5 {
-                return Presence::Missing;
-            }
-            out.copy_from_slice(&[v.z, 1.0 + v.y, v.x * v.x]);
-            Presence::Present
-        }
+            (v.x <= 0.5).then_some([v.z, 1.0 + v.y, v.x * v.x])
+        })
     }
 
     fn pairs(n: usize) -> Vec<DirectionPair> {
@@ -159,12 +145,12 @@ mod tests {
         // Whole chunks, a part of one, and nothing.
         for n in [1, CHUNK, 2 * CHUNK + 17] {
             let pairs = pairs(n);
-            let values = evaluate(&Patchy, &pairs);
+            let values = evaluate(&patchy(), &pairs);
             for (i, pair) in pairs.iter().enumerate() {
-                assert_eq!(values.get(i), Patchy.luminance(pair));
+                assert_eq!(values.get(i), patchy().luminance(pair));
             }
         }
-        assert!(evaluate(&Patchy, &[]).luminance.is_empty());
+        assert!(evaluate(&patchy(), &[]).luminance.is_empty());
         let whole = evaluate(
             &Lambert::new(Spectrum::Grey(0.5), Channels::Rgb),
             &pairs(100),
@@ -176,12 +162,12 @@ mod tests {
     fn slabs_make_up_the_whole() {
         // Some slabs have holes, some do not.
         let pairs = pairs(50);
-        let slabs: Vec<_> = pairs.chunks(3).map(|p| evaluate(&Patchy, p)).collect();
+        let slabs: Vec<_> = pairs.chunks(3).map(|p| evaluate(&patchy(), p)).collect();
         let whole = |slab: &Values| slab.missing.is_empty();
         assert!(slabs.iter().any(whole) && !slabs.iter().all(whole));
         let mut values = Values::default();
         slabs.into_iter().for_each(|slab| values.append(slab));
-        assert!(values == evaluate(&Patchy, &pairs));
+        assert!(values == evaluate(&patchy(), &pairs));
     }
 
     #[test]
@@ -193,11 +179,11 @@ mod tests {
                 .unwrap();
             pool.install(|| {
                 let pairs = pairs(10_000);
-                let truth = evaluate(&Patchy, &pairs);
+                let truth = evaluate(&patchy(), &pairs);
                 let lambert = Lambert::new(Spectrum::Grey(0.5), Channels::Luminance);
                 let errors = compare(&pairs, &truth, &evaluate(&lambert, &pairs));
                 let probe = AlbedoProbe::new();
-                let albedos = [&Patchy as &dyn Brdf, &lambert].map(|brdf| {
+                let albedos = [&patchy() as &dyn Brdf, &lambert].map(|brdf| {
                     let values = probe.evaluate(brdf);
                     probe.albedos(&values, &values)
                 });

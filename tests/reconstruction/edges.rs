@@ -11,7 +11,8 @@ use gonio::geometry::{Direction, DirectionPair, Symmetry};
 use gonio::instrument::{Ideal, Instrument};
 use gonio::measurement::{Measurement, Outcome};
 use gonio::parametrization::{self, AxisKind};
-use gonio::reconstruct::ReconstructError;
+use gonio::reconstruct::{self, ReconstructError};
+use gonio::registry;
 use gonio::sampling::Random;
 use gonio::schedule::{Centring, Grid, SampleSet, SobolSet};
 use std::f64::consts::FRAC_PI_2;
@@ -329,14 +330,24 @@ fn channels_are_reconstructed_one_by_one() {
     };
     let second = super::material(symmetry, move |pair| 3.0 - smooth(symmetry, pair));
     let form = form("half-difference", symmetry);
+    let kriging = reconstruct::all();
+    let kriging = kriging.iter().find(|e| e.kind == "kriging").unwrap();
+    let examples = kriging.examples.iter();
+    // So few that a prior counts.
+    let few = examples.map(|keys| (registry::read_text(kriging, keys).unwrap(), 20));
+    let tried: Vec<_> = methods()
+        .into_iter()
+        .map(|m| (m, 1000))
+        .chain(few)
+        .collect();
     for set in super::sets() {
-        for method in methods() {
+        for (method, budget) in &tried {
             // Weights that are of all channels together are not those of one.
             if method.needs_grid() && !set.is_grid() || method.weighs_readings() {
                 continue;
             }
             let of = |brdf: &dyn Brdf| {
-                let m = measure(brdf, &form, &*set, 1000);
+                let m = measure(brdf, &form, &*set, *budget);
                 method.reconstruct(&m).unwrap()
             };
             let (all, first, second) = (of(&rgb), of(&first), of(&second));

@@ -1,29 +1,10 @@
 //! Functions whose isolines are known.
 
 use super::*;
-use crate::brdf::{Channels, Presence};
+use crate::brdf::testing::made;
 use crate::geometry::Symmetry;
 use crate::parametrization::find;
 use std::f64::consts::PI;
-
-/// Any function of a pair.
-struct Function<F>(F);
-
-impl<F: Fn(&DirectionPair) -> f64 + Send + Sync> Brdf for Function<F> {
-    fn channels(&self) -> &Channels {
-        &Channels::Luminance
-    }
-    fn symmetry(&self) -> Symmetry {
-        Symmetry::FULL
-    }
-    fn conserves_energy(&self) -> bool {
-        false
-    }
-    fn eval(&self, pair: &DirectionPair, out: &mut [f64]) -> Presence {
-        out[0] = (self.0)(pair);
-        Presence::Present
-    }
-}
 
 fn measured(
     name: &str,
@@ -31,7 +12,12 @@ fn measured(
     f: impl Fn(&DirectionPair) -> f64 + Send + Sync,
 ) -> Distortion {
     let form = find(name).unwrap().form(Symmetry::FULL);
-    distortion(&Function(f), Scale::Value, &*form, weight)
+    distortion(
+        &made(Symmetry::FULL, move |pair| Some([f(pair)])),
+        Scale::Value,
+        &*form,
+        weight,
+    )
 }
 
 /// Every share of a function that one axis explains wholly.
@@ -89,7 +75,12 @@ fn what_changes_with_the_azimuth_is_not_explained_by_two_axes() {
     };
     let form = find("spherical").unwrap().form(Symmetry::FULL);
     // The form holds the sensor at azimuth 0.
-    let found = distortion(&Function(turn), Scale::Value, &*form, Weight::Coordinates);
+    let found = distortion(
+        &made(Symmetry::FULL, move |pair| Some([turn(pair)])),
+        Scale::Value,
+        &*form,
+        Weight::Coordinates,
+    );
     let shares = found.shares.unwrap();
     assert!(shares.both < 1e-20, "{shares:?}");
     assert!(found.slices.iter().all(|s| s.shares.is_none()));
@@ -133,7 +124,12 @@ fn shares_of_a_separable_logarithm_add_up() {
         (3.0 * h.truncate().length_squared() - 2.0 * k.length_squared()).exp() - 1e-3
     };
     let form = find("stark").unwrap().form(Symmetry::FULL);
-    let found = distortion(&Function(f), Scale::Log, &*form, Weight::SolidAngle);
+    let found = distortion(
+        &made(Symmetry::FULL, move |pair| Some([f(pair)])),
+        Scale::Log,
+        &*form,
+        Weight::SolidAngle,
+    );
     assert!((found.shares.unwrap().additive - 1.0).abs() < 1e-9);
     // Linear along both axes: slopes 3 and 2, and none along the azimuth.
     for (got, want) in found.gradient.into_iter().zip([9.0, 4.0, 0.0]) {
@@ -173,7 +169,7 @@ fn a_window_looks_at_its_part() {
     let form = find("stark").unwrap().form(Symmetry::FULL);
     let window = [[0.0, 0.25], [0.25, 0.75]];
     let found = distortion_within(
-        &Function(f),
+        &made(Symmetry::FULL, move |pair| Some([f(pair)])),
         Scale::Value,
         &*form,
         Weight::Coordinates,

@@ -1,33 +1,13 @@
 //! BRDFs that miss one symmetry by a known amount.
 
 use super::*;
-use crate::brdf::{Channels, Presence};
+use crate::brdf::Channels;
+use crate::brdf::testing::made;
 use crate::sampling::Sobol;
 
-/// A function of the pair, and what it declares.
-struct Made<F>(F);
-
-impl<F: Fn(&DirectionPair) -> Option<f64> + Send + Sync> Brdf for Made<F> {
-    fn channels(&self) -> &Channels {
-        &Channels::Luminance
-    }
-    fn symmetry(&self) -> Symmetry {
-        Symmetry::FULL
-    }
-    fn conserves_energy(&self) -> bool {
-        false
-    }
-    fn eval(&self, pair: &DirectionPair, out: &mut [f64]) -> Presence {
-        out[0] = self.0(pair).unwrap_or(0.0);
-        match self.0(pair) {
-            Some(_) => Presence::Present,
-            None => Presence::Missing,
-        }
-    }
-}
-
 fn found(f: impl Fn(&DirectionPair) -> Option<f64> + Send + Sync) -> Deviations {
-    deviations(&Made(f), &symmetry_pairs())
+    let brdf = made(Symmetry::FULL, move |pair| f(pair).map(|v| [v]));
+    deviations(&brdf, &symmetry_pairs())
 }
 
 const E: f64 = 0.2;

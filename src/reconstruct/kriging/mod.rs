@@ -7,8 +7,9 @@
 //! and a fit takes the trend along one for that along another. All of it is reciprocal.
 //!
 //! A [`Prior`] says what many materials were like: the mean of ln f is theirs then, most of what a material differs by
-//! is a sum of some functions of a pair, and the terms above are for the rest. Where readings are less likely so than
-//! without it, it is left out.
+//! is a sum of some functions of a pair, and the terms above are for the rest. What is made of the readings with it and
+//! without are weighed by how likely either makes them, and the prior counts less the more readings there are, up to 32;
+//! below a share of a hundredth it is left out.
 //!
 //! Readings in the plane of incidence alone say nothing of φ_d. It then continues what it knows of other materials,
 //! which for Oren and Nayar's errs at most 2.5 times as much as the nearest reading does
@@ -48,7 +49,14 @@ const KIND: &str = "kriging";
 pub(super) const ENTRY: Entry<dyn Reconstruct> = Entry {
     kind: KIND,
     summary: "Gaussian process of ln f with a kernel fitted to many materials; at most 10 000 readings",
-    examples: &["", "prior = \"built-in\"", "fit = false", "noise = false"],
+    examples: &[
+        "",
+        "prior = \"built-in\"",
+        "fit = false",
+        "noise = false",
+        "fit = false\nnoise = false",
+        "fit = false\nnoise = false\nprior = \"built-in\"",
+    ],
     read: |table| Ok(Box::new(registry::parse::<Kriging>(table)?)),
 };
 
@@ -123,23 +131,23 @@ impl Kriging {
         prior: Option<&Arc<Prior>>,
     ) -> Result<Vec<Account>, ReconstructError> {
         let fits = self.fit && !in_sheets(r)?;
-        let fitted = |kernel: Kernel, data: &Data| match fits {
-            true => fit::fit(&kernel, data),
-            false => kernel,
-        };
-        let common = Kernel::new(symmetry(r));
-        let plain = self.data(r, r.count().div_ceil(FITTED), 1, None);
-        let common = fitted(common, &plain);
+        let mut common = Kernel::new(symmetry(r));
+        if fits {
+            let stride = r.count().div_ceil(FITTED);
+            common = fit::fit(&common, &self.data(r, stride, 1, None));
+        }
         let Some(prior) = prior.filter(|_| applies(r)) else {
             return Ok(vec![Account::of(common)]);
         };
-        let kernel = prior.kernel(Kernel::new(symmetry(r)));
+        let mut kernel = prior.kernel(Kernel::new(symmetry(r)));
         let about = self.data(r, 1, r.width, Some(prior));
         let told = |kernel: &Kernel| prior.centred(kernel, &about);
         let (centre, _) = told(&kernel).ok_or_else(|| singular(r))?;
-        let mut first = self.data(r, 1, 1, Some(prior));
-        first.centre(&centre.mean.columns(0, 1).into_owned());
-        let kernel = fitted(kernel, &first);
+        if fits {
+            let mut first = self.data(r, 1, 1, Some(prior));
+            first.centre(&centre.mean.columns(0, 1).into_owned());
+            kernel = fit::fit(&kernel, &first);
+        }
         let all = self.data(r, 1, r.width, None);
         let (Some((centre, with)), Some((without, _))) = (told(&kernel), all.likelihood(&common))
         else {
@@ -253,7 +261,7 @@ impl Reconstruct for Kriging {
     }
 
     fn weighs_readings(&self) -> bool {
-        self.fit || self.noise
+        self.fit || self.noise || self.prior.is_some()
     }
 
     fn check(&self) -> Result<(), ParameterError> {

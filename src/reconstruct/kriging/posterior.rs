@@ -202,9 +202,9 @@ impl Posterior {
         })
     }
 
-    /// True if it is about a prior.
-    pub fn has_prior(&self) -> bool {
-        self.known.is_some()
+    /// The prior it is about.
+    pub fn prior(&self) -> Option<&Prior> {
+        self.known.as_ref().map(|known| &*known.prior)
     }
 
     /// What all variances are to be multiplied by.

@@ -413,27 +413,17 @@ fn axis(label: &str) -> Axis {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::brdf::{Brdf, Channels, Presence};
-    use crate::geometry::{DirectionPair, Symmetry};
+    use crate::brdf::Brdf;
+    use crate::brdf::testing::made;
+    use crate::geometry::Symmetry;
     use crate::moments::{Estimator, MomentsSpec, MonteCarlo, PeakResolving};
 
     /// Grows with y of the light by the factor.
-    struct Tilted(f64);
-
-    impl Brdf for Tilted {
-        fn channels(&self) -> &Channels {
-            &Channels::Rgb
-        }
-        fn symmetry(&self) -> Symmetry {
-            Symmetry::NONE
-        }
-        fn conserves_energy(&self) -> bool {
-            false
-        }
-        fn eval(&self, pair: &DirectionPair, out: &mut [f64]) -> Presence {
-            out.fill(1.0 + self.0 * pair.omega_i.vector().y + 0.3 * pair.omega_i.vector().x);
-            Presence::Present
-        }
+    fn tilted(factor: f64) -> impl Brdf {
+        made(Symmetry::NONE, move |pair| {
+            let v = pair.omega_i.vector();
+            Some([1.0 + factor * v.y + 0.3 * v.x; 3])
+        })
     }
 
     /// Profiles in grey and in green.
@@ -468,22 +458,22 @@ mod tests {
 
     #[test]
     fn what_vanishes_by_symmetry_says_so() {
-        let exact = profiles(&Tilted(0.0), &PeakResolving::default());
+        let exact = profiles(&tilted(0.0), &PeakResolving::default());
         let [folded, plain] = [true, false].map(|bilateral| material_sheet(&exact, bilateral));
         assert_eq!(said(&folded).0, ODD.len());
         assert_eq!(said(&plain).0, 0);
         // What is no mirror image of itself is drawn, whatever is declared.
-        let tilted = profiles(&Tilted(0.3), &PeakResolving::default());
+        let tilted = profiles(&tilted(0.3), &PeakResolving::default());
         assert_eq!(said(&material_sheet(&tilted, true)).0, 0);
     }
 
     #[test]
     fn uncertainties_are_bands_where_they_are_seen() {
-        let exact = profiles(&Tilted(0.0), &PeakResolving::default());
+        let exact = profiles(&tilted(0.0), &PeakResolving::default());
         let sheet = material_sheet(&exact, true);
         let (_, bands, title) = said(&sheet);
         assert!(bands == 0 && title.contains("within the lines"));
-        let random = profiles(&Tilted(0.0), &MonteCarlo { samples: 2048 });
+        let random = profiles(&tilted(0.0), &MonteCarlo { samples: 2048 });
         let sheet = material_sheet(&random, true);
         let (_, bands, title) = said(&sheet);
         assert!(

@@ -267,8 +267,9 @@ fn signed(t: f64) -> [u8; 3] {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::brdf::{Channels, Lambert, Presence, Spectrum};
-    use crate::geometry::{DirectionPair, Symmetry};
+    use crate::brdf::testing::made;
+    use crate::brdf::{Channels, Lambert, Spectrum};
+    use crate::geometry::Symmetry;
     use crate::lighting::{LightingSpec, SkySpec};
     use std::f64::consts::PI;
 
@@ -296,26 +297,11 @@ mod tests {
 
     /// Reflects like a matte surface of albedo 0.5, and has no data beyond some elevation of light
     /// or view.
-    struct Bounded(f64);
-
-    impl Brdf for Bounded {
-        fn channels(&self) -> &Channels {
-            &Channels::Luminance
-        }
-        fn symmetry(&self) -> Symmetry {
-            Symmetry::FULL
-        }
-        fn conserves_energy(&self) -> bool {
-            true
-        }
-        fn eval(&self, pair: &DirectionPair, out: &mut [f64]) -> Presence {
-            out[0] = 0.5 / PI;
-            if pair.omega_i.theta().max(pair.omega_o.theta()) > self.0 {
-                out[0] = 0.0;
-                return Presence::Missing;
-            }
-            Presence::Present
-        }
+    fn bounded(theta: f64) -> impl Brdf {
+        made(Symmetry::FULL, move |pair| {
+            let outer = pair.omega_i.theta().max(pair.omega_o.theta());
+            (outer <= theta).then_some([0.5 / PI])
+        })
     }
 
     #[test]
@@ -329,7 +315,7 @@ mod tests {
         let bound = 70_f64.to_radians();
         let matte = |albedo| Lambert::new(Spectrum::Grey(albedo), Channels::Luminance);
         // Whichever of the two lacks data: what both have is equal, or 0.4 of it.
-        let bounded = Bounded(bound);
+        let [bounded, empty] = [bound, 0.0].map(bounded);
         for (truth, other, want) in [
             (&bounded as &dyn Brdf, &matte(0.5) as &dyn Brdf, 0.0),
             (&matte(0.5), &bounded, 0.0),
@@ -354,7 +340,7 @@ mod tests {
                 assert!(NO_DATA.contains(&[r, g, b]), "{x}: {r}");
             }
         }
-        let nothing = Comparison::new(&Bounded(0.0), &matte(0.5), &*even, 16, 8);
+        let nothing = Comparison::new(&empty, &matte(0.5), &*even, 16, 8);
         assert_eq!((nothing.nrmse, nothing.without_data), (None, 1.0));
     }
 

@@ -429,36 +429,24 @@ mod space {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::brdf::{Brdf, Channels, Presence};
-    use crate::geometry::{DirectionPair, Symmetry};
+    use crate::brdf::Brdf;
+    use crate::brdf::testing::made;
+    use crate::geometry::Symmetry;
     use crate::moments::Channel;
     use crate::report::pictures::plot::without_images;
 
     /// No data for φ < 0, a lobe elsewhere.
-    struct Half;
-
-    impl Brdf for Half {
-        fn channels(&self) -> &Channels {
-            &Channels::Luminance
-        }
-        fn symmetry(&self) -> Symmetry {
-            Symmetry::NONE
-        }
-        fn conserves_energy(&self) -> bool {
-            false
-        }
-        fn eval(&self, pair: &DirectionPair, out: &mut [f64]) -> Presence {
-            if pair.omega_i.vector().y < 0.0 {
-                return Presence::Missing;
-            }
-            out[0] = 1.0 + pair.omega_i.vector().x;
-            Presence::Present
-        }
+    fn half() -> impl Brdf {
+        made(Symmetry::NONE, |pair| {
+            let v = pair.omega_i.vector();
+            (v.y >= 0.0).then_some([1.0 + v.x])
+        })
     }
 
     #[test]
     fn flat_slices_have_theta_to_the_right_and_phi_up() {
-        let slice = Slice::new(&Half, Channel::Luminance, 0.4).unwrap();
+        let half = half();
+        let slice = Slice::new(&half, Channel::Luminance, 0.4).unwrap();
         let flat = FlatSlice::new(&slice, 10);
         for (i, value) in flat.values().iter().enumerate() {
             let [theta, phi] = angles(10, i / 10, i % 10);
@@ -476,7 +464,8 @@ mod tests {
 
     #[test]
     fn missing_data_is_hatched() {
-        let slice = Slice::new(&Half, Channel::Luminance, 0.4).unwrap();
+        let half = half();
+        let slice = Slice::new(&half, Channel::Luminance, 0.4).unwrap();
         let flat = FlatSlice::new(&slice, 10);
         let mut png = Vec::new();
         flat.write_png(FlatSlice::range(std::slice::from_ref(&flat)), &mut png)
@@ -490,8 +479,9 @@ mod tests {
 
     #[test]
     fn lobes_are_whole_pictures() {
+        let half = half();
         for theta_o in [0.0, 0.7, 1.5] {
-            let slice = Slice::new(&Half, Channel::Luminance, theta_o).unwrap();
+            let slice = Slice::new(&half, Channel::Luminance, theta_o).unwrap();
             for radius in [Radius::Linear, Radius::CubeRoot] {
                 let flat = FlatSlice::new(&slice, 10);
                 let range = FlatSlice::range(std::slice::from_ref(&flat));

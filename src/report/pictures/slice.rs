@@ -161,7 +161,9 @@ impl Plane {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::brdf::testing::made;
     use crate::brdf::{Lambert, Spectrum};
+    use crate::geometry::Symmetry;
     use exr::prelude::{ReadChannels, ReadLayers};
 
     #[test]
@@ -196,7 +198,10 @@ mod tests {
 
     #[test]
     fn the_mirror_direction_lies_left_of_the_centre_and_up_is_up() {
-        let plane = |eval: fn(&DirectionPair) -> f64| Plane::of(&Probe(eval)).pixels;
+        let plane = |eval: fn(&DirectionPair) -> f64| {
+            let probe = made(Symmetry::NONE, move |pair| Some([eval(pair)]));
+            Plane::of(&probe).pixels
+        };
         let at = |plane: &[Pixel], x: usize, y: usize| plane[y * RESOLUTION + x].values[0];
         let middle = RESOLUTION / 2;
         // Its half vector is the normal: no other pixel is closer to it.
@@ -213,23 +218,5 @@ mod tests {
         ];
         assert!(at(&right, RESOLUTION - 2, middle) > 1.9 && at(&right, 1, middle) < 0.1);
         assert!(at(&up, middle, 1) > 1.9 && at(&up, middle, RESOLUTION - 2) < 0.1);
-    }
-
-    struct Probe(fn(&DirectionPair) -> f64);
-
-    impl Brdf for Probe {
-        fn channels(&self) -> &Channels {
-            &Channels::Luminance
-        }
-        fn symmetry(&self) -> crate::geometry::Symmetry {
-            crate::geometry::Symmetry::NONE
-        }
-        fn conserves_energy(&self) -> bool {
-            false
-        }
-        fn eval(&self, pair: &DirectionPair, out: &mut [f64]) -> Presence {
-            out[0] = (self.0)(pair);
-            Presence::Present
-        }
     }
 }

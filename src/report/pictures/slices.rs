@@ -307,8 +307,9 @@ fn number(v: f64) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::brdf::testing::made;
     use crate::brdf::{BrdfSpec, Channels, TestFunctionSpec};
-    use crate::geometry::{DirectionPair, Symmetry};
+    use crate::geometry::Symmetry;
     use crate::parametrization;
     use crate::report::pictures::plot::without_images;
     use exr::prelude::{ReadChannels, ReadLayers};
@@ -377,35 +378,20 @@ mod tests {
     }
 
     /// Has no data for light from the left, and is black.
-    struct Half;
-
-    impl Brdf for Half {
-        fn channels(&self) -> &Channels {
-            &Channels::Luminance
-        }
-        fn symmetry(&self) -> Symmetry {
-            Symmetry::NONE
-        }
-        fn conserves_energy(&self) -> bool {
-            true
-        }
-        fn eval(&self, pair: &DirectionPair, out: &mut [f64]) -> Presence {
-            out[0] = 0.0;
-            if pair.omega_i.theta() > 0.7 {
-                return Presence::Missing;
-            }
-            Presence::Present
-        }
+    fn half() -> impl Brdf {
+        made(Symmetry::NONE, |pair| {
+            (pair.omega_i.theta() <= 0.7).then_some([0.0])
+        })
     }
 
     #[test]
     fn black_and_missing_data_are_pictures_too() {
-        let slices = BrdfSlices::new(&Half, &charts(&["spherical"]), &[0.0], 20);
+        let slices = BrdfSlices::new(&half(), &charts(&["spherical"]), &[0.0], 20);
         let count = |p: Pixel| slices.pixels[0].iter().filter(|q| **q == p).count();
         assert!(count(Pixel::Missing) > 150 && count(Pixel::Value([0.0; 3])) > 150);
         let svg = slices.svg("black").unwrap();
         assert!(svg.contains("all is black") && svg.contains("anisotropic, cut at"));
-        let cut = |names: &[&str]| BrdfSlices::new(&Half, &charts(names), &[0.0], 8).cut();
+        let cut = |names: &[&str]| BrdfSlices::new(&half(), &charts(names), &[0.0], 8).cut();
         let places = ["φ_h = 0°", "φ_h = 0°, φ_o = 0°"].map(|p| format!("anisotropic, cut at {p}"));
         let [one, two] = places.map(Some);
         assert_eq!(cut(&["hybrid", "half-difference"]), one);

@@ -8,7 +8,7 @@ use std::io::{self, Error, ErrorKind};
 use std::path::Path;
 
 /// The version that is written and read.
-pub(super) const VERSION: u32 = 1;
+pub(super) const VERSION: u32 = 2;
 
 /// Size of a file, at most: one that is larger is no prior.
 const MOST: u64 = 1 << 28;

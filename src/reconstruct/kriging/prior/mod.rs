@@ -55,8 +55,6 @@ struct About {
     functions: usize,
     /// Factor of all amplitudes of the kernel.
     scale: f64,
-    /// Variance of the level of ln f.
-    level: f64,
     /// Variance of each coefficient about that of a material.
     share: f64,
     /// Number of centres.
@@ -100,7 +98,6 @@ impl Prior {
             && (1..=FUNCTIONS).contains(&about.functions)
             && about.centres <= values.len()
             && factors.iter().all(|x| train::SOUGHT.contains(x))
-            && about.level == train::LEVEL
             && values.iter().all(|x| x.is_finite());
         if !is_usual {
             return None;
@@ -152,12 +149,12 @@ impl Prior {
 
     /// The kernel about a material of this prior, of a kernel without one.
     pub(super) fn kernel(&self, kernel: Kernel) -> Kernel {
-        kernel.about(self.about.scale, self.about.level, self.about.share)
+        kernel.about(self.about.scale, train::LEVEL, self.about.share)
     }
 
     /// The kernel about the mean of this prior, of a kernel without one: coefficients of its materials have variance 1.
     pub(super) fn kernel_before(&self, kernel: Kernel) -> Kernel {
-        kernel.about(self.about.scale, self.about.level, self.about.share + 1.0)
+        kernel.about(self.about.scale, train::LEVEL, self.about.share + 1.0)
     }
 
     fn values_at(&self, pairs: &[DirectionPair]) -> DMatrix<f64> {
@@ -298,12 +295,17 @@ impl From<PriorFile> for PathBuf {
 }
 
 /// Priors that were read, with the size and time of their files then.
-type Known = HashMap<PathBuf, (u64, Option<SystemTime>, Arc<Prior>)>;
+type Cache = HashMap<PathBuf, (u64, Option<SystemTime>, Arc<Prior>)>;
 
 impl PriorFile {
     /// The path.
     pub fn path(&self) -> &Path {
         &self.path
+    }
+
+    /// The file; `None`: it is built in.
+    pub fn file(&self) -> Option<&Path> {
+        (self.path != Path::new(BUILT_IN)).then_some(&self.path)
     }
 
     /// A hash of what the prior says; of a file that is none, why.
@@ -329,21 +331,21 @@ impl PriorFile {
     }
 
     fn read(&self) -> Result<Arc<Prior>, String> {
-        static KNOWN: Mutex<Option<Known>> = Mutex::new(None);
+        static KNOWN: Mutex<Option<Cache>> = Mutex::new(None);
         static FORMULAS: OnceLock<Result<Arc<Prior>, String>> = OnceLock::new();
-        if self.path == Path::new(BUILT_IN) {
+        let Some(path) = self.file() else {
             let known = FORMULAS.get_or_init(|| Prior::decode(BYTES).map(Arc::new));
             return known.clone();
-        }
-        let about = std::fs::metadata(&self.path).map_err(|e| e.to_string())?;
+        };
+        let about = std::fs::metadata(path).map_err(|e| e.to_string())?;
         let (size, time) = (about.len(), about.modified().ok());
         let mut known = KNOWN.lock().unwrap_or_else(PoisonError::into_inner);
         let known = known.get_or_insert_default();
-        match known.get(&self.path) {
+        match known.get(path) {
             Some((s, t, prior)) if (*s, *t) == (size, time) => Ok(Arc::clone(prior)),
             _ => {
-                let prior = Arc::new(Prior::read(&self.path).map_err(|e| e.to_string())?);
-                known.insert(self.path.clone(), (size, time, Arc::clone(&prior)));
+                let prior = Arc::new(Prior::read(path).map_err(|e| e.to_string())?);
+                known.insert(path.to_owned(), (size, time, Arc::clone(&prior)));
                 Ok(prior)
             }
         }

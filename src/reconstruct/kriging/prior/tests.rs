@@ -3,39 +3,26 @@
 use super::super::system::Sites;
 use super::super::{Kriging, TRANSFORM};
 use super::*;
-use crate::brdf::{Brdf, Channels, Presence};
+use crate::brdf::testing::made;
+use crate::brdf::{Brdf, Channels};
 use crate::instrument::{Ideal, Instrument};
 use crate::measurement::Measurement;
 use crate::reconstruct::Reconstruct;
 use crate::schedule::SobolSet;
 
 /// ln(f + ε) = Σ c_k q_k, of functions that are smooth on the lattice.
-#[derive(Debug)]
-struct Member([f64; 3]);
-
-impl Member {
-    fn log(&self, pair: &DirectionPair) -> f64 {
-        let half = (pair.omega_i.vector() + pair.omega_o.vector()).normalize();
-        let (lifted, facing) = (half.z, half.dot(pair.omega_i.vector()));
-        let q = [1.0 - lifted, (1.0 - facing).powi(2), lifted * facing];
-        self.0.iter().zip(q).map(|(c, q)| c * q).sum::<f64>()
-    }
+fn log(c: [f64; 3], pair: &DirectionPair) -> f64 {
+    let half = pair.half();
+    let (lifted, facing) = (half.z, half.dot(pair.omega_i.vector()));
+    let q = [1.0 - lifted, (1.0 - facing).powi(2), lifted * facing];
+    c.iter().zip(q).map(|(c, q)| c * q).sum()
 }
 
-impl Brdf for Member {
-    fn channels(&self) -> &Channels {
-        &Channels::Luminance
-    }
-    fn symmetry(&self) -> Symmetry {
-        Symmetry::FULL
-    }
-    fn conserves_energy(&self) -> bool {
-        false
-    }
-    fn eval(&self, pair: &DirectionPair, out: &mut [f64]) -> Presence {
-        out[0] = TRANSFORM.inverse(self.log(pair));
-        Presence::Present
-    }
+/// A BRDF with such a logarithm in each channel.
+fn member<const N: usize>(c: [[f64; 3]; N]) -> impl Brdf {
+    made(Symmetry::FULL, move |pair| {
+        Some(c.map(|c| TRANSFORM.inverse(log(c, pair))))
+    })
 }
 
 /// Members of several families of names.
@@ -43,7 +30,7 @@ fn trained() -> Training {
     let mut training = Training::new(2000).unwrap();
     for i in 0..24 {
         let u = |k: f64| 4.0 * (f64::from(i + 1) * k).fract() - 2.0;
-        let member = Member([0.8192, 0.6710, 0.5497].map(u));
+        let member = member([[0.8192, 0.6710, 0.5497].map(u)]);
         let name = format!("{i}-{}", ["wood", "paint", "felt"][i as usize % 3]);
         training.add(&name, &format!("{i}"), &member).unwrap();
     }
@@ -63,7 +50,8 @@ fn file(prior: &Prior) -> (tempfile::NamedTempFile, PriorFile) {
 }
 
 /// The largest error of ln(f + ε), by so many readings, with a prior and without.
-fn errors(brdf: &dyn Brdf, log: &dyn Fn(&DirectionPair) -> f64, n: usize) -> [f64; 2] {
+fn errors(c: [f64; 3], n: usize) -> [f64; 2] {
+    let brdf = &member([c]);
     let (_file, prior) = file(&trained().prior(80).unwrap());
     let at: Vec<_> = measured(brdf, 300).schedule.poses.clone();
     [Some(prior), None].map(|prior| {
@@ -75,7 +63,7 @@ fn errors(brdf: &dyn Brdf, log: &dyn Fn(&DirectionPair) -> f64, n: usize) -> [f6
         let off = |pose: &crate::schedule::Pose| {
             let mut f = [0.0];
             let _ = copy.eval(&pose.pair, &mut f);
-            (TRANSFORM.forward(f[0]) - log(&pose.pair)).abs()
+            (TRANSFORM.forward(f[0]) - log(c, &pose.pair)).abs()
         };
         at.iter().map(off).sum::<f64>() / at.len() as f64
     })
@@ -83,36 +71,14 @@ fn errors(brdf: &dyn Brdf, log: &dyn Fn(&DirectionPair) -> f64, n: usize) -> [f6
 
 #[test]
 fn a_member_of_a_family_is_known_from_as_many_readings_as_it_has_coefficients() {
-    let member = Member([1.3, -0.7, 0.4]);
-    let [with, without] = errors(&member, &|pair| member.log(pair), 4);
+    let [with, without] = errors([1.3, -0.7, 0.4], 4);
     assert!(with < 0.02 && with < 0.2 * without, "{with} {without}");
-}
-
-/// R, G, B, each a member of its own.
-struct Coloured([Member; 3]);
-
-impl Brdf for Coloured {
-    fn channels(&self) -> &Channels {
-        &Channels::Rgb
-    }
-    fn symmetry(&self) -> Symmetry {
-        Symmetry::FULL
-    }
-    fn conserves_energy(&self) -> bool {
-        false
-    }
-    fn eval(&self, pair: &DirectionPair, out: &mut [f64]) -> Presence {
-        for (out, member) in out.iter_mut().zip(&self.0) {
-            *out = TRANSFORM.inverse(member.log(pair));
-        }
-        Presence::Present
-    }
 }
 
 #[test]
 fn each_channel_is_what_it_is_alone() {
     let members = [[1.3, -0.7, 0.4], [-1.0, 0.2, 1.5], [0.3, 1.4, -1.2]];
-    let coloured = Coloured(members.map(Member));
+    let coloured = member(members);
     let (_file, prior) = file(&trained().prior(80).unwrap());
     // Shares are those of all channels together: one kernel and one share for each.
     let kriging = Kriging {
@@ -124,8 +90,8 @@ fn each_channel_is_what_it_is_alone() {
     for pose in &measured(&coloured, 100).schedule.poses {
         let mut f = [0.0; 3];
         let _ = copy.eval(&pose.pair, &mut f);
-        for (f, member) in f.iter().zip(&coloured.0) {
-            let off = TRANSFORM.forward(*f) - member.log(&pose.pair);
+        for (f, member) in f.iter().zip(members) {
+            let off = TRANSFORM.forward(*f) - log(member, &pose.pair);
             assert!(off.abs() < 0.15, "{off} at {pose:?}");
         }
     }
@@ -133,25 +99,11 @@ fn each_channel_is_what_it_is_alone() {
 
 #[test]
 fn what_contradicts_a_prior_is_reconstructed_without_it() {
-    struct Stripes;
-    impl Brdf for Stripes {
-        fn channels(&self) -> &Channels {
-            &Channels::Luminance
-        }
-        fn symmetry(&self) -> Symmetry {
-            Symmetry::FULL
-        }
-        fn conserves_energy(&self) -> bool {
-            false
-        }
-        fn eval(&self, pair: &DirectionPair, out: &mut [f64]) -> Presence {
-            let half = (pair.omega_i.vector() + pair.omega_o.vector()).normalize();
-            out[0] = (8.0 * (60.0 * half.z).sin()).exp();
-            Presence::Present
-        }
-    }
+    let stripes = made(Symmetry::FULL, |pair| {
+        Some([(8.0 * (60.0 * pair.half().z).sin()).exp()])
+    });
     let (_file, prior) = file(&trained().prior(80).unwrap());
-    let readings = measured(&Stripes, 30);
+    let readings = measured(&stripes, 30);
     let copy = |prior| {
         let kriging = Kriging {
             prior,
@@ -172,14 +124,14 @@ fn what_contradicts_a_prior_is_reconstructed_without_it() {
 #[test]
 fn a_material_that_it_was_made_of_is_recognized() {
     let prior = trained().prior(80).unwrap();
-    let member = Member([0.8192, 0.6710, 0.5497].map(|k: f64| 4.0 * (6.0 * k).fract() - 2.0));
-    let readings = measured(&member, 12);
+    let member_6 = [0.8192, 0.6710, 0.5497].map(|k: f64| 4.0 * (6.0 * k).fract() - 2.0);
+    let readings = measured(&member([member_6]), 12);
     let pairs: Vec<_> = readings.schedule.poses.iter().map(|p| p.pair).collect();
     let sites = Sites::new(&pairs, Symmetry::FULL, Some(prior.at(&pairs)));
     let values = pairs
         .iter()
         .zip(&sites.mean)
-        .map(|(p, m)| member.log(p) - m);
+        .map(|(p, m)| log(member_6, p) - m);
     let data = Data {
         values: DMatrix::from_iterator(12, 1, values),
         noise: vec![1e-5; 12],
@@ -196,7 +148,7 @@ fn a_material_that_it_was_made_of_is_recognized() {
 fn means_are_sums_of_functions() {
     let prior = trained().prior(80).unwrap();
     assert_eq!(prior.functions(), 3);
-    let pairs: Vec<_> = measured(&Member([0.0; 3]), 50).schedule.poses.clone();
+    let pairs: Vec<_> = measured(&member([[0.0; 3]]), 50).schedule.poses.clone();
     let pairs: Vec<_> = pairs.iter().map(|p| p.pair).collect();
     let (mean, functions) = prior.at(&pairs);
     let coefficients = DMatrix::from_row_slice(3, 2, &[0.3, 1.0, -2.0, 0.0, 0.7, 5.0]);
@@ -227,8 +179,8 @@ fn a_file_says_what_was_written_or_that_it_does_not() {
     };
     let body = &bytes[end + 1..];
     assert_eq!(told(line, &body[..body.len() - 2]), "it was changed or cut");
-    let other = line.replace("\"gonio_prior\":1", "\"gonio_prior\":9");
-    assert_eq!(told(&other, body), "it has version 9, this program reads 1");
+    let other = line.replace("\"gonio_prior\":2", "\"gonio_prior\":9");
+    assert_eq!(told(&other, body), "it has version 9, this program reads 2");
     for (key, value) in [
         ("nodes", "2000000000000"),
         ("functions", "18446744073709551615"),
@@ -253,7 +205,7 @@ fn a_file_says_what_was_written_or_that_it_does_not() {
 #[test]
 fn what_is_no_material_of_a_prior_is_refused() {
     let mut training = Training::new(2000).unwrap();
-    training.add("a", "a", &Member([0.0; 3])).unwrap();
+    training.add("a", "a", &member([[0.0; 3]])).unwrap();
     let skew = crate::brdf::all();
     let ward = skew.iter().find(|e| e.kind == "ward").unwrap();
     let ward = crate::registry::read_text(ward, "alpha = [0.1, 0.3]\nrho_s = 0.3").unwrap();

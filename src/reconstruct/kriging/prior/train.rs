@@ -115,7 +115,7 @@ impl Training {
     /// Adds a material, all of whose channels count; `content` is a hash of what it is.
     ///
     /// # Errors
-    /// If it is of another symmetry, or has no value at all.
+    /// If it is of another symmetry, was added before, or has no value at all.
     pub fn add(&mut self, name: &str, content: &str, brdf: &dyn Brdf) -> Result<(), TrainError> {
         if brdf.symmetry() != Symmetry::FULL {
             return Err(TrainError::Symmetry { name: name.into() });
@@ -207,7 +207,6 @@ impl Training {
             nodes: self.nodes,
             functions,
             scale,
-            level: LEVEL,
             share,
             centres: all.len(),
             materials: self.materials,
