@@ -353,6 +353,11 @@ fn a_mistake_in_an_override_is_reported_with_the_override() {
             "`2` is no position in material, which has 2; allowed: 0 to 1",
         ),
         ("material.x.alpha=0.1", "`x` is no position in material"),
+        (
+            "material.all.beta=0.1",
+            "no member has the key of `material.all.beta`",
+        ),
+        ("metrics.all.pairs=3", "unknown key metrics.all"),
         ("budgets.2=5", "`2` is no position in budgets"),
         (
             "budgets.0.x=5",
@@ -398,6 +403,22 @@ fn a_mistake_in_an_override_is_reported_with_the_override() {
         assert!(message.starts_with(&expected), "{set}\n  {message}");
         assert_eq!(code, 2, "{message}");
     }
+}
+
+#[test]
+fn all_is_each_member_that_has_the_key() {
+    let two = GOOD.replace("\"lambert\"\nalbedo", "\"ggx\"\nname = \"b\"\nalpha");
+    let resolved = |text: &str, sets: &[&str]| plan(text, sets).unwrap().resolved;
+    let both = resolved(&two, &["material.0.alpha=0.7", "material.1.alpha=0.7"]);
+    assert_eq!(resolved(&two, &["material.all.alpha=0.7"]), both);
+    // Lambert has no such key.
+    let one = resolved(GOOD, &["material.0.alpha=0.7"]);
+    assert_eq!(resolved(GOOD, &["material.all.alpha=0.7"]), one);
+    let (message, _) = refusal(&two, &["material.all.alpha=0"]);
+    assert!(
+        message.starts_with("--set material.all.alpha=0: material[0]"),
+        "{message}"
+    );
 }
 
 #[test]

@@ -1025,6 +1025,64 @@ fn agree(a: &Value, b: &Value) -> bool {
 }
 
 #[test]
+fn expected_errors_stand_beside_the_true_ones() {
+    let text = r#"
+seeds = [1, 2]
+budgets = [12, 40]
+measures = ["cosine", "lobe"]
+quantities = ["expected"]
+material = [
+  { kind = "ggx", alpha = 0.3 },
+  { kind = "ggx", alpha = 0.1 },
+  { kind = "ward", alpha = 0.2, rho_s = 0.2 },
+]
+parametrization = [{ kind = "half-difference" }]
+sample_set = [{ kind = "sobol" }]
+reconstruction = [{ kind = "kriging" }, { kind = "thin-plate" }]
+metrics = { pairs = 700, max_pairs = 1 }
+"#;
+    let rows = run(&plan(text), None, &Known::new()).rows;
+    let expected = |row: &Row| row.value("expected_nrmse");
+    assert!(
+        rows.iter()
+            .all(|row| expected(row).is_some() == (row.reconstruction == "kriging"))
+    );
+    let findings = Findings::new(&rows.iter().collect::<Vec<_>>(), 1.0);
+    // Two errors under two measures, of one of the two reconstructions.
+    assert_eq!(findings.calibrations.len(), 4);
+    for calibration in &findings.calibrations {
+        let name = calibration.metric.name();
+        assert_eq!(calibration.choice.reconstruction, "kriging");
+        for (cell, allowed) in calibration.cells.iter().zip(["12 poses", "40 poses"]) {
+            let cell = cell.unwrap();
+            let mut of_materials: Vec<f64> = ["ggx-0.3", "ggx-0.1", "ward-0.2"]
+                .iter()
+                .map(|material| {
+                    let mine = rows.iter().filter(|row| {
+                        row.material == *material
+                            && row.reconstruction == "kriging"
+                            && (row.measure.as_str(), row.allowed.as_str())
+                                == (calibration.measure.as_str(), allowed)
+                    });
+                    let ratios: Vec<f64> = mine
+                        .map(|row| {
+                            let expected = row.value(&format!("expected_{name}")).unwrap();
+                            row.value(name).unwrap() / expected
+                        })
+                        .collect();
+                    assert_eq!(ratios.len(), 2, "{material}");
+                    (ratios[0] * ratios[1]).sqrt()
+                })
+                .collect();
+            of_materials.sort_by(f64::total_cmp);
+            assert_eq!((cell.count, cell.ninth), (3, None));
+            assert!((cell.median / of_materials[1] - 1.0).abs() < 1e-12);
+            assert_eq!(cell.below.is_some(), calibration.measure == "cosine");
+        }
+    }
+}
+
+#[test]
 fn numbers_change_with_their_revision_only() {
     let plan = plan(GOLDEN);
     let today: Vec<Map<String, Value>> = timeless(&plan, &rows(&plan)).iter().map(told).collect();

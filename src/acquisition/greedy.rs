@@ -7,14 +7,16 @@
 
 use super::choice::{Weights, a_optimal, least_certain};
 use super::field::Field;
-use super::{Expected, Forecast, Planner, Task};
+use super::{Forecast, Planner, Task};
 use crate::brdf::microfacet::{FresnelSpec, Ggx, Microfacet};
 use crate::brdf::{Brdf, Channels, Presence, Roughness};
-use crate::error::{ParameterError, in_closed};
+use crate::error::{ParameterError, in_closed, in_left_open};
 use crate::geometry::DirectionPair;
 use crate::measurement::{Measurement, Outcome};
+use crate::metrics::Expected;
 use crate::parametrization::{Axis, Parametrization};
-use crate::reconstruct::{Places, Posterior, Prior, PriorFile, ReconstructError};
+use crate::reconstruct::Prior;
+use crate::reconstruct::{Kriging, Mixture, Places, Posterior, PriorFile, ReconstructError};
 use crate::registry::{self, Entry, Keys, ReadError, Table};
 use crate::schedule::{PlanError, Pose, SampleSet, Schedule};
 use serde::{Deserialize, Serialize};
@@ -62,6 +64,40 @@ pub struct Aim {
     /// What is known beforehand: `built-in` (materials of formulas), or a file of `gonio train`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub prior: Option<PriorFile>,
+    /// The expected errors that are small enough: once all are reached, no pose is asked for.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub target: Option<Target>,
+}
+
+/// What targets are above: less no reading tells.
+const LEAST_TARGET: f64 = 1e-6;
+
+/// Errors to be reached, each in (1e-6, 10]; those that are not named are not asked for.
+#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Target {
+    /// Of `nrmse`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub nrmse: Option<f64>,
+    /// Of `log_relative`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub log_relative: Option<f64>,
+}
+
+impl Target {
+    /// The errors that are named.
+    fn named(&self) -> impl Iterator<Item = (&'static str, f64)> {
+        let all = [("nrmse", self.nrmse), ("log_relative", self.log_relative)];
+        all.into_iter()
+            .filter_map(|(name, error)| Some((name, error?)))
+    }
+
+    fn is_reached(&self, expected: &Expected) -> bool {
+        let reached = |error: Option<f64>, asked: Option<f64>| {
+            asked.is_none_or(|asked| error.is_some_and(|error| error <= asked))
+        };
+        reached(expected.nrmse, self.nrmse) && reached(expected.log_relative, self.log_relative)
+    }
 }
 
 impl Default for Aim {
@@ -70,6 +106,7 @@ impl Default for Aim {
             weight: 0.5,
             mask_deg: 80.0,
             prior: None,
+            target: None,
         }
     }
 }
@@ -131,6 +168,14 @@ impl Greedy {
     /// What is known beforehand, if that is in a file.
     fn known(&self) -> Result<Option<Arc<Prior>>, ParameterError> {
         self.aim.prior.as_ref().map(PriorFile::load).transpose()
+    }
+
+    /// What makes something of readings.
+    fn kriging(&self) -> Kriging {
+        Kriging {
+            prior: self.aim.prior.clone(),
+            ..Kriging::default()
+        }
     }
 
     fn admit(&self, budget: usize) -> Result<(), PlanError> {
@@ -217,8 +262,7 @@ impl Greedy {
     /// What is known of a material by its readings. Poses that gave none count as if they had told what was
     /// expected, and make those near less likely to be read.
     fn process(&self, so_far: &Measurement) -> Result<Posterior, PlanError> {
-        let known = self.known()?;
-        let process = Posterior::of(so_far, known.as_ref()).map_err(|e| self.unknown(&e))?;
+        let process = Posterior::of(&self.kriging(), so_far).map_err(|e| self.unknown(&e))?;
         let supposed = process.supposing(&pairs(so_far, false), false);
         supposed.ok_or_else(|| self.singular(so_far.outcomes.len()))
     }
@@ -267,17 +311,37 @@ impl SampleSet for Greedy {
     }
 
     fn label(&self) -> String {
-        let kind = self.rule.kind();
-        match self.aim.prior {
-            Some(_) => format!("{kind}-prior"),
-            None => kind.into(),
+        let mut label = self.rule.kind().to_owned();
+        if self.aim.prior.is_some() {
+            label.push_str("-prior");
         }
+        for (name, error) in self.aim.target.iter().flat_map(Target::named) {
+            label.push_str(&format!("-to-{name}-{error}"));
+        }
+        label
     }
 
     fn check(&self, _axes: &[Axis]) -> Result<(), ParameterError> {
         in_closed("weight", self.aim.weight, 0.0, 1.0)?;
         in_closed("mask_deg", self.aim.mask_deg, LEAST_MASK, 90.0)?;
         self.known()?;
+        let Some(target) = self.aim.target else {
+            return Ok(());
+        };
+        if self.rule == Rule::AOptimal {
+            let allowed = "none: its poses are chosen before the first reading";
+            return Err(ParameterError::new("target", "{ … }", allowed));
+        }
+        if target.named().next().is_none() {
+            return Err(ParameterError::new(
+                "target",
+                "{}",
+                "nrmse, log_relative or both",
+            ));
+        }
+        for (name, error) in target.named() {
+            in_left_open(&format!("target.{name}"), error, LEAST_TARGET, 10.0)?;
+        }
         Ok(())
     }
 
@@ -327,42 +391,28 @@ impl Planner for Greedy {
         Ok(super::scheduled(task, self.label(), poses))
     }
 
+    fn is_enough(&self, task: &Task<'_>, so_far: &Measurement) -> bool {
+        let Some(target) = self.aim.target else {
+            return false;
+        };
+        let forecast = self.forecast(task, so_far, &[]);
+        forecast.is_some_and(|forecast| target.is_reached(&forecast.now))
+    }
+
     fn forecast(&self, task: &Task<'_>, so_far: &Measurement, next: &[Pose]) -> Option<Forecast> {
-        if so_far.readings() == 0 {
-            return None;
-        }
         // What was asked for in vain tells nothing.
-        let known = self.known().ok()?;
-        let process = Posterior::of(so_far, known.as_ref()).ok()?;
+        let mixture = Mixture::of(&self.kriging(), so_far).ok()?;
         let field = self.field(task, so_far, 0, UNSEEN).ok()?;
-        let places = process.places(&field.places);
         let next: Vec<DirectionPair> = next.iter().map(|pose| pose.pair).collect();
-        let after = process.variances_with(&places, &process.places(&next))?;
-        let means = process.means(&places);
-        let bright = field.places.iter().zip(&means).map(|(pair, z)| {
-            let cosine = pair.omega_i.cos_theta();
-            (2.0 * z).exp() * cosine * cosine
-        });
-        let bright: Vec<f64> = bright.collect();
-        let errors = |variances: Vec<f64>| {
-            let [mut all, mut log, mut square, mut energy] = [0.0; 4];
-            for (i, v) in variances.into_iter().enumerate() {
-                let (w, v) = (field.density[i], v * process.scale());
-                all += w;
-                // Of a normal number of variance v: the mean of its absolute value, and the variance of its
-                // exponential as a share of the square of that one's mean, where the tail does not make it anything.
-                log += w * (2.0 * v / std::f64::consts::PI).sqrt();
-                square += w * bright[i] * v.min(2.0).exp_m1();
-                energy += w * bright[i];
-            }
-            Expected {
-                nrmse: (square / energy).sqrt(),
-                log_relative: log / all,
-            }
+        let errors = |next: &[DirectionPair]| {
+            let known = mixture.with(&field.places, next)?;
+            let pairs = field.places.iter().zip(&field.density).zip(known);
+            let all = pairs.map(|((pair, w), known)| (*w, pair.omega_i.cos_theta(), known));
+            Some(Expected::of(all))
         };
         Some(Forecast {
-            now: errors(process.variances(&places)),
-            then: errors(after),
+            now: errors(&[])?,
+            then: errors(&next)?,
         })
     }
 

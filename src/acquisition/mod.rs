@@ -34,12 +34,13 @@ mod choice;
 mod field;
 mod greedy;
 
-pub use greedy::{Aim, Greedy, Rule};
+pub use greedy::{Aim, Greedy, Rule, Target};
 
 use crate::brdf::{Brdf, Channels};
 use crate::error::ParameterError;
 use crate::instrument::{Ideal, Instrument, Machine};
 use crate::measurement::Measurement;
+use crate::metrics::Expected;
 use crate::parametrization::{Axis, Parametrization};
 use crate::reconstruct::PriorFile;
 use crate::registry::{self, Entry, Joined, ReadError, Table, Taken};
@@ -61,16 +62,7 @@ pub struct Task<'a> {
     pub go_on: &'a dyn Fn() -> bool,
 }
 
-/// Errors that a planner expects, under the cosine measure.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Expected {
-    /// Root of the mean square of the error of f cos θ_i, as a share of its root mean square.
-    pub nrmse: f64,
-    /// Mean absolute error of ln f.
-    pub log_relative: f64,
-}
-
-/// The errors expected before and after a batch.
+/// The errors expected before and after a batch, under the cosine measure.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Forecast {
     /// With the readings so far.
@@ -99,6 +91,11 @@ pub trait Planner: SampleSet {
 
     /// True if the poses depend on the machine of a task.
     fn knows_machines(&self) -> bool {
+        false
+    }
+
+    /// True if the readings so far are enough: no further pose is asked for.
+    fn is_enough(&self, _task: &Task<'_>, _so_far: &Measurement) -> bool {
         false
     }
 
@@ -197,7 +194,7 @@ pub fn further(
     let mut poses = so_far.schedule.poses.clone();
     let left = task.budget.saturating_sub(poses.len());
     let most = planner.batch(poses.len(), task.budget).unwrap_or(left);
-    if most.min(left) == 0 {
+    if most.min(left) == 0 || planner.is_enough(task, so_far) {
         return Ok(None);
     }
     let next = planner.next(task, so_far, most.min(left))?;

@@ -16,7 +16,8 @@ pub(super) struct ConfigArgs {
     /// The experiment, a TOML file; or a MERL table (*.binary) or a folder of them, on which
     /// configs/merl.toml is done (for `check` also an instrument: file or preset)
     pub(super) config: PathBuf,
-    /// Override a key: dotted path, numbers for positions in arrays; a TOML value, else a bare string
+    /// Override a key: dotted path, numbers for positions in arrays, `all` for each member that has the rest of the
+    /// key; a TOML value, else a bare string
     #[arg(long = "set", value_name = "KEY=VALUE")]
     set: Vec<String>,
 }

@@ -5,13 +5,14 @@ use super::reconstruct::symmetry;
 use super::schedule::{orders, out_of_reach};
 use super::talk::{note, wrote};
 use super::{ThreadArgs, format_names, print, refuse_existing, written};
-use crate::acquisition::{self, Expected, Planner, Task};
+use crate::acquisition::{self, Planner, Task};
 use crate::error::{Error, count, excerpt, one_of};
 use crate::experiment::{PlannedInstrument, Source};
 use crate::files::write_atomically;
 use crate::formats::{Format, WRITE_SCHEDULE};
 use crate::geometry::Symmetry;
 use crate::instrument::{self, Order};
+use crate::metrics::Expected;
 use crate::parametrization;
 use crate::schedule::{Assume, Sequence};
 use clap::Args;
@@ -30,7 +31,10 @@ of any material:
   gonio next readings1.csv --batch 16 --instrument cornell -o poses2.csv
   gonio measure poses2.csv --config configs/quickstart.toml --material ggx-0.3 --instrument cornell \\
     -o readings2.csv
-  gonio next readings1.csv readings2.csv --batch 16 --instrument cornell -o poses3.csv")]
+  gonio next readings1.csv readings2.csv --batch 16 --instrument cornell -o poses3.csv
+
+Once the errors that are expected have reached a target (--set target.nrmse=0.05), it prints
+`stop: …` and leaves no schedule.")]
 pub(super) struct Next {
     /// The readings so far, in any number of files; poses without a reading count as asked for
     readings: Vec<PathBuf>,
@@ -122,6 +126,11 @@ impl Next {
             go_on: &|| true,
         };
         let so_far = so_far.unwrap_or_else(|| acquisition::nothing(&task));
+        if planner.is_enough(&task, &so_far) {
+            let expected = planner.forecast(&task, &so_far, &[]);
+            let known = expected.map(|f| with_bound(&f.now, so_far.readings()));
+            return print(&format!("stop: {}\n", known.unwrap_or_default()));
+        }
         let poses = planner.next(&task, &so_far, self.batch);
         let poses = poses.map_err(|e| Error::infeasible("--batch", e))?;
         if poses.is_empty() {
@@ -162,9 +171,9 @@ impl Next {
         }
         match forecast {
             Some(forecast) => print(&format!(
-                "expected error: {}; then {}\n",
-                shown(&forecast.now),
-                shown(&forecast.then)
+                "now: {}\nthen: {}\n",
+                with_bound(&forecast.now, so_far.readings()),
+                with_bound(&forecast.then, so_far.readings() + schedule.poses.len()),
             )),
             None => Ok(()),
         }
@@ -192,9 +201,14 @@ impl Next {
     }
 }
 
-fn shown(expected: &Expected) -> String {
+/// Expected errors, each with what nine of ten are below.
+pub(super) fn with_bound(expected: &Expected, readings: usize) -> String {
+    let bound = expected.bound(readings);
+    let error = |error: Option<f64>| error.map_or("–".into(), |e| format!("{e:.4}"));
+    let with = |own, bound| format!("{} (upper bound {})", error(own), error(bound));
     format!(
-        "nrmse {:.4}, log_relative {:.4}",
-        expected.nrmse, expected.log_relative
+        "expected nrmse {}, log_relative {}",
+        with(expected.nrmse, bound.nrmse),
+        with(expected.log_relative, bound.log_relative)
     )
 }

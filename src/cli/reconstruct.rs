@@ -4,6 +4,7 @@ use super::brdf_args::{BrdfArgs, is_config};
 use super::check::words;
 use super::cross_validation::{CrossValidationArgs, print_scores};
 use super::energy::EnergyArgs;
+use super::next::with_bound;
 use super::reading::ReadingArgs;
 use super::{ThreadArgs, build, choose_material, format_names, print, refuse_existing, tabulate};
 use crate::brdf::Brdf;
@@ -14,7 +15,9 @@ use crate::formats::{self, Format, READ_READINGS, WRITE_TABLE};
 use crate::geometry::Symmetry;
 use crate::instrument;
 use crate::measurement::{Flags, Measurement, Outcome};
-use crate::metrics::{self, Errors, Level, Measure, MetricsSpec, TestSet, Uncovered, WITHIN};
+use crate::metrics::{
+    self, Errors, Expected, Level, Measure, MetricsSpec, TestSet, Uncovered, WITHIN,
+};
 use crate::parametrization;
 use crate::reconstruct::{self, Cover, Coverage, Covered, Fill, Replicated};
 use crate::report::Columns;
@@ -205,6 +208,10 @@ impl Reconstruct {
             print(&format!("  {remark}\n"))?;
         }
         let failed = |e| Error::data(path, e);
+        if let Some(expected) = expected(&*method, &measurement) {
+            let told = with_bound(&expected, measurement.readings());
+            print(&format!("  {told}\n"))?;
+        }
         let replicated = match truth.is_some() || self.uncertainty.is_some() {
             true => Replicated::of(&measurement, &*method).map_err(failed)?,
             false => None,
@@ -433,6 +440,20 @@ fn material_of(measurement: &Measurement) -> String {
         text += &format!("covered: {}\n", ranges.join(", "));
     }
     text
+}
+
+/// Readings up to which it is told which errors a BRDF expects of itself: that takes as long as the BRDF.
+const TOLD: usize = 2000;
+
+/// The errors under the cosine measure that a method expects of its BRDF, if it knows.
+fn expected(method: &dyn reconstruct::Reconstruct, measurement: &Measurement) -> Option<Expected> {
+    if measurement.readings() > TOLD {
+        return None;
+    }
+    let predictive = method.predictive(measurement).ok()??;
+    let set = TestSet::new(&[Measure::Cosine], &MetricsSpec::default()).ok()?;
+    let under = Expected::at(&set.level(0), &*predictive);
+    under.first().copied()
 }
 
 /// A number with its standard error, as text.

@@ -4,9 +4,11 @@
 //! Everything is paired over materials. Errors of several seeds are averaged first (geometrically):
 //! seeds are no materials.
 
+mod calibration;
 mod index;
 mod metric;
 
+pub use calibration::{Calibrated, Calibration};
 pub use metric::Metric;
 
 use index::{Index, Names};
@@ -137,6 +139,8 @@ pub struct Findings {
     pub duels: Vec<Duels>,
     /// One per metric and measure, and one more where there are scattered reconstructions.
     pub explained: Vec<Explained>,
+    /// One per metric, measure and choice that expects errors.
+    pub calibrations: Vec<Calibration>,
 }
 
 impl Findings {
@@ -157,6 +161,7 @@ impl Findings {
             challenger: spec.challenger.clone(),
             allowances: strings(&index.allowances.list),
             truths: strings(&index.truths.list),
+            calibrations: calibration::calibrations(&index),
             ..Self::default()
         };
         let truths = index.truths.list.len();

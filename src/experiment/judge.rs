@@ -11,7 +11,9 @@ use crate::brdf::Brdf;
 use crate::error::{Error, ParameterError};
 use crate::geometry::DirectionPair;
 use crate::measurement::Measurement;
-use crate::metrics::{self, AlbedoProbe, Errors, Level, Tally, TestSet, Uncovered, Values, WITHIN};
+use crate::metrics::{
+    self, AlbedoProbe, Errors, Expected, Level, Tally, TestSet, Uncovered, Values, WITHIN,
+};
 use crate::moments::{MomentErrors, Profile};
 use crate::reconstruct::{Cover, Coverage, ReconstructError, Replicated, Uncertain};
 use rayon::prelude::*;
@@ -52,6 +54,8 @@ pub(super) struct Compared {
     uncovered: Vec<Uncovered>,
     /// Share of the pairs within the uncertainty, one per measure, if it is counted and there is one.
     within: Vec<Option<f64>>,
+    /// Errors that the reconstruction expects, one per measure, if they are asked for and it knows.
+    expected: Vec<Expected>,
     /// Error of the directional albedo, and what its quadrature may be off by.
     albedo: Option<[f64; 2]>,
     /// Errors of the moments and number of unresolved slices.
@@ -186,6 +190,7 @@ impl<'a> Judge<'a> {
             converged: Vec::new(),
             uncovered: Vec::new(),
             within: Vec::new(),
+            expected: Vec::new(),
             albedo: None,
             moments: None,
             reconstruct_seconds: seconds * share,
@@ -201,7 +206,8 @@ impl<'a> Judge<'a> {
         let (first, seconds) = timed(|| -> Result<(), Stop> {
             self.albedos(&made.copies, members, &mut compared, &go_on)?;
             self.cover(members, coverage, &mut compared);
-            self.within(method, members, &mut compared, &go_on)
+            self.within(method, members, &mut compared, &go_on)?;
+            self.expected(method, members, &mut compared, &go_on)
         });
         first?;
         let mut evaluate = seconds;
@@ -404,6 +410,30 @@ impl<'a> Judge<'a> {
         Ok(())
     }
 
+    /// The errors that reconstructions expect at some of the first pairs, if they are asked for.
+    fn expected(
+        &self,
+        method: &Method,
+        members: &[Member<'_>],
+        compared: &mut [Compared],
+        go_on: &dyn Fn() -> Result<(), Stop>,
+    ) -> Result<(), Stop> {
+        if !self.plan.expected {
+            return Ok(());
+        }
+        let level = self.level(0);
+        for (member, compared) in members.iter().zip(compared) {
+            go_on()?;
+            // As above.
+            let Some(predictive) = method.method.predictive(&member.2.measured).ok().flatten()
+            else {
+                continue;
+            };
+            compared.expected = Expected::at(&level, &*predictive);
+        }
+        Ok(())
+    }
+
     /// The moment profile of a BRDF; `None` if moments are not compared.
     fn profile(&self, brdf: &dyn Brdf) -> Result<Option<Profile>, ParameterError> {
         let Some(table) = &self.plan.moments else {
@@ -460,6 +490,10 @@ impl Compared {
             to.set(quantity.name, of(&self.uncovered[at]));
         }
         to.set(WITHIN.name, self.within.get(at).copied().flatten());
+        let expected = self.expected.get(at);
+        for (quantity, of) in Expected::QUANTITIES {
+            to.set(quantity.name, expected.and_then(of));
+        }
         let names = [AlbedoProbe::QUANTITY, AlbedoProbe::QUADRATURE].map(|q| q.name);
         for (i, name) in names.into_iter().enumerate() {
             to.set(name, self.albedo.map(|both| both[i]));

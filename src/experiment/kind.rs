@@ -125,6 +125,8 @@ pub enum QuantityGroup {
     Moments,
     /// The share of the pairs that are as near as the uncertainty of the readings says.
     Uncertainty,
+    /// The errors that reconstructions expect of themselves, where they know.
+    Expected,
 }
 
 impl QuantityGroup {
@@ -134,6 +136,7 @@ impl QuantityGroup {
             QuantityGroup::Albedo => "albedo",
             QuantityGroup::Moments => "moments",
             QuantityGroup::Uncertainty => "uncertainty",
+            QuantityGroup::Expected => "expected",
         }
     }
 }

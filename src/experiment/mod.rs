@@ -93,7 +93,9 @@ pub use choices::{
     Allowance, Choice, Coordinates, IDEAL, Label, MAX_BUDGET, Material, Method, OWN, PlannedSet,
 };
 pub use config::{Config, Output, Reach, Scalars, Schedules};
-pub use findings::{Cell, Duel, Duels, Explained, Findings, Line, Metric, Ranking, Scope};
+pub use findings::{
+    Calibrated, Calibration, Cell, Duel, Duels, Explained, Findings, Line, Metric, Ranking, Scope,
+};
 pub use instruments::{InstrumentTable, PlannedInstrument, Use, load as load_instrument};
 pub use key::{Expected, Input, RESULTS_REVISION, RowKey, asks_the_same, content, material_key};
 pub use keypath::{KeyPath, Step};

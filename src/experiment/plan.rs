@@ -58,6 +58,8 @@ pub struct Plan {
     pub albedo: bool,
     /// True if it is counted how much is within the uncertainty of the readings.
     pub uncertainty: bool,
+    /// True if reconstructions are asked which errors they expect of themselves.
+    pub expected: bool,
     /// Moments that are compared, and their estimator; `None` if they are not compared.
     pub moments: Option<MomentsTable>,
     /// The materials.
@@ -151,6 +153,7 @@ impl Plan {
             metrics,
             albedo: groups.contains(&QuantityGroup::Albedo),
             uncertainty: groups.contains(&QuantityGroup::Uncertainty),
+            expected: groups.contains(&QuantityGroup::Expected),
             moments: wanted.then(|| moments.unwrap_or_default()),
             materials,
             missing,

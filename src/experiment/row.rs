@@ -3,7 +3,7 @@
 use super::choices::{Allowance, Choice, Label};
 use super::key::RowKey;
 use super::record::Record;
-use crate::metrics::{AlbedoProbe, Errors, Quantity, Uncovered, WITHIN};
+use crate::metrics::{AlbedoProbe, Errors, Expected, Quantity, Uncovered, WITHIN};
 use crate::moments::MomentErrors;
 use serde::de::{self, MapAccess, Visitor};
 use serde::ser::SerializeMap;
@@ -139,6 +139,7 @@ pub fn quantities() -> &'static [Quantity] {
         all.extend(Errors::STANDARD_ERRORS.map(|(q, _)| q));
         all.extend(Uncovered::QUANTITIES.map(|(q, _)| q));
         all.push(WITHIN);
+        all.extend(Expected::QUANTITIES.map(|(q, _)| q));
         all.extend([AlbedoProbe::QUANTITY, AlbedoProbe::QUADRATURE]);
         all.extend(MomentErrors::QUANTITIES.map(|(q, _)| q));
         all.push(MomentErrors::UNRESOLVED);

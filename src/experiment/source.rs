@@ -15,6 +15,9 @@ use std::path::Path;
 use toml::de::{DeTable, DeValue};
 use toml_edit::{DocumentMut, Item, Key, Value};
 
+/// Every member of an array, in a key.
+const ALL: &str = "all";
+
 /// An override and its name in messages.
 #[derive(Clone, Debug)]
 struct Edit {
@@ -67,11 +70,13 @@ impl Source {
 
     /// The overrides, as the user wrote them.
     pub fn edits(&self) -> Vec<String> {
-        self.edits.iter().map(|e| e.label.clone()).collect()
+        let mut labels: Vec<String> = self.edits.iter().map(|e| e.label.clone()).collect();
+        labels.dedup();
+        labels
     }
 
-    /// Applies `key=value`: a dotted key, whole numbers being positions in arrays, and a TOML
-    /// value, or else a bare string. `label` is the option as the user wrote it.
+    /// Applies `key=value`: a dotted key, whole numbers being positions in arrays and `all` every member of one
+    /// that has the rest of the key, and a TOML value, or else a bare string. `label` is the option as the user wrote it.
     ///
     /// # Errors
     /// [`Error::Config`] if it cannot be read, or its key leads nowhere.
@@ -100,10 +105,20 @@ impl Source {
             .text
             .parse()
             .map_err(|e| Error::Internal(format!("a config that was read before: {e}")))?;
-        let path =
-            assign(document.as_item_mut(), &keys, value).map_err(|e| refuse(e.to_string()))?;
+        let each = members(document.as_item(), keys);
+        if each.is_empty() {
+            let key = excerpt(key);
+            return Err(refuse(format!(
+                "no member has the key of `{key}`; allowed: one that some have, or a position for `{ALL}`"
+            )));
+        }
+        for keys in each {
+            let path = assign(document.as_item_mut(), &keys, value.clone());
+            let path = path.map_err(|e| refuse(e.to_string()))?;
+            let label = label.clone();
+            self.edits.push(Edit { path, label });
+        }
         self.text = document.to_string();
-        self.edits.push(Edit { path, label });
         Ok(())
     }
 
@@ -197,6 +212,37 @@ enum AssignError {
     },
     #[error("{path} is a table, not {found}; allowed: {{ key = value, … }}")]
     Table { path: KeyPath, found: &'static str },
+}
+
+/// What keys with [`ALL`] for a position of an array stand for: each member that has the rest of them.
+fn members(root: &Item, keys: Vec<Key>) -> Vec<Vec<Key>> {
+    let within = |keys: &[Key]| {
+        let mut keys = keys.iter().map(Key::get);
+        keys.try_fold(root.clone(), |item, key| match key.parse::<usize>() {
+            Ok(i) => item.get(i).cloned(),
+            Err(_) => item.get(key).cloned(),
+        })
+    };
+    let count = |at: usize| match within(&keys[..at])? {
+        Item::ArrayOfTables(tables) => Some(tables.len()),
+        Item::Value(Value::Array(values)) => Some(values.len()),
+        _ => None,
+    };
+    let mut places = (0..keys.len()).filter(|&at| keys[at].get() == ALL);
+    let Some((at, count)) = places.find_map(|at| Some((at, count(at)?))) else {
+        return vec![keys];
+    };
+    let of = |i: usize| {
+        let mut keys = keys.clone();
+        keys[at] = Key::new(i.to_string());
+        keys
+    };
+    let has = |keys: &Vec<Key>| {
+        let end = keys.iter().position(|key| key.get() == ALL);
+        within(&keys[..end.unwrap_or(keys.len())]).is_some()
+    };
+    let each = (0..count).map(of).filter(has);
+    each.flat_map(|keys| members(root, keys)).collect()
 }
 
 /// Writes `value` at the dotted key `keys`; missing tables on the way are made. Returns its path,

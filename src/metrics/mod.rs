@@ -20,6 +20,7 @@
 
 mod albedo;
 mod errors;
+mod expected;
 mod pairs;
 mod quantity;
 mod tally;
@@ -29,6 +30,7 @@ mod within;
 
 pub use albedo::AlbedoProbe;
 pub use errors::Errors;
+pub use expected::Expected;
 pub use pairs::{Measure, MetricsSpec, test_pairs};
 pub use quantity::{Judged, Quantity};
 pub(crate) use tally::jackknife;

@@ -33,6 +33,7 @@ mod lattice_method;
 mod local_spline;
 mod multilinear;
 mod nearest;
+mod predictive;
 mod scattered;
 mod sheets;
 mod thin_plate;
@@ -47,13 +48,14 @@ pub use grid::Continuation;
 pub use interpolant::{Interpolant, Readings, noise, present, values_at};
 pub use inverse_distance::InverseDistance;
 pub use kriging::{FUNCTIONS, Kriging, NODES, Prior, PriorFile, TrainError, Trained, Training};
-pub(crate) use kriging::{Places, Posterior};
+pub(crate) use kriging::{Mixture, Places, Posterior};
 pub use lattice_method::{LatticeMethod, LatticeRule};
 pub use multilinear::{Multilinear, MultilinearRule};
 pub use nearest::NearestReading;
+pub use predictive::{LogNormal, Predictive};
 pub use sheets::{IN_SHEETS, Sheets, incidences};
 pub use thin_plate::ThinPlate;
-pub use transform::{Transform, Values};
+pub use transform::{EPSILON, Transform, Values};
 pub use uncertainty::{Replicated, Uncertain};
 
 use coordinates::ReconstructionCoordinates;
@@ -133,6 +135,18 @@ pub trait Reconstruct: std::fmt::Debug + Send + Sync {
             channels: measurement.channels.clone(),
             symmetry: measurement.schedule.parametrization.symmetry(),
         }))
+    }
+
+    /// How far off the luminance of that BRDF may be, by the luminance of the readings alone; `None` of a method that
+    /// does not know.
+    ///
+    /// # Errors
+    /// As [`interpolate`](Self::interpolate).
+    fn predictive(
+        &self,
+        _measurement: &Measurement,
+    ) -> Result<Option<Box<dyn Predictive>>, ReconstructError> {
+        Ok(None)
     }
 }
 

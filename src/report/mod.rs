@@ -10,7 +10,9 @@ mod run;
 #[cfg(feature = "pictures")]
 mod svg;
 
-pub use acquisition::{Table, instruments, ranking, ranking_csv, results_csv, study_text};
+pub use acquisition::{
+    Table, calibration, instruments, ranking, ranking_csv, results_csv, study_text,
+};
 pub use analysis::{
     AlignmentRow, ReductionRow, SharesRow, StretchRow, alignment_table, claims_csv, claims_json,
     claims_table, reduction_table, rows_csv, rows_json, shares_table, stretch_table,

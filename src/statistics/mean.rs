@@ -21,6 +21,15 @@ pub fn median(values: &[f64]) -> Option<f64> {
     (n > 0).then(|| 0.5 * (values[(n - 1) / 2] + values[n / 2]))
 }
 
+/// What a further value is below with at least this probability, if all are alike: the least value with enough at or
+/// below it (Vovk et al. 2005); `None` if there are too few.
+pub fn upper_quantile(values: &[f64], probability: f64) -> Option<f64> {
+    let rank = (probability * (values.len() + 1) as f64).ceil() as usize;
+    let mut values = values.to_vec();
+    values.sort_by(f64::total_cmp);
+    values.get(rank.checked_sub(1)?).copied()
+}
+
 /// The logarithm of an error, under the floor of [`geometric_mean`].
 pub(super) fn log_error(error: f64) -> Option<f64> {
     (error >= 0.0 && error.is_finite()).then(|| error.max(EXACT).ln())
@@ -44,6 +53,26 @@ mod tests {
         let floored = geometric_mean(&[0.0, 1.0]).unwrap();
         assert!((floored / 1e-6 - 1.0).abs() < 1e-14);
         assert_eq!(geometric_mean(&[1e-300]), geometric_mean(&[0.0]));
+    }
+
+    #[test]
+    fn one_more_value_is_below_as_often_as_is_said() {
+        // Of n + 1 values in any order the last is below the quantile of the others in at least that share.
+        for n in [9, 10, 19, 40] {
+            let all: Vec<f64> = (0..=n).map(|i| f64::from(i * 7919 % (n + 1))).collect();
+            let below = (0..all.len()).filter(|&last| {
+                let mut others = all.clone();
+                let value = others.remove(last);
+                value <= upper_quantile(&others, 0.9).unwrap()
+            });
+            let share = below.count() as f64 / all.len() as f64;
+            assert!(
+                (0.9..0.9 + 1.0 / f64::from(n)).contains(&share),
+                "{n}: {share}"
+            );
+        }
+        assert_eq!(upper_quantile(&[1.0; 8], 0.9), None);
+        assert_eq!(upper_quantile(&[], 0.0), None);
     }
 
     #[test]

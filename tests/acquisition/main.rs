@@ -1,13 +1,13 @@
 //! Laws of planners: poses that can be taken, chosen from readings alone, and better than points that know nothing.
 
-use gonio::acquisition::{self, Aim, Greedy, Planner, Rule, Task, acquire, once};
+use gonio::acquisition::{self, Aim, Greedy, Planner, Rule, Target, Task, acquire, once};
 use gonio::brdf::microfacet::{FresnelSpec, Ggx, Microfacet};
 use gonio::brdf::{Brdf, Channels, Roughness};
 use gonio::formats::{READ_READINGS, WRITE_READINGS};
 use gonio::geometry::{Direction, DirectionPair, Symmetry, angle_between};
 use gonio::instrument::{Bench, Ideal, Instrument, Order, Parts, presets, read};
 use gonio::measurement::{About, Measurement, Outcome};
-use gonio::metrics::{self, Errors, Measure, MetricsSpec};
+use gonio::metrics::{self, Errors, Expected, Measure, MetricsSpec};
 use gonio::parametrization::{self, usual_form};
 use gonio::reconstruct::{Kriging, Reconstruct};
 use gonio::registry;
@@ -332,17 +332,16 @@ fn expected_errors_are_not_too_small() {
             let next = planner.next(&task, &measured, 32).unwrap();
             let forecast = planner.forecast(&task, &measured, &next).unwrap();
             let (now, then) = (forecast.now, forecast.then);
-            assert!(then.nrmse < now.nrmse && then.log_relative < now.log_relative);
+            let both = |e: Expected| [e.nrmse.unwrap(), e.log_relative.unwrap()];
+            let ([nrmse, log], then) = (both(now), both(then));
+            assert!(then[0] < nrmse && then[1] < log);
             let copy = Kriging::default().reconstruct(&measured).unwrap();
             let values = [&truth as &dyn Brdf, &*copy].map(|f| metrics::evaluate(f, &pairs));
             let made = metrics::compare(&pairs, &values[0], &values[1]);
-            assert!(
-                made.log_relative.unwrap() < now.log_relative,
-                "{alpha} {budget}"
-            );
-            assert!(made.nrmse.unwrap() < now.nrmse, "{alpha} {budget}");
+            assert!(made.log_relative.unwrap() < log, "{alpha} {budget}");
+            assert!(made.nrmse.unwrap() < nrmse, "{alpha} {budget}");
             // Nor is it anything.
-            assert!(made.nrmse.unwrap() > 0.03 * now.nrmse, "{alpha} {budget}");
+            assert!(made.nrmse.unwrap() > 0.03 * nrmse, "{alpha} {budget}");
         }
     }
     // Poses in vain promise nothing.
@@ -355,6 +354,49 @@ fn expected_errors_are_not_too_small() {
     assert_eq!(now(&begun), now(&more));
     let nothing: Measurement = acquisition::nothing(&task(8));
     assert!(planner.forecast(&task(8), &nothing, &[]).is_none());
+}
+
+#[test]
+fn reading_ends_once_the_target_is_reached() {
+    let asked = |nrmse, log_relative| {
+        let target = Some(Target {
+            nrmse,
+            log_relative,
+        });
+        let aim = Aim {
+            target,
+            ..Aim::default()
+        };
+        Greedy::new(Rule::Adaptive, aim)
+    };
+    let task = task(400);
+    for (nrmse, log_relative) in [
+        (Some(0.1), None),
+        (None, Some(0.05)),
+        (Some(0.1), Some(0.03)),
+    ] {
+        let planner = asked(nrmse, log_relative);
+        let truth = lobe(0.2);
+        let measured = acquire(&planner, &task, &truth).unwrap();
+        let is_enough = |n: usize| {
+            let schedule =
+                acquisition::scheduled(&task, String::new(), measured.schedule.poses[..n].into());
+            let some = Ideal.measure(&truth, &Arc::new(schedule));
+            let now = planner.forecast(&task, &some, &[]).unwrap().now;
+            let reached =
+                |error: Option<f64>, asked: Option<f64>| asked.is_none_or(|a| error.unwrap() <= a);
+            reached(now.nrmse, nrmse) && reached(now.log_relative, log_relative)
+        };
+        // Of all numbers after a batch the first that is enough.
+        let mut ends = vec![8];
+        while ends[ends.len() - 1] < measured.readings() {
+            let n = ends[ends.len() - 1];
+            ends.push((n + planner.batch(n, 400).unwrap()).min(400));
+        }
+        let first = ends.iter().find(|&&n| is_enough(n));
+        assert_eq!(first, Some(&measured.readings()), "{ends:?}");
+        assert!(measured.readings() < 400);
+    }
 }
 
 #[test]

@@ -65,14 +65,39 @@ fn a_laboratory_goes_round_and_loses_nothing() {
     assert!(text.contains("so far: 16 poses, 16 readings"), "{text}");
     let expected: Vec<f64> = text
         .lines()
-        .filter(|line| line.starts_with("expected error"))
-        .flat_map(|line| [after(line, "nrmse "), after(line, "then nrmse ")])
+        .filter(|line| line.starts_with("now: ") || line.starts_with("then: "))
+        .map(|line| after(line, "nrmse "))
         .collect();
     assert_eq!(expected.len(), 4, "{text}");
     assert!(
         expected[1] < expected[0] && expected[3] < expected[2],
         "{text}"
     );
+}
+
+#[test]
+fn a_laboratory_is_told_when_to_stop() {
+    let bench = Bench::new().with_configs();
+    good(&bench, "next --batch 8 -o poses.csv");
+    let config = "--config configs/quickstart.toml --material ggx-0.3";
+    good(
+        &bench,
+        &format!("measure poses.csv {config} -o readings.csv"),
+    );
+    let next = "next readings.csv --batch 8 -o more.csv --set target.nrmse=";
+    let told = good(&bench, &format!("{next}9"));
+    assert!(told.starts_with("stop: expected nrmse "), "{told}");
+    assert!(
+        after(&told, "upper bound ") > after(&told, "nrmse "),
+        "{told}"
+    );
+    assert!(!bench.path("more.csv").exists());
+    let told = good(&bench, &format!("{next}1e-5"));
+    assert!(told.contains("then: expected nrmse "), "{told}");
+    assert!(bench.path("more.csv").exists());
+    // What was asked for before is not to be read again.
+    good(&bench, &format!("{next}9 --force"));
+    assert!(!bench.path("more.csv").exists());
 }
 
 #[test]
@@ -92,6 +117,21 @@ fn what_cannot_be_planned_is_refused_in_a_sentence() {
         ),
         ("next --batch 8 --set weigth=1 -o x.csv", 2, "weight"),
         ("next --batch 8 --set weight=2 -o x.csv", 2, "[0, 1]"),
+        (
+            "next --batch 8 --set target.nrmse=0 -o x.csv",
+            2,
+            "target.nrmse = 0: allowed is a number in (0.000001, 10]",
+        ),
+        (
+            "next --batch 8 --set target={} -o x.csv",
+            2,
+            "nrmse, log_relative or both",
+        ),
+        (
+            "next --batch 8 --planner a-optimal --set target.nrmse=0.1 -o x.csv",
+            2,
+            "before the first reading",
+        ),
         (
             "next --batch 8 --instrument nobody -o x.csv",
             2,

@@ -162,6 +162,9 @@ fn a_laboratory_begins_with_what_others_were_like() {
     );
     let told = good(&bench, &format!("{next} ar.csv -o b.csv"));
     assert!(told.contains("so far: 4 poses, 4 readings"), "{told}");
-    let (now, then) = (after(&told, "nrmse "), after(&told, "then nrmse "));
+    let (now, then) = (
+        after(&told, "now: expected nrmse "),
+        after(&told, "then: expected nrmse "),
+    );
     assert!(then < now && now < 2.0, "{told}");
 }

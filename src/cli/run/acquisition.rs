@@ -8,8 +8,8 @@ use crate::experiment::{Event, Findings, Kind, Observer, Plan, Row, Wish};
 use crate::metrics::{Measure, MetricsSpec};
 use crate::report::Studio;
 use crate::report::{
-    Below, MaterialPictures, Picture, RANKING, REPORT, RESULTS, RunFolder, Table, instruments,
-    ranking, ranking_csv, results_csv, schedule_stem, study_html, study_text,
+    Below, MaterialPictures, Picture, RANKING, REPORT, RESULTS, RunFolder, Table, calibration,
+    instruments, ranking, ranking_csv, results_csv, schedule_stem, study_html, study_text,
 };
 use std::cell::RefCell;
 use std::io::Write;
@@ -65,6 +65,7 @@ impl Shown for Plan {
                 if self.kind == Kind::Study {
                     print(&study_text(&findings))?;
                 }
+                print(&calibration(&findings))?;
                 let (general, pictures) = gathered(self, folder, end)?;
                 let html = study_html(self, &rows, &findings, end.manifest, &general, &pictures)?;
                 Some((findings, html))

@@ -1,7 +1,7 @@
 //! The errors that findings compare.
 
 use crate::experiment::row::Row;
-use crate::metrics::Errors;
+use crate::metrics::{Errors, Expected};
 
 /// An error metric that is compared.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -21,6 +21,13 @@ impl Metric {
         match self {
             Metric::Nrmse => "nrmse",
             Metric::LogRelative => "log_relative",
+        }
+    }
+
+    pub(super) fn of_expected(self, expected: &Expected) -> Option<f64> {
+        match self {
+            Metric::Nrmse => expected.nrmse,
+            Metric::LogRelative => expected.log_relative,
         }
     }
 

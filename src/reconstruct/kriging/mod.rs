@@ -18,11 +18,13 @@
 mod fit;
 mod kernel;
 mod line;
+mod mixture;
 mod noise;
 mod posterior;
 mod prior;
 mod system;
 
+pub(crate) use mixture::Mixture;
 pub(crate) use posterior::{Places, Posterior};
 pub use prior::{FUNCTIONS, NODES, Prior, PriorFile, TrainError, Trained, Training};
 
@@ -30,9 +32,10 @@ use super::coordinates::ReconstructionCoordinates;
 use super::interpolant::{Interpolant, Readings};
 use super::scattered::Embedded;
 use super::transform::{EPSILON, Transform, Values};
-use super::{Reconstruct, ReconstructError};
+use super::{Predictive, Reconstruct, ReconstructError};
 use crate::error::ParameterError;
 use crate::geometry::{DirectionPair, Symmetry};
+use crate::measurement::Measurement;
 use crate::registry::{self, Entry};
 use kernel::{Block, Columns, Flat, Kernel, LANES};
 use line::Line;
@@ -125,26 +128,24 @@ impl Kriging {
 
     /// What explains the readings, with kernels that are fitted to their first value if they are to be and fill space:
     /// what all materials have in common, and a prior as far as the readings are likelier with it.
-    fn accounts(
-        &self,
-        r: &Readings<'_>,
-        prior: Option<&Arc<Prior>>,
-    ) -> Result<Vec<Account>, ReconstructError> {
+    fn accounts(&self, r: &Readings<'_>) -> Result<Vec<Account>, ReconstructError> {
+        let prior = self.prior.as_ref().filter(|_| applies(r));
+        let prior = prior.map(PriorFile::load).transpose()?;
         let fits = self.fit && !in_sheets(r)?;
         let mut common = Kernel::new(symmetry(r));
         if fits {
             let stride = r.count().div_ceil(FITTED);
             common = fit::fit(&common, &self.data(r, stride, 1, None));
         }
-        let Some(prior) = prior.filter(|_| applies(r)) else {
+        let Some(prior) = prior else {
             return Ok(vec![Account::of(common)]);
         };
         let mut kernel = prior.kernel(Kernel::new(symmetry(r)));
-        let about = self.data(r, 1, r.width, Some(prior));
+        let about = self.data(r, 1, r.width, Some(&prior));
         let told = |kernel: &Kernel| prior.centred(kernel, &about);
         let (centre, _) = told(&kernel).ok_or_else(|| singular(r))?;
         if fits {
-            let mut first = self.data(r, 1, 1, Some(prior));
+            let mut first = self.data(r, 1, 1, Some(&prior));
             first.centre(&centre.mean.columns(0, 1).into_owned());
             kernel = fit::fit(&kernel, &first);
         }
@@ -159,10 +160,7 @@ impl Kriging {
         if share < LEFT_OUT {
             return Ok(vec![Account::of(common)]);
         }
-        let known = Known {
-            prior: Arc::clone(prior),
-            centre,
-        };
+        let known = Known { prior, centre };
         Ok(vec![
             Account {
                 share,
@@ -198,6 +196,23 @@ impl Account {
             kernel,
             known: None,
         }
+    }
+}
+
+/// Refuses too few or too many readings.
+fn admit(readings: usize) -> Result<(), ReconstructError> {
+    match readings {
+        0 => Err(ReconstructError::TooFew {
+            method: KIND,
+            readings,
+            needed: 1,
+        }),
+        1..=MOST => Ok(()),
+        _ => Err(ReconstructError::TooMany {
+            method: KIND,
+            readings,
+            allowed: MOST,
+        }),
     }
 }
 
@@ -270,26 +285,18 @@ impl Reconstruct for Kriging {
             .try_for_each(|prior| prior.load().map(drop))
     }
 
+    fn predictive(
+        &self,
+        measurement: &Measurement,
+    ) -> Result<Option<Box<dyn Predictive>>, ReconstructError> {
+        Ok(Some(Box::new(Mixture::of(self, measurement)?)))
+    }
+
     fn interpolate(&self, r: &Readings<'_>) -> Result<Box<dyn Interpolant>, ReconstructError> {
-        let readings = r.count();
-        if readings == 0 {
-            return Err(ReconstructError::TooFew {
-                method: KIND,
-                readings,
-                needed: 1,
-            });
-        }
-        if readings > MOST {
-            return Err(ReconstructError::TooMany {
-                method: KIND,
-                readings,
-                allowed: MOST,
-            });
-        }
-        let prior = self.prior.as_ref().map(PriorFile::load).transpose()?;
-        let accounts = self.accounts(r, prior.as_ref())?;
+        admit(r.count())?;
+        let accounts = self.accounts(r)?;
         let left_out = accounts.iter().all(|account| account.known.is_none());
-        let contradicts = prior.is_some() && applies(r) && left_out;
+        let contradicts = self.prior.is_some() && applies(r) && left_out;
         let mut parts = Vec::new();
         for account in accounts {
             let known = account.known.as_ref();

@@ -4,7 +4,7 @@ use super::kernel::{self, Columns, Kernel};
 use super::noise::Noise;
 use super::prior::{Centre, Prior};
 use super::system::{self, Covariance, Data, FREEDOM, Rows, Sites};
-use super::{Account, KIND, Known, Kriging};
+use super::{Account, Known, Kriging};
 use crate::geometry::{DirectionPair, Symmetry};
 use crate::measurement::Measurement;
 use crate::reconstruct::ReconstructError;
@@ -66,15 +66,27 @@ const WIDTHS: [(usize, f64); 3] = [(kernel::U1, 0.15), (kernel::U2, 0.3), (kerne
 const LEAST_SURPRISE: f64 = 1e-3;
 
 impl Posterior {
-    /// The process given the luminance of a measurement's readings, with a kernel that is fitted to them, about a prior
-    /// where they suit it.
+    /// The likeliest process given the luminance of a measurement's readings.
     ///
     /// # Errors
     /// If their covariances are singular.
-    pub fn of(
+    pub fn of(kriging: &Kriging, measurement: &Measurement) -> Result<Self, ReconstructError> {
+        let all = Self::all(kriging, measurement)?.into_iter();
+        let likeliest = all.max_by(|a, b| a.0.total_cmp(&b.0));
+        let Some((_, process)) = likeliest else {
+            unreachable!("there is an account of what all materials have in common")
+        };
+        Ok(process)
+    }
+
+    /// A process for each account of the luminance of a measurement's readings, with its share.
+    ///
+    /// # Errors
+    /// If their covariances are singular.
+    pub fn all(
+        kriging: &Kriging,
         measurement: &Measurement,
-        prior: Option<&Arc<Prior>>,
-    ) -> Result<Self, ReconstructError> {
+    ) -> Result<Vec<(f64, Self)>, ReconstructError> {
         let channels = &measurement.channels;
         let width = channels.count();
         let luminance = |values: &[f64]| channels.luminance(values);
@@ -90,25 +102,23 @@ impl Posterior {
             present: &present,
             noise: type_a.as_deref(),
         };
-        let kriging = Kriging::default();
-        let accounts = kriging.accounts(&readings, prior)?.into_iter();
-        let likeliest = accounts.max_by(|a, b| a.share.total_cmp(&b.share));
-        let Some(Account { kernel, known, .. }) = likeliest else {
-            unreachable!("there is an account of what all materials have in common")
-        };
         let symmetry = measurement.schedule.parametrization.symmetry();
-        let mut data = kriging.data(&readings, 1, 1, known.as_ref().map(|k| &*k.prior));
-        if let Some(known) = &known {
-            data.centre(&known.centre.mean);
-        }
-        let singular = ReconstructError::Singular {
-            method: KIND,
-            readings: readings.count(),
+        let accounts = kriging.accounts(&readings)?.into_iter();
+        let process = |Account {
+                           share,
+                           kernel,
+                           known,
+                       }| {
+            let mut data = kriging.data(&readings, 1, 1, known.as_ref().map(|k: &Known| &*k.prior));
+            if let Some(known) = &known {
+                data.centre(&known.centre.mean);
+            }
+            let given = Self::given(Covariance::new(&kernel), known, data, symmetry);
+            let given = given.ok_or_else(|| super::singular(&readings))?;
+            let noise = Noise::of(&readings);
+            Ok((share, Self { noise, ..given }))
         };
-        let covariance = Covariance::new(&kernel);
-        let mut process = Self::given(covariance, known, data, symmetry).ok_or(singular)?;
-        process.noise = Noise::of(&readings);
-        Ok(process)
+        accounts.map(process).collect()
     }
 
     /// The process without a reading.
@@ -266,6 +276,9 @@ impl Posterior {
 
     /// Variances at places once there are readings at others too, without the scale; `None` if these are singular.
     pub fn variances_with(&self, places: &Places, read: &Places) -> Option<Vec<f64>> {
+        if read.sites.len() == 0 {
+            return Some(self.variances(places));
+        }
         let mut own = self.covariances(read, read);
         for (i, noise) in self.noise(read).into_iter().enumerate() {
             own[(i, i)] += noise;

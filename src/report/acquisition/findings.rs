@@ -16,7 +16,6 @@ pub(super) fn materials(n: usize) -> String {
 }
 
 /// Name of a choice's reconstruction, with sample set and instrument if there are several.
-#[cfg(feature = "pictures")]
 pub(super) fn method(choice: &Choice, findings: &Findings) -> String {
     method_but_for(choice, findings, None)
 }

@@ -1,5 +1,6 @@
 //! Output of an acquisition: the printed tables, the files of rows and findings, and the report.
 
+mod calibration;
 mod findings;
 #[cfg(feature = "pictures")]
 mod html;
@@ -12,6 +13,7 @@ mod results;
 mod studio;
 pub(super) mod table;
 
+pub use calibration::calibration;
 pub use findings::study_text;
 #[cfg(feature = "pictures")]
 pub use html::{MaterialPictures, Media, Picture, html as study_html, study_curves};

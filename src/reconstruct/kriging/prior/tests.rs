@@ -1,5 +1,6 @@
 //! Laws of priors.
 
+use super::super::posterior::Posterior;
 use super::super::system::Sites;
 use super::super::{Kriging, TRANSFORM};
 use super::*;
@@ -94,6 +95,60 @@ fn each_channel_is_what_it_is_alone() {
             let off = TRANSFORM.forward(*f) - log(member, &pose.pair);
             assert!(off.abs() < 0.15, "{off} at {pose:?}");
         }
+    }
+}
+
+#[test]
+fn what_is_expected_is_of_what_is_reconstructed() {
+    let (_file, prior) = file(&trained().prior(80).unwrap());
+    let kriging = Kriging {
+        prior: Some(prior),
+        ..Kriging::default()
+    };
+    // So much unlike what the prior knows that both accounts count.
+    let odd = made(Symmetry::FULL, |pair| {
+        let more = 0.6 * (9.0 * pair.half().z).sin();
+        Some([TRANSFORM.inverse(log([1.3, -0.7, 0.4], pair) + more)])
+    });
+    let readings = measured(&odd, 14);
+    let processes = Posterior::all(&kriging, &readings).unwrap();
+    let shares: Vec<f64> = processes.iter().map(|p| p.0).collect();
+    assert!(
+        shares.len() == 2 && shares[0].min(shares[1]) > 0.02,
+        "{shares:?}"
+    );
+    let pairs: Vec<_> = measured(&odd, 60)
+        .schedule
+        .poses
+        .iter()
+        .map(|p| p.pair)
+        .collect();
+    let known = kriging
+        .predictive(&readings)
+        .unwrap()
+        .unwrap()
+        .predict(&pairs);
+    let copy = kriging.reconstruct(&readings).unwrap();
+    let of = |(_, process): &(f64, Posterior)| {
+        let places = process.places(&pairs);
+        let variances = process.variances(&places).into_iter();
+        let variances = variances.map(|v| v * process.scale());
+        (process.means(&places), variances.collect::<Vec<f64>>())
+    };
+    let [(a, of_a), (b, of_b)] = [0, 1].map(|k| of(&processes[k]));
+    for (i, known) in known.iter().enumerate() {
+        let f = copy.luminance(&pairs[i]).unwrap();
+        // Its level has a variance, where that of a reconstruction is whatever the readings tell.
+        let off = (TRANSFORM.forward(f) - known.mean).abs();
+        assert!(
+            off < 0.02 * known.variance.sqrt(),
+            "{i}: {off} {}",
+            known.variance
+        );
+        // What both leave, and how far they are apart.
+        let apart = shares[0] * shares[1] * (a[i] - b[i]).powi(2);
+        let variance = shares[0] * of_a[i] + shares[1] * of_b[i] + apart;
+        assert!((known.variance / variance - 1.0).abs() < 1e-9, "{i}");
     }
 }
 

@@ -18,6 +18,7 @@ mod words;
 
 pub use charts::sheet as study_curves;
 
+use super::calibration::{self, LEGEND};
 use super::findings::{materials as so_many, named_shares};
 use crate::error::Error;
 use crate::experiment::{Choice, Explained, Findings, Plan, Row, Scope};
@@ -134,6 +135,13 @@ pub fn html(
                             (curves)
                         }
                     }
+                    @if !findings.calibrations.is_empty() {
+                        section id="calibration" {
+                            h2 { "What was expected" }
+                            p { (LEGEND) }
+                            @for table in calibration::tables(findings) { (expected(findings, &table)) }
+                        }
+                    }
                     section id="variance" {
                         h2 { "Which choice matters how much" }
                         (variance(findings))
@@ -189,6 +197,9 @@ fn contents(
                     }
                     li { a href="#duels" { (duels_title) } }
                     li { a href="#curves" { "What an error costs" } }
+                    @if !findings.calibrations.is_empty() {
+                        li { a href="#calibration" { "What was expected" } }
+                    }
                     li { a href="#variance" { "Which choice matters how much" } }
                     @if !general.is_empty() { li { a href="#figures" { "Coordinates" } } }
                     li {
@@ -222,6 +233,31 @@ fn scope_title(scope: &Scope) -> String {
         Some(truth) => format!("{materials} of truth “{truth}”"),
     };
     format!("{}, {} pairs, {of}", scope.metric.name(), scope.measure)
+}
+
+/// A table of errors beside expected ones.
+fn expected(findings: &Findings, table: &calibration::Table) -> Markup {
+    page! {
+        div.wide {
+            table {
+                caption { (table.title) }
+                thead {
+                    tr {
+                        th scope="col" {}
+                        @for at in &findings.allowances { th scope="col" { (at) } }
+                    }
+                }
+                tbody {
+                    @for (name, cells) in &table.lines {
+                        tr {
+                            th scope="row" { (name) }
+                            @for cell in cells { td { (cell) } }
+                        }
+                    }
+                }
+            }
+        }
+    }
 }
 
 /// Shares of the variance as bars.

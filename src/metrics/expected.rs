@@ -1,0 +1,190 @@
+//! Errors that a reconstruction expects of itself.
+
+use super::{Judged, Level, Quantity, Uncovered};
+use crate::geometry::DirectionPair;
+use crate::reconstruct::{EPSILON, LogNormal, Predictive};
+use std::f64::consts::PI;
+
+/// Errors that are expected where ln(f + ε) is known as a normal variable; `None` where undefined.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Expected {
+    /// Of `nrmse`; `None` also where all is black.
+    pub nrmse: Option<f64>,
+    /// Of `log_relative`.
+    pub log_relative: Option<f64>,
+}
+
+/// Variance of ln f from which on the tail of f does not count: its exponential would be all of the sum.
+const TAIL: f64 = 2.0;
+
+/// Ratios of true and expected errors that nine of ten tables are below, by the number of readings: of nrmse and of
+/// log_relative. The larger of those at Sobol points and at adaptive poses, with a prior of other families and without
+/// one, and at least 1; [`docs::planning`](crate::docs::planning) names the commands.
+const NINTH: [(f64, [f64; 2]); 9] = [
+    (4.0, [2.0, 1.6]),
+    (8.0, [2.0, 1.6]),
+    (16.0, [1.8, 1.5]),
+    (32.0, [1.7, 1.3]),
+    (64.0, [2.0, 1.2]),
+    (128.0, [1.7, 1.2]),
+    (250.0, [1.6, 1.0]),
+    (500.0, [1.5, 1.0]),
+    (1000.0, [1.4, 1.0]),
+];
+
+/// The ratios at a number of readings: between two of the list by the logarithm of the number.
+fn factors(readings: f64) -> [f64; 2] {
+    let after = NINTH.partition_point(|(n, _)| *n <= readings);
+    let at = |i: usize| NINTH[i.min(NINTH.len() - 1)];
+    let ((n, a), (m, b)) = (at(after.saturating_sub(1)), at(after));
+    let t = if n < m {
+        ((readings / n).ln() / (m / n).ln()).max(0.0)
+    } else {
+        0.0
+    };
+    [0, 1].map(|k| a[k] + t * (b[k] - a[k]))
+}
+
+impl Expected {
+    /// Both errors, in the order of columns.
+    pub const QUANTITIES: [Judged<Expected>; 2] = [
+        (
+            Quantity::real(
+                "expected_nrmse",
+                "nrmse that the reconstruction expects of itself, if `quantities` asks for it and it knows",
+            ),
+            |e| e.nrmse,
+        ),
+        (
+            Quantity::real("expected_log_relative", "the same of log_relative"),
+            |e| e.log_relative,
+        ),
+    ];
+
+    /// What errors under the cosine measure of nine of ten materials are below, with so many readings.
+    pub fn bound(&self, readings: usize) -> Self {
+        let [nrmse, log_relative] = factors(readings as f64);
+        Self {
+            nrmse: self.nrmse.map(|e| e * nrmse),
+            log_relative: self.log_relative.map(|e| e * log_relative),
+        }
+    }
+
+    /// The errors under each measure of a level of test pairs, by some of these.
+    pub fn at(level: &Level, predictive: &dyn Predictive) -> Vec<Self> {
+        let counted: Vec<usize> = Uncovered::counted(level.pairs.len()).collect();
+        let pairs: Vec<DirectionPair> = counted.iter().map(|&i| level.pairs[i]).collect();
+        let known = predictive.predict(&pairs);
+        let under = |weights: &Vec<f64>| {
+            let all = counted.iter().zip(&pairs).zip(&known);
+            Self::of(all.map(|((&i, pair), known)| (weights[i], pair.omega_i.cos_theta(), *known)))
+        };
+        level.weights.iter().map(under).collect()
+    }
+
+    /// The errors under a measure: of each pair its weight, cos θ_i, and what is known there.
+    ///
+    /// The square of an error of f is taken for e^v − 1 of that of the median of f, v the variance of ln f: for small v
+    /// it is that on average, and for large v between its mean as a share of the median's square and of the mean square.
+    pub fn of(pairs: impl Iterator<Item = (f64, f64, LogNormal)>) -> Self {
+        let [mut all, mut log, mut square, mut energy] = [0.0; 4];
+        for (weight, cosine, LogNormal { mean, variance }) in pairs {
+            let shifted = mean.exp();
+            all += weight;
+            // The mean of the absolute value of a normal number.
+            log += weight * (2.0 * variance / PI).sqrt();
+            square += weight * (shifted * cosine).powi(2) * variance.min(TAIL).exp_m1();
+            energy += weight * ((shifted - EPSILON).max(0.0) * cosine).powi(2);
+        }
+        let defined = |error: f64| error.is_finite().then_some(error);
+        Self {
+            nrmse: defined((square / energy).sqrt()),
+            log_relative: defined(log / all),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::sampling::Random;
+    use rand_distr::{Distribution, StandardNormal};
+
+    /// Pairs whose ln f has variances about one.
+    fn pairs(variance: f64) -> Vec<(f64, f64, LogNormal)> {
+        let pair = |i: i32| {
+            let i = f64::from(i);
+            let known = LogNormal {
+                mean: (0.7 * i).sin(),
+                variance: variance * (1.0 + 0.5 * (1.3 * i).cos()),
+            };
+            (1.0 + (0.4 * i).cos().powi(2), 0.3 + 0.015 * i, known)
+        };
+        (0..40).map(pair).collect()
+    }
+
+    /// The mean square of errors of the median of f, over that of the median and over the mean square of f; the mean
+    /// absolute error of ln f. All by draws.
+    fn drawn(pairs: &[(f64, f64, LogNormal)]) -> [f64; 3] {
+        const DRAWS: i32 = 40_000;
+        let [mut square, mut log, mut all, mut median, mut mean] = [0.0; 5];
+        for (i, (weight, cosine, known)) in pairs.iter().enumerate() {
+            let mut random = Random::new(i as u64).stream(0);
+            let shifted = known.mean.exp();
+            let bright = |f: f64| weight * ((f - EPSILON) * cosine).powi(2);
+            all += weight;
+            median += bright(shifted);
+            for _ in 0..DRAWS {
+                let z: f64 = StandardNormal.sample(&mut random);
+                let off = z * known.variance.sqrt();
+                let draws = f64::from(DRAWS);
+                square += weight * (shifted * cosine * off.exp_m1()).powi(2) / draws;
+                mean += bright(shifted * off.exp()) / draws;
+                log += weight * off.abs() / draws;
+            }
+        }
+        [(square / median).sqrt(), (square / mean).sqrt(), log / all]
+    }
+
+    #[test]
+    fn errors_are_as_large_on_average_as_is_expected() {
+        for variance in [1e-3, 0.5] {
+            let pairs = pairs(variance);
+            let expected = Expected::of(pairs.iter().copied());
+            let (nrmse, log_relative) = (expected.nrmse.unwrap(), expected.log_relative.unwrap());
+            let [most, least, log] = drawn(&pairs);
+            let rounding = 0.005;
+            assert!(nrmse < most * (1.0 + rounding) && nrmse > least * (1.0 - rounding));
+            if variance < 0.01 {
+                assert!((most / least - 1.0).abs() < 0.01, "{most} {least}");
+            }
+            assert!((log_relative / log - 1.0).abs() < 0.01);
+        }
+    }
+
+    #[test]
+    fn of_the_black_only_the_logarithm_is_known() {
+        let black = LogNormal {
+            mean: EPSILON.ln() - 0.1,
+            variance: 0.04,
+        };
+        let expected = Expected::of(std::iter::once((1.0, 0.5, black)));
+        let log = (2.0 * 0.04 / PI).sqrt();
+        assert_eq!(expected.nrmse, None);
+        assert!((expected.log_relative.unwrap() - log).abs() < 1e-15);
+        assert_eq!(Expected::of(std::iter::empty()), Expected::default());
+    }
+
+    #[test]
+    fn bounds_lie_between_those_of_the_numbers_beside() {
+        for pair in NINTH.windows(2) {
+            let [(n, a), (m, b)] = [pair[0], pair[1]];
+            assert_eq!((factors(n), factors(m)), (a, b));
+            let middle = factors((n * m).sqrt());
+            for k in 0..2 {
+                assert!((middle[k] - 0.5 * (a[k] + b[k])).abs() < 1e-12);
+            }
+        }
+        assert_eq!((factors(1.0), factors(1e5)), (NINTH[0].1, NINTH[8].1));
+    }
+}

@@ -1,0 +1,54 @@
+//! What all accounts of some readings say together.
+
+use super::Kriging;
+use super::posterior::Posterior;
+use crate::geometry::DirectionPair;
+use crate::measurement::Measurement;
+use crate::reconstruct::{LogNormal, Predictive, ReconstructError};
+
+/// Pairs that are predicted at once: what is kept of each is as much as there are readings.
+const PREDICTED: usize = 2048;
+
+/// The accounts of some readings, each with its share.
+pub(crate) struct Mixture(Vec<(f64, Posterior)>);
+
+impl Mixture {
+    /// By the luminance of a measurement's readings.
+    ///
+    /// # Errors
+    /// If there are none or too many, or their covariances are singular.
+    pub fn of(kriging: &Kriging, measurement: &Measurement) -> Result<Self, ReconstructError> {
+        super::admit(measurement.readings())?;
+        Posterior::all(kriging, measurement).map(Self)
+    }
+
+    /// What is known at pairs once there are readings at others too, each as it is expected; `None` if the covariances
+    /// of these are singular.
+    pub fn with(&self, pairs: &[DirectionPair], read: &[DirectionPair]) -> Option<Vec<LogNormal>> {
+        let mut known = vec![LogNormal::default(); pairs.len()];
+        for (share, process) in &self.0 {
+            let read = process.places(read);
+            let chunks = pairs.chunks(PREDICTED);
+            for (pairs, known) in chunks.zip(known.chunks_mut(PREDICTED)) {
+                let places = process.places(pairs);
+                let means = process.means(&places).into_iter();
+                let all = means.zip(process.variances_with(&places, &read)?);
+                for (known, (mean, variance)) in known.iter_mut().zip(all) {
+                    // The mean of squares, for now.
+                    known.mean += share * mean;
+                    known.variance += share * (variance * process.scale() + mean * mean);
+                }
+            }
+        }
+        let all = known.iter_mut();
+        all.for_each(|k| k.variance = (k.variance - k.mean * k.mean).max(0.0));
+        Some(known)
+    }
+}
+
+impl Predictive for Mixture {
+    fn predict(&self, pairs: &[DirectionPair]) -> Vec<LogNormal> {
+        let known = self.with(pairs, &[]);
+        known.unwrap_or_else(|| unreachable!("nothing is not singular"))
+    }
+}

@@ -1,0 +1,69 @@
+//! Errors beside those that reconstructions expected of themselves, as a text and for the page.
+
+use super::findings::method;
+use super::order::sampling;
+use crate::experiment::{Calibrated, Calibration, Findings};
+use crate::report::Columns;
+
+/// What a cell says.
+pub(super) const LEGEND: &str = "Error over the error that the reconstruction expected of itself: the median over \
+                                 materials, what nine of ten are below, and under the cosine measure the share of \
+                                 materials below the bound that is stated for nine of ten.";
+
+/// A table: its title, and lines of a name and its cells.
+pub(super) struct Table {
+    pub title: String,
+    pub lines: Vec<(String, Vec<String>)>,
+}
+
+/// A table for each metric and measure.
+pub(super) fn tables(findings: &Findings) -> Vec<Table> {
+    let alike = |a: &Calibration, b: &Calibration| a.metric == b.metric && a.measure == b.measure;
+    let all = findings.calibrations.chunk_by(alike);
+    all.map(|of| Table {
+        title: format!("{} over expected, {}", of[0].metric.name(), of[0].measure),
+        lines: of.iter().map(|line| named(line, findings)).collect(),
+    })
+    .collect()
+}
+
+fn named(line: &Calibration, findings: &Findings) -> (String, Vec<String>) {
+    let name = format!(
+        "{}, {}",
+        sampling(&line.choice),
+        method(&line.choice, findings)
+    );
+    (name, line.cells.iter().map(cell).collect())
+}
+
+fn cell(cell: &Option<Calibrated>) -> String {
+    let Some(cell) = cell else {
+        return "–".into();
+    };
+    let ninth = cell.ninth.map_or("–".into(), |r| format!("{r:.2}"));
+    let below = cell
+        .below
+        .map_or(String::new(), |b| format!(" {:.0} %", 100.0 * b));
+    format!("{:.2} {ninth}{below}", cell.median)
+}
+
+/// All tables as a text; empty if nothing was expected.
+pub fn calibration(findings: &Findings) -> String {
+    let mut out = String::new();
+    for table in tables(findings) {
+        let headings = findings
+            .allowances
+            .iter()
+            .map(|a| a.trim_end_matches(" poses"));
+        let headings: String = headings.map(|a| format!("\t>{a}")).collect();
+        let mut columns = Columns::new(&format!("{}{headings}", table.title));
+        for (name, cells) in &table.lines {
+            columns.row(&format!("  {name}\t{}", cells.join("\t")));
+        }
+        out += &format!("\n{columns}");
+    }
+    match out.is_empty() {
+        true => out,
+        false => format!("{out}\n{LEGEND}\n"),
+    }
+}
