@@ -35,21 +35,17 @@ impl Weights {
     }
 }
 
-/// Sum of the products of two lists and the square of the second, in eight interleaved parts.
+/// Sum of the products of three lists, in eight interleaved parts.
 #[inline(always)]
-fn weighted_square(weights: &[f64], x: &[f64]) -> f64 {
+fn weighted(weights: &[f64], x: &[f64], y: &[f64]) -> f64 {
     const LANES: usize = 8;
     let mut sums = [0.0; LANES];
-    let (w, x) = (weights.chunks_exact(LANES), x.chunks_exact(LANES));
-    let rest: f64 = w
-        .remainder()
-        .iter()
-        .zip(x.remainder())
-        .map(|(w, x)| w * x * x)
-        .sum();
-    for (w, x) in w.zip(x) {
+    let [w, x, y] = [weights, x, y].map(|list| list.chunks_exact(LANES));
+    let rest = w.remainder().iter().zip(x.remainder()).zip(y.remainder());
+    let rest: f64 = rest.map(|((w, x), y)| w * x * y).sum();
+    for ((w, x), y) in w.zip(x).zip(y) {
         for i in 0..LANES {
-            sums[i] += w[i] * x[i] * x[i];
+            sums[i] += w[i] * x[i] * y[i];
         }
     }
     rest + ((sums[0] + sums[4]) + (sums[2] + sums[6])) + ((sums[1] + sums[5]) + (sums[3] + sums[7]))
@@ -71,10 +67,9 @@ pub(super) fn a_optimal(
     let mut chosen = Vec::new();
     while chosen.len() < n && go_on() {
         weights.worth(&variances, &mut worth);
-        let scores = covariances
-            .column_iter()
-            .enumerate()
-            .map(|(c, column)| weighted_square(&worth, column.as_slice()) / left.of_reading(c));
+        let scores = covariances.column_iter().enumerate().map(|(c, column)| {
+            weighted(&worth, column.as_slice(), column.as_slice()) / left.of_reading(c)
+        });
         let Some(best) = left.best(scores) else {
             break;
         };
@@ -108,6 +103,57 @@ pub(super) fn least_certain(
         };
         left.choose(process, candidates, best);
         chosen.push(best);
+    }
+    chosen
+}
+
+/// Numbers of `n` candidates, each the one whose reading leaves known materials the smallest weighted squares of errors
+/// at all places. `residuals` are those of places and of candidates, a column for each with a row per material: ln f
+/// less its mean. The last `given` candidates were read before.
+pub(super) fn least_error(
+    process: &Posterior,
+    [places, candidates]: [&Places; 2],
+    [of_places, mut of_candidates]: [DMatrix<f64>; 2],
+    weights: &[f64],
+    (given, n): (usize, usize),
+    go_on: &dyn Fn() -> bool,
+) -> Vec<usize> {
+    let mut covariances = process.covariances(places, candidates);
+    // Σ_m r_m(place) r_m(candidate), which is all that errors depend on.
+    let mut products = of_places.tr_mul(&of_candidates);
+    let count = of_candidates.ncols();
+    let mut left = Left::new(process, candidates, given + n);
+    left.is_left[count - given..].fill(false);
+    let mut chosen = Vec::new();
+    for step in 0..given + n {
+        let best = if step < given {
+            count - given + step
+        } else {
+            // What Σ_e w_e Σ_m (r_m(e) − g r_m(c))², g = C_ec / (v_c + s²), is less than without c.
+            let less = (0..count).map(|c| {
+                let (v, own) = (left.of_reading(c), of_candidates.column(c).norm_squared());
+                let [with, cross] = [&covariances, &products].map(|m| m.column(c));
+                let (with, cross) = (with.as_slice(), cross.as_slice());
+                (2.0 * weighted(weights, with, cross) - weighted(weights, with, with) * own / v) / v
+            });
+            match left.best(less).filter(|_| go_on()) {
+                Some(best) => best,
+                None => break,
+            }
+        };
+        let spread = left.of_reading(best).sqrt();
+        let told = covariances.column(best) / spread;
+        let with = left.choose(process, candidates, best);
+        covariances.ger(-1.0, &told, &with, 1.0);
+        let own = of_candidates.column(best).into_owned();
+        let cross = products.column(best).into_owned();
+        let shift = &with * (own.norm_squared() / spread) - of_candidates.tr_mul(&own);
+        products.ger(1.0 / spread, &told, &shift, 1.0);
+        products.ger(-1.0 / spread, &cross, &with, 1.0);
+        of_candidates.ger(-1.0 / spread, &own, &with, 1.0);
+        if step >= given {
+            chosen.push(best);
+        }
     }
     chosen
 }
@@ -233,6 +279,49 @@ mod tests {
             let others = (0..from.len()).filter(|c| !chosen[..k].contains(c));
             let best = others.map(gain).fold(0.0, f64::max);
             assert!(gain(chosen[k - 1]) >= best * (1.0 - 1e-6), "pose {k}");
+        }
+    }
+
+    #[test]
+    fn each_pose_leaves_known_materials_the_least_error() {
+        let process = Posterior::before(Symmetry::FULL, None);
+        let (at, from) = (pairs(0, 50), pairs(500, 40));
+        let [places, candidates] = [&at, &from].map(|list| process.places(list));
+        let wave = |from: usize| {
+            move |m: usize, i: usize| ((m + 2) as f64 * 0.7 * (i + from) as f64).sin()
+        };
+        let residuals = [
+            DMatrix::from_fn(5, 50, wave(0)),
+            DMatrix::from_fn(5, 40, wave(50)),
+        ];
+        let weights: Vec<f64> = (0..50).map(|i| 1.0 + f64::from(i % 5)).collect();
+        let given = [38, 39];
+        let both = [&places, &candidates];
+        let chosen = least_error(&process, both, residuals.clone(), &weights, (2, 6), &|| {
+            true
+        });
+        // By the equations of all readings at once.
+        let error = |read: &[usize]| {
+            let some: Vec<DirectionPair> = read.iter().map(|&c| from[c]).collect();
+            let some = process.places(&some);
+            let mut own = process.covariances(&some, &some);
+            let noise = process.noise(&some);
+            (0..read.len()).for_each(|i| own[(i, i)] += noise[i]);
+            let solved = own
+                .cholesky()
+                .unwrap()
+                .solve(&residuals[1].select_columns(read).transpose());
+            let left = residuals[0].transpose() - process.covariances(&places, &some) * solved;
+            let squares = left.row_iter().zip(&weights);
+            squares.map(|(row, w)| w * row.norm_squared()).sum::<f64>()
+        };
+        assert_eq!(chosen.len(), 6);
+        for k in 0..6 {
+            let read = [&given[..], &chosen[..k]].concat();
+            let with = |c: usize| error(&[&read[..], &[c]].concat());
+            let others = (0..38).filter(|c| !read.contains(c)).map(with);
+            let least = others.fold(f64::INFINITY, f64::min);
+            assert!(with(chosen[k]) <= least * (1.0 + 1e-6), "pose {k}");
         }
     }
 

@@ -4,8 +4,11 @@ use super::Task;
 use crate::geometry::{Direction, DirectionPair, Symmetry, angle_between};
 use crate::instrument::Machine;
 use crate::measurement::{Measurement, Outcome};
+use crate::numeric::GRAZING_COS;
 use crate::parametrization::{Coords, Parametrization, usual_form};
+use crate::reconstruct::Posterior;
 use crate::schedule::{PlanError, Pose, SampleSet, SobolSet};
+use std::collections::HashSet;
 use std::f64::consts::{FRAC_PI_2, PI};
 use std::sync::Arc;
 
@@ -33,6 +36,12 @@ const GOLDEN_ANGLE: f64 = 2.399_963_229_728_653;
 
 /// Candidates at θ_h = 0, where lobes peak.
 const ON_PEAK: u64 = 24;
+
+/// Elevation of candidates and of places where errors count, at most, rad: tables are extrapolated beyond.
+pub(super) const MASK: f64 = 80.0 * std::f64::consts::PI / 180.0;
+
+/// Poses of a whole acquisition, at most.
+pub(super) const MOST: usize = 1000;
 
 /// Places and candidates of one round; other rounds have others.
 pub(super) struct Field {
@@ -75,8 +84,87 @@ fn near(a: &DirectionPair, b: &DirectionPair) -> bool {
     off(a.omega_i, b.omega_i).max(off(a.omega_o, b.omega_o)) < NEAR
 }
 
+/// The poses that can be taken: by the machine of a task, and near none that an instrument could not take.
+pub(super) struct Reach<'a> {
+    form: &'a dyn Parametrization,
+    machine: Option<&'a Machine>,
+    refused: Vec<DirectionPair>,
+    /// What was read and what was not; `None`: all was.
+    asked: Option<Posterior>,
+}
+
+/// Poses where the share of readings is lower, of those nearby and of one besides, are left out by planners that
+/// weigh nothing by it.
+const HOPEFUL: f64 = 0.75;
+
+impl<'a> Reach<'a> {
+    /// After the poses of a measurement.
+    pub fn new(task: &'a Task<'_>, so_far: &Measurement) -> Self {
+        let all = so_far.outcomes.iter().zip(&so_far.schedule.poses);
+        let refused = all.filter(|(outcome, _)| matches!(outcome, Outcome::Unreachable(_)));
+        let refused = refused.filter_map(|(_, pose)| canonical(&*task.form, &pose.pair));
+        let [read, in_vain] = [true, false].map(|read| pairs(so_far, read));
+        let before = Posterior::before(task.form.symmetry(), None);
+        Self {
+            form: &*task.form,
+            machine: task.machine,
+            refused: refused.map(|pose| pose.pair).collect(),
+            asked: match in_vain.is_empty() {
+                true => None,
+                false => before
+                    .supposing(&read, true)
+                    .and_then(|process| process.supposing(&in_vain, false)),
+            },
+        }
+    }
+
+    fn takes(&self, pose: &Pose) -> bool {
+        let reached = |m: &Machine| m.place(&pose.pair, self.form.symmetry().isotropic).is_ok();
+        let of_refused = |other: &DirectionPair| near(&pose.pair, other);
+        self.machine.is_none_or(reached) && !self.refused.iter().any(of_refused)
+    }
+
+    /// The pose of a pair; `None` if it cannot be taken.
+    pub fn pose(&self, pair: &DirectionPair) -> Option<Pose> {
+        let [i, o] = [pair.omega_i, pair.omega_o].map(|d| d.cos_theta());
+        let pose = (i.min(o) > GRAZING_COS).then(|| canonical(self.form, pair));
+        pose.flatten().filter(|pose| self.takes(pose))
+    }
+
+    /// True where there may be readings.
+    pub fn hopes(&self, poses: &[Pose]) -> Vec<bool> {
+        let Some(process) = &self.asked else {
+            return vec![true; poses.len()];
+        };
+        let pairs: Vec<DirectionPair> = poses.iter().map(|pose| pose.pair).collect();
+        let shares = process.readable(&process.places(&pairs)).into_iter();
+        shares.map(|share| share >= HOPEFUL).collect()
+    }
+
+    /// Those of some poses where there may be readings.
+    pub fn hopeful(&self, mut poses: Vec<Pose>) -> Vec<Pose> {
+        let mut hopes = self.hopes(&poses).into_iter();
+        poses.retain(|_| hopes.next() == Some(true));
+        poses
+    }
+}
+
+/// The pose of a pair in the coordinates of a form.
+fn canonical(form: &dyn Parametrization, pair: &DirectionPair) -> Option<Pose> {
+    let coords = form.forward(pair);
+    let pair = form.inverse(&coords)?;
+    Some(Pose { coords, pair })
+}
+
+/// The pairs of a measurement that gave a reading, or those that gave none.
+pub(super) fn pairs(so_far: &Measurement, read: bool) -> Vec<DirectionPair> {
+    let all = so_far.outcomes.iter().zip(&so_far.schedule.poses);
+    let wanted = all.filter(|(outcome, _)| (**outcome == Outcome::Reading) == read);
+    wanted.map(|(_, pose)| pose.pair).collect()
+}
+
 /// A seed from several numbers, with nothing in common with that of others (splitmix64; Steele et al. 2014).
-fn hashed(numbers: [u64; 3]) -> u64 {
+pub(super) fn hashed(numbers: [u64; 3]) -> u64 {
     numbers.into_iter().fold(0, |state, x| {
         let z = (state ^ x).wrapping_add(0x9e37_79b9_7f4a_7c15);
         let z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
@@ -103,26 +191,13 @@ impl Field {
             .iter()
             .map(|pose| (pose.pair, own.density(&pose.pair, &pose.coords)));
         let (places, density): (Vec<_>, Vec<_>) = inside.filter(|p| p.1 > 0.0).unzip();
-        let canonical = |pair: &DirectionPair| {
-            let coords = task.form.forward(pair);
-            let pair = task.form.inverse(&coords)?;
-            Some(Pose { coords, pair })
-        };
-        let all = so_far.outcomes.iter().zip(&so_far.schedule.poses);
-        let refused = all.filter(|(outcome, _)| matches!(outcome, Outcome::Unreachable(_)));
-        let refused = refused.filter_map(|(_, pose)| canonical(&pose.pair));
-        let refused: Vec<DirectionPair> = refused.map(|pose| pose.pair).collect();
-        let turn_freely = task.form.symmetry().isotropic;
-        let taken = |pose: &Pose| {
-            let reached = |m: &Machine| m.place(&pose.pair, turn_freely).is_ok();
-            task.machine.is_none_or(reached) && !refused.iter().any(|other| near(&pose.pair, other))
-        };
+        let reach = Reach::new(task, so_far);
         let wanted = CANDIDATES.max(OF_EACH * poses);
         let mut candidates = Vec::new();
         let mut drawn = wanted;
         while candidates.len() < wanted.min(2 * poses) || candidates.is_empty() {
             candidates = SobolSet {}.plan(&task.form, drawn, for_candidates)?.poses;
-            candidates.retain(taken);
+            candidates.retain(|pose| reach.takes(pose));
             if drawn >= PATIENCE * wanted {
                 break;
             }
@@ -133,9 +208,9 @@ impl Field {
             let theta = (k as f64 + turn) / ON_PEAK as f64 * FRAC_PI_2;
             // Azimuths that no mirror of the material makes one.
             let phi = k as f64 * GOLDEN_ANGLE;
-            canonical(&DirectionPair::from_spherical(theta, phi, theta, phi + PI))
+            reach.pose(&DirectionPair::from_spherical(theta, phi, theta, phi + PI))
         });
-        candidates.extend(on_peak.filter(taken));
+        candidates.extend(on_peak);
         Ok(Self {
             own,
             places,
@@ -164,4 +239,69 @@ impl Field {
     pub fn poses(&self, numbers: &[usize]) -> Vec<Pose> {
         numbers.iter().map(|&c| self.candidates[c]).collect()
     }
+}
+
+/// The error of more poses than a planner chooses.
+pub(super) fn admit(kind: &'static str, budget: usize) -> Result<(), PlanError> {
+    match budget > MOST {
+        true => Err(PlanError::TooMany {
+            budget,
+            sample_set: kind,
+            allowed: MOST,
+        }),
+        false => Ok(()),
+    }
+}
+
+/// Candidates for `n` poses after those of a measurement, where there may be readings, up to the mask; `None` if there
+/// are none any more.
+pub(super) fn field(
+    kind: &'static str,
+    (task, reach): (&Task<'_>, &Reach<'_>),
+    so_far: &Measurement,
+    n: usize,
+) -> Result<Option<Field>, PlanError> {
+    let asked = so_far.schedule.poses.len();
+    let mut field = Field::new(task, MASK, n, so_far, asked as u64)?;
+    field.candidates = reach.hopeful(field.candidates);
+    field.candidates.retain(|pose| is_inside(&pose.pair));
+    match field.candidates.is_empty() {
+        // What was read is read.
+        true if so_far.readings() > 0 => Ok(None),
+        true => Err(PlanError::NoCandidate { sample_set: kind }),
+        false => Ok(Some(field)),
+    }
+}
+
+/// True if both directions are inside the mask.
+pub(super) fn is_inside(pair: &DirectionPair) -> bool {
+    let [i, o] = [pair.omega_i, pair.omega_o].map(|d| d.cos_theta());
+    i.min(o) >= MASK.cos()
+}
+
+/// Some poses without those that are there twice or were asked for before, and then others of the candidates, until they
+/// are `n`.
+pub(super) fn filled(
+    kind: &'static str,
+    (task, reach): (&Task<'_>, &Reach<'_>),
+    so_far: &Measurement,
+    n: usize,
+    mut poses: Vec<Pose>,
+) -> Result<Vec<Pose>, PlanError> {
+    let bits = |pair: &DirectionPair| {
+        [pair.omega_i, pair.omega_o].map(|d| d.vector().to_array().map(f64::to_bits))
+    };
+    let before = so_far.schedule.poses.iter();
+    let before = before.filter_map(|pose| canonical(&*task.form, &pose.pair));
+    let mut there: HashSet<_> = before.map(|pose| bits(&pose.pair)).collect();
+    poses.retain(|pose| there.insert(bits(&pose.pair)));
+    poses.truncate(n);
+    if poses.len() < n
+        && let Some(field) = field(kind, (task, reach), so_far, n)?
+    {
+        let others = field.candidates.into_iter();
+        let others = others.filter(|pose| there.insert(bits(&pose.pair)));
+        poses.extend(others.take(n - poses.len()));
+    }
+    Ok(poses)
 }

@@ -6,17 +6,18 @@
 //! are from what the others predict of them.
 
 use super::choice::{Weights, a_optimal, least_certain};
-use super::field::Field;
+use super::field::{Field, pairs};
 use super::{Forecast, Planner, Task};
 use crate::brdf::microfacet::{FresnelSpec, Ggx, Microfacet};
 use crate::brdf::{Brdf, Channels, Presence, Roughness};
 use crate::error::{ParameterError, in_closed, in_left_open};
 use crate::geometry::DirectionPair;
-use crate::measurement::{Measurement, Outcome};
+use crate::measurement::Measurement;
 use crate::metrics::Expected;
 use crate::parametrization::{Axis, Parametrization};
-use crate::reconstruct::Prior;
-use crate::reconstruct::{Kriging, Mixture, Places, Posterior, PriorFile, ReconstructError};
+use crate::reconstruct::{
+    Kriging, Mixture, Places, Posterior, Prior, PriorFile, ReconstructError, Values,
+};
 use crate::registry::{self, Entry, Keys, ReadError, Table};
 use crate::schedule::{PlanError, Pose, SampleSet, Schedule};
 use serde::{Deserialize, Serialize};
@@ -48,6 +49,8 @@ pub enum Rule {
     Adaptive,
     /// The variance of the material at hand at the pose, batch after batch.
     Uncertainty,
+    /// As `Adaptive`, by the material itself in place of what its readings say: what knowing where to look is worth.
+    Oracle,
 }
 
 /// The least mask, degrees: inside it there are enough places and candidates.
@@ -120,7 +123,12 @@ pub struct Greedy {
 
 impl Rule {
     /// Every rule.
-    pub(super) const ALL: [Rule; 3] = [Rule::AOptimal, Rule::Adaptive, Rule::Uncertainty];
+    pub(super) const ALL: [Rule; 4] = [
+        Rule::AOptimal,
+        Rule::Adaptive,
+        Rule::Uncertainty,
+        Rule::Oracle,
+    ];
 
     /// Name in configs and results.
     fn kind(self) -> &'static str {
@@ -128,6 +136,7 @@ impl Rule {
             Rule::AOptimal => "a-optimal",
             Rule::Adaptive => "adaptive",
             Rule::Uncertainty => "uncertainty",
+            Rule::Oracle => "oracle",
         }
     }
 
@@ -148,6 +157,10 @@ impl Rule {
             Rule::Uncertainty => (
                 "poses where the material at hand is least certain, batch after batch",
                 |table| of(Rule::Uncertainty, table),
+            ),
+            Rule::Oracle => (
+                "as adaptive, by the errors that a material that is known is left with; in studies",
+                |table| of(Rule::Oracle, table),
             ),
         };
         Entry {
@@ -280,10 +293,16 @@ impl Greedy {
         let pairs = field.pairs();
         let candidates = process.places(&pairs);
         let share = self.aim.weight;
+        let truth = match self.rule {
+            Rule::Oracle => Some(task.truth.ok_or(PlanError::NoTruth {
+                sample_set: self.rule.kind(),
+            })?),
+            _ => None,
+        };
         let few = asked < MANY && n <= MOST_BEFOREHAND;
         let chosen = if self.rule != Rule::Uncertainty && few {
             let places = process.places(&field.places);
-            let known = Known::new(&process, &field.places, &field.density, &places);
+            let known = Known::new(&process, &field.places, &field.density, &places, truth);
             let weights = Weights {
                 of_square: known.weights(|w, f, s| w * f * s),
                 of_log: known.weights(|w, _, s| w * s),
@@ -294,7 +313,7 @@ impl Greedy {
         } else {
             // The density of the poses that leave the smallest error, up to what the kernel makes of them.
             let density = &field.candidate_density();
-            let known = Known::new(&process, &pairs, density, &candidates);
+            let known = Known::new(&process, &pairs, density, &candidates, truth);
             let log = normalised(known.weights(|w, _, s| (w * s.sqrt()).powf(2.0 / 3.0)));
             let square = normalised(known.weights(|w, f, s| (w * f * s).sqrt()));
             let mixed = log.zip(square).map(|(l, q)| (1.0 - share) * l + share * q);
@@ -351,13 +370,7 @@ impl SampleSet for Greedy {
         budget: usize,
         seed: u64,
     ) -> Result<Schedule, PlanError> {
-        self.design(&Task {
-            form: Arc::clone(form),
-            budget,
-            seed,
-            machine: None,
-            go_on: &|| true,
-        })
+        self.design(&Task::plain(form, budget, seed))
     }
 }
 
@@ -377,7 +390,7 @@ impl Planner for Greedy {
     fn most(&self) -> usize {
         match self.rule {
             Rule::AOptimal => MOST_BEFOREHAND,
-            Rule::Adaptive | Rule::Uncertainty => MOST,
+            Rule::Adaptive | Rule::Uncertainty | Rule::Oracle => MOST,
         }
     }
 
@@ -435,13 +448,6 @@ impl Planner for Greedy {
     }
 }
 
-/// The pairs of a measurement that gave a reading, or those that gave none.
-fn pairs(so_far: &Measurement, read: bool) -> Vec<DirectionPair> {
-    let all = so_far.outcomes.iter().zip(&so_far.schedule.poses);
-    let wanted = all.filter(|(outcome, _)| (**outcome == Outcome::Reading) == read);
-    wanted.map(|(_, pose)| pose.pair).collect()
-}
-
 fn normalised(list: Vec<f64>) -> impl Iterator<Item = f64> {
     let sum: f64 = list.iter().sum();
     list.into_iter().map(move |x| x / sum)
@@ -462,20 +468,31 @@ impl<'a> Known<'a> {
         pairs: &[DirectionPair],
         density: &'a [f64],
         places: &Places,
+        truth: Option<&dyn Brdf>,
     ) -> Self {
-        let of_log = process
-            .means(places)
-            .into_iter()
-            .zip(process.variances(places));
         let scale = process.scale();
-        let bright = pairs.iter().zip(of_log).map(|(pair, (z, v))| {
+        let logs = process.means(places).into_iter();
+        let logs: Vec<(f64, f64)> = logs.zip(process.variances(places)).collect();
+        let mut bright: Vec<f64> = logs.iter().map(|(z, v)| z + (v * scale).min(1.0)).collect();
+        let mut surprise = process.surprise(places);
+        if let Some(truth) = truth {
+            for (i, (pair, (z, v))) in pairs.iter().zip(&logs).enumerate() {
+                // What it has no data for is as it is expected to be.
+                let Some(f) = truth.luminance(pair) else {
+                    continue;
+                };
+                bright[i] = Values::Log.with(1e-3).forward(f);
+                surprise[i] = (bright[i] - z).powi(2) / (v * scale).max(1e-12);
+            }
+        }
+        let bright = pairs.iter().zip(bright).map(|(pair, z)| {
             let cosine = pair.omega_i.cos_theta();
-            (2.0 * (z + (v * scale).min(1.0))).exp() * cosine * cosine
+            (2.0 * z).exp() * cosine * cosine
         });
         Self {
             density,
             bright: bright.collect(),
-            surprise: process.surprise(places),
+            surprise,
         }
     }
 

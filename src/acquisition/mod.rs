@@ -17,7 +17,7 @@
 //! let (alpha, fresnel) = (Roughness::Isotropic(0.1), FresnelSpec::default());
 //! let truth: Microfacet<Ggx> = Microfacet::new(alpha, &fresnel, Channels::Luminance);
 //! let form = Arc::new(Form::new(HalfDifference, truth.symmetry()));
-//! let task = Task { form, budget: 64, seed: 1, machine: None, go_on: &|| true };
+//! let task = Task { form, budget: 64, seed: 1, machine: None, go_on: &|| true, truth: None };
 //! let pairs = metrics::test_pairs(Measure::Cosine, &MetricsSpec::default())?;
 //! let error = |planner: &dyn Planner| {
 //!     let measured = acquire(planner, &task, &truth)?;
@@ -33,8 +33,15 @@
 mod choice;
 mod field;
 mod greedy;
+mod published;
+mod retro;
+mod rows;
+mod slices;
 
 pub use greedy::{Aim, Greedy, Rule, Target};
+pub use published::{Criterion, Published};
+pub use retro::Retro;
+pub use slices::Slices;
 
 use crate::brdf::{Brdf, Channels};
 use crate::error::ParameterError;
@@ -60,6 +67,22 @@ pub struct Task<'a> {
     pub machine: Option<&'a Machine>,
     /// Asked before each choice: false ends a batch with the poses so far.
     pub go_on: &'a dyn Fn() -> bool,
+    /// The material itself, for an oracle; `None` where nobody knows it.
+    pub truth: Option<&'a dyn Brdf>,
+}
+
+impl Task<'static> {
+    /// Any machine, and all the time there is.
+    fn plain(form: &Arc<dyn Parametrization>, budget: usize, seed: u64) -> Self {
+        Self {
+            form: Arc::clone(form),
+            budget,
+            seed,
+            machine: None,
+            go_on: &|| true,
+            truth: None,
+        }
+    }
 }
 
 /// The errors expected before and after a batch, under the cosine measure.
@@ -137,7 +160,7 @@ pub trait Planner: SampleSet {
     }
 }
 
-/// The readings of a BRDF by the instrument without flaws, batch after batch.
+/// The readings of a BRDF by the instrument without flaws, batch after batch; it is the truth of the task.
 ///
 /// # Errors
 /// As [`Planner::next`].
@@ -160,6 +183,10 @@ pub fn acquire_from(
     brdf: &dyn Brdf,
     first: Vec<Pose>,
 ) -> Result<Measurement, PlanError> {
+    let task = &Task {
+        truth: Some(brdf),
+        ..task.clone()
+    };
     let measure = |poses| {
         let schedule = scheduled(task, planner.label(), poses);
         Ideal.measure(brdf, &Arc::new(schedule))
@@ -262,7 +289,10 @@ pub fn once(set: Box<dyn SampleSet>) -> Box<dyn Planner> {
 static JOINED: Joined<dyn Planner> = Joined::new();
 
 fn built_in() -> Vec<Entry<dyn Planner>> {
-    Rule::ALL.map(Rule::entry).into()
+    let greedy = Rule::ALL.map(Rule::entry).into_iter();
+    let published = published::entries().into_iter();
+    let others = [retro::ENTRY, slices::ENTRY];
+    greedy.chain(published).chain(others).collect()
 }
 
 /// Every planner a config can name that is no [sample set](schedule::all).

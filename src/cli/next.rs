@@ -124,6 +124,7 @@ impl Next {
             seed: self.seed,
             machine: bench.as_ref().map(|bench| bench.machine()),
             go_on: &|| true,
+            truth: None,
         };
         let so_far = so_far.unwrap_or_else(|| acquisition::nothing(&task));
         if planner.is_enough(&task, &so_far) {

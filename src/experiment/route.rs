@@ -325,6 +325,7 @@ impl Router {
             seed: key.seed,
             machine: bench.as_ref().map(|(_, bench)| bench.machine()),
             go_on: &go_on,
+            truth: None,
         };
         let (planned, seconds) = timed(|| match &tuned_set {
             Some(tuned) => tuned.plan(&task.form, budget, key.seed),

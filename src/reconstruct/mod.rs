@@ -21,6 +21,7 @@ macro_rules! chooses_coordinates {
 }
 
 mod cloud;
+mod components;
 mod coordinates;
 mod coverage;
 mod cubic;
@@ -40,6 +41,7 @@ mod thin_plate;
 mod transform;
 mod uncertainty;
 
+pub use components::Components;
 pub use coordinates::Coordinates;
 pub use coverage::{Cover, Coverage, Covered, Fill};
 pub use cubic::{Cubic, CubicRule};
@@ -174,6 +176,14 @@ pub enum ReconstructError {
         /// Number of readings that it takes.
         allowed: usize,
     },
+    /// A material is richer than those of a prior.
+    #[error(
+        "{method} takes isotropic, reciprocal and bilateral materials, as those of its prior are"
+    )]
+    Symmetry {
+        /// The method.
+        method: &'static str,
+    },
     /// The equations of the readings have no solution.
     #[error("{method} has no solution: the covariances of {} are singular", crate::error::count(*readings, "reading"))]
     Singular {
@@ -206,6 +216,7 @@ fn built_in() -> Vec<Entry<dyn Reconstruct>> {
         thin_plate::ENTRY,
         sheets::ENTRY,
         kriging::ENTRY,
+        components::ENTRY,
         fit::ENTRY,
     ]
 }

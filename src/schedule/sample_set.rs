@@ -83,6 +83,12 @@ pub enum PlanError {
         /// The reason.
         reason: String,
     },
+    /// A sample set that has to know the material.
+    #[error("{sample_set} knows the material that it measures; allowed: in studies, which do")]
+    NoTruth {
+        /// The sample set.
+        sample_set: &'static str,
+    },
     /// No configuration within the budget is physical.
     #[error(
         "budget = {budget}: no {sample_set} of at most that many configurations in {parametrization} coordinates has one above the horizon; allowed: a larger budget"

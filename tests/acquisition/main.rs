@@ -28,6 +28,7 @@ fn task(budget: usize) -> Task<'static> {
         seed: 1,
         machine: None,
         go_on: &|| true,
+        truth: None,
     }
 }
 
@@ -127,7 +128,10 @@ fn a_machine_reaches_every_pose_that_is_chosen_for_it() {
 fn readings_of_a_file_lead_to_the_same_poses() {
     let truth = lobe(0.1);
     for planner in planners() {
-        let task = task(40);
+        let task = Task {
+            truth: Some(&truth),
+            ..task(40)
+        };
         let so_far = acquire(
             &*planner,
             &Task {
@@ -211,9 +215,13 @@ fn a_hole_is_asked_about_and_left() {
         };
         let mut so_far = acquisition::nothing(&task(8));
         let mut wasted = Vec::new();
+        let task = Task {
+            truth: Some(&truth),
+            ..task(96)
+        };
         for _ in 0..6 {
-            let poses = planner.next(&task(96), &so_far, 16).unwrap();
-            let schedule = acquisition::scheduled(&task(96), String::new(), poses);
+            let poses = planner.next(&task, &so_far, 16).unwrap();
+            let schedule = acquisition::scheduled(&task, String::new(), poses);
             let mut read = Ideal.measure(&truth, &Arc::new(schedule));
             let all = read.outcomes.iter_mut().zip(&read.schedule.poses);
             let mut lost = 0;
@@ -316,6 +324,21 @@ fn the_weight_trades_one_error_for_the_other() {
     assert!(
         square[0] < log[0] && log[1] < square[1],
         "{log:?} {square:?}"
+    );
+}
+
+/// It knows where errors are, so that its readings leave less; without the material it has nothing to say.
+#[test]
+fn an_oracle_knows_best_and_has_to_know() {
+    let [adaptive, oracle] =
+        [Rule::Adaptive, Rule::Oracle].map(|rule| Greedy::new(rule, Aim::default()));
+    let [learned, known] = [&adaptive, &oracle].map(|planner| means(planner, 64));
+    assert!(known[0] < learned[0], "{known:?} {learned:?}");
+    let begun = acquire(&adaptive, &task(16), &lobe(0.1)).unwrap();
+    let refused = oracle.next(&task(32), &begun, 8).unwrap_err().to_string();
+    assert!(
+        refused.starts_with("oracle knows the material"),
+        "{refused}"
     );
 }
 

@@ -125,7 +125,10 @@ pub fn models() -> Vec<(String, Box<dyn Brdf>)> {
 /// Every scattered method in every parametrization it can work in, with its name.
 fn methods() -> Vec<(String, &'static str, Arc<dyn Reconstruct>)> {
     let mut methods: Vec<(String, &'static str, Arc<dyn Reconstruct>)> = Vec::new();
-    for entry in reconstruct::all().into_iter().filter(|e| e.kind != "fit") {
+    for entry in reconstruct::all()
+        .into_iter()
+        .filter(|e| !["fit", "components"].contains(&e.kind))
+    {
         let method: Arc<dyn Reconstruct> = registry::read_text(&entry, "").unwrap().into();
         if method.needs_grid() {
             continue;

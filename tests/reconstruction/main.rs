@@ -114,11 +114,14 @@ fn form(name: &str, symmetry: Symmetry) -> Arc<dyn Parametrization> {
     parametrization::find(name).unwrap().form(symmetry)
 }
 
-/// Every reconstruction that goes through its readings, and with linear values too where it has a choice. A fit has laws
-/// of its own.
+/// Every reconstruction that goes through its readings, and with linear values too where it has a choice. A fit and
+/// sums of functions of a prior have laws of their own.
 fn methods() -> Vec<Box<dyn Reconstruct>> {
     let mut methods = Vec::new();
-    for entry in reconstruct::all().into_iter().filter(|e| e.kind != "fit") {
+    for entry in reconstruct::all()
+        .into_iter()
+        .filter(|e| !["fit", "components"].contains(&e.kind))
+    {
         methods.push(registry::read_text(&entry, "").unwrap());
         methods.extend(registry::read_text(&entry, "values = \"linear\""));
     }

@@ -53,7 +53,7 @@ impl Router {
         };
         let (first, seconds) = timed(|| {
             let go_on = || !cancelled();
-            let task = begun.task(&go_on);
+            let task = begun.task(&go_on, None);
             acquisition::further(planner, &task, &acquisition::nothing(&task))
         });
         self.seconds += seconds;
@@ -78,7 +78,7 @@ impl Acquisition<'_> {
         self.seconds
     }
 
-    fn task<'t>(&'t self, go_on: &'t dyn Fn() -> bool) -> Task<'t> {
+    fn task<'t>(&'t self, go_on: &'t dyn Fn() -> bool, truth: Option<&'t dyn Brdf>) -> Task<'t> {
         let bench = self.bench.as_ref().filter(|(_, _, limits)| *limits);
         Task {
             form: Arc::clone(&self.form),
@@ -86,6 +86,7 @@ impl Acquisition<'_> {
             seed: self.seed,
             machine: bench.map(|(bench, ..)| bench.machine()),
             go_on,
+            truth,
         }
     }
 
@@ -126,7 +127,7 @@ impl Acquisition<'_> {
         cancelled: &dyn Fn() -> bool,
     ) -> Result<Way, NoRoute> {
         let go_on = || !cancelled();
-        let task = self.task(&go_on);
+        let task = self.task(&go_on, Some(brdf));
         let taken = acquisition::acquire_from(self.planner, &task, brdf, self.first.clone())?;
         Ok((taken.schedule, None))
     }
@@ -138,7 +139,7 @@ impl Acquisition<'_> {
         cancelled: &dyn Fn() -> bool,
     ) -> Result<Way, NoRoute> {
         let go_on = || !cancelled();
-        let task = self.task(&go_on);
+        let task = self.task(&go_on, Some(brdf));
         let schedule = |poses| Arc::new(acquisition::scheduled(&task, self.planner.label(), poses));
         let mut so_far = acquisition::nothing(&task);
         let mut itinerary = bench.plan_of(&so_far.schedule, &[], order);

@@ -26,6 +26,7 @@ mod system;
 
 pub(crate) use mixture::Mixture;
 pub(crate) use posterior::{Places, Posterior};
+pub(super) use prior::Mean;
 pub use prior::{FUNCTIONS, NODES, Prior, PriorFile, TrainError, Trained, Training};
 
 use super::coordinates::ReconstructionCoordinates;
@@ -40,7 +41,7 @@ use crate::registry::{self, Entry};
 use kernel::{Block, Columns, Flat, Kernel, LANES};
 use line::Line;
 use nalgebra::DMatrix;
-use prior::{Centre, Mean};
+use prior::Centre;
 use pulp::{Arch, NullaryFnOnce};
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;

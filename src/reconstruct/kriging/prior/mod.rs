@@ -138,7 +138,7 @@ impl Prior {
     }
 
     /// True if materials of this symmetry have priors.
-    pub(super) fn suits(symmetry: Symmetry) -> bool {
+    pub(in crate::reconstruct) fn suits(symmetry: Symmetry) -> bool {
         symmetry == Symmetry::FULL
     }
 
@@ -168,10 +168,15 @@ impl Prior {
     }
 
     /// The mean of ln(f + ε) at pairs, and the functions, a column per pair.
-    pub(super) fn at(&self, pairs: &[DirectionPair]) -> (Vec<f64>, DMatrix<f64>) {
+    pub(crate) fn at(&self, pairs: &[DirectionPair]) -> (Vec<f64>, DMatrix<f64>) {
         let values = self.values_at(pairs);
         let mean = values.row(0).iter().copied().collect();
         (mean, values.remove_rows(0, BEFORE))
+    }
+
+    /// The coefficients of the channels of its materials, a column for each.
+    pub(crate) fn centres(&self) -> &DMatrix<f64> {
+        &self.centres
     }
 
     /// f² of the materials at pairs, each as a share of its mean of (f cos)² under the cosine measure, on average.
@@ -188,7 +193,7 @@ impl Prior {
     }
 
     /// The mean plus the functions times coefficients, a column for each value of a pair.
-    pub(super) fn mean(&self, coefficients: &DMatrix<f64>) -> Mean {
+    pub(in crate::reconstruct) fn mean(&self, coefficients: &DMatrix<f64>) -> Mean {
         let mut weights = coefficients.clone().insert_rows(0, BEFORE, 0.0);
         weights.row_mut(0).fill(1.0);
         let rule = self.table.rule().combined(&weights);
@@ -244,7 +249,7 @@ fn centred(centres: &DMatrix<f64>, kernel: &Kernel, data: &Data) -> Option<(Cent
 }
 
 /// A mean of ln(f + ε), of several values per pair.
-pub(super) struct Mean(GridInterpolant<Spline<3>, 3>);
+pub(in crate::reconstruct) struct Mean(GridInterpolant<Spline<3>, 3>);
 
 impl Mean {
     /// Adds it to the values of pairs (`pairs × width`).
@@ -270,13 +275,19 @@ const BUILT_IN: &str = "built-in";
 /// That prior; `configs/families.toml` says of what it was made, and how.
 static BYTES: &[u8] = include_bytes!("built-in.gonio");
 
-/// A file of a prior, as configs name it, or `built-in`.
+/// A file of a prior, as configs name it, or `built-in`, the default.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 #[serde(from = "PathBuf", into = "PathBuf")]
 pub struct PriorFile {
     path: PathBuf,
     /// What it was when it was first asked for: a run goes on with that.
     known: OnceLock<Arc<Prior>>,
+}
+
+impl Default for PriorFile {
+    fn default() -> Self {
+        PathBuf::from(BUILT_IN).into()
+    }
 }
 
 impl From<PathBuf> for PriorFile {

@@ -1,0 +1,238 @@
+//! Poses before the first reading by what many materials were like, as others published it: to compare with.
+//!
+//! All choose among the same candidates, up to an elevation of 80°, by the mean and the functions of a prior, whose
+//! coefficients have variance 1; poses that were read count as chosen. Materials of other symmetries are planned for as
+//! if they had those of the prior.
+
+use super::choice::least_error;
+use super::field::{Field, MOST, Reach, admit, field, hashed, pairs};
+use super::rows::Rows;
+use super::{Planner, Task};
+use crate::error::ParameterError;
+use crate::geometry::{DirectionPair, Symmetry};
+use crate::measurement::Measurement;
+use crate::parametrization::{Axis, Parametrization};
+use crate::reconstruct::{Components, Posterior, PriorFile};
+use crate::registry::{self, Entry, Keys, ReadError, Table};
+use crate::schedule::{PlanError, Pose, SampleSet, Schedule};
+use serde::{Deserialize, Serialize};
+use std::sync::Arc;
+
+/// What decides over poses.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Criterion {
+    /// The condition number of the functions at all poses, by exchanges (Nielsen, Jensen & Ramamoorthi 2015, "On optimal,
+    /// minimal BRDF sampling for reflectance acquisition").
+    ConditionNumber,
+    /// Simultaneous orthogonal matching pursuit of the materials of the prior (Miandji et al. 2024, "FROST-BRDF"); beyond
+    /// their rank as `DOptimal` with a ridge of 1.
+    Somp,
+    /// QR with column pivoting of the functions (Manohar et al. 2018, "Data-driven sparse sensor placement for
+    /// reconstruction"); beyond their number as `DOptimal` with a ridge of 1.
+    QrPivot,
+    /// The determinant of ridge + Σ q qᵀ over all poses, one by one (Fedorov 1972; of
+    /// [components](crate::reconstruct::Components) with this ridge).
+    DOptimal {
+        /// The ridge: finite, above 0.
+        ridge: f64,
+    },
+    /// The error of ln f that the materials of the prior are left with by kriging, one pose after the other. None of
+    /// them is left out for that; the kernel has a variance for what functions of others say wrongly of one.
+    Erm,
+}
+
+/// The keys of most.
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+struct Named {
+    /// `built-in`, or a file of `gonio train`.
+    prior: PriorFile,
+}
+
+/// A planner by what many materials were like.
+#[derive(Clone, Debug)]
+pub struct Published {
+    criterion: Criterion,
+    prior: PriorFile,
+}
+
+impl Criterion {
+    /// Name in configs and results.
+    fn kind(self) -> &'static str {
+        match self {
+            Criterion::ConditionNumber => "condition-number",
+            Criterion::Somp => "somp",
+            Criterion::QrPivot => "qr-pivot",
+            Criterion::DOptimal { .. } => "d-optimal",
+            Criterion::Erm => "erm",
+        }
+    }
+}
+
+/// The registry entries.
+pub(super) fn entries() -> [Entry<dyn Planner>; 5] {
+    fn of(criterion: Criterion, table: Table<'_>) -> Result<Box<dyn Planner>, ReadError> {
+        let Named { prior } = registry::parse(table)?;
+        Ok(Box::new(Published::new(criterion, prior)))
+    }
+    type Read = fn(Table<'_>) -> Result<Box<dyn Planner>, ReadError>;
+    let entry = |kind, summary, examples, read: Read| Entry {
+        kind,
+        summary,
+        examples,
+        read,
+    };
+    let usual = &["", "prior = \"built-in\""];
+    [
+        entry(
+            "condition-number",
+            "poses that make the functions of a prior well-conditioned (Nielsen et al. 2015)",
+            usual,
+            |table| of(Criterion::ConditionNumber, table),
+        ),
+        entry(
+            "somp",
+            "poses by matching pursuit of the materials of a prior (FROST, 2024)",
+            usual,
+            |table| of(Criterion::Somp, table),
+        ),
+        entry(
+            "qr-pivot",
+            "poses by QR with pivoting of the functions of a prior (Manohar et al. 2018)",
+            usual,
+            |table| of(Criterion::QrPivot, table),
+        ),
+        entry(
+            "d-optimal",
+            "poses that leave the coefficients of a prior the least volume",
+            &["", "ridge = 0.1\nprior = \"built-in\""],
+            |table| {
+                let Components { prior, ridge } = registry::parse(table)?;
+                Ok(Box::new(Published::new(
+                    Criterion::DOptimal { ridge },
+                    prior,
+                )))
+            },
+        ),
+        entry(
+            "erm",
+            "poses that leave the materials of a prior the least error of ln f by kriging",
+            usual,
+            |table| of(Criterion::Erm, table),
+        ),
+    ]
+}
+
+impl Published {
+    /// A planner by this criterion, of materials like those of a prior.
+    pub fn new(criterion: Criterion, prior: PriorFile) -> Self {
+        Self { criterion, prior }
+    }
+
+    /// Numbers of `n` candidates, of which none is in `read`.
+    fn chosen(
+        &self,
+        field: &Field,
+        read: &[DirectionPair],
+        n: usize,
+        (seed, go_on): (u64, &dyn Fn() -> bool),
+    ) -> Result<Vec<usize>, ParameterError> {
+        let prior = self.prior.load()?;
+        let mut pairs = field.pairs();
+        let candidates = pairs.len();
+        pairs.extend(read);
+        let (_, functions) = prior.at(&pairs);
+        let rows = |functions| Rows::new(functions, candidates);
+        Ok(match self.criterion {
+            Criterion::ConditionNumber => rows(functions).conditioned(n, seed, go_on),
+            Criterion::Somp => rows(functions).pursuit(prior.centres(), n, go_on),
+            Criterion::QrPivot => rows(functions).pivots(n, go_on),
+            Criterion::DOptimal { ridge } => rows(functions).d_optimal(ridge, n, go_on),
+            Criterion::Erm => {
+                let process = Posterior::before(Symmetry::FULL, Some(&prior));
+                let at_places = prior.at(&field.places).1;
+                let residuals = [at_places, functions].map(|q| prior.centres().tr_mul(&q));
+                let [places, from] = [&field.places, &pairs].map(|list| process.places(list));
+                let counts = (read.len(), n);
+                let density = &field.density;
+                least_error(
+                    &process,
+                    [&places, &from],
+                    residuals,
+                    density,
+                    counts,
+                    go_on,
+                )
+            }
+        })
+    }
+}
+
+impl SampleSet for Published {
+    fn resolved(&self) -> Keys {
+        let prior = self.prior.clone();
+        match self.criterion {
+            Criterion::DOptimal { ridge } => {
+                registry::resolved(self.criterion.kind(), &Components { prior, ridge })
+            }
+            _ => registry::resolved(self.criterion.kind(), &Named { prior }),
+        }
+    }
+
+    fn label(&self) -> String {
+        self.criterion.kind().into()
+    }
+
+    fn check(&self, _axes: &[Axis]) -> Result<(), ParameterError> {
+        if let Criterion::DOptimal { ridge } = self.criterion {
+            crate::error::in_left_open("ridge", ridge, 0.0, f64::INFINITY)?;
+        }
+        self.prior.load().map(drop)
+    }
+
+    fn plan(
+        &self,
+        form: &Arc<dyn Parametrization>,
+        budget: usize,
+        seed: u64,
+    ) -> Result<Schedule, PlanError> {
+        self.design(&Task::plain(form, budget, seed))
+    }
+}
+
+impl Planner for Published {
+    fn prior(&self) -> Option<&PriorFile> {
+        Some(&self.prior)
+    }
+
+    fn most(&self) -> usize {
+        MOST
+    }
+
+    fn knows_machines(&self) -> bool {
+        true
+    }
+
+    fn design(&self, task: &Task<'_>) -> Result<Schedule, PlanError> {
+        let poses = self.next(task, &super::nothing(task), task.budget)?;
+        Ok(super::scheduled(task, self.label(), poses))
+    }
+
+    fn next(
+        &self,
+        task: &Task<'_>,
+        so_far: &Measurement,
+        most: usize,
+    ) -> Result<Vec<Pose>, PlanError> {
+        let before = so_far.schedule.poses.len();
+        admit(self.criterion.kind(), before + most)?;
+        let reach = Reach::new(task, so_far);
+        let Some(field) = field(self.criterion.kind(), (task, &reach), so_far, most)? else {
+            return Ok(Vec::new());
+        };
+        let n = most.min(field.candidates.len());
+        let random = (hashed([task.seed, before as u64, 3]), task.go_on);
+        let chosen = self.chosen(&field, &pairs(so_far, true), n, random)?;
+        Ok(field.poses(&chosen))
+    }
+}

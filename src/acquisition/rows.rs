@@ -1,0 +1,315 @@
+//! Choices among vectors, one per candidate, that are the functions of a prior there: rows of a matrix in the papers,
+//! columns of a matrix here. The last ones are those of poses that were read before.
+
+use crate::sampling::Random;
+use nalgebra::{DMatrix, DVector};
+use rayon::prelude::*;
+use std::ops::Range;
+
+/// Vectors of candidates, and of poses that were read.
+pub(super) struct Rows {
+    vectors: DMatrix<f64>,
+    candidates: usize,
+}
+
+/// The square of what is left of a vector, as a share of the largest, below which it is rounding.
+const ROUNDING: f64 = 1e-20;
+
+/// Conditions that are compared at once for one pose.
+const AT_ONCE: usize = 16;
+
+/// Conditions that are compared in all: at most, at least, and times the cube of the size of the matrices.
+const COMPARED: (f64, f64, f64) = (4000.0, 100.0, 2.5e8);
+
+impl Rows {
+    /// The first `candidates` of them can be chosen.
+    pub fn new(vectors: DMatrix<f64>, candidates: usize) -> Self {
+        Self {
+            vectors,
+            candidates,
+        }
+    }
+
+    fn given(&self) -> Range<usize> {
+        self.candidates..self.vectors.ncols()
+    }
+
+    /// `n` candidates that make det(ridge + Σ q qᵀ) largest, one by one (D-optimal design).
+    pub fn d_optimal(&self, ridge: f64, n: usize, go_on: &dyn Fn() -> bool) -> Vec<usize> {
+        self.filled(Vec::new(), ridge, n, go_on)
+    }
+
+    /// Some candidates and others up to `n`, each the one of the largest qᵀ (ridge + Σ q qᵀ)⁻¹ q: by one more than that
+    /// the determinant grows.
+    fn filled(
+        &self,
+        mut chosen: Vec<usize>,
+        ridge: f64,
+        n: usize,
+        go_on: &dyn Fn() -> bool,
+    ) -> Vec<usize> {
+        let all = &self.vectors;
+        let mut inverse = DMatrix::identity(all.nrows(), all.nrows()) / ridge;
+        let mut gains: Vec<f64> = all
+            .column_iter()
+            .map(|q| q.norm_squared() / ridge)
+            .collect();
+        let mut take = |c: usize, gains: &mut [f64]| {
+            let told = &inverse * all.column(c);
+            let with = all.tr_mul(&told);
+            let grown = 1.0 + with[c];
+            inverse.ger(-1.0 / grown, &told, &told, 1.0);
+            let with = gains.iter_mut().zip(with.iter());
+            with.for_each(|(gain, w)| *gain -= w * w / grown);
+        };
+        for c in self.given().chain(chosen.iter().copied()) {
+            take(c, &mut gains);
+        }
+        while chosen.len() < n && go_on() {
+            let Some(best) = self.largest(&gains, &chosen) else {
+                break;
+            };
+            take(best, &mut gains);
+            chosen.push(best);
+        }
+        chosen
+    }
+
+    /// The candidate of the highest score of those that were not chosen; of equal ones the first.
+    fn largest(&self, scores: &[f64], chosen: &[usize]) -> Option<usize> {
+        let left = (0..self.candidates).filter(|c| !chosen.contains(c));
+        left.reduce(|a, b| if scores[b] > scores[a] { b } else { a })
+    }
+
+    /// Candidates by a score of what the span of those before leaves of all vectors, up to `n` or the rank; after that
+    /// as [`d_optimal`](Self::d_optimal) does with a ridge of 1.
+    fn spanning(
+        &self,
+        vectors: &DMatrix<f64>,
+        n: usize,
+        go_on: &dyn Fn() -> bool,
+        scores: impl Fn(&DMatrix<f64>) -> Vec<f64>,
+    ) -> Vec<usize> {
+        let mut rest = vectors.clone();
+        let square = |rest: &DMatrix<f64>, c: usize| rest.column(c).norm_squared();
+        let largest = (0..self.candidates)
+            .map(|c| square(&rest, c))
+            .fold(0.0, f64::max);
+        let is_new = |rest: &DMatrix<f64>, c: usize| square(rest, c) > ROUNDING * largest;
+        for c in self.given() {
+            if is_new(&rest, c) {
+                project(&mut rest, c);
+            }
+        }
+        let mut chosen = Vec::new();
+        while chosen.len() < n && go_on() {
+            let best = self.largest(&scores(&rest), &chosen);
+            let Some(best) = best.filter(|&c| is_new(&rest, c)) else {
+                break;
+            };
+            project(&mut rest, best);
+            chosen.push(best);
+        }
+        self.filled(chosen, 1.0, n, go_on)
+    }
+
+    /// `n` candidates by QR with column pivoting: each the one of which the span of those before leaves most (Businger
+    /// & Golub 1965; Manohar et al. 2018).
+    pub fn pivots(&self, n: usize, go_on: &dyn Fn() -> bool) -> Vec<usize> {
+        let squares = |rest: &DMatrix<f64>| rest.column_iter().map(|r| r.norm_squared()).collect();
+        self.spanning(&self.vectors, n, go_on, squares)
+    }
+
+    /// `n` candidates by simultaneous orthogonal matching pursuit (Tropp et al. 2006; Miandji et al. 2024): each the one
+    /// whose values over some materials, of these coefficients, have the largest sum of squared correlations with what
+    /// those before leave of the values at all candidates.
+    pub fn pursuit(
+        &self,
+        materials: &DMatrix<f64>,
+        n: usize,
+        go_on: &dyn Fn() -> bool,
+    ) -> Vec<usize> {
+        // Products of values over materials are those of q with a root of the sum of their squares.
+        let eigen = (materials * materials.transpose()).symmetric_eigen();
+        let roots = eigen.eigenvalues.map(|l| l.max(0.0).sqrt());
+        let atoms = DMatrix::from_diagonal(&roots) * eigen.eigenvectors.tr_mul(&self.vectors);
+        let scores = |rest: &DMatrix<f64>| -> Vec<f64> {
+            let rest = rest.columns(0, self.candidates);
+            let squares = rest * rest.transpose();
+            let correlated = &squares * &atoms;
+            let with = atoms.column_iter().zip(correlated.column_iter());
+            let score = |(atom, r): (_, nalgebra::DVectorView<'_, f64>)| {
+                let atom: nalgebra::DVectorView<'_, f64> = atom;
+                r.dot(&atom) / atom.norm_squared().max(f64::MIN_POSITIVE)
+            };
+            with.map(score).collect()
+        };
+        self.spanning(&atoms, n, go_on, scores)
+    }
+
+    /// `n` candidates of which none can be exchanged for one that was tried with a smaller condition number of the
+    /// matrix of all (Nielsen et al. 2015). From a random start poses in random order are each exchanged for the best
+    /// of 16 random candidates if that is better, until no pose was exchanged since it was last tried, or as many
+    /// were tried as there is time for.
+    pub fn conditioned(&self, n: usize, seed: u64, go_on: &dyn Fn() -> bool) -> Vec<usize> {
+        let mut random = Random::new(seed).stream(0);
+        let mut below = |count: usize| (random.next() * count as f64) as usize;
+        let mut left: Vec<usize> = (0..self.candidates).collect();
+        let mut chosen: Vec<usize> = Vec::new();
+        while chosen.len() < n && !left.is_empty() {
+            chosen.push(left.swap_remove(below(left.len())));
+        }
+        let (most, least, work) = COMPARED;
+        let size = self.vectors.nrows().min(n + self.given().len()).max(1) as f64;
+        let visits = (work / size.powi(3)).clamp(least, most) as usize / AT_ONCE;
+        let mut now = self.condition(&chosen);
+        let mut order: Vec<usize> = Vec::new();
+        let mut is_better = true;
+        for _ in 0..visits {
+            if order.is_empty() {
+                if !is_better || left.is_empty() || chosen.is_empty() || !go_on() {
+                    break;
+                }
+                is_better = false;
+                order = (0..chosen.len()).collect();
+            }
+            let row = order.swap_remove(below(order.len()));
+            let tried: Vec<usize> = (0..AT_ONCE).map(|_| below(left.len())).collect();
+            let conditions = tried.par_iter().map(|&at| {
+                let mut other = chosen.clone();
+                other[row] = left[at];
+                (self.condition(&other), at)
+            });
+            let conditions: Vec<(f64, usize)> = conditions.collect();
+            let best = conditions
+                .into_iter()
+                .reduce(|a, b| if b.0 < a.0 { b } else { a });
+            if let Some((condition, at)) = best.filter(|b| b.0 < now) {
+                std::mem::swap(&mut chosen[row], &mut left[at]);
+                (now, is_better) = (condition, true);
+            }
+        }
+        chosen
+    }
+
+    /// The square of the condition number of the vectors of some candidates and of the poses that were read.
+    fn condition(&self, chosen: &[usize]) -> f64 {
+        let all: Vec<usize> = chosen.iter().copied().chain(self.given()).collect();
+        let q = self.vectors.select_columns(&all);
+        let square = match q.nrows() < q.ncols() {
+            true => &q * q.transpose(),
+            false => q.tr_mul(&q),
+        };
+        let values: DVector<f64> = square.symmetric_eigenvalues();
+        // Below rounding nothing is singular, and some are no better than others.
+        values.max() / values.min().max(f64::EPSILON * values.max())
+    }
+}
+
+/// Takes from all vectors their parts along one.
+fn project(rest: &mut DMatrix<f64>, c: usize) {
+    let along = rest.column(c).normalize();
+    let parts = rest.tr_mul(&along);
+    rest.ger(-1.0, &along, &parts, 1.0);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Vectors of 6 functions at 40 candidates and 2 poses that were read.
+    fn vectors() -> DMatrix<f64> {
+        let random = Random::new(7);
+        DMatrix::from_fn(6, 42, |i, j| {
+            let [u]: [f64; 1] = random.point((i * 42 + j) as u64);
+            (2.0 * u - 1.0) / (1.0 + i as f64)
+        })
+    }
+
+    fn rows() -> Rows {
+        Rows::new(vectors(), 40)
+    }
+
+    /// The projections of all on what some leave, by a pseudo-inverse.
+    fn left(all: &DMatrix<f64>, some: &[usize]) -> DMatrix<f64> {
+        if some.is_empty() {
+            return all.clone();
+        }
+        let basis = all.select_columns(some);
+        let inverse = basis.clone().pseudo_inverse(1e-12).unwrap();
+        all - basis * (inverse * all)
+    }
+
+    #[test]
+    fn each_pose_makes_the_determinant_largest() {
+        let (rows, q) = (rows(), vectors());
+        let chosen = rows.d_optimal(0.2, 9, &|| true);
+        let determinant = |some: &[usize]| {
+            let s = q.select_columns(some);
+            (&s * s.transpose() + DMatrix::identity(6, 6) * 0.2).determinant()
+        };
+        for k in 0..9 {
+            let before = [&[40, 41], &chosen[..k]].concat();
+            let with = |c: usize| determinant(&[&before[..], &[c]].concat());
+            let others = (0..40).filter(|c| !before.contains(c));
+            let most = others.map(with).fold(0.0, f64::max);
+            assert!(with(chosen[k]) >= most * (1.0 - 1e-9), "pose {k}");
+        }
+    }
+
+    #[test]
+    fn pivots_are_those_of_a_qr_decomposition() {
+        let q = vectors();
+        let chosen = Rows::new(q.columns(0, 40).into_owned(), 40).pivots(8, &|| true);
+        // The diagonal of R falls, and no column that was left has more beyond the span of those before.
+        let r = q.select_columns(&chosen[..6]).qr().r();
+        for k in 0..6 {
+            let rest = left(&q, &chosen[..k]);
+            let most = (0..40).map(|c| rest.column(c).norm()).fold(0.0, f64::max);
+            assert!((r[(k, k)].abs() / most - 1.0).abs() < 1e-9, "pose {k}");
+        }
+        // Beyond the rank there are others.
+        assert_eq!(chosen.len(), 8);
+        assert!(!chosen[..7].contains(&chosen[7]) && !chosen[..6].contains(&chosen[6]));
+    }
+
+    #[test]
+    fn pursuit_takes_what_explains_most_of_what_is_left() {
+        let (rows, q) = (rows(), vectors());
+        let materials = DMatrix::from_fn(6, 11, |i, j| (0.9 * ((i + 1) * (j + 2)) as f64).sin());
+        let chosen = rows.pursuit(&materials, 6, &|| true);
+        let values = materials.tr_mul(&q);
+        let mut before = f64::INFINITY;
+        // With the two that are given the rank is reached at the fourth.
+        for k in 0..4 {
+            let taken = [&[40, 41], &chosen[..k]].concat();
+            let rest = left(&values, &taken).columns(0, 40).into_owned();
+            let score = |c: usize| {
+                let atom = values.column(c).normalize();
+                rest.tr_mul(&atom).norm_squared()
+            };
+            let most = (0..40).map(score).fold(0.0, f64::max);
+            assert!(score(chosen[k]) >= most * (1.0 - 1e-9), "pose {k}");
+            assert!(rest.norm() < before);
+            before = rest.norm();
+        }
+        assert_eq!(chosen.len(), 6);
+    }
+
+    #[test]
+    fn exchanges_lower_the_condition_number() {
+        let (rows, q) = (rows(), vectors());
+        for n in [3, 4, 12] {
+            let chosen = rows.conditioned(n, 5, &|| true);
+            let start = rows.conditioned(n, 5, &|| false);
+            let by_values = |some: &[usize]| {
+                let all = [some, &[40, 41]].concat();
+                let values = q.select_columns(&all).singular_values();
+                values.max() / values.min()
+            };
+            let [now, before] = [&chosen, &start].map(|some| by_values(some));
+            assert!(now < 0.7 * before, "{n}: {now} {before}");
+            assert!((rows.condition(&chosen).sqrt() / now - 1.0).abs() < 1e-6);
+        }
+    }
+}

@@ -1,0 +1,240 @@
+//! A sum of the functions of a prior: ridge regression on principal components of many materials.
+//!
+//! ln(f + ε) = mean + Σ_k c_k q_k, where c makes Σ_i (z_i − mean_i − q_i·c)² + ridge |c|² least over the readings i;
+//! coefficients of the materials of the prior have variance 1. Nielsen, Jensen & Ramamoorthi 2015, "On optimal, minimal
+//! BRDF sampling for reflectance acquisition", with their ridge of 40; Miandji et al. 2024, "FROST-BRDF", have
+//! the materials themselves for the functions. Theirs is the logarithm of f as a share of a median; this is that of f.
+//! Nothing is left for what the functions do not say: readings are missed.
+
+use super::interpolant::{Interpolant, Readings};
+use super::kriging::{Mean, Prior, PriorFile};
+use super::transform::{EPSILON, Transform};
+use super::{Reconstruct, ReconstructError};
+use crate::error::{ParameterError, in_left_open};
+use crate::geometry::DirectionPair;
+use crate::registry::{self, Entry};
+use nalgebra::DMatrix;
+use serde::{Deserialize, Serialize};
+
+const KIND: &str = "components";
+
+/// The registry entry.
+pub(super) const ENTRY: Entry<dyn Reconstruct> = Entry {
+    kind: KIND,
+    summary: "ridge regression of ln f on the functions of a prior; isotropic materials",
+    examples: &["", "ridge = 40"],
+    read: |table| Ok(Box::new(registry::parse::<Components>(table)?)),
+};
+
+/// Ridge regression on the functions of a prior, as a config writes it.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Components {
+    /// The materials whose functions these are: `built-in` (materials of formulas), or a file of `gonio train`.
+    pub prior: PriorFile,
+    /// Variance of a reading of ln f about the functions as a share of that of their coefficients: finite, above 0.
+    pub ridge: f64,
+}
+
+impl Default for Components {
+    fn default() -> Self {
+        Self {
+            prior: PriorFile::default(),
+            ridge: 1.0,
+        }
+    }
+}
+
+const TRANSFORM: Transform = Transform::Log { epsilon: EPSILON };
+
+impl Components {
+    /// The coefficients of functions (a column per reading) that explain values (a row per reading); `None` if they are
+    /// no numbers. Of the two forms, (QQᵀ + ridge)⁻¹ Q z = Q (QᵀQ + ridge)⁻¹ z, the smaller system is solved.
+    fn coefficients(
+        &self,
+        functions: &DMatrix<f64>,
+        values: &DMatrix<f64>,
+    ) -> Option<DMatrix<f64>> {
+        let (k, n) = functions.shape();
+        let ridge = |size| DMatrix::identity(size, size) * self.ridge;
+        match k <= n {
+            true => {
+                let normal = functions * functions.transpose() + ridge(k);
+                Some(normal.cholesky()?.solve(&(functions * values)))
+            }
+            false => {
+                let dual = functions.tr_mul(functions) + ridge(n);
+                Some(functions * dual.cholesky()?.solve(values))
+            }
+        }
+    }
+}
+
+impl Reconstruct for Components {
+    fn resolved(&self) -> registry::Keys {
+        registry::resolved(KIND, self)
+    }
+
+    fn label(&self) -> String {
+        match self.ridge == Self::default().ridge {
+            true => KIND.into(),
+            false => format!("{KIND}-{}", self.ridge),
+        }
+    }
+
+    fn needs_grid(&self) -> bool {
+        false
+    }
+
+    fn prior(&self) -> Option<&PriorFile> {
+        Some(&self.prior)
+    }
+
+    fn check(&self) -> Result<(), ParameterError> {
+        in_left_open("ridge", self.ridge, 0.0, f64::INFINITY)?;
+        self.prior.load().map(drop)
+    }
+
+    fn interpolate(&self, r: &Readings<'_>) -> Result<Box<dyn Interpolant>, ReconstructError> {
+        self.check()?;
+        if !Prior::suits(r.schedule.parametrization.symmetry()) {
+            return Err(ReconstructError::Symmetry { method: KIND });
+        }
+        let present: Vec<usize> = (0..r.present.len()).filter(|&i| r.present[i]).collect();
+        if present.is_empty() {
+            return Err(ReconstructError::TooFew {
+                method: KIND,
+                readings: 0,
+                needed: 1,
+            });
+        }
+        let pairs = present.iter().map(|&i| r.schedule.poses[i].pair);
+        let pairs: Vec<DirectionPair> = pairs.collect();
+        let prior = self.prior.load()?;
+        let (mean, functions) = prior.at(&pairs);
+        let value =
+            |i: usize, c: usize| TRANSFORM.forward(r.values[present[i] * r.width + c]) - mean[i];
+        let values = DMatrix::from_fn(pairs.len(), r.width, value);
+        let coefficients = self.coefficients(&functions, &values);
+        let coefficients = coefficients.ok_or(ReconstructError::Singular {
+            method: KIND,
+            readings: pairs.len(),
+        })?;
+        Ok(Box::new(Sum {
+            mean: prior.mean(&coefficients),
+            width: r.width,
+        }))
+    }
+}
+
+/// The mean of a prior and a sum of its functions.
+struct Sum {
+    mean: Mean,
+    width: usize,
+}
+
+impl Interpolant for Sum {
+    fn width(&self) -> usize {
+        self.width
+    }
+
+    fn eval(&self, pair: &DirectionPair, out: &mut [f64]) {
+        self.eval_batch(std::slice::from_ref(pair), out);
+    }
+
+    fn eval_batch(&self, pairs: &[DirectionPair], out: &mut [f64]) {
+        out.fill(0.0);
+        self.mean.add(pairs, out);
+        for (pair, out) in pairs.iter().zip(out.chunks_exact_mut(self.width)) {
+            let above = pair.is_above_horizon();
+            for z in out {
+                *z = if above { TRANSFORM.inverse(*z) } else { 0.0 };
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::brdf::testing::made;
+    use crate::geometry::Symmetry;
+    use crate::instrument::{Ideal, Instrument};
+    use crate::measurement::Measurement;
+    use crate::parametrization::usual_form;
+    use crate::schedule::{SampleSet, SobolSet};
+    use std::sync::Arc;
+
+    /// The readings of the mean and the functions of a prior times coefficients, one list per channel.
+    fn member(prior: &Prior, c: &DMatrix<f64>, n: usize) -> Measurement {
+        let schedule = SobolSet {}.plan(&usual_form(Symmetry::FULL), n, 3);
+        let grey = made(Symmetry::FULL, |_| Some([0.0; 3]));
+        let mut m = Ideal.measure(&grey, &Arc::new(schedule.unwrap()));
+        let pairs: Vec<_> = m.schedule.poses.iter().map(|p| p.pair).collect();
+        let (mean, q) = prior.at(&pairs);
+        let z = q.tr_mul(c);
+        for i in 0..n {
+            for j in 0..3 {
+                m.values[3 * i + j] = TRANSFORM.inverse(mean[i] + z[(i, j)]);
+            }
+        }
+        m
+    }
+
+    #[test]
+    fn coefficients_solve_the_normal_equations_in_either_form() {
+        let q = |k, n| DMatrix::from_fn(k, n, |i, j| ((i * 7 + j * 3) as f64).sin());
+        for (k, n) in [(4, 9), (9, 4)] {
+            let z = DMatrix::from_fn(n, 2, |i, j| ((i + 5 * j) as f64).cos());
+            let method = Components {
+                ridge: 0.3,
+                ..Components::default()
+            };
+            let c = method.coefficients(&q(k, n), &z).unwrap();
+            // The gradient of what is made least is 0.
+            let gradient = q(k, n) * (q(k, n).transpose() * &c - z) + &c * 0.3;
+            assert!(gradient.amax() < 1e-12 && c.amax() > 0.01, "{gradient}");
+        }
+    }
+
+    #[test]
+    fn a_sum_of_the_functions_is_found_from_as_many_readings() {
+        let file = PriorFile::default();
+        let prior = file.load().unwrap();
+        let k = prior.functions();
+        let c = DMatrix::from_fn(k, 3, |i, j| {
+            0.6 * ((3 * i + j) as f64).sin() / (1 + i) as f64
+        });
+        let method = Components {
+            ridge: 1e-9,
+            ..Components::default()
+        };
+        let copy = method.reconstruct(&member(&prior, &c, 3 * k)).unwrap();
+        let all = member(&prior, &c, 500);
+        for (i, pose) in all.schedule.poses.iter().enumerate() {
+            let mut f = [0.0; 3];
+            let _ = copy.eval(&pose.pair, &mut f);
+            for (f, want) in f.iter().zip(&all.values[3 * i..]) {
+                let off = TRANSFORM.forward(*f) - TRANSFORM.forward(*want);
+                assert!(off.abs() < 1e-2, "{off}");
+            }
+        }
+    }
+
+    #[test]
+    fn other_materials_and_bad_keys_are_refused() {
+        let other = made(Symmetry::ORTHOTROPIC, |_| Some([0.1]));
+        let schedule = SobolSet {}.plan(&usual_form(Symmetry::ORTHOTROPIC), 20, 1);
+        let read = Ideal.measure(&other, &Arc::new(schedule.unwrap()));
+        let refused = Components::default().reconstruct(&read).err().unwrap();
+        assert_eq!(refused, ReconstructError::Symmetry { method: KIND });
+        for ridge in [0.0, f64::NAN, f64::INFINITY] {
+            let method = Components {
+                ridge,
+                ..Components::default()
+            };
+            let sentence = method.check().unwrap_err().to_string();
+            assert!(sentence.starts_with("ridge = "), "{sentence}");
+        }
+    }
+}
