@@ -4,6 +4,9 @@
 //! once. A planner keeps nothing between two answers: the poses and readings so far are all it needs, so that a
 //! program that crashes, or a laboratory that goes home, continues where it was.
 //!
+//! [`Greedy`] is ours. [`Published`], [`Retro`] and [`Slices`] are what others published, to compare with: all take
+//! poses that a machine reaches, and ask no more where there was nothing to read.
+//!
 //! ```
 //! use gonio::acquisition::{Aim, Greedy, Planner, Rule, Task, acquire};
 //! use gonio::brdf::microfacet::{FresnelSpec, Ggx, Microfacet};
