@@ -2,8 +2,9 @@
 //!
 //! ln(f + ε) = mean + Σ_k c_k q_k, where c makes Σ_i (z_i − mean_i − q_i·c)² + ridge |c|² least over the readings i;
 //! coefficients of the materials of the prior have variance 1. Nielsen, Jensen & Ramamoorthi 2015, "On optimal, minimal
-//! BRDF sampling for reflectance acquisition", with their ridge of 40; Miandji et al. 2024, "FROST-BRDF", have
-//! the materials themselves for the functions. Theirs is the logarithm of f as a share of a median; this is that of f.
+//! BRDF sampling for reflectance acquisition"; Miandji et al. 2024, "FROST-BRDF". The former's ridge of 40 is for
+//! coefficients whose squares sum up to 1 over some 300 columns of materials: 0.13 here. Their logarithm is of f as a
+//! share of a median; this is of f.
 //! Nothing is left for what the functions do not say: readings are missed.
 
 use super::interpolant::{Interpolant, Readings};
@@ -22,7 +23,7 @@ const KIND: &str = "components";
 pub(super) const ENTRY: Entry<dyn Reconstruct> = Entry {
     kind: KIND,
     summary: "ridge regression of ln f on the functions of a prior; isotropic materials",
-    examples: &["", "ridge = 40"],
+    examples: &["", "ridge = 0.13"],
     read: |table| Ok(Box::new(registry::parse::<Components>(table)?)),
 };
 
