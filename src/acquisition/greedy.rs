@@ -398,12 +398,6 @@ impl Planner for Greedy {
         true
     }
 
-    fn design(&self, task: &Task<'_>) -> Result<Schedule, PlanError> {
-        self.admit(task.budget)?;
-        let poses = self.beforehand(task, &super::nothing(task), task.budget)?;
-        Ok(super::scheduled(task, self.label(), poses))
-    }
-
     fn is_enough(&self, task: &Task<'_>, so_far: &Measurement) -> bool {
         let Some(target) = self.aim.target else {
             return false;

@@ -141,7 +141,8 @@ pub trait Planner: SampleSet {
     /// # Errors
     /// As [`SampleSet::plan`].
     fn design(&self, task: &Task<'_>) -> Result<Schedule, PlanError> {
-        self.plan(&task.form, task.budget, task.seed)
+        let poses = self.next(task, &nothing(task), task.budget)?;
+        Ok(scheduled(task, self.label(), poses))
     }
 
     /// The next poses, at most `most`, from the most telling on; none if there is nothing left to ask for.
@@ -154,13 +155,7 @@ pub trait Planner: SampleSet {
         task: &Task<'_>,
         so_far: &Measurement,
         most: usize,
-    ) -> Result<Vec<Pose>, PlanError> {
-        let mut poses = self.design(task)?.poses;
-        let asked = so_far.schedule.poses.len().min(poses.len());
-        poses.drain(..asked);
-        poses.truncate(most);
-        Ok(poses)
-    }
+    ) -> Result<Vec<Pose>, PlanError>;
 }
 
 /// The readings of a BRDF by the instrument without flaws, batch after batch; it is the truth of the task.
@@ -282,7 +277,24 @@ impl SampleSet for Once {
     }
 }
 
-impl Planner for Once {}
+impl Planner for Once {
+    fn design(&self, task: &Task<'_>) -> Result<Schedule, PlanError> {
+        self.plan(&task.form, task.budget, task.seed)
+    }
+
+    fn next(
+        &self,
+        task: &Task<'_>,
+        so_far: &Measurement,
+        most: usize,
+    ) -> Result<Vec<Pose>, PlanError> {
+        let mut poses = self.design(task)?.poses;
+        let asked = so_far.schedule.poses.len().min(poses.len());
+        poses.drain(..asked);
+        poses.truncate(most);
+        Ok(poses)
+    }
+}
 
 /// A sample set as a planner.
 pub fn once(set: Box<dyn SampleSet>) -> Box<dyn Planner> {

@@ -25,10 +25,10 @@ pub enum Criterion {
     /// minimal BRDF sampling for reflectance acquisition").
     ConditionNumber,
     /// Simultaneous orthogonal matching pursuit of the materials of the prior (Miandji et al. 2024, "FROST-BRDF"); beyond
-    /// their rank as `DOptimal` with a ridge of 1.
+    /// their rank as `DOptimal` with the usual ridge.
     Somp,
     /// QR with column pivoting of the functions (Manohar et al. 2018, "Data-driven sparse sensor placement for
-    /// reconstruction"); beyond their number as `DOptimal` with a ridge of 1.
+    /// reconstruction"); beyond their number as `DOptimal` with the usual ridge.
     QrPivot,
     /// The determinant of ridge + Σ q qᵀ over all poses, one by one (Fedorov 1972; of
     /// [components](crate::reconstruct::Components) with this ridge).
@@ -211,11 +211,6 @@ impl Planner for Published {
 
     fn knows_machines(&self) -> bool {
         true
-    }
-
-    fn design(&self, task: &Task<'_>) -> Result<Schedule, PlanError> {
-        let poses = self.next(task, &super::nothing(task), task.budget)?;
-        Ok(super::scheduled(task, self.label(), poses))
     }
 
     fn next(

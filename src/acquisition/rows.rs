@@ -1,6 +1,7 @@
 //! Choices among vectors, one per candidate, that are the functions of a prior there: rows of a matrix in the papers,
 //! columns of a matrix here. The last ones are those of poses that were read before.
 
+use crate::reconstruct::RIDGE;
 use crate::sampling::Random;
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
@@ -19,7 +20,7 @@ const ROUNDING: f64 = 1e-20;
 const AT_ONCE: usize = 16;
 
 /// Conditions that are compared in all: at most, at least, and times the cube of the size of the matrices.
-const COMPARED: (f64, f64, f64) = (4000.0, 100.0, 2.5e8);
+const COMPARED: (f64, f64, f64) = (40_000.0, 1000.0, 2.5e9);
 
 impl Rows {
     /// The first `candidates` of them can be chosen.
@@ -82,7 +83,7 @@ impl Rows {
     }
 
     /// Candidates by a score of what the span of those before leaves of all vectors, up to `n` or the rank; after that
-    /// as [`d_optimal`](Self::d_optimal) does with a ridge of 1.
+    /// as [`d_optimal`](Self::d_optimal) does with the usual ridge.
     fn spanning(
         &self,
         vectors: &DMatrix<f64>,
@@ -110,7 +111,7 @@ impl Rows {
             project(&mut rest, best);
             chosen.push(best);
         }
-        self.filled(chosen, 1.0, n, go_on)
+        self.filled(chosen, RIDGE, n, go_on)
     }
 
     /// `n` candidates by QR with column pivoting: each the one of which the span of those before leaves most (Businger

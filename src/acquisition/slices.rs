@@ -263,11 +263,6 @@ impl Planner for Slices {
         true
     }
 
-    fn design(&self, task: &Task<'_>) -> Result<Schedule, PlanError> {
-        let poses = self.next(task, &super::nothing(task), task.budget)?;
-        Ok(super::scheduled(task, self.label(), poses))
-    }
-
     fn next(
         &self,
         task: &Task<'_>,

@@ -3,7 +3,7 @@
 use super::reading::ReadingArgs;
 use super::reconstruct::symmetry;
 use super::schedule::{orders, out_of_reach};
-use super::talk::{note, wrote};
+use super::talk::{note, with_bound, wrote};
 use super::{ThreadArgs, format_names, print, refuse_existing, written};
 use crate::acquisition::{self, Planner, Task};
 use crate::error::{Error, count, excerpt, one_of};
@@ -12,7 +12,6 @@ use crate::files::write_atomically;
 use crate::formats::{Format, WRITE_SCHEDULE};
 use crate::geometry::Symmetry;
 use crate::instrument::{self, Order};
-use crate::metrics::Expected;
 use crate::parametrization;
 use crate::schedule::{Assume, Sequence};
 use clap::Args;
@@ -200,16 +199,4 @@ impl Next {
         planner.check(&[]).map_err(|e| Error::config("--set", e))?;
         Ok(planner)
     }
-}
-
-/// Expected errors, each with what nine of ten are below.
-pub(super) fn with_bound(expected: &Expected, readings: usize) -> String {
-    let bound = expected.bound(readings);
-    let error = |error: Option<f64>| error.map_or("–".into(), |e| format!("{e:.4}"));
-    let with = |own, bound| format!("{} (upper bound {})", error(own), error(bound));
-    format!(
-        "expected nrmse {}, log_relative {}",
-        with(expected.nrmse, bound.nrmse),
-        with(expected.log_relative, bound.log_relative)
-    )
 }

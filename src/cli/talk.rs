@@ -1,5 +1,6 @@
 //! What is told on stderr beside errors, and in which colours: `--quiet`, `--verbose`, `--color`.
 
+use crate::metrics::Expected;
 use clap::builder::styling::AnsiColor;
 use clap::{Args, ColorChoice, ValueEnum};
 use std::env;
@@ -105,6 +106,18 @@ pub(super) fn color_of(args: impl IntoIterator<Item = OsString>) -> ColorChoice 
         }
     }
     ColorChoice::Auto
+}
+
+/// Expected errors, each with what nine of ten are below.
+pub(super) fn with_bound(expected: &Expected, readings: usize) -> String {
+    let bound = expected.bound(readings);
+    let error = |error: Option<f64>| error.map_or("–".into(), |e| format!("{e:.4}"));
+    let with = |own, bound| format!("{} (upper bound {})", error(own), error(bound));
+    format!(
+        "expected nrmse {}, log_relative {}",
+        with(expected.nrmse, bound.nrmse),
+        with(expected.log_relative, bound.log_relative)
+    )
 }
 
 #[cfg(test)]

@@ -3,18 +3,15 @@
 use super::choices::Material;
 use super::key::{self, Input};
 use super::keypath::KeyPath;
-use super::plan::Plan;
 use super::source::Source;
 use crate::error::Error;
 use crate::reconstruct::PriorFile;
 use std::path::PathBuf;
 
-/// The files of the priors of a plan, each once.
-pub(super) fn inputs(plan: &Plan) -> Vec<Input> {
-    let of_sets = plan.sample_sets.iter().filter_map(|set| set.set.prior());
-    let of_methods = plan.methods.iter().filter_map(|m| m.method.prior());
+/// The files of priors, each once.
+pub(super) fn inputs<'a>(priors: impl Iterator<Item = &'a PriorFile>) -> Vec<Input> {
     let mut files: Vec<PathBuf> = Vec::new();
-    for file in of_sets.chain(of_methods).filter_map(PriorFile::file) {
+    for file in priors.filter_map(PriorFile::file) {
         if !files.iter().any(|f| f == file) {
             files.push(file.to_owned());
         }

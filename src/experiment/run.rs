@@ -72,7 +72,9 @@ impl Experiment for Plan {
         observer: &mut dyn Observer<Row>,
     ) -> Result<Summary, Error> {
         let mut runner = Runner::new(self, extent, known, observer)?;
-        runner.teller.summary.inputs = priors::inputs(self);
+        let of_sets = self.sample_sets.iter().filter_map(|set| set.set.prior());
+        let of_methods = self.methods.iter().filter_map(|m| m.method.prior());
+        runner.teller.summary.inputs = priors::inputs(of_sets.chain(of_methods));
         let result = runner.tiles();
         runner.teller.summary.seconds.plan += runner.router.seconds();
         let mut tunings = self.sample_sets.iter().filter_map(|s| s.tuning.as_ref());

@@ -19,6 +19,9 @@ use serde::{Deserialize, Serialize};
 
 const KIND: &str = "components";
 
+/// The ridge by default: of materials that a prior was not made of, about the best.
+pub(crate) const RIDGE: f64 = 0.01;
+
 /// The registry entry.
 pub(super) const ENTRY: Entry<dyn Reconstruct> = Entry {
     kind: KIND,
@@ -41,7 +44,7 @@ impl Default for Components {
     fn default() -> Self {
         Self {
             prior: PriorFile::default(),
-            ridge: 1.0,
+            ridge: RIDGE,
         }
     }
 }

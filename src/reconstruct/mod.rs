@@ -42,6 +42,7 @@ mod transform;
 mod uncertainty;
 
 pub use components::Components;
+pub(crate) use components::RIDGE;
 pub use coordinates::Coordinates;
 pub use coverage::{Cover, Coverage, Covered, Fill};
 pub use cubic::{Cubic, CubicRule};
