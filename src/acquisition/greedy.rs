@@ -442,7 +442,7 @@ impl Planner for Greedy {
     }
 }
 
-fn normalised(list: Vec<f64>) -> impl Iterator<Item = f64> {
+pub(super) fn normalised(list: Vec<f64>) -> impl Iterator<Item = f64> {
     let sum: f64 = list.iter().sum();
     list.into_iter().map(move |x| x / sum)
 }
@@ -498,7 +498,7 @@ impl<'a> Known<'a> {
 }
 
 /// f² cos² of f² at pairs.
-fn squared(pairs: &[DirectionPair], squares: Vec<f64>) -> Vec<f64> {
+pub(super) fn squared(pairs: &[DirectionPair], squares: Vec<f64>) -> Vec<f64> {
     let all = pairs.iter().zip(squares);
     all.map(|(pair, f)| f * pair.omega_i.cos_theta().powi(2))
         .collect()

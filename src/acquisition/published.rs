@@ -6,6 +6,7 @@
 
 use super::choice::least_error;
 use super::field::{Field, MOST, Reach, admit, field, hashed, pairs};
+use super::greedy::{normalised, squared};
 use super::rows::Rows;
 use super::{Planner, Task};
 use crate::error::ParameterError;
@@ -27,7 +28,7 @@ pub enum Criterion {
     /// Simultaneous orthogonal matching pursuit of the materials of the prior (Miandji et al. 2024, "FROST-BRDF"); beyond
     /// their rank as `DOptimal` with the usual ridge.
     Somp,
-    /// QR with column pivoting of the functions (Manohar et al. 2018, "Data-driven sparse sensor placement for
+    /// QR with column pivoting of as many functions as poses (Manohar et al. 2018, "Data-driven sparse sensor placement for
     /// reconstruction"); beyond their number as `DOptimal` with the usual ridge.
     QrPivot,
     /// The determinant of ridge + Σ q qᵀ over all poses, one by one (Fedorov 1972; of
@@ -36,8 +37,8 @@ pub enum Criterion {
         /// The ridge: finite, above 0.
         ridge: f64,
     },
-    /// The error of ln f that the materials of the prior are left with by kriging, one pose after the other. None of
-    /// them is left out for that; the kernel has a variance for what functions of others say wrongly of one.
+    /// The error of ln f that the materials of the prior are left with by kriging, one pose after the other: half under
+    /// the cosine measure, half times the mean of their (f cos)². None of them is left out for that; the kernel has a variance for what functions of others say wrongly of one.
     Erm,
 }
 
@@ -154,12 +155,16 @@ impl Published {
                 let residuals = [at_places, functions].map(|q| prior.centres().tr_mul(&q));
                 let [places, from] = [&field.places, &pairs].map(|list| process.places(list));
                 let counts = (read.len(), n);
-                let density = &field.density;
+                let bright = squared(&field.places, prior.brightness(&field.places));
+                let bright = field.density.iter().zip(bright).map(|(w, f)| w * f);
+                let halves = [field.density.clone(), bright.collect()].map(normalised);
+                let [log, square] = halves;
+                let weights: Vec<f64> = log.zip(square).map(|(l, q)| 0.5 * (l + q)).collect();
                 least_error(
                     &process,
                     [&places, &from],
                     residuals,
-                    density,
+                    &weights,
                     counts,
                     go_on,
                 )

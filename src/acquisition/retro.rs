@@ -7,7 +7,8 @@
 //! microfacet-based BRDF parameters from arbitrary materials with power iterations"). Here D is isotropic.
 //! Further views ω_o have elevations that are dense near the normal; to each belong half vectors with the density of the
 //! normals that are seen, D(h) ⟨ω_o, h⟩ / σ(ω_o), and the light is where these reflect the view. Theirs are grids of
-//! (u_1, u_2) that are mapped to those; these are points of a Sobol set, so that there are as many as are asked for.
+//! (u_1, u_2) that are mapped to those, ends and all, of thousands of poses, with an interpolant of their own; these are
+//! points of a Sobol set, so that there are as many as are asked for. Before the scan is read all normals are alike.
 //! Poses beyond 80°, or that cannot be taken, are left out for others.
 
 use super::field::{MASK, MOST, Reach, admit, filled, hashed, is_inside};
@@ -209,7 +210,7 @@ impl Retro {
         first: usize,
         n: usize,
     ) -> Vec<Pose> {
-        let views = (n as f64).cbrt().round().max(1.0) as usize;
+        let views = (task.budget as f64).cbrt().round().max(1.0) as usize;
         let [turn, shift]: [f64; 2] = Random::new(hashed([task.seed, 0, 4])).point(0);
         let mut points = Sobol::new(hashed([task.seed, 0, 5]));
         let elevations = (0..views).map(|k| spaced((k as f64 + shift) / views as f64));
@@ -313,7 +314,7 @@ impl Planner for Retro {
         admit(KIND, before + most)?;
         let reach = Reach::new(task, so_far);
         let mut poses = match before {
-            0 => self.scan(&reach, most.min(SCAN.1)),
+            0 => self.scan(&reach, self.batch(0, task.budget).unwrap_or(most).min(most)),
             _ => Vec::new(),
         };
         if poses.len() < most {

@@ -3,8 +3,8 @@
 //! ln(f + ε) = mean + Σ_k c_k q_k, where c makes Σ_i (z_i − mean_i − q_i·c)² + ridge |c|² least over the readings i;
 //! coefficients of the materials of the prior have variance 1. Nielsen, Jensen & Ramamoorthi 2015, "On optimal, minimal
 //! BRDF sampling for reflectance acquisition"; Miandji et al. 2024, "FROST-BRDF". The former's ridge of 40 is for
-//! coefficients whose squares sum up to 1 over some 300 columns of materials: 0.13 here. Their logarithm is of f as a
-//! share of a median; this is of f.
+//! coefficients whose squares sum up to 1 over some 300 columns of materials: 0.13 here. Their logarithm is of f cos θ_i
+//! cos θ_o as a share of a median's; this is of f, without the cosines. (The median is in the mean.)
 //! Nothing is left for what the functions do not say: readings are missed.
 
 use super::interpolant::{Interpolant, Readings};
