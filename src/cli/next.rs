@@ -129,6 +129,11 @@ impl Next {
         if planner.is_enough(&task, &so_far) {
             let expected = planner.forecast(&task, &so_far, &[]);
             let known = expected.map(|f| with_bound(&f.now, so_far.readings()));
+            if self.output.is_file() {
+                // To be replaced by nothing: its poses are not to be read again.
+                let removed = std::fs::remove_file(&self.output);
+                removed.map_err(|e| Error::output(&self.output, e))?;
+            }
             return print(&format!("stop: {}\n", known.unwrap_or_default()));
         }
         let poses = planner.next(&task, &so_far, self.batch);

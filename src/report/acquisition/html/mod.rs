@@ -251,7 +251,7 @@ fn expected(findings: &Findings, table: &calibration::Table) -> Markup {
                     @for (name, cells) in &table.lines {
                         tr {
                             th scope="row" { (name) }
-                            @for cell in cells { td { (cell) } }
+                            @for cell in cells { td { (cell.replace(" %", "\u{a0}%")) } }
                         }
                     }
                 }
