@@ -40,7 +40,7 @@ const ON_PEAK: u64 = 24;
 /// Elevation of candidates and of places where errors count, at most, rad: tables are extrapolated beyond.
 pub(super) const MASK: f64 = 80.0 * std::f64::consts::PI / 180.0;
 
-/// Poses of a whole acquisition, at most.
+/// Poses of a whole acquisition, at most, where each candidate is compared with all places for each pose.
 pub(super) const MOST: usize = 1000;
 
 /// Places and candidates of one round; other rounds have others.
@@ -241,13 +241,13 @@ impl Field {
     }
 }
 
-/// The error of more poses than a planner chooses.
-pub(super) fn admit(kind: &'static str, budget: usize) -> Result<(), PlanError> {
-    match budget > MOST {
+/// The error of more poses than a planner chooses at most.
+pub(super) fn admit(kind: &'static str, budget: usize, most: usize) -> Result<(), PlanError> {
+    match budget > most {
         true => Err(PlanError::TooMany {
             budget,
             sample_set: kind,
-            allowed: MOST,
+            allowed: most,
         }),
         false => Ok(()),
     }

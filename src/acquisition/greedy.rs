@@ -6,8 +6,8 @@
 //! are from what the others predict of them.
 
 use super::choice::{Weights, a_optimal, least_certain};
-use super::field::{Field, pairs};
-use super::{Forecast, Planner, Task};
+use super::field::{Field, MOST as MOST_COMPARED, admit, pairs};
+use super::{Forecast, Planner, Task, halves};
 use crate::brdf::microfacet::{FresnelSpec, Ggx, Microfacet};
 use crate::brdf::{Brdf, Channels, Presence, Roughness};
 use crate::error::{ParameterError, in_closed, in_left_open};
@@ -32,9 +32,6 @@ const MANY: usize = 128;
 
 /// Poses of a whole acquisition, at most: what they tell of their candidates has half a gigabyte.
 const MOST: usize = 4000;
-
-/// The same of A-optimal design, which compares each candidate with all places for each pose.
-const MOST_BEFOREHAND: usize = 1000;
 
 /// The round of places at which errors are expected: none that poses were chosen by.
 const UNSEEN: u64 = u64::MAX;
@@ -191,17 +188,6 @@ impl Greedy {
         }
     }
 
-    fn admit(&self, budget: usize) -> Result<(), PlanError> {
-        match budget > self.most() {
-            true => Err(PlanError::TooMany {
-                budget,
-                sample_set: self.rule.kind(),
-                allowed: self.most(),
-            }),
-            false => Ok(()),
-        }
-    }
-
     /// Candidates for `n` poses after those of a measurement: others in every round.
     fn field(
         &self,
@@ -235,7 +221,7 @@ impl Greedy {
         let process = process.and_then(|process| process.supposing(&in_vain, false));
         let process = process.ok_or_else(|| self.singular(asked))?;
         let candidates = process.places(&field.pairs());
-        let chosen = if n <= MOST_BEFOREHAND {
+        let chosen = if n <= MOST_COMPARED {
             let places = process.places(&field.places);
             let bright = match process.prior() {
                 Some(known) => squared(&field.places, known.brightness(&field.places)),
@@ -299,7 +285,7 @@ impl Greedy {
             })?),
             _ => None,
         };
-        let few = asked < MANY && n <= MOST_BEFOREHAND;
+        let few = asked < MANY && n <= MOST_COMPARED;
         let chosen = if self.rule != Rule::Uncertainty && few {
             let places = process.places(&field.places);
             let known = Known::new(&process, &field.places, &field.density, &places, truth);
@@ -380,16 +366,12 @@ impl Planner for Greedy {
     }
 
     fn batch(&self, asked: usize, budget: usize) -> Option<usize> {
-        let usual = match asked {
-            0 => FIRST,
-            _ => asked.div_ceil(2),
-        };
-        (self.rule != Rule::AOptimal).then(|| usual.min(budget.saturating_sub(asked)))
+        (self.rule != Rule::AOptimal).then(|| halves(FIRST, asked, budget))
     }
 
     fn most(&self) -> usize {
         match self.rule {
-            Rule::AOptimal => MOST_BEFOREHAND,
+            Rule::AOptimal => MOST_COMPARED,
             Rule::Adaptive | Rule::Uncertainty | Rule::Oracle => MOST,
         }
     }
@@ -417,10 +399,12 @@ impl Planner for Greedy {
             let all = pairs.map(|((pair, w), known)| (*w, pair.omega_i.cos_theta(), known));
             Some(Expected::of(all))
         };
-        Some(Forecast {
-            now: errors(&[])?,
-            then: errors(&next)?,
-        })
+        let now = errors(&[])?;
+        let then = match next.as_slice() {
+            [] => now,
+            next => errors(next)?,
+        };
+        Some(Forecast { now, then })
     }
 
     fn next(
@@ -429,7 +413,8 @@ impl Planner for Greedy {
         so_far: &Measurement,
         most: usize,
     ) -> Result<Vec<Pose>, PlanError> {
-        self.admit(so_far.schedule.poses.len() + most)?;
+        let asked = so_far.schedule.poses.len();
+        admit(self.rule.kind(), asked + most, self.most())?;
         let next = match (self.rule, so_far.readings()) {
             (Rule::AOptimal, _) | (_, 0) => self.beforehand(task, so_far, most),
             _ => self.informed(task, so_far, most),

@@ -227,6 +227,15 @@ pub fn further(
     Ok((!next.is_empty()).then_some(poses))
 }
 
+/// Poses of a batch after `asked` ones: half as many as these, at first `first`, and no more than are left.
+fn halves(first: usize, asked: usize, budget: usize) -> usize {
+    let usual = match asked {
+        0 => first,
+        _ => asked.div_ceil(2),
+    };
+    usual.min(budget.saturating_sub(asked))
+}
+
 /// The schedule of the poses that a planner chose.
 pub fn scheduled(task: &Task<'_>, planner: String, poses: Vec<Pose>) -> Schedule {
     Schedule {

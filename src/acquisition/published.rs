@@ -225,7 +225,7 @@ impl Planner for Published {
         most: usize,
     ) -> Result<Vec<Pose>, PlanError> {
         let before = so_far.schedule.poses.len();
-        admit(self.criterion.kind(), before + most)?;
+        admit(self.criterion.kind(), before + most, MOST)?;
         let reach = Reach::new(task, so_far);
         let Some(field) = field(self.criterion.kind(), (task, &reach), so_far, most)? else {
             return Ok(Vec::new());

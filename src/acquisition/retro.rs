@@ -311,7 +311,7 @@ impl Planner for Retro {
         most: usize,
     ) -> Result<Vec<Pose>, PlanError> {
         let before = so_far.schedule.poses.len();
-        admit(KIND, before + most)?;
+        admit(KIND, before + most, MOST)?;
         let reach = Reach::new(task, so_far);
         let mut poses = match before {
             0 => self.scan(&reach, self.batch(0, task.budget).unwrap_or(most).min(most)),

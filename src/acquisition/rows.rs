@@ -157,7 +157,7 @@ impl Rows {
 
     /// `n` candidates that make the condition number of the matrix of all small (Nielsen et al. 2015): from the pivots,
     /// and from a random start, poses in random order are each exchanged for the best of 16 random candidates if that is
-    /// better, as often as there is time for. The better end of the two.
+    /// better, a stated number of times ([`COMPARED`]). The better end of the two.
     pub fn conditioned(&self, n: usize, seed: u64, go_on: &dyn Fn() -> bool) -> Vec<usize> {
         let given = self.independent();
         let mut random = Random::new(seed).stream(0);

@@ -9,7 +9,7 @@
 //! error is taken to fall with the square of the length until it is read.
 
 use super::field::{MASK, MOST, Reach, admit, filled, hashed, is_inside};
-use super::{Planner, Task};
+use super::{Planner, Task, halves};
 use crate::error::ParameterError;
 use crate::geometry::{Direction, DirectionPair, Symmetry};
 use crate::measurement::{Measurement, Outcome};
@@ -248,11 +248,7 @@ impl SampleSet for Slices {
 
 impl Planner for Slices {
     fn batch(&self, asked: usize, budget: usize) -> Option<usize> {
-        let usual = match asked {
-            0 => FIRST,
-            _ => asked.div_ceil(2),
-        };
-        Some(usual.min(budget.saturating_sub(asked)))
+        Some(halves(FIRST, asked, budget))
     }
 
     fn most(&self) -> usize {
@@ -269,7 +265,7 @@ impl Planner for Slices {
         so_far: &Measurement,
         most: usize,
     ) -> Result<Vec<Pose>, PlanError> {
-        admit(KIND, so_far.schedule.poses.len() + most)?;
+        admit(KIND, so_far.schedule.poses.len() + most, MOST)?;
         let reach = Reach::new(task, so_far);
         let lines = Line::all(task, &reach, so_far);
         let poses = refined(&lines, most, task.go_on);
