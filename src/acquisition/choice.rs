@@ -1,7 +1,9 @@
 //! Greedy choices of poses by what their readings would tell.
 
 use crate::reconstruct::{Places, Posterior};
-use nalgebra::DMatrix;
+use nalgebra::{DMatrix, DVector};
+use pulp::{Arch, NullaryFnOnce};
+use rayon::prelude::*;
 
 /// How errors at a place are weighed.
 pub(super) struct Weights {
@@ -40,10 +42,13 @@ impl Weights {
 fn weighted(weights: &[f64], x: &[f64], y: &[f64]) -> f64 {
     const LANES: usize = 8;
     let mut sums = [0.0; LANES];
-    let [w, x, y] = [weights, x, y].map(|list| list.chunks_exact(LANES));
-    let rest = w.remainder().iter().zip(x.remainder()).zip(y.remainder());
+    let ([w, x, y], [a, b, c]): ([&[[f64; LANES]]; 3], [&[f64]; 3]) = {
+        let [w, x, y] = [weights, x, y].map(|list| list.as_chunks());
+        ([w.0, x.0, y.0], [w.1, x.1, y.1])
+    };
+    let rest = a.iter().zip(b).zip(c);
     let rest: f64 = rest.map(|((w, x), y)| w * x * y).sum();
-    for ((w, x), y) in w.zip(x).zip(y) {
+    for ((w, x), y) in w.iter().zip(x).zip(y) {
         for i in 0..LANES {
             sums[i] += w[i] * x[i] * y[i];
         }
@@ -63,26 +68,78 @@ pub(super) fn a_optimal(
     let mut covariances = process.covariances(places, candidates);
     let mut variances = process.variances(places);
     let mut left = Left::new(process, candidates, n);
-    let mut worth = vec![0.0; variances.len()];
+    let (mut worth, mut told) = (vec![0.0; variances.len()], vec![0.0; variances.len()]);
+    let mut with = DVector::zeros(covariances.ncols());
+    let mut gains = vec![0.0; covariances.ncols()];
     let mut chosen = Vec::new();
     while chosen.len() < n && go_on() {
         weights.worth(&variances, &mut worth);
-        let scores = covariances.column_iter().enumerate().map(|(c, column)| {
-            weighted(&worth, column.as_slice(), column.as_slice()) / left.of_reading(c)
+        let columns = covariances
+            .as_mut_slice()
+            .par_chunks_mut(told.len().max(1) * SWEPT);
+        let tasks = columns
+            .zip(gains.par_chunks_mut(SWEPT))
+            .zip(with.as_slice().par_chunks(SWEPT));
+        tasks.for_each(|((covariances, gains), with)| {
+            Arch::new().dispatch(Sweep {
+                covariances,
+                told: &told,
+                with,
+                worth: &worth,
+                gains,
+            });
         });
+        let scores = gains
+            .iter()
+            .enumerate()
+            .map(|(c, gain)| gain / left.of_reading(c));
         let Some(best) = left.best(scores) else {
             break;
         };
         let spread = left.of_reading(best).sqrt();
-        let told = covariances.column(best) / spread;
-        let with = left.choose(process, candidates, best);
-        covariances.ger(-1.0, &told, &with, 1.0);
-        for (v, t) in variances.iter_mut().zip(told.iter()) {
-            *v = (*v - t * t).max(0.0);
+        for ((told, c), v) in told
+            .iter_mut()
+            .zip(&covariances.column(best))
+            .zip(&mut variances)
+        {
+            *told = c / spread;
+            *v = (*v - *told * *told).max(0.0);
         }
+        with = left.choose(process, candidates, best);
         chosen.push(best);
     }
     chosen
+}
+
+/// Candidates that one task sweeps over.
+const SWEPT: usize = 64;
+
+/// Takes what a reading tells off the covariances of candidates with all places, and adds up what is left.
+struct Sweep<'a> {
+    /// A column of places for each candidate.
+    covariances: &'a mut [f64],
+    /// Covariances with the reading over the root of its variance: of all places, and of these candidates.
+    told: &'a [f64],
+    with: &'a [f64],
+    /// Worth of each place.
+    worth: &'a [f64],
+    /// The sums of worth times squared covariance.
+    gains: &'a mut [f64],
+}
+
+impl NullaryFnOnce for Sweep<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn call(self) {
+        let columns = self.covariances.chunks_exact_mut(self.told.len().max(1));
+        for ((column, with), gain) in columns.zip(self.with).zip(self.gains) {
+            for (c, told) in column.iter_mut().zip(self.told) {
+                *c -= told * with;
+            }
+            *gain = weighted(self.worth, column, column);
+        }
+    }
 }
 
 /// Numbers of `n` candidates, each where ln f is least certain, times a weight.
@@ -201,12 +258,7 @@ impl Left {
     }
 
     /// Takes a candidate, and returns its covariances with all, over the root of its variance.
-    fn choose(
-        &mut self,
-        process: &Posterior,
-        candidates: &Places,
-        best: usize,
-    ) -> nalgebra::DVector<f64> {
+    fn choose(&mut self, process: &Posterior, candidates: &Places, best: usize) -> DVector<f64> {
         let spread = self.of_reading(best).sqrt();
         let mut with = process
             .covariances(candidates, &candidates.only(best))

@@ -27,6 +27,8 @@ enum Starter {
     Acquisition,
     /// A cross table of coordinates and reconstructions with its statistics
     Study,
+    /// Which poses, and which reconstruction: what `gonio advise` compares
+    Advise,
     /// Moment profiles of materials
     Moments,
     /// Moments of reflected light, rendered and predicted
@@ -40,6 +42,7 @@ impl Starter {
         match self {
             Starter::Acquisition => include_str!("../../configs/starters/acquisition.toml"),
             Starter::Study => include_str!("../../configs/starters/study.toml"),
+            Starter::Advise => super::advise::CONFIG,
             Starter::Moments => include_str!("../../configs/starters/moments.toml"),
             Starter::Relations => include_str!("../../configs/relations.toml"),
             Starter::Instrument => include_str!("../../configs/instruments/cornell.toml"),

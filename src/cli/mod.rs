@@ -3,10 +3,12 @@
 //! Results go to stdout or into files, everything else to stderr. Exit codes:
 //! see [`Error::exit_code`].
 
+mod advise;
 mod bench;
 mod brdf_args;
 mod check;
 mod claims;
+mod collect;
 mod config_args;
 mod cross_validation;
 mod distortion;
@@ -76,6 +78,8 @@ enum Command {
     List(list::List),
     /// Export schedules of a config, for an instrument
     Schedule(schedule::Schedule),
+    /// Which poses and which reconstruction are best for materials like some
+    Advise(advise::Advise),
     /// The poses to read next, from the readings so far
     Next(next::Next),
     /// Measure a material at the poses of a schedule file
@@ -160,6 +164,7 @@ impl Command {
             Command::Check(command) => command.run(),
             Command::List(command) => command.run(),
             Command::Schedule(command) => command.run(),
+            Command::Advise(command) => command.run(),
             Command::Next(command) => command.run(),
             Command::Measure(command) => command.run(),
             Command::Reconstruct(command) => command.run(),

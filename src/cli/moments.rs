@@ -1,13 +1,13 @@
 //! `gonio moments`.
 
 use super::brdf_args::BrdfArgs;
-use super::progress::Progress;
+use super::collect::Collect;
 use super::run::{tell_inputs, tell_missing};
 use super::talk::{note, say, wrote};
 use super::{ThreadArgs, print, refuse_existing};
 use crate::error::{Error, count_are};
 use crate::experiment::moments::{MaterialProfiles, MomentsPlan, ProfileRow};
-use crate::experiment::{Event, Experiment, Extent, Failure, Known, Observer, Source};
+use crate::experiment::{Experiment, Extent, Failure, Known, Source};
 use crate::files::write_atomically;
 use crate::report::{profiles_csv, profiles_json};
 use clap::{Args, ValueEnum};
@@ -61,19 +61,10 @@ impl Moments {
             None => Vec::new(),
         };
         tell_missing(&plan.missing);
-        let mut collected = Collect {
-            progress: Progress::new(),
-            profiles: Vec::new(),
-            failures: Vec::new(),
-        };
+        let mut collected = Collect::<MaterialProfiles>::new();
         let summary = plan.run(&Extent::default(), &Known::default(), &mut collected)?;
         tell_inputs(&summary);
-        let Collect {
-            progress,
-            profiles,
-            failures,
-        } = collected;
-        drop(progress);
+        let (profiles, failures) = collected.end();
         if let (Some(failure), true) = (failures.first(), profiles.is_empty()) {
             return Err(unusable(&plan, failure, &source));
         }
@@ -184,27 +175,4 @@ fn text(body: impl FnOnce(&mut Vec<u8>) -> io::Result<()>) -> Result<String, Err
     let mut out = Vec::new();
     body(&mut out).map_err(|e| Error::Internal(e.to_string()))?;
     String::from_utf8(out).map_err(|e| Error::Internal(e.to_string()))
-}
-
-/// Observer that keeps profiles and failures, and shows how far it is.
-struct Collect {
-    progress: Progress,
-    profiles: Vec<MaterialProfiles>,
-    failures: Vec<Failure>,
-}
-
-impl Observer<MaterialProfiles> for Collect {
-    fn begins(&mut self, work: f64) {
-        self.progress.begin(work as u64);
-    }
-
-    fn tell(&mut self, event: &Event<'_, MaterialProfiles>) -> Result<(), Error> {
-        self.progress.follow(event);
-        match event {
-            Event::Made(profiles) => self.profiles.extend_from_slice(profiles),
-            Event::Failed(failure) => self.failures.push((*failure).clone()),
-            _ => {}
-        }
-        Ok(())
-    }
 }

@@ -78,7 +78,7 @@ pub(super) enum NoRoute {
     #[error(transparent)]
     Plan(#[from] PlanError),
     /// The smallest schedule is beyond the allowance.
-    #[error("{0} are too few for one pose; allowed: more")]
+    #[error("{0}: too short for one pose; allowed: more")]
     TooFew(Allowance),
     /// Its poses are chosen from readings.
     #[error(

@@ -243,3 +243,139 @@ fn planners_run_in_studies_shard_by_shard_and_resume() {
     );
     assert!(told.contains("gonio next"), "{told}");
 }
+
+/// What `gonio advise --json` prints, and its commands as command lines of ours.
+fn advised(bench: &Bench, line: &str) -> Vec<(serde_json::Value, Vec<String>)> {
+    let advice: Vec<serde_json::Value> = serde_json::from_str(&good(bench, line)).unwrap();
+    let commands = |a: &serde_json::Value| {
+        let list = a["commands"].as_array().unwrap().iter();
+        let text = list.map(|c| {
+            c.as_str()
+                .unwrap()
+                .strip_prefix("gonio ")
+                .unwrap()
+                .to_owned()
+        });
+        text.collect()
+    };
+    advice
+        .into_iter()
+        .map(|a| (commands(&a), a))
+        .map(|(c, a)| (a, c))
+        .collect()
+}
+
+#[test]
+fn advice_is_what_a_run_finds_and_its_commands_run() {
+    let bench = Bench::new();
+    fs::write(bench.path("c.toml"), PLANNED).unwrap();
+    let text = good(&bench, "advise c.toml --budget 16 -q");
+    assert!(text.starts_with("16 poses, 2 materials: "), "{text}");
+    let advice = advised(&bench, "advise c.toml --budget 16 --json -q");
+    assert_eq!(advice.len(), 3);
+    good(&bench, "init advise -q");
+    let materials = r#"material=[{kind="ggx",alpha=0.1},{kind="ggx",alpha=0.3}]"#;
+    good(
+        &bench,
+        &format!("run advise.toml -o all --set budgets=[16] --set {materials} -q"),
+    );
+    let rows = bench.rows("all");
+    let mean = |choice: [&str; 3]| {
+        let mine = rows
+            .iter()
+            .filter(|r| [&*r.parametrization, &*r.sample_set, &*r.reconstruction] == choice);
+        let errors: Vec<f64> = mine.map(|r| r.value("nrmse").unwrap()).collect();
+        assert_eq!(errors.len(), 2, "{choice:?}");
+        (errors.iter().map(|e| e.ln()).sum::<f64>() / 2.0).exp()
+    };
+    let mut before = 0.0;
+    for (a, _) in &advice {
+        let error = a["nrmse"]["mean"].as_f64().unwrap();
+        assert!(error >= before, "{advice:?}");
+        before = error;
+        let choice =
+            ["parametrization", "sample_set", "reconstruction"].map(|key| a[key].as_str().unwrap());
+        // A run of these materials alone knows no prior.
+        if !choice.iter().any(|name| name.ends_with("-prior")) {
+            assert!((error / mean(choice) - 1.0).abs() < 1e-9, "{choice:?}");
+        }
+    }
+    let best = advice[0].0["nrmse"]["mean"].as_f64().unwrap();
+    for row in rows.iter().filter(|r| {
+        ["sobol", "grid"].contains(&&*r.sample_set)
+            || r.parametrization == "half-difference" && r.reconstruction == "kriging"
+    }) {
+        let choice = [
+            &*row.parametrization,
+            &*row.sample_set,
+            &*row.reconstruction,
+        ];
+        assert!(best <= mean(choice) * (1.0 + 1e-9), "{choice:?}");
+    }
+    // The last is a list that no reading changes.
+    assert_eq!(advice[2].0["learns"], false);
+    for (_, commands) in &advice {
+        for command in commands.iter().filter(|c| !c.starts_with("init")) {
+            if let Some(poses) = command.split(' ').find(|word| word.starts_with("readings")) {
+                let poses = if poses == "readings*.csv" {
+                    "readings.csv"
+                } else {
+                    poses
+                };
+                let from = if bench.path("poses1.csv").exists() {
+                    "poses1.csv"
+                } else {
+                    "poses.csv"
+                };
+                good(
+                    &bench,
+                    &format!(
+                        "measure {from} --config advise.toml --material ggx-0.1 -o {poses} --force -q"
+                    ),
+                );
+            }
+            good(
+                &bench,
+                &format!("{} -q", command.replace("readings*.csv", "readings.csv")),
+            );
+        }
+        for file in ["poses.csv", "poses1.csv", "poses2.csv"] {
+            let _ = fs::remove_file(bench.path(file));
+        }
+    }
+}
+
+#[test]
+fn advice_keeps_to_the_time_of_an_instrument() {
+    let bench = Bench::new();
+    let advice = advised(
+        &bench,
+        "advise ggx --minutes 4 --instrument cornell --json -q",
+    );
+    for (a, commands) in &advice {
+        let minutes = a["minutes"].as_f64().unwrap();
+        assert!(2.0 < minutes && minutes <= 4.0, "{a}");
+        assert!(
+            commands.iter().any(|c| c.contains("--instrument cornell")),
+            "{commands:?}"
+        );
+    }
+    for (command, code, sentence) in [
+        (
+            "advise ggx --minutes 0.1 --instrument cornell",
+            4,
+            "too short for one pose",
+        ),
+        ("advise nobody --budget 8", 2, "nobody"),
+        ("advise ggx --budget 8 --instrument nobody", 2, "nobody"),
+        (
+            "advise ggx --budget 8 --prior nobody.gonio",
+            2,
+            "nobody.gonio",
+        ),
+        ("advise ggx --budget 8 --set alhpa=1", 2, "alpha"),
+    ] {
+        let told = refused(&bench, command, code);
+        assert!(told.contains(sentence), "{command}: {told}");
+    }
+}

@@ -222,7 +222,7 @@ fn square_radius(term: &Flat, squares: &Block) -> [f64; LANES] {
     for &(c, w) in &term.weights {
         let column = &squares[c];
         for i in 0..LANES {
-            sum[i] += w * column[i];
+            sum[i] = w.mul_add(column[i], sum[i]);
         }
     }
     sum
@@ -237,7 +237,7 @@ pub(super) fn covariance(terms: &[Flat], x: &Columns, block: &Block) -> [f64; LA
         let r2 = square_radius(term, &squares);
         for i in 0..LANES {
             let r = r2[i].sqrt();
-            sum[i] += term.amplitude * ((1.0 + r) * decay(r));
+            sum[i] = term.amplitude.mul_add((1.0 + r) * decay(r), sum[i]);
         }
     }
     sum
@@ -303,12 +303,12 @@ pub(super) fn decay(r: f64) -> f64 {
         1.0,
     ];
     let x = if r < 700.0 { -r } else { -700.0 };
-    let shifted = x * std::f64::consts::LOG2_E + ROUND;
+    let shifted = x.mul_add(std::f64::consts::LOG2_E, ROUND);
     let whole = shifted - ROUND;
-    let x = (x - whole * LN2[0]) - whole * LN2[1];
+    let x = (-whole).mul_add(LN2[1], (-whole).mul_add(LN2[0], x));
     let mut y = SERIES[0];
     for c in &SERIES[1..] {
-        y = y * x + c;
+        y = y.mul_add(x, *c);
     }
     f64::from_bits(y.to_bits().wrapping_add(shifted.to_bits() << 52))
 }

@@ -91,7 +91,7 @@ impl Default for Kriging {
 const FITTED: usize = 300;
 
 /// Readings up to which a prior is of use: they say more themselves then.
-const TRUSTED: usize = 32;
+pub(crate) const TRUSTED: usize = 32;
 
 /// The share of a prior from which on it is left out.
 const LEFT_OUT: f64 = 0.01;
@@ -416,7 +416,7 @@ impl NullaryFnOnce for Means<'_> {
                 let k = kernel::covariance(&of.terms, x, block);
                 for (sum, weights) in sums.iter_mut().zip(weights) {
                     for i in 0..LANES {
-                        sum[i] += k[i] * weights[i];
+                        sum[i] = k[i].mul_add(weights[i], sum[i]);
                     }
                 }
             }

@@ -4,6 +4,7 @@ use super::kernel::{self, Block, Columns, Flat, Kernel, LANES};
 use crate::geometry::{DirectionPair, Symmetry};
 use nalgebra::DMatrix;
 use pulp::{Arch, NullaryFnOnce};
+use rayon::prelude::*;
 use std::cmp::Ordering;
 use std::ops::Range;
 
@@ -107,7 +108,7 @@ impl Covariance {
             columns: &sites.columns[of.clone()],
             blocks: &rows.blocks,
             rows: rows.functions.nrows(),
-            triangle,
+            first: triangle.then_some(of.start),
             out: out.as_mut_slice(),
         });
         out.add_scalar_mut(self.level);
@@ -130,7 +131,9 @@ impl Covariance {
     /// Cholesky's factor of the covariances of readings; `None` if they are singular.
     pub fn factor(&self, data: &Data) -> Option<DMatrix<f64>> {
         let rows = data.sites.rows();
-        let mut k = self.filled(&rows, &data.sites, 0..data.sites.len(), true);
+        let mut k = by_columns(data.sites.len(), |of| {
+            self.filled(&rows, &data.sites, of, true)
+        });
         for (i, noise) in data.noise.iter().enumerate() {
             k[(i, i)] += noise;
         }
@@ -163,8 +166,8 @@ struct Fill<'a> {
     columns: &'a [Columns],
     blocks: &'a [Block],
     rows: usize,
-    /// True if blocks and pairs are the same, and the lower triangle is enough.
-    triangle: bool,
+    /// If the lower triangle of a symmetric matrix is enough, the number of the first column in it.
+    first: Option<usize>,
     out: &'a mut [f64],
 }
 
@@ -178,7 +181,7 @@ impl NullaryFnOnce for Fill<'_> {
             .iter()
             .zip(self.out.chunks_exact_mut(self.rows));
         for (j, (x, out)) in columns.enumerate() {
-            let skipped = if self.triangle { j / LANES } else { 0 };
+            let skipped = self.first.map_or(0, |first| (first + j) / LANES);
             let blocks = self.blocks.iter().zip(out.chunks_mut(LANES));
             for (block, out) in blocks.skip(skipped) {
                 let values = kernel::covariance(self.terms, x, block);
@@ -252,13 +255,13 @@ impl Data {
         let factor = covariance.factor(self)?;
         let mut weights = self.values.clone();
         if is_known {
-            back(&factor, &mut weights)?;
+            back(&factor, &mut weights);
             let levels = weights.column_iter().map(|w| kernel.level * w.sum());
             let levels = levels.collect();
             return Some(Solved { weights, levels });
         }
         let mut ones = DMatrix::from_element(self.sites.len(), 1, 1.0);
-        back(&factor, &mut ones)?;
+        back(&factor, &mut ones);
         let share = ones.sum();
         let mut levels = Vec::new();
         for mut column in weights.column_iter_mut() {
@@ -266,7 +269,7 @@ impl Data {
             column.add_scalar_mut(-level);
             levels.push(level + MEAN);
         }
-        back(&factor, &mut weights)?;
+        back(&factor, &mut weights);
         Some(Solved { weights, levels })
     }
 
@@ -276,13 +279,16 @@ impl Data {
         let factor = Covariance::new(kernel).factor(self)?;
         let n = self.sites.len();
         let mut weights = self.values.clone();
-        back(&factor, &mut weights)?;
+        back(&factor, &mut weights);
         let count = self.values.ncols() as f64;
         let mut loss = (0..n).map(|i| factor[(i, i)].ln()).sum::<f64>();
         // ½ K⁻¹ − ½ Σ s α αᵀ, the derivative by K.
-        let mut by = DMatrix::identity(n, n);
-        back(&factor, &mut by)?;
-        by *= 0.5;
+        let mut by = by_columns(n, |of| {
+            let mut columns = DMatrix::zeros(n, of.len());
+            columns.rows_mut(of.start, of.len()).fill_diagonal(0.5);
+            back(&factor, &mut columns);
+            columns
+        });
         for (y, alpha) in self.values.column_iter().zip(weights.column_iter()) {
             let square = y.dot(&alpha);
             let freedom = FREEDOM + n as f64;
@@ -295,15 +301,29 @@ impl Data {
             );
         }
         let terms = kernel.flat();
-        let mut slope = vec![0.0; kernel.logs().len()];
         let blocks = kernel::blocks(&self.sites.columns);
-        Arch::new().dispatch(Slopes {
-            terms: &terms,
-            columns: &self.sites.columns,
-            blocks: &blocks,
-            by: &by,
-            out: &mut slope,
-        });
+        let parts: Vec<Vec<f64>> = tasks(n)
+            .into_par_iter()
+            .map(|of| {
+                let mut out = vec![0.0; kernel.logs().len()];
+                Arch::new().dispatch(Slopes {
+                    terms: &terms,
+                    columns: &self.sites.columns,
+                    of,
+                    blocks: &blocks,
+                    by: &by,
+                    out: &mut out,
+                });
+                out
+            })
+            .collect();
+        let mut slope = vec![0.0; kernel.logs().len()];
+        for part in parts {
+            slope
+                .iter_mut()
+                .zip(part)
+                .for_each(|(all, part)| *all += part);
+        }
         if let Some(last) = slope.last_mut().filter(|_| kernel.share > 0.0) {
             let functions = &self.sites.functions;
             *last = kernel.share * (functions * &by).dot(functions);
@@ -316,6 +336,8 @@ impl Data {
 struct Slopes<'a> {
     terms: &'a [Flat],
     columns: &'a [Columns],
+    /// The columns of the matrix that are added.
+    of: Range<usize>,
     blocks: &'a [Block],
     by: &'a DMatrix<f64>,
     out: &'a mut [f64],
@@ -327,7 +349,8 @@ impl NullaryFnOnce for Slopes<'_> {
     #[inline(always)]
     fn call(self) {
         let n = self.columns.len();
-        for (j, x) in self.columns.iter().enumerate() {
+        for j in self.of {
+            let x = &self.columns[j];
             let column = self.by.column(j);
             for (b, block) in self.blocks.iter().enumerate().skip(j / LANES) {
                 let mut weight = [0.0; LANES];
@@ -363,9 +386,40 @@ pub(super) fn forward(factor: &DMatrix<f64>, b: &mut DMatrix<f64>) {
     }
 }
 
-/// Solves L Lᵀ x = b in place of b; `None` if L is singular.
-pub(super) fn back(factor: &DMatrix<f64>, b: &mut DMatrix<f64>) -> Option<()> {
-    (factor.solve_lower_triangular_mut(b) && factor.tr_solve_lower_triangular_mut(b)).then_some(())
+/// Solves L Lᵀ x = b in place of b, for many columns at once.
+fn back(factor: &DMatrix<f64>, b: &mut DMatrix<f64>) {
+    forward(factor, b);
+    let n = factor.nrows();
+    for k in (0..n).step_by(PANEL).rev() {
+        let width = PANEL.min(n - k);
+        let below = n - k - width;
+        let (mut open, done) = b.rows_range_pair_mut(k..k + width, k + width..n);
+        // nalgebra's product with a transposed matrix is a slow one.
+        let across = factor.view((k + width, k), (below, width)).transpose();
+        open.gemm(-1.0, &across, &done, 1.0);
+        factor
+            .view((k, k), (width, width))
+            .tr_solve_lower_triangular_mut(&mut open);
+    }
+}
+
+/// Columns of a matrix that one task makes.
+const TASK: usize = 64;
+
+/// All columns of a square matrix, task by task.
+fn tasks(n: usize) -> Vec<Range<usize>> {
+    let first = (0..n).step_by(TASK);
+    first.map(|first| first..n.min(first + TASK)).collect()
+}
+
+/// A square matrix, of which `make` makes some columns.
+fn by_columns(n: usize, make: impl Fn(Range<usize>) -> DMatrix<f64> + Sync) -> DMatrix<f64> {
+    let mut out = DMatrix::zeros(n, n);
+    let parts = out.as_mut_slice().par_chunks_mut((n * TASK).max(1));
+    parts.zip(tasks(n)).for_each(|(out, of)| {
+        out.copy_from_slice(make(of).as_slice());
+    });
+    out
 }
 
 #[cfg(test)]

@@ -247,7 +247,7 @@ fn count(text: &str) -> usize {
 }
 
 /// An error with three to four digits; `-` if there is none.
-pub(super) fn error(value: Option<f64>) -> String {
+pub fn error(value: Option<f64>) -> String {
     match value {
         None => "-".into(),
         Some(0.0) => "0".into(),
