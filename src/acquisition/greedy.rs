@@ -365,6 +365,10 @@ impl Planner for Greedy {
         self.aim.prior.as_ref()
     }
 
+    fn nests(&self) -> bool {
+        self.rule != Rule::AOptimal
+    }
+
     fn batch(&self, asked: usize, budget: usize) -> Option<usize> {
         (self.rule != Rule::AOptimal).then(|| halves(FIRST, asked, budget))
     }

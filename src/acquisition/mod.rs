@@ -120,6 +120,12 @@ pub trait Planner: SampleSet {
         false
     }
 
+    /// True if a larger budget goes on where a smaller one breaks off: what is asked for depends on the readings so far
+    /// and on the size of a batch, and of the budget only its last batch.
+    fn nests(&self) -> bool {
+        false
+    }
+
     /// True if the readings so far are enough: no further pose is asked for.
     fn is_enough(&self, _task: &Task<'_>, _so_far: &Measurement) -> bool {
         false
@@ -168,10 +174,11 @@ pub fn acquire(
     brdf: &dyn Brdf,
 ) -> Result<Measurement, PlanError> {
     let first = further(planner, task, &nothing(task))?;
-    acquire_from(planner, task, brdf, first.unwrap_or_default())
+    acquire_from(planner, task, brdf, first.unwrap_or_default(), &mut |_| {})
 }
 
-/// [`acquire`] where the poses of the first batch are known.
+/// [`acquire`] where some poses are known, of the first batch or of several. `told` is told the number of all poses, of
+/// these and after each further batch.
 ///
 /// # Errors
 /// As [`Planner::next`].
@@ -179,7 +186,8 @@ pub fn acquire_from(
     planner: &dyn Planner,
     task: &Task<'_>,
     brdf: &dyn Brdf,
-    first: Vec<Pose>,
+    known: Vec<Pose>,
+    told: &mut dyn FnMut(usize),
 ) -> Result<Measurement, PlanError> {
     let task = &Task {
         truth: Some(brdf),
@@ -189,8 +197,10 @@ pub fn acquire_from(
         let schedule = scheduled(task, planner.label(), poses);
         Ideal.measure(brdf, &Arc::new(schedule))
     };
-    let mut so_far = measure(first);
+    told(known.len());
+    let mut so_far = measure(known);
     while let Some(poses) = further(planner, task, &so_far)? {
+        told(poses.len());
         so_far = measure(poses);
     }
     Ok(so_far)

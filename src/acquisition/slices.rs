@@ -247,6 +247,10 @@ impl SampleSet for Slices {
 }
 
 impl Planner for Slices {
+    fn nests(&self) -> bool {
+        true
+    }
+
     fn batch(&self, asked: usize, budget: usize) -> Option<usize> {
         Some(halves(FIRST, asked, budget))
     }

@@ -4,6 +4,7 @@
 mod alignment;
 mod anisotropy;
 mod claims;
+mod density;
 mod distortion;
 mod reduction;
 mod shares;
@@ -13,6 +14,7 @@ mod symmetry;
 pub use alignment::{Alignment, alignment};
 pub use anisotropy::{Anisotropy, Quantiles, anisotropy, stretches};
 pub use claims::{Claim, Verdict, on_material, on_materials, on_test_functions};
+pub use density::{Density, fine_and_plain};
 pub use distortion::{
     Distortion, LATTICE, PHI_CELLS, SliceDistortion, Weight, distortion, distortion_within,
     gradient_shares, slice_angles,

@@ -2,6 +2,7 @@
 
 use super::brdf_args::BrdfArgs;
 use super::collect::Collect;
+use super::output::{JsonArgs, print_json};
 use super::run::tell_inputs;
 use super::talk::{note, say};
 use super::{ThreadArgs, print};
@@ -83,9 +84,8 @@ pub(super) struct Advise {
     /// Seed of poses and noise
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(i64).range(0..))]
     seed: i64,
-    /// JSON instead of text
-    #[arg(long)]
-    json: bool,
+    #[command(flatten)]
+    json: JsonArgs,
     #[command(flatten)]
     threads: ThreadArgs,
 }
@@ -167,9 +167,8 @@ impl Advise {
         for Failure { job, reason, .. } in &reasons {
             say(&format!("gonio: {job}: {reason}"));
         }
-        if self.json {
-            let text = serde_json::to_string_pretty(&advice);
-            return print(&(text.map_err(|e| Error::Internal(e.to_string()))? + "\n"));
+        if self.json.wanted() {
+            return print_json(&advice);
         }
         if self.target.is_none() {
             note(

@@ -11,6 +11,7 @@ mod claims;
 mod collect;
 mod config_args;
 mod cross_validation;
+mod density;
 mod distortion;
 mod energy;
 mod init;
@@ -96,6 +97,8 @@ enum Command {
     Symmetry(symmetry::SymmetryArgs),
     /// How far the isolines of a material are from the axes of each parametrization
     Distortion(distortion::Distortion),
+    /// Which coordinates the poses of schedules follow
+    Density(density::DensityArgs),
     /// What Barla et al. 2015 say of the parametrizations, and whether it is so
     Claims(claims::Claims),
     /// Pictures of parametrizations, materials and reconstructions
@@ -172,6 +175,7 @@ impl Command {
             Command::Moments(command) => command.run(),
             Command::Slice(command) => command.run(),
             Command::Distortion(command) => command.run(),
+            Command::Density(command) => command.run(),
             Command::Claims(command) => command.run(),
             Command::Symmetry(command) => command.run(),
             Command::Picture(command) => command.run(),

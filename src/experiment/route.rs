@@ -16,6 +16,7 @@ use crate::geometry::Symmetry;
 use crate::instrument::{Bench, InstrumentSpec, Order, Parts};
 use crate::measurement::Measurement;
 use crate::schedule::{Itinerary, PlanError, Schedule};
+use acquisition::Course;
 use cache::{Cache, Kept};
 use search::largest_within;
 use std::collections::HashMap;
@@ -137,6 +138,8 @@ pub struct Router {
     /// The set of the last route. When another one comes, everything kept for this one is dropped,
     /// unless a later material asks for it.
     current: Option<SetKey>,
+    /// How far acquisitions went that smaller budgets broke off, by set, material and seed; of one set.
+    courses: HashMap<(SetKey, String, u64), Course>,
     seconds: f64,
 }
 

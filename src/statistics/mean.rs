@@ -40,6 +40,13 @@ pub(super) fn mean(values: &[f64]) -> Option<f64> {
     (!values.is_empty()).then(|| values.iter().sum::<f64>() / values.len() as f64)
 }
 
+/// The arithmetic mean and its standard error, which one value has not; `None` of nothing.
+pub fn mean_and_error(values: &[f64]) -> Option<(f64, Option<f64>)> {
+    let (n, mean) = (values.len() as f64, mean(values)?);
+    let squares: f64 = values.iter().map(|v| (v - mean).powi(2)).sum();
+    Some((mean, (n > 1.0).then(|| (squares / (n * (n - 1.0))).sqrt())))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -73,6 +80,16 @@ mod tests {
         }
         assert_eq!(upper_quantile(&[1.0; 8], 0.9), None);
         assert_eq!(upper_quantile(&[], 0.0), None);
+    }
+
+    #[test]
+    fn means_are_known_to_their_errors() {
+        // scipy.stats.sem([1, 2, 4, 9])
+        let (mean, error) = mean_and_error(&[1.0, 2.0, 4.0, 9.0]).unwrap();
+        assert_eq!(mean, 4.0);
+        assert!((error.unwrap() - 1.779_513_042_005_219).abs() < 1e-12);
+        assert_eq!(mean_and_error(&[3.0]), Some((3.0, None)));
+        assert_eq!(mean_and_error(&[]), None);
     }
 
     #[test]

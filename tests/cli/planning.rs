@@ -379,3 +379,42 @@ fn advice_keeps_to_the_time_of_an_instrument() {
         assert!(told.contains(sentence), "{command}: {told}");
     }
 }
+
+#[test]
+fn schedules_follow_the_coordinates_they_are_uniform_in() {
+    let bench = Bench::new();
+    good(&bench, "init advise -q");
+    for parametrization in ["spherical", "half-difference", "hybrid"] {
+        let of = format!("--parametrization {parametrization} --sample-set sobol");
+        good(
+            &bench,
+            &format!("schedule advise.toml {of} --budget 4000 -o s.csv --force -q"),
+        );
+        let text = good(&bench, "density s.csv --elevation 90 --json");
+        let lines: serde_json::Value = serde_json::from_str(&text).unwrap();
+        let lines = lines.as_array().unwrap();
+        assert_eq!(lines[0]["coordinates"], parametrization, "{text}");
+        for key in ["less_than_first", "log_density"] {
+            let of: Vec<f64> = lines.iter().map(|l| l[key].as_f64().unwrap()).collect();
+            assert!(of[0].abs() < 10.0 && of.len() > 4, "{text}");
+        }
+        // As dense as its own points are, to what 4000 of them can tell.
+        let [mean, error, own] = ["log_density", "standard_error", "of_own_points"]
+            .map(|key| lines[0][key].as_f64().unwrap());
+        assert!((mean - own).abs() < 4.0 * error.hypot(0.03), "{text}");
+    }
+    let text = good(&bench, "density s.csv --elevation 45");
+    assert!(text.contains(" beyond 45° are left out"), "{text}");
+    for (command, code, sentence) in [
+        ("density nothing.csv", 3, "nothing.csv"),
+        ("density advise.toml", 3, "advise.toml"),
+        (
+            "density s.csv --elevation 0.001",
+            2,
+            "allowed: a larger one",
+        ),
+    ] {
+        let told = refused(&bench, command, code);
+        assert!(told.contains(sentence), "{command}: {told}");
+    }
+}

@@ -5,7 +5,7 @@ use super::super::row::Row;
 use super::Metric;
 use super::index::Index;
 use crate::metrics::{Expected, Measure};
-use crate::statistics::{median, upper_quantile};
+use crate::statistics::{geometric_mean, median, upper_quantile};
 
 /// How errors of a choice are beside those that were expected, at every allowance.
 #[derive(Clone, Debug, PartialEq)]
@@ -25,6 +25,8 @@ pub struct Calibration {
 pub struct Calibrated {
     /// Number of materials.
     pub count: usize,
+    /// Geometric mean of their readings.
+    pub readings: f64,
     /// The median.
     pub median: f64,
     /// What a further one is below with a probability of at least 0.9; `None` of fewer than nine.
@@ -55,6 +57,7 @@ impl Calibrated {
         let has_bound = index.measures.list[measure] == Measure::Cosine.name();
         Some(Self {
             count: ratios.len(),
+            readings: geometric_mean(&over(&|row| Some(row.readings as f64)))?,
             median: median(&ratios)?,
             ninth: upper_quantile(&ratios, SHARE),
             below: has_bound.then(|| below as f64 / ratios.len() as f64),

@@ -2,7 +2,7 @@
 
 use super::super::choices::Allowance;
 use super::super::observer::{ScheduleKey, Stop, timed};
-use super::{NoRoute, Route, Router, Tour};
+use super::{NoRoute, Route, Router, SetKey, Tour};
 use crate::acquisition::{self, Planner, Task};
 use crate::brdf::Brdf;
 use crate::error::Error;
@@ -10,6 +10,7 @@ use crate::instrument::{Bench, Instrument, Order};
 use crate::parametrization::Parametrization;
 use crate::schedule::{Itinerary, Pose, Schedule};
 use std::sync::Arc;
+use std::time::Instant;
 
 /// An acquisition before its first reading: what all materials share.
 pub(in super::super) struct Acquisition<'a> {
@@ -61,23 +62,38 @@ impl Router {
             return Err(Stop::Cancelled);
         }
         begun.seconds = seconds;
+        let set = SetKey::of(key);
+        self.courses.retain(|(of, ..), _| *of == set);
         match first {
             Ok(poses) => begun.first = poses.unwrap_or_default(),
             Err(reason) => return Ok(Err(reason.into())),
         }
         Ok(Ok(begun))
     }
+
+    /// How far the acquisition of a material by this key went.
+    pub(in super::super) fn course(
+        &mut self,
+        key: &ScheduleKey<'_>,
+        material: &str,
+    ) -> &mut Course {
+        let of = (SetKey::of(key), material.to_owned(), key.seed);
+        self.courses.entry(of).or_default()
+    }
+}
+
+/// How far an acquisition of a material went, without a machine. A larger budget goes on from there.
+#[derive(Default)]
+pub(in super::super) struct Course {
+    poses: Vec<Pose>,
+    /// After each batch that was no smaller for the budget: number of poses, and wall time of choosing them, s.
+    batches: Vec<(usize, f64)>,
 }
 
 /// Poses in the order of their choice and, of an instrument, its way through them.
 type Way = (Arc<Schedule>, Option<Itinerary>);
 
 impl Acquisition<'_> {
-    /// Wall time of what all materials share, s.
-    pub fn seconds(&self) -> f64 {
-        self.seconds
-    }
-
     fn task<'t>(&'t self, go_on: &'t dyn Fn() -> bool, truth: Option<&'t dyn Brdf>) -> Task<'t> {
         let bench = self.bench.as_ref().filter(|(_, _, limits)| *limits);
         Task {
@@ -94,10 +110,12 @@ impl Acquisition<'_> {
     pub fn route(
         &self,
         brdf: &dyn Brdf,
+        course: &mut Course,
         cancelled: &dyn Fn() -> bool,
     ) -> Result<Result<Route, NoRoute>, Stop> {
+        let mut before = 0.0;
         let (found, seconds) = timed(|| match &self.bench {
-            None => self.without_machine(brdf, cancelled),
+            None => self.without_machine(brdf, (course, &mut before), cancelled),
             Some((bench, order, _)) => self.on_machine(brdf, (bench, *order), cancelled),
         });
         if cancelled() {
@@ -116,19 +134,50 @@ impl Acquisition<'_> {
                 itinerary: Arc::new(itinerary),
             }),
             whole: None,
-            seconds: self.seconds + seconds,
+            seconds: self.seconds + before + seconds,
             is_new: true,
         }))
     }
 
+    /// Goes on from where a smaller budget broke off; `before` is set to the wall time up to there.
     fn without_machine(
         &self,
         brdf: &dyn Brdf,
+        (course, before): (&mut Course, &mut f64),
         cancelled: &dyn Fn() -> bool,
     ) -> Result<Way, NoRoute> {
         let go_on = || !cancelled();
         let task = self.task(&go_on, Some(brdf));
-        let taken = acquisition::acquire_from(self.planner, &task, brdf, self.first.clone())?;
+        let within = course.batches.iter().rev().find(|(n, _)| *n <= self.budget);
+        let known = match within {
+            Some(&(n, seconds)) => {
+                *before = seconds;
+                course.poses[..n].to_vec()
+            }
+            None => self.first.clone(),
+        };
+        let (before, start) = (*before, Instant::now());
+        let (mut asked, mut batches) = (0, Vec::new());
+        let mut told = |n: usize| {
+            // Those of a course end whole batches.
+            let whole = self
+                .planner
+                .batch(asked, usize::MAX)
+                .map(|batch| asked + batch);
+            if within.is_some() && asked == 0 || whole == Some(n) {
+                batches.push((n, before + start.elapsed().as_secs_f64()));
+            }
+            asked = n;
+        };
+        let taken = acquisition::acquire_from(self.planner, &task, brdf, known, &mut told)?;
+        let poses = &taken.schedule.poses;
+        if self.planner.nests() && !cancelled() && poses.len() > course.poses.len() {
+            let last = course.batches.last().map_or(0, |batch| batch.0);
+            course
+                .batches
+                .extend(batches.into_iter().filter(|batch| batch.0 > last));
+            course.poses.clone_from(poses);
+        }
         Ok((taken.schedule, None))
     }
 

@@ -1,6 +1,6 @@
 //! Rows along routes: one for all materials, or one for each.
 
-use super::super::observer::{Event, ScheduleKey, Stop};
+use super::super::observer::{Event, ScheduleKey, Stop, timed};
 use super::super::route::{NoRoute, Route};
 use super::super::row::Row;
 use super::super::unit::Unit;
@@ -53,7 +53,11 @@ impl<'a> Runner<'a> {
             self.teller
                 .doing(&format_args!("acquiring {name}, {text}"))?;
             let observer = &*self.teller.observer;
-            let found = begun.route(&*truth.brdf, &|| observer.cancelled())?;
+            let course = self.router.course(schedule, name);
+            let (found, seconds) =
+                timed(|| begun.route(&*truth.brdf, course, &|| observer.cancelled()));
+            self.teller.summary.seconds.plan += seconds;
+            let found = found?;
             let route = match found {
                 Ok(route) => route,
                 Err(reason) => {
@@ -61,7 +65,6 @@ impl<'a> Runner<'a> {
                     continue;
                 }
             };
-            self.teller.summary.seconds.plan += route.seconds - begun.seconds();
             let own = ScheduleKey {
                 material: Some(member.material),
                 ..*schedule

@@ -7,7 +7,7 @@ use super::materials::Material;
 use super::scope_title;
 use super::words::{number, said};
 use crate::error::Error;
-use crate::experiment::{Cell, Choice, Factor, Findings, Line, Metric, Ranking};
+use crate::experiment::{Calibration, Cell, Choice, Factor, Findings, Line, Metric, Ranking};
 use crate::report::svg::plot::{
     Axis, Forest, ForestGroup, ForestLine, Mark, Panel, Scale, Series, color_of,
 };
@@ -173,6 +173,49 @@ pub(super) fn curves(findings: &Findings, looks: &Looks) -> Result<Option<Markup
             }
         }
     }))
+}
+
+/// True over expected errors against readings, a diagram for each metric and measure.
+pub(super) fn calibrated(findings: &Findings) -> Result<Vec<Markup>, Error> {
+    let alike = |a: &Calibration, b: &Calibration| a.metric == b.metric && a.measure == b.measure;
+    let mut charts = Vec::new();
+    for lines in findings.calibrations.chunk_by(alike) {
+        let (metric, measure) = (lines[0].metric.name(), &lines[0].measure);
+        let mut series = Vec::new();
+        for (color, line) in lines.iter().take(LINES).enumerate() {
+            let cells = || line.cells.iter().flatten();
+            let name = format!(
+                "{}, {}",
+                sampling(&line.choice),
+                method(&line.choice, findings)
+            );
+            let of = |mark, name, points| Series {
+                name,
+                color,
+                mark,
+                points,
+            };
+            let medians = cells().map(|c| (c.readings, Some(c.median)));
+            series.push(of(Mark::Line, name, medians.collect()));
+            let ninths = cells().filter_map(|c| Some((c.readings, Some(c.ninth?))));
+            series.push(of(Mark::Dotted, String::new(), ninths.collect()));
+        }
+        // One point is no curve.
+        if series.iter().all(|s| s.points.len() < 2) {
+            continue;
+        }
+        let panel = Panel {
+            title: format!("{metric} over expected, {measure} pairs"),
+            x: log(COSTS[0].label),
+            y: log("true over expected error"),
+            series,
+        };
+        let label = format!("{metric} over what was expected, {measure} pairs, against readings");
+        let caption =
+            "Lines: the median over materials. Dots: what nine of ten further materials are below.";
+        charts.push(chart(&labelled(&panel)?, &label, caption));
+    }
+    Ok(charts)
 }
 
 /// Lines and their reconstructions, as a caption: lines with the same one together.

@@ -139,6 +139,7 @@ pub fn html(
                         section id="calibration" {
                             h2 { "What was expected" }
                             p { (LEGEND) }
+                            div.panels { @for chart in charts::calibrated(findings)? { (chart) } }
                             @for table in calibration::tables(findings) { (expected(findings, &table)) }
                         }
                     }

@@ -1,0 +1,170 @@
+//! `gonio density`.
+
+use super::output::{JsonArgs, print_json};
+use super::{ThreadArgs, print, read_as};
+use crate::analysis::{self, Density};
+use crate::error::{Error, ParameterError, count, in_left_open};
+use crate::formats::READ_SCHEDULE;
+use crate::geometry::{DirectionPair, Symmetry};
+use crate::instrument;
+use crate::report::Columns;
+use crate::schedule::Assume;
+use crate::statistics::mean_and_error;
+use clap::Args;
+use serde::Serialize;
+use std::path::PathBuf;
+
+/// Tells which coordinates poses follow: where their uniform points are dense
+#[derive(Debug, Args)]
+#[command(after_help = "\
+For each pose the logarithm of the density that uniform points of the coordinates have there, over that of uniform
+pairs of directions; half a degree about it counts, so that poles have a value. The coordinates of the largest mean
+are those that the poses follow most, and if they follow them altogether the mean is that of their own points.
+
+  gonio run configs/planning.toml --set materials_dir=MERL --set output.schedules=csv -o out
+  gonio density out/schedules/*adaptive*")]
+pub(super) struct DensityArgs {
+    #[arg(required = true, value_name = "SCHEDULE",
+        help = format!("Schedules ({}); those of several materials or seeds tell how far the means are known",
+            READ_SCHEDULE.extensions(".")))]
+    schedules: Vec<PathBuf>,
+    /// Largest elevation of poses that count, degrees
+    #[arg(long, value_name = "DEG", default_value_t = 80.0, value_parser = elevation)]
+    elevation: f64,
+    #[command(flatten)]
+    json: JsonArgs,
+    #[command(flatten)]
+    threads: ThreadArgs,
+}
+
+fn elevation(text: &str) -> Result<f64, ParameterError> {
+    let number = text.trim().parse().unwrap_or(f64::NAN);
+    in_left_open("elevation", number, 0.0, 90.0)
+}
+
+/// Coordinates, and how far poses follow them.
+#[derive(Serialize)]
+struct Line {
+    coordinates: String,
+    warp: String,
+    /// Mean over files of the mean log density of their poses, and its standard error; with one file over its poses.
+    log_density: f64,
+    standard_error: Option<f64>,
+    /// What it is less than that of the first coordinates, and the standard error of that.
+    less_than_first: f64,
+    standard_error_of_less: Option<f64>,
+    /// The mean of the coordinates' own uniform points.
+    of_own_points: f64,
+}
+
+impl DensityArgs {
+    pub(super) fn run(self) -> Result<(), Error> {
+        self.threads.apply()?;
+        let mut symmetry: Option<Symmetry> = None;
+        let mut files: Vec<Vec<DirectionPair>> = Vec::new();
+        for path in &self.schedules {
+            let assume = Assume {
+                otherwise: Symmetry::FULL,
+                axes: instrument::axis_names(),
+                ..Assume::default()
+            };
+            let (text, read) = read_as(path, &READ_SCHEDULE)?;
+            let schedule = read(&text, &path.display().to_string(), &assume)?.schedule;
+            let folded = schedule.parametrization.symmetry();
+            if symmetry.is_some_and(|known| known != folded) {
+                let message =
+                    "its symmetries are not those of the first; allowed: schedules that fold alike";
+                return Err(Error::data(path, message));
+            }
+            symmetry = Some(folded);
+            files.push(schedule.poses.iter().map(|pose| pose.pair).collect());
+        }
+        let symmetry = symmetry.unwrap_or(Symmetry::FULL);
+        let elevation = self.elevation.to_radians();
+        let mut lines: Vec<(Line, Vec<f64>)> = Vec::new();
+        let mut counted = 0;
+        for (name, form) in analysis::fine_and_plain(symmetry) {
+            let warp = form.warp_name();
+            let density = Density::new(form, elevation);
+            let of = |pairs: &Vec<DirectionPair>| -> Vec<f64> {
+                pairs.iter().filter_map(|pair| density.log(pair)).collect()
+            };
+            let logs: Vec<Vec<f64>> = files.iter().map(of).collect();
+            counted = logs.iter().map(Vec::len).sum();
+            // What is independent: files, or the poses of the only one.
+            let values = match logs.as_slice() {
+                [only] => only.clone(),
+                _ => logs
+                    .iter()
+                    .filter_map(|logs| Some(mean_and_error(logs)?.0))
+                    .collect(),
+            };
+            let Some((log_density, standard_error)) = mean_and_error(&values) else {
+                let message = format!(
+                    "no pose has both elevations within {}°; allowed: a larger one",
+                    self.elevation
+                );
+                return Err(Error::config("--elevation", message));
+            };
+            let line = Line {
+                coordinates: name.into(),
+                warp,
+                log_density,
+                standard_error,
+                less_than_first: 0.0,
+                standard_error_of_less: None,
+                of_own_points: density.of_own(),
+            };
+            lines.push((line, values));
+        }
+        lines.sort_by(|a, b| b.0.log_density.total_cmp(&a.0.log_density));
+        let first = lines[0].1.clone();
+        let compared = lines
+            .into_iter()
+            .enumerate()
+            .map(|(i, (mut line, values))| {
+                let less: Vec<f64> = first.iter().zip(values).map(|(a, b)| a - b).collect();
+                if let Some((mean, error)) = mean_and_error(&less).filter(|_| i > 0) {
+                    (line.less_than_first, line.standard_error_of_less) = (mean, error);
+                }
+                line
+            });
+        let lines: Vec<Line> = compared.collect();
+        if self.json.wanted() {
+            return print_json(&lines);
+        }
+        let mut columns = Columns::new(
+            "coordinates\t>mean ln density\t>less than the first\t>of their own points",
+        );
+        let known = |value: f64, error: Option<f64>| {
+            let error = error.map_or(String::new(), |error| format!(" ± {error:.2}"));
+            format!("{value:.2}{error}")
+        };
+        for (i, line) in lines.iter().enumerate() {
+            let warp = match line.warp.as_str() {
+                "none" => String::new(),
+                warp => format!(" {warp}"),
+            };
+            let less = match i {
+                0 => String::new(),
+                _ => known(line.less_than_first, line.standard_error_of_less),
+            };
+            columns.row(&format!(
+                "{}{warp}\t{}\t{less}\t{:.2}",
+                line.coordinates,
+                known(line.log_density, line.standard_error),
+                line.of_own_points
+            ));
+        }
+        let poses: usize = files.iter().map(Vec::len).sum();
+        let left = match poses - counted {
+            0 => String::new(),
+            left => format!("; {left} beyond {}° are left out", self.elevation),
+        };
+        print(&format!(
+            "{} of {}{left}\n\n{columns}",
+            count(counted, "pose"),
+            count(files.len(), "file")
+        ))
+    }
+}
