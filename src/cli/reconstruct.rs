@@ -12,16 +12,16 @@ use crate::error::{self, Error, ParameterError, excerpt, one_of};
 use crate::experiment::{Kind, Source};
 use crate::files::write_atomically;
 use crate::formats::{self, Format, READ_READINGS, WRITE_TABLE};
-use crate::geometry::Symmetry;
+use crate::geometry::{DirectionPair, Symmetry};
 use crate::instrument;
 use crate::measurement::{Flags, Measurement, Outcome};
 use crate::metrics::{
     self, Errors, Expected, Level, Measure, MetricsSpec, TestSet, Uncovered, WITHIN,
 };
 use crate::parametrization;
-use crate::reconstruct::{self, Cover, Coverage, Covered, Fill, Replicated};
+use crate::reconstruct::{self, Cover, Coverage, Covered, Fill, Predictive, Replicated};
 use crate::report::Columns;
-use crate::report::pictures::uncertainty_svg;
+use crate::report::pictures::{Relative, uncertainty_svg};
 use crate::schedule::Pose;
 use crate::schedule::{Assume, Unreachable};
 use crate::validation::{Estimate, Jury};
@@ -93,8 +93,9 @@ pub(super) struct Reconstruct {
     /// Draw a sphere of the BRDF under a sky
     #[arg(long, value_name = "FILE.png")]
     picture: Option<PathBuf>,
-    /// Draw where the BRDF is uncertain: maps of its relative uncertainty (k = 1) over the directions of
-    /// the sensor, for light at 0°, 30° and 60°, and where readings do not surround it
+    /// Draw where the BRDF is uncertain, by its readings and, made by kriging, between them: maps of its
+    /// relative uncertainty (k = 1) over the directions of the sensor, for light at 0°, 30° and 60°, and
+    /// where readings do not surround it
     #[arg(long, value_name = "FILE.svg")]
     uncertainty: Option<PathBuf>,
     /// Replace files that exist
@@ -208,7 +209,11 @@ impl Reconstruct {
             print(&format!("  {remark}\n"))?;
         }
         let failed = |e| Error::data(path, e);
-        if let Some(expected) = expected(&*method, &measurement) {
+        let predictive = match measurement.readings() {
+            1..=TOLD => method.predictive(&measurement).ok().flatten(),
+            _ => None,
+        };
+        if let Some(expected) = predictive.as_ref().and_then(|known| expected(&**known)) {
             let told = with_bound(&expected, measurement.readings());
             print(&format!("  {told}\n"))?;
         }
@@ -248,7 +253,32 @@ impl Reconstruct {
         if let Some(path) = &self.uncertainty {
             let cover = Cover::of(&measurement).map_err(failed)?;
             let title = format!("{}: {}", path.display(), method.label());
-            let svg = uncertainty_svg(&title, replicated.as_ref(), &cover)?;
+            let by_readings = |pairs: &[DirectionPair]| -> Vec<f64> {
+                let all = replicated.iter().flat_map(|r| r.at(pairs));
+                all.map(|u| u.share(u.uncertainty())).collect()
+            };
+            let by_distance = |pairs: &[DirectionPair]| -> Vec<f64> {
+                let known = predictive.iter().flat_map(|p| p.predict(pairs));
+                let mut all: Vec<f64> = known.map(|k| k.variance.sqrt()).collect();
+                // The scatter of readings is in the variance; what they share is not.
+                let shared = replicated.iter().flat_map(|r| r.at(pairs));
+                for (u, more) in all.iter_mut().zip(shared) {
+                    *u = u.hypot(more.share(more.type_b));
+                }
+                all
+            };
+            let relative = match (&predictive, &replicated) {
+                (Some(_), _) => Some(Relative {
+                    at: &by_distance,
+                    of: "what its readings leave open",
+                }),
+                (None, Some(_)) => Some(Relative {
+                    at: &by_readings,
+                    of: "those of its readings",
+                }),
+                (None, None) => None,
+            };
+            let svg = uncertainty_svg(&title, relative, &cover)?;
             let drawn = write_atomically(path, |out| out.write_all(svg.as_bytes()));
             drawn.map_err(|e| cannot_write(path, &e))?;
         }
@@ -442,18 +472,13 @@ fn material_of(measurement: &Measurement) -> String {
     text
 }
 
-/// Readings up to which it is told which errors a BRDF expects of itself: that takes as long as the BRDF.
+/// Readings up to which it is told how far off a BRDF may be between them: that takes as long as the BRDF.
 const TOLD: usize = 2000;
 
-/// The errors under the cosine measure that a method expects of its BRDF, if it knows.
-fn expected(method: &dyn reconstruct::Reconstruct, measurement: &Measurement) -> Option<Expected> {
-    if measurement.readings() > TOLD {
-        return None;
-    }
-    let predictive = method.predictive(measurement).ok()??;
+/// The errors under the cosine measure that a BRDF expects of itself.
+fn expected(known: &dyn Predictive) -> Option<Expected> {
     let set = TestSet::new(&[Measure::Cosine], &MetricsSpec::default()).ok()?;
-    let under = Expected::at(&set.level(0), &*predictive);
-    under.first().copied()
+    Expected::at(&set.level(0), known).first().copied()
 }
 
 /// A number with its standard error, as text.

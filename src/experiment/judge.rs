@@ -22,6 +22,9 @@ use std::sync::{Arc, Mutex, PoisonError};
 /// Candidates up to which the values of a truth are kept; beyond they are evaluated again.
 const KEPT: usize = 1 << 17;
 
+/// Members of a group whose reconstructions are asked what they expect between two looks for a stop.
+const TOGETHER: usize = 8;
+
 /// Pairs that the reconstructions of a group are evaluated at together.
 const SLAB: usize = 1 << 15;
 
@@ -422,14 +425,15 @@ impl<'a> Judge<'a> {
             return Ok(());
         }
         let level = self.level(0);
-        for (member, compared) in members.iter().zip(compared) {
+        for (members, compared) in members.chunks(TOGETHER).zip(compared.chunks_mut(TOGETHER)) {
             go_on()?;
-            // As above.
-            let Some(predictive) = method.method.predictive(&member.2.measured).ok().flatten()
-            else {
-                continue;
-            };
-            compared.expected = Expected::at(&level, &*predictive);
+            let both = members.par_iter().zip(compared);
+            both.for_each(|(member, compared)| {
+                // As above.
+                let predictive = method.method.predictive(&member.2.measured).ok().flatten();
+                let expected = predictive.map(|predictive| Expected::at(&level, &*predictive));
+                compared.expected = expected.unwrap_or_default();
+            });
         }
         Ok(())
     }

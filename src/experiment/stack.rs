@@ -41,7 +41,7 @@ impl Stack {
             })
         };
         let interpolants = if method.weighs_readings() {
-            let alone = measurements.iter().map(|m| of(&[m], noise(m)));
+            let alone = measurements.par_iter().map(|m| of(&[m], noise(m)));
             alone.collect::<Result<_, _>>()?
         } else {
             vec![of(measurements, None)?]

@@ -46,6 +46,14 @@ impl Uncertain {
     pub fn uncertainty(&self) -> f64 {
         self.type_a.hypot(self.type_b)
     }
+
+    /// An uncertainty as a share of the value; infinite where that is black and yet uncertain.
+    pub fn share(&self, uncertainty: f64) -> f64 {
+        match uncertainty {
+            0.0 => 0.0,
+            u => u / self.value,
+        }
+    }
 }
 
 /// A reconstruction together with those of readings that erred otherwise.

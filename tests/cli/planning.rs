@@ -91,6 +91,15 @@ fn a_laboratory_is_told_when_to_stop() {
     let told = good(&bench, &format!("{next}1e-5"));
     assert!(told.contains("then: expected nrmse "), "{told}");
     assert!(bench.path("more.csv").exists());
+    // Where it is uncertain is drawn, though readings without noise have no uncertainty; nearest knows of no other.
+    for (kind, is_known) in [("kriging", true), ("nearest", false)] {
+        good(
+            &bench,
+            &format!("reconstruct readings.csv --reconstruction {kind} --uncertainty {kind}.svg"),
+        );
+        let drawn = bench.read(&format!("{kind}.svg"));
+        assert_eq!(drawn.contains("what its readings leave open"), is_known);
+    }
     // What was asked for before is not to be read again.
     good(&bench, &format!("{next}9 --force"));
     assert!(!bench.path("more.csv").exists());

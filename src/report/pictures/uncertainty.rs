@@ -4,7 +4,7 @@ use super::bar::{Swatch, bar, swatches};
 use super::plot::{FRAME, Plot, middles, text};
 use crate::error::Error;
 use crate::geometry::DirectionPair;
-use crate::reconstruct::{Cover, Coverage, Replicated, Uncertain};
+use crate::reconstruct::{Cover, Coverage};
 use crate::report::svg::canvas::{Canvas, Ink, fitted};
 use crate::report::svg::plot::ramp;
 use std::f64::consts::{FRAC_PI_2, TAU};
@@ -28,6 +28,15 @@ const STRIPE: Ink = [255; 3];
 /// Where readings surround a pair, without uncertainties.
 const KNOWN: Ink = [0x56, 0xb4, 0xe9];
 
+/// Relative standard uncertainties (k = 1) of a reconstruction.
+#[derive(Clone, Copy)]
+pub struct Relative<'a> {
+    /// u/f at pairs; infinite where the reconstruction is black and yet uncertain.
+    pub at: &'a dyn Fn(&[DirectionPair]) -> Vec<f64>,
+    /// What they are of, in the legend: `those of its readings`.
+    pub of: &'a str,
+}
+
 /// Polar maps of the relative standard uncertainty (k = 1) of a reconstruction: the polar angle of the sensor
 /// outwards from 0° to 90°, light at 0°, 30° and 60° with azimuth 0 to the right. Colours go by the logarithm,
 /// the same in all maps. Striped where readings do not surround a pair, grey where none is near; without
@@ -37,11 +46,11 @@ const KNOWN: Ink = [0x56, 0xb4, 0xe9];
 /// [`Error::Internal`] if drawing fails, which it should not.
 pub fn uncertainty_svg(
     title: &str,
-    replicated: Option<&Replicated>,
+    relative: Option<Relative<'_>>,
     cover: &Cover,
 ) -> Result<String, Error> {
-    let maps = THETA_I_DEG.map(|theta| Map::new(theta.to_radians(), replicated, cover));
-    let scale = replicated.map(|_| Scale::of(maps.iter().flat_map(Map::known)));
+    let maps = THETA_I_DEG.map(|theta| Map::new(theta.to_radians(), relative, cover));
+    let scale = relative.map(|_| Scale::of(maps.iter().flat_map(Map::known)));
     let width = 2.0 * MARGIN + 3.0 * SIDE + 2.0 * GAP;
     let below = TOP + SIDE + 22.0;
     Canvas::draw([width, below + 104.0], |canvas| {
@@ -58,8 +67,8 @@ pub fn uncertainty_svg(
             plot.raster(canvas, &map.colours(scale.as_ref()))?;
             rings(canvas, &plot, theta);
         }
-        if let Some(scale) = &scale {
-            scale.key(canvas, [middle, below])?;
+        if let (Some(scale), Some(relative)) = (&scale, relative) {
+            scale.key(canvas, [middle, below], relative.of)?;
         }
         swatches(canvas, [middle, below + 66.0], &meanings(scale.is_some()));
         let says = "rings: θ_o = 30°, 60°, 90°;  circle: the light, at azimuth 0;  dot: its mirror direction";
@@ -72,10 +81,10 @@ pub fn uncertainty_svg(
 struct Map(Vec<Option<(Coverage, Option<f64>)>>);
 
 impl Map {
-    fn new(theta_i: f64, replicated: Option<&Replicated>, cover: &Cover) -> Self {
+    fn new(theta_i: f64, relative: Option<Relative<'_>>, cover: &Cover) -> Self {
         let pixels: Vec<_> = middles(PIXELS).map(|p| pair(theta_i, p)).collect();
         let pairs: Vec<_> = pixels.iter().flatten().copied().collect();
-        let relative = replicated.map(|r| r.at(&pairs).iter().map(relative).collect::<Vec<_>>());
+        let relative = relative.map(|relative| (relative.at)(&pairs));
         let coverages = cover.coverages(&pairs);
         let mut known = (0..pairs.len()).map(|i| {
             let relative = relative.as_ref().map(|of| of[i]);
@@ -118,14 +127,6 @@ fn pair(theta_i: f64, point: [f64; 2]) -> Option<DirectionPair> {
     let r = x.hypot(y);
     let pair = || DirectionPair::from_spherical(theta_i, 0.0, r * FRAC_PI_2, y.atan2(x));
     (r < 1.0).then(pair)
-}
-
-/// u/f; infinite where the reconstruction is black and yet uncertain.
-fn relative(uncertain: &Uncertain) -> f64 {
-    match uncertain.uncertainty() {
-        0.0 => 0.0,
-        u => u / uncertain.value,
-    }
 }
 
 /// Draws rings of the polar angle, and the directions of light and mirror.
@@ -199,7 +200,7 @@ impl Scale {
     }
 
     /// Draws the scale with its levels.
-    fn key(&self, canvas: &mut Canvas, at: [f64; 2]) -> Result<(), Error> {
+    fn key(&self, canvas: &mut Canvas, at: [f64; 2], of: &str) -> Result<(), Error> {
         let tick = |level: &f64| {
             // As many digits as the smallest level has.
             let percent = format!("{:.7}", 100.0 * level);
@@ -207,9 +208,8 @@ impl Scale {
             (self.place(*level), format!("{percent} %"))
         };
         let ticks: Vec<_> = self.levels.iter().map(tick).collect();
-        let says =
-            "relative standard uncertainty of the BRDF, u/f (k = 1), from those of its readings";
-        bar(canvas, at, 440.0, ramp, &ticks, says)
+        let says = format!("relative standard uncertainty of the BRDF, u/f (k = 1), from {of}");
+        bar(canvas, at, 440.0, ramp, &ticks, &says)
     }
 }
 
