@@ -1,27 +1,25 @@
 //! `gonio advise`.
 
+mod told;
+
 use super::brdf_args::BrdfArgs;
+use super::check::words;
 use super::collect::Collect;
 use super::output::{JsonArgs, print_json};
-use super::run::tell_inputs;
+use super::run::{tell_inputs, tell_missing};
 use super::talk::{note, say};
 use super::{ThreadArgs, print};
 use crate::acquisition;
 use crate::error::{Error, ParameterError, count, one_of};
 use crate::experiment::moments::MomentsPlan;
-use crate::experiment::{
-    Allowance, Cell, Choice, Experiment, Extent, Failure, Findings, Known, Line, Metric, Plan,
-    PlannedSet, ReportSpec, Row, Source,
-};
+use crate::experiment::{Allowance, Experiment, Extent, Failure, Known, Metric, Plan, Row, Source};
+use crate::geometry::Symmetry;
 use crate::instrument;
-use crate::metrics::Measure;
 use crate::reconstruct::TRUSTED;
 use crate::registry;
-use crate::report::{Columns, error};
-use crate::statistics::{BAND, geometric_mean, upper_quantile};
 use clap::{ArgGroup, Args};
-use serde::Serialize;
 use std::path::PathBuf;
+use told::Asked;
 use toml::{Table, Value};
 
 /// The choices that are compared, as a config.
@@ -36,11 +34,8 @@ const OF_PLANNERS: &str = "half-difference";
 /// The reconstruction that planners' poses are followed by.
 const KRIGING: &str = "kriging";
 
-/// Lines that are printed: the best, the last of them a list that no reading changes, if all others are none.
-const LINES: usize = 3;
-
-/// What the share of further materials is whose errors are below the stated bound.
-const BELOW: f64 = 0.9;
+/// The prior of formulas.
+const BUILT_IN: &str = "built-in";
 
 /// Compares poses and reconstructions on materials, and says which are best
 #[derive(Debug, Args)]
@@ -53,8 +48,10 @@ materials of formulas. Each choice measures and reconstructs them all, so that i
   gonio advise MERL --budget 64 --prior prior.gonio
   gonio advise MERL --minutes 10 --instrument rosi
 
-Planners are asked in half/difference coordinates. Behind each of the three best stand the commands that
-make its schedule. What is compared, as a config to change and to run: `gonio init advise`.")]
+Planners are asked in half/difference coordinates. `below` is what a further material is below nine times of ten,
+if it is like these and the choice had not been the best on them. Behind each of the three best stand the commands
+that make its schedule; if the best choose poses from readings, the third does not. What is compared, as a config to
+change and to run: `gonio init advise`.")]
 pub(super) struct Advise {
     /// Materials: a config (*.toml), a folder of MERL tables, a table or a kind of material [default:
     /// materials of formulas]
@@ -96,43 +93,13 @@ fn metric(name: &str) -> Result<Metric, ParameterError> {
     found.ok_or_else(|| ParameterError::new("metric", name, one_of(name, names())))
 }
 
-/// An error over materials.
-#[derive(Serialize)]
-struct Spread {
-    /// The geometric mean.
-    mean: f64,
-    /// What nine of ten further materials are below; `None` if too few were tried.
-    below: Option<f64>,
-}
-
-/// A choice, and what it leaves.
-#[derive(Serialize)]
-struct Advice {
-    parametrization: String,
-    warp: String,
-    sample_set: String,
-    reconstruction: String,
-    nrmse: Option<Spread>,
-    log_relative: Option<Spread>,
-    /// Geometric mean of its error over that of the first, and a 95 % interval of it over materials.
-    against_first: Option<(f64, Option<[f64; 2]>)>,
-    /// Poses that were visited, at least and at most.
-    poses: [usize; 2],
-    /// True if each material has other poses, by its readings.
-    learns: bool,
-    /// Time on the instrument, minutes.
-    minutes: Option<f64>,
-    /// Wall time of computing a material, s.
-    seconds: f64,
-    /// What makes the schedule and the BRDF.
-    commands: Vec<String>,
-}
-
 /// The keys of a config that name materials.
 struct Materials {
     keys: Table,
     chosen: usize,
     all: usize,
+    /// What all of them have.
+    symmetry: Symmetry,
 }
 
 impl Advise {
@@ -142,11 +109,10 @@ impl Advise {
         let mut rows: Vec<Row> = Vec::new();
         let (mut plans, mut reasons): (Vec<Plan>, Vec<Failure>) = (Vec::new(), Vec::new());
         for planners in [false, true] {
-            let Some(source) = self.source(&materials, planners)? else {
+            let Some(plan) = self.plan(&materials, planners)? else {
                 continue;
             };
             let mut collected = Collect::<Row>::new();
-            let plan = Plan::read(&source)?;
             let summary = plan.run(&Extent::default(), &Known::default(), &mut collected)?;
             tell_inputs(&summary);
             plans.push(plan);
@@ -158,14 +124,24 @@ impl Advise {
             }
         }
         let rows: Vec<&Row> = rows.iter().collect();
-        let advice = self.ranked(&rows, &plans);
+        let asked = Asked {
+            allowance: self.allowance(),
+            instrument: self.instrument.as_deref(),
+            seed: self.seed,
+            by: self.by,
+            symmetry: materials.symmetry,
+        };
+        let (advice, left_out) = asked.ranked(&rows, &plans);
         if advice.is_empty() {
             let why = reasons.first().map(|failure| failure.reason.clone());
-            let why = why.unwrap_or_else(|| "no choice leaves an error".into());
-            return Err(Error::infeasible("gonio advise", why));
+            let exact = format!("no choice leaves an error: {}", left_out.join(", "));
+            return Err(Error::infeasible("gonio advise", why.unwrap_or(exact)));
         }
         for Failure { job, reason, .. } in &reasons {
             say(&format!("gonio: {job}: {reason}"));
+        }
+        if !left_out.is_empty() {
+            note(&format!("gonio: left out: {}", left_out.join(", ")));
         }
         if self.json.wanted() {
             return print_json(&advice);
@@ -175,7 +151,37 @@ impl Advise {
                 "gonio: materials of formulas stand for all; with tables like the material, advice is better",
             );
         }
-        print(&self.text(&advice, &materials))
+        let of = match materials.chosen {
+            chosen if chosen == materials.all => count(chosen, "material"),
+            chosen => format!("{chosen} of {}", count(materials.all, "material")),
+        };
+        print(&asked.text(&advice, &of))
+    }
+
+    fn allowance(&self) -> Allowance {
+        match (self.budget, self.minutes) {
+            (_, Some(minutes)) => Allowance::Minutes(minutes),
+            // The command line has one of both.
+            (budget, None) => Allowance::Poses(budget.unwrap_or(1)),
+        }
+    }
+
+    /// The experiment of planners, or of sample sets; `None` if there are none for so many poses. The built-in prior is
+    /// left out where it was made of what is tried.
+    fn plan(&self, materials: &Materials, planners: bool) -> Result<Option<Plan>, Error> {
+        let prior = match (&self.prior, &self.target) {
+            (Some(path), _) => Some(path.to_string_lossy()),
+            (None, Some(_)) => Some(BUILT_IN.into()),
+            (None, None) => None,
+        };
+        let of = |prior: Option<&str>| {
+            let source = self.source(materials, planners, prior)?;
+            source.map(|source| Plan::read(&source)).transpose()
+        };
+        match of(prior.as_deref()) {
+            Err(_) if self.prior.is_none() && prior.is_some() => of(None),
+            plan => plan,
+        }
     }
 
     /// The materials that are tried.
@@ -187,10 +193,23 @@ impl Advise {
             }
             None => super::any_plan(&Source::new("gonio advise", FORMULAS))?.into_moments(),
         };
+        tell_missing(&plan.missing);
         let all = plan.materials.len();
         let chosen = all.min(self.most.into());
         let name = |i: usize| plan.materials[i * all / chosen].name.clone();
         let mut names: Vec<String> = (0..chosen).map(name).collect();
+        let mut tried = plan.materials.iter().filter(|m| names.contains(&m.name));
+        let symmetry = tried.next().map_or(Symmetry::FULL, |m| m.symmetry);
+        if let Some(other) = tried.find(|m| m.symmetry != symmetry) {
+            let message = format!(
+                "{} is {}, {} is {}; allowed: materials of the same symmetries, which have the same schedules",
+                names[0],
+                words(symmetry),
+                other.name,
+                words(other.symmetry)
+            );
+            return Err(Error::config("gonio advise", message));
+        }
         let mut keys = plan.resolved;
         keys.retain(|key, _| ["channels", "material", "materials_dir", "merl"].contains(&key));
         if let Some(Value::Array(list)) = keys.get_mut("material") {
@@ -208,11 +227,21 @@ impl Advise {
         } else {
             keys.insert("only".into(), names.into());
         }
-        Ok(Materials { keys, chosen, all })
+        Ok(Materials {
+            keys,
+            chosen,
+            all,
+            symmetry,
+        })
     }
 
     /// The config of what is compared: of planners, or of sample sets; `None` if there are none for so many poses.
-    fn source(&self, materials: &Materials, planners: bool) -> Result<Option<Source>, Error> {
+    fn source(
+        &self,
+        materials: &Materials,
+        planners: bool,
+        prior: Option<&str>,
+    ) -> Result<Option<Source>, Error> {
         let internal = |e: &dyn std::fmt::Display| Error::Internal(e.to_string());
         let mut config: Table = CONFIG.parse().map_err(|e| internal(&e))?;
         config.remove("material");
@@ -267,20 +296,17 @@ impl Advise {
         if is_empty {
             return Ok(None);
         }
-        self.add_prior(&mut config, planners);
+        if let Some(prior) = prior {
+            self.add_prior(&mut config, planners, prior);
+        }
         let text = toml::to_string(&config).map_err(|e| internal(&e))?;
         Ok(Some(Source::new("gonio advise", text)))
     }
 
-    /// Adds what knows of other materials, if any does.
-    fn add_prior(&self, config: &mut Table, planners: bool) {
-        let prior = match (&self.prior, &self.target) {
-            (Some(path), _) => path.to_string_lossy(),
-            (None, Some(_)) => "built-in".into(),
-            (None, None) => return,
-        };
+    /// Adds what knows of other materials.
+    fn add_prior(&self, config: &mut Table, planners: bool, prior: &str) {
         let mut add = |key: &str, kind: &str| {
-            let keys = [("kind", kind), ("prior", &prior)];
+            let keys = [("kind", kind), ("prior", prior)];
             let table = keys.map(|(key, value)| (key.to_owned(), Value::from(value)));
             if let Some(Value::Array(list)) = config.get_mut(key) {
                 list.push(Table::from_iter(table).into());
@@ -293,225 +319,5 @@ impl Advise {
         if self.budget.is_none_or(|budget| budget <= TRUSTED) {
             add("reconstruction", KRIGING);
         }
-    }
-
-    /// The best choices, each set of poses with its best reconstruction, the best first.
-    fn ranked(&self, rows: &[&Row], plans: &[Plan]) -> Vec<Advice> {
-        let findings = Findings::asked(rows, BAND, &ReportSpec::default());
-        let ranking = findings.ranking(self.by, Measure::Cosine.name(), None);
-        let lines = ranking.map_or(&[][..], |ranking| &ranking.lines);
-        let of = |line: &Line| Some((line.choice.clone(), line.cells.first().copied()??));
-        let mut all: Vec<(Choice, Cell)> = lines.iter().filter_map(of).collect();
-        all.retain(|(_, cell)| cell.place.is_some());
-        all.sort_by_key(|(_, cell)| cell.place);
-        // Each set of poses once, and of those that have come to the same poses the first.
-        let (mut seen, mut errors) = (Vec::new(), Vec::new());
-        all.retain(|(choice, _)| {
-            let poses =
-                [&choice.parametrization, &choice.warp, &choice.sample_set].map(String::clone);
-            let mine = rows.iter().filter(|r| r.choice() == *choice);
-            let of: Vec<Option<f64>> = mine.map(|r| r.value(Metric::Nrmse.name())).collect();
-            let is_new = !seen.contains(&poses) && !errors.contains(&of);
-            seen.push(poses);
-            errors.push(of);
-            is_new
-        });
-        let mut advice = all
-            .iter()
-            .map(|(choice, cell)| self.advice(choice, cell, rows, plans));
-        let mut best: Vec<Advice> = advice.by_ref().take(LINES).collect();
-        if best.iter().all(|a| a.learns)
-            && let Some(fixed) = advice.find(|a| !a.learns)
-        {
-            best.pop();
-            best.push(fixed);
-        }
-        best
-    }
-
-    fn advice(&self, choice: &Choice, cell: &Cell, rows: &[&Row], plans: &[Plan]) -> Advice {
-        let mine = rows.iter().filter(|r| r.choice() == *choice);
-        let poses = mine.clone().map(|r| r.poses);
-        let poses = [poses.clone().min(), poses.max()].map(Option::unwrap_or_default);
-        let spread = |metric: Metric| {
-            let errors: Vec<f64> = mine
-                .clone()
-                .filter_map(|r| r.value(metric.name()))
-                .collect();
-            Some(Spread {
-                mean: geometric_mean(&errors)?,
-                below: upper_quantile(&errors, BELOW),
-            })
-        };
-        let set = plans.iter().flat_map(|plan| &plan.sample_sets);
-        let set = set.filter(|set| set.name == choice.sample_set).next();
-        let learns = set.is_some_and(PlannedSet::learns);
-        Advice {
-            nrmse: spread(Metric::Nrmse),
-            log_relative: spread(Metric::LogRelative),
-            against_first: cell
-                .against_best
-                .map(|paired| (paired.ratio, paired.interval)),
-            minutes: cell.instrument_seconds.map(|s| s / 60.0),
-            seconds: cell.seconds,
-            commands: self.commands(choice, poses, set, plans),
-            parametrization: choice.parametrization.clone(),
-            warp: choice.warp.clone(),
-            sample_set: choice.sample_set.clone(),
-            reconstruction: choice.reconstruction.clone(),
-            learns,
-            poses,
-        }
-    }
-
-    /// What makes the schedule of a choice, and the BRDF of its readings.
-    fn commands(
-        &self,
-        choice: &Choice,
-        poses: [usize; 2],
-        set: Option<&PlannedSet>,
-        plans: &[Plan],
-    ) -> Vec<String> {
-        let keys_of = |keys: &registry::Keys| {
-            let text = |key: &str| keys.get(key).and_then(Value::as_str).map(str::to_owned);
-            (
-                text("kind").unwrap_or_default(),
-                text("prior")
-                    .map(|p| format!(" --set prior={}", quoted(&p)))
-                    .unwrap_or_default(),
-            )
-        };
-        let instrument = self
-            .instrument
-            .as_ref()
-            .map(|name| format!(" --instrument {}", quoted(name)));
-        let instrument = instrument.unwrap_or_default();
-        let mut commands = Vec::new();
-        let is_planner = |kind: &str| acquisition::all().iter().any(|e| e.kind == kind);
-        let (kind, prior) = set
-            .map(|set| keys_of(&set.set.resolved()))
-            .unwrap_or_default();
-        if let Some(set) = set.filter(|_| is_planner(&kind)) {
-            let budget = self.budget.unwrap_or(poses[1]);
-            let next = |readings: &str, batch: usize, to: &str| {
-                format!(
-                    "gonio next {readings}--planner {kind}{prior} --batch {batch}{instrument} -o {to}"
-                )
-            };
-            match set.set.batch(0, budget) {
-                None => commands.push(next("", poses[1], "poses.csv")),
-                Some(first) => {
-                    commands.push(next("", first, "poses1.csv"));
-                    let then = set.set.batch(first, budget).filter(|n| *n > 0);
-                    commands.extend(then.map(|n| next("readings1.csv ", n, "poses2.csv")));
-                }
-            }
-        } else {
-            let warp = match choice.warp.as_str() {
-                "none" => String::new(),
-                warp => format!(" --warp {}", quoted(warp)),
-            };
-            let allowed = match (self.budget, self.minutes) {
-                (_, Some(minutes)) => format!("--minutes {minutes}"),
-                (budget, None) => format!("--budget {}", budget.unwrap_or_default()),
-            };
-            let skip = if instrument.is_empty() {
-                ""
-            } else {
-                " --skip-unreachable"
-            };
-            commands.push("gonio init advise".into());
-            commands.push(format!(
-                "gonio schedule advise.toml --parametrization {}{warp} --sample-set {} {allowed}{instrument}{skip} -o poses.csv",
-                choice.parametrization, choice.sample_set
-            ));
-        }
-        let methods = plans.iter().flat_map(|plan| &plan.methods);
-        let mut method = methods
-            .filter(|m| m.name == choice.reconstruction)
-            .map(|m| keys_of(&m.method.resolved()));
-        let (kind, prior) = method.next().unwrap_or_default();
-        commands.push(format!(
-            "gonio reconstruct readings*.csv --reconstruction {kind}{prior}"
-        ));
-        commands
-    }
-
-    fn text(&self, advice: &[Advice], materials: &Materials) -> String {
-        let allowed = match (self.budget, self.minutes) {
-            (_, Some(minutes)) => Allowance::Minutes(minutes),
-            (budget, None) => Allowance::Poses(budget.unwrap_or_default()),
-        };
-        let of = match materials.chosen {
-            chosen if chosen == materials.all => count(chosen, "material"),
-            chosen => format!("{chosen} of {}", count(materials.all, "material")),
-        };
-        let mut out = format!(
-            "{allowed}, {of}: errors under the cosine measure, and what nine of ten further materials are below\n\n"
-        );
-        let times = if self.instrument.is_some() {
-            "\t>poses\t>minutes"
-        } else {
-            ""
-        };
-        let mut columns = Columns::new(&format!(
-            "\tchoice\treconstruction\t>nrmse\t>below\t>log_relative\t>below\tagainst the first{times}\t>s of computing"
-        ));
-        let spread = |s: &Option<Spread>| {
-            let below = s.as_ref().and_then(|s| s.below);
-            format!("{}\t{}", error(s.as_ref().map(|s| s.mean)), error(below))
-        };
-        for (i, a) in advice.iter().enumerate() {
-            let warp = if a.warp == "none" {
-                String::new()
-            } else {
-                format!(" {}", a.warp)
-            };
-            let against = match &a.against_first {
-                None => String::new(),
-                Some((ratio, None)) => format!("{ratio:.2}"),
-                Some((ratio, Some([low, high]))) => format!("{ratio:.2} [{low:.2}, {high:.2}]"),
-            };
-            let times = a.minutes.map_or(String::new(), |minutes| {
-                let [least, most] = a.poses;
-                let poses = if least == most {
-                    most.to_string()
-                } else {
-                    format!("{least}–{most}")
-                };
-                format!("\t{poses}\t{minutes:.1}")
-            });
-            columns.row(&format!(
-                "{}\t{} in {}{warp}\t{}\t{}\t{}\t{against}{times}\t{:.1}",
-                i + 1,
-                a.sample_set,
-                a.parametrization,
-                a.reconstruction,
-                spread(&a.nrmse),
-                spread(&a.log_relative),
-                a.seconds,
-            ));
-        }
-        out += &columns.to_string();
-        for (i, a) in advice.iter().enumerate() {
-            let then = match a.learns && a.commands.len() > 2 {
-                true => ", then with all readings so far half as many poses each time",
-                false => "",
-            };
-            out += &format!("\n{}  {}{then}:\n", i + 1, a.sample_set);
-            for command in &a.commands {
-                out += &format!("   {command}\n");
-            }
-        }
-        out
-    }
-}
-
-/// A word as a shell takes it.
-fn quoted(word: &str) -> String {
-    let plain = |c: char| c.is_alphanumeric() || "-_./:=+,".contains(c);
-    match !word.is_empty() && word.chars().all(plain) {
-        true => word.into(),
-        false => format!("'{}'", word.replace('\'', "'\\''")),
     }
 }

@@ -11,6 +11,7 @@ use crate::report::Columns;
 use crate::schedule::Assume;
 use crate::statistics::mean_and_error;
 use clap::Args;
+use rayon::prelude::*;
 use serde::Serialize;
 use std::path::PathBuf;
 
@@ -21,8 +22,10 @@ For each pose the logarithm of the density that uniform points of the coordinate
 pairs of directions; half a degree about it counts, so that poles have a value. The coordinates of the largest mean
 are those that the poses follow most, and if they follow them altogether the mean is that of their own points.
 
+Schedules are taken for independent: those of one planner and one budget, of several materials or seeds.
+
   gonio run configs/planning.toml --set materials_dir=MERL --set output.schedules=csv -o out
-  gonio density out/schedules/*adaptive*")]
+  gonio density out/schedules/*_adaptive_64_*")]
 pub(super) struct DensityArgs {
     #[arg(required = true, value_name = "SCHEDULE",
         help = format!("Schedules ({}); those of several materials or seeds tell how far the means are known",
@@ -81,31 +84,33 @@ impl DensityArgs {
         }
         let symmetry = symmetry.unwrap_or(Symmetry::FULL);
         let elevation = self.elevation.to_radians();
-        let mut lines: Vec<(Line, Vec<f64>)> = Vec::new();
+        let mut lines: Vec<(Line, Vec<Option<f64>>)> = Vec::new();
         let mut counted = 0;
         for (name, form) in analysis::fine_and_plain(symmetry) {
             let warp = form.warp_name();
-            let density = Density::new(form, elevation);
-            let of = |pairs: &Vec<DirectionPair>| -> Vec<f64> {
-                pairs.iter().filter_map(|pair| density.log(pair)).collect()
-            };
-            let logs: Vec<Vec<f64>> = files.iter().map(of).collect();
-            counted = logs.iter().map(Vec::len).sum();
-            // What is independent: files, or the poses of the only one.
-            let values = match logs.as_slice() {
-                [only] => only.clone(),
-                _ => logs
-                    .iter()
-                    .filter_map(|logs| Some(mean_and_error(logs)?.0))
-                    .collect(),
-            };
-            let Some((log_density, standard_error)) = mean_and_error(&values) else {
+            let too_few = |what: &str| {
                 let message = format!(
-                    "no pose has both elevations within {}°; allowed: a larger one",
+                    "within {}° there are too few {what}; allowed: more",
                     self.elevation
                 );
-                return Err(Error::config("--elevation", message));
+                Error::config("--elevation", message)
             };
+            let points = || format!("points of {name} coordinates");
+            let density = Density::new(form, elevation).ok_or_else(|| too_few(&points()))?;
+            let of = |pairs: &Vec<DirectionPair>| -> Vec<Option<f64>> {
+                pairs.par_iter().map(|pair| density.log(pair)).collect()
+            };
+            let logs: Vec<Vec<Option<f64>>> = files.iter().map(of).collect();
+            let covered = files.iter().flatten().filter(|pair| density.covers(pair));
+            counted = covered.count();
+            // What is independent: files, or the poses of the only one.
+            let mean = |logs: &Vec<Option<f64>>| Some(mean_and_error(&there(logs))?.0);
+            let values = match logs.as_slice() {
+                [only] => only.clone(),
+                _ => logs.iter().map(mean).collect(),
+            };
+            let known = mean_and_error(&there(&values));
+            let (log_density, standard_error) = known.ok_or_else(|| too_few("poses"))?;
             let line = Line {
                 coordinates: name.into(),
                 warp,
@@ -123,7 +128,8 @@ impl DensityArgs {
             .into_iter()
             .enumerate()
             .map(|(i, (mut line, values))| {
-                let less: Vec<f64> = first.iter().zip(values).map(|(a, b)| a - b).collect();
+                let both = first.iter().zip(values);
+                let less: Vec<f64> = both.filter_map(|(a, b)| Some((*a)? - b?)).collect();
                 if let Some((mean, error)) = mean_and_error(&less).filter(|_| i > 0) {
                     (line.less_than_first, line.standard_error_of_less) = (mean, error);
                 }
@@ -167,4 +173,9 @@ impl DensityArgs {
             count(files.len(), "file")
         ))
     }
+}
+
+/// Those that are there.
+fn there(values: &[Option<f64>]) -> Vec<f64> {
+    values.iter().copied().flatten().collect()
 }

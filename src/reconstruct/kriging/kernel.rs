@@ -7,7 +7,8 @@
 //! u1 d sin 2φ_h. Where it is isotropic and not bilateral d = u1 sin θ_d sin 2φ_d.
 //!
 //! Everything is evaluated for [`LANES`] readings at a time, with the same bits on every processor: no sum
-//! depends on its width, and the exponential is our own.
+//! depends on its width, and the exponential is our own. Products are added in one rounding (fused), which a processor
+//! without that instruction does by a slow function.
 
 use crate::geometry::{DirectionPair, Symmetry};
 use crate::parametrization::{Form, HalfDifference, Parametrization};

@@ -1,0 +1,365 @@
+//! The best choices, and the commands that make their schedules.
+
+use crate::acquisition;
+use crate::experiment::{
+    Allowance, Cell, Choice, Findings, Line, Metric, Plan, PlannedSet, ReportSpec, Row,
+};
+use crate::geometry::Symmetry;
+use crate::metrics::Measure;
+use crate::registry;
+use crate::report::{Columns, error};
+use crate::statistics::{BAND, EXACT, geometric_mean, upper_quantile};
+use serde::Serialize;
+use toml::Value;
+
+/// Lines that are told: the best, the last of them poses that no reading changes, if those of all others are.
+const LINES: usize = 3;
+
+/// The share of further materials whose errors are below the bound.
+const BELOW: f64 = 0.9;
+
+/// An error over materials.
+#[derive(Serialize)]
+struct Spread {
+    /// The geometric mean.
+    mean: f64,
+    /// What a further material is below nine times of ten; `None` if too few were tried.
+    below: Option<f64>,
+}
+
+/// An error over that of the first choice.
+#[derive(Serialize)]
+struct AgainstFirst {
+    metric: &'static str,
+    /// Geometric mean over materials.
+    ratio: f64,
+    /// A 95 % interval of it over materials; `None` if too few were tried.
+    interval: Option<[f64; 2]>,
+}
+
+/// A choice, and what it leaves.
+#[derive(Serialize)]
+pub(super) struct Advice {
+    parametrization: String,
+    warp: String,
+    sample_set: String,
+    reconstruction: String,
+    nrmse: Option<Spread>,
+    log_relative: Option<Spread>,
+    against_first: Option<AgainstFirst>,
+    /// Poses that were visited, at least and at most.
+    poses: [usize; 2],
+    /// True if each material has other poses, by its readings.
+    learns: bool,
+    /// Time on the instrument, minutes.
+    minutes: Option<f64>,
+    /// Wall time of computing a material, s.
+    seconds: f64,
+    /// What makes the schedule and the BRDF.
+    commands: Vec<String>,
+    /// How readings go on, if they do after these commands.
+    then: Option<String>,
+}
+
+/// What was asked.
+pub(super) struct Asked<'a> {
+    pub allowance: Allowance,
+    pub instrument: Option<&'a str>,
+    pub seed: i64,
+    pub by: Metric,
+    /// Of the materials.
+    pub symmetry: Symmetry,
+}
+
+impl Asked<'_> {
+    /// The best choices, each set of poses with its best reconstruction, the best first; and the materials that tell
+    /// nothing.
+    pub fn ranked(&self, rows: &[&Row], plans: &[Plan]) -> (Vec<Advice>, Vec<String>) {
+        let findings = Findings::asked(rows, BAND, &ReportSpec::default());
+        let Some(ranking) = findings.ranking(self.by, Measure::Cosine.name(), None) else {
+            return (Vec::new(), Vec::new());
+        };
+        let of = |line: &Line| Some((line.choice.clone(), line.cells.first().copied()??));
+        let mut all: Vec<(Choice, Cell)> = ranking.lines.iter().filter_map(of).collect();
+        all.retain(|(_, cell)| cell.place.is_some());
+        all.sort_by_key(|(_, cell)| cell.place);
+        // Each set of poses once, and of those with the same errors, so the same poses, the first.
+        let (mut seen, mut errors) = (Vec::new(), Vec::new());
+        all.retain(|(choice, _)| {
+            let poses = [&choice.parametrization, &choice.warp, &choice.sample_set];
+            let poses = poses.map(String::clone);
+            let mine = rows.iter().filter(|r| r.choice() == *choice);
+            let of: Vec<Option<f64>> = mine.map(|r| r.value(self.by.name())).collect();
+            let telling = of.iter().any(|e| e.is_some_and(|e| e > EXACT));
+            let is_new = !seen.contains(&poses) && !(telling && errors.contains(&of));
+            seen.push(poses);
+            errors.push(of);
+            is_new
+        });
+        let mut numbered = 0;
+        let mut advice = |(choice, cell): &(Choice, Cell)| {
+            numbered += 1;
+            self.advice(numbered, choice, cell, rows, plans)
+        };
+        let learns = |(choice, _): &&(Choice, Cell)| {
+            planned(&choice.sample_set, plans).is_some_and(PlannedSet::learns)
+        };
+        let best = all.iter().take(LINES);
+        let fixed = all.iter().find(|choice| !learns(choice));
+        let chosen: Vec<Advice> = match fixed.filter(|_| best.clone().all(|choice| learns(&choice)))
+        {
+            Some(fixed) => best
+                .take(LINES - 1)
+                .chain([fixed])
+                .map(&mut advice)
+                .collect(),
+            None => best.map(&mut advice).collect(),
+        };
+        (chosen, ranking.scope.left_out.clone())
+    }
+
+    fn advice(
+        &self,
+        number: usize,
+        choice: &Choice,
+        cell: &Cell,
+        rows: &[&Row],
+        plans: &[Plan],
+    ) -> Advice {
+        let mine = rows.iter().filter(|r| r.choice() == *choice);
+        let poses = mine.clone().map(|r| r.poses);
+        let poses = [poses.clone().min(), poses.max()].map(Option::unwrap_or_default);
+        let spread = |metric: Metric| {
+            let of = |r: &&Row| r.value(metric.name());
+            // Where every choice is exact, this one says nothing.
+            let tells = |r: &&&Row| {
+                let same = rows.iter().filter(|other| other.material == r.material);
+                same.filter_map(of).any(|error| error > EXACT)
+            };
+            let errors: Vec<f64> = mine.clone().filter(tells).filter_map(of).collect();
+            Some(Spread {
+                mean: geometric_mean(&errors)?,
+                below: upper_quantile(&errors, BELOW),
+            })
+        };
+        let (commands, then) = self.commands(number, choice, poses, plans);
+        Advice {
+            nrmse: spread(Metric::Nrmse),
+            log_relative: spread(Metric::LogRelative),
+            against_first: cell.against_best.map(|paired| AgainstFirst {
+                metric: self.by.name(),
+                ratio: paired.ratio,
+                interval: paired.interval,
+            }),
+            learns: planned(&choice.sample_set, plans).is_some_and(PlannedSet::learns),
+            minutes: cell.instrument_seconds.map(|s| s / 60.0),
+            seconds: cell.seconds,
+            parametrization: choice.parametrization.clone(),
+            warp: choice.warp.clone(),
+            sample_set: choice.sample_set.clone(),
+            reconstruction: choice.reconstruction.clone(),
+            commands,
+            then,
+            poses,
+        }
+    }
+
+    /// What makes the schedule of a choice and the BRDF of its readings, in files of its own; and how readings go on.
+    fn commands(
+        &self,
+        number: usize,
+        choice: &Choice,
+        poses: [usize; 2],
+        plans: &[Plan],
+    ) -> (Vec<String>, Option<String>) {
+        let mut more = String::new();
+        if let Some(name) = self.instrument {
+            more += &format!(" --instrument {}", quoted(name));
+        }
+        if self.seed != 1 {
+            more += &format!(" --seed {}", self.seed);
+        }
+        let (mut commands, mut then) = (Vec::new(), None);
+        let set = planned(&choice.sample_set, plans);
+        let (kind, prior) = set.map(|set| keys(&set.set.resolved())).unwrap_or_default();
+        let is_planner = acquisition::all().iter().any(|e| e.kind == kind);
+        if let Some(set) = set.filter(|_| is_planner) {
+            let next = |readings: &str, batch: usize, to: &str| {
+                let folded = match readings {
+                    "" => symmetries(self.symmetry),
+                    // Files say it.
+                    _ => String::new(),
+                };
+                format!(
+                    "gonio next {readings}--planner {kind}{prior}{folded} --batch {batch}{more} -o {number}-{to}"
+                )
+            };
+            let budget = self.allowance.count().unwrap_or(set.set.most());
+            match set.set.batch(0, budget) {
+                None => commands.push(next("", poses[1], "poses.csv")),
+                Some(first) => {
+                    commands.push(next("", first, "poses1.csv"));
+                    let second = set.set.batch(first, budget).filter(|n| *n > 0);
+                    let known = format!("{number}-readings1.csv ");
+                    commands.extend(second.map(|n| next(&known, n, "poses2.csv")));
+                    let asked = first + second.unwrap_or(0);
+                    let third = set.set.batch(asked, budget).filter(|n| *n > 0);
+                    then = third.map(|_| {
+                        format!("then, with all readings so far, half as many poses each time, up to {}", self.allowance)
+                    });
+                }
+            }
+        } else {
+            let warp = match choice.warp.as_str() {
+                "none" => String::new(),
+                warp => format!(" --warp {}", quoted(warp)),
+            };
+            let allowed = match self.allowance {
+                Allowance::Minutes(minutes) => format!("--minutes {minutes}"),
+                Allowance::Poses(n) | Allowance::Readings(n) => format!("--budget {n}"),
+            };
+            let folded = match self.symmetry {
+                Symmetry::FULL => String::new(),
+                Symmetry {
+                    isotropic,
+                    reciprocal,
+                    bilateral,
+                } => format!(
+                    " --set 'material=[{{kind=\"lambert\",symmetry={{isotropic={isotropic},reciprocal={reciprocal},bilateral={bilateral}}}}}]'"
+                ),
+            };
+            let skip = self.instrument.map_or("", |_| " --skip-unreachable");
+            commands.push(format!("gonio init advise -o {number}-advise.toml"));
+            commands.push(format!(
+                "gonio schedule {number}-advise.toml{folded} --parametrization {}{warp} --sample-set {} {allowed}{more}{skip} -o {number}-poses.csv",
+                choice.parametrization, choice.sample_set
+            ));
+        }
+        let mut methods = plans.iter().flat_map(|plan| &plan.methods);
+        let method = methods.find(|m| m.name == choice.reconstruction);
+        let (kind, prior) = method
+            .map(|m| keys(&m.method.resolved()))
+            .unwrap_or_default();
+        commands.push(format!(
+            "gonio reconstruct {number}-readings*.csv --reconstruction {kind}{prior}"
+        ));
+        (commands, then)
+    }
+
+    /// The choices as a table, then their commands. `of`: the materials.
+    pub fn text(&self, advice: &[Advice], of: &str) -> String {
+        let bounds = advice
+            .iter()
+            .flat_map(|a| &a.nrmse)
+            .any(|s| s.below.is_some());
+        let bounds = match bounds {
+            true => ", and what a further one is below nine times of ten",
+            false => "",
+        };
+        let mut out = format!(
+            "{}, {of}: errors under the cosine measure{bounds}\n\n",
+            self.allowance
+        );
+        let times = self.instrument.map_or("", |_| "\t>poses\t>minutes");
+        let mut columns = Columns::new(&format!(
+            "\tchoice\treconstruction\t>nrmse\t>below\t>log_relative\t>below\t{} against the first{times}\t>s of computing",
+            self.by.name()
+        ));
+        let spread = |s: &Option<Spread>| {
+            let below = s.as_ref().and_then(|s| s.below);
+            format!("{}\t{}", error(s.as_ref().map(|s| s.mean)), error(below))
+        };
+        for (i, a) in advice.iter().enumerate() {
+            let warp = match a.warp.as_str() {
+                "none" => String::new(),
+                warp => format!(" {warp}"),
+            };
+            let against = match &a.against_first {
+                None => String::new(),
+                Some(AgainstFirst {
+                    ratio,
+                    interval: None,
+                    ..
+                }) => format!("{ratio:.2}"),
+                Some(AgainstFirst {
+                    ratio,
+                    interval: Some([low, high]),
+                    ..
+                }) => {
+                    format!("{ratio:.2} [{low:.2}, {high:.2}]")
+                }
+            };
+            let times = a.minutes.map_or(String::new(), |minutes| {
+                let poses = match a.poses {
+                    [least, most] if least == most => most.to_string(),
+                    [least, most] => format!("{least}–{most}"),
+                };
+                format!("\t{poses}\t{minutes:.1}")
+            });
+            columns.row(&format!(
+                "{}\t{} in {}{warp}\t{}\t{}\t{}\t{against}{times}\t{:.1}",
+                i + 1,
+                a.sample_set,
+                a.parametrization,
+                a.reconstruction,
+                spread(&a.nrmse),
+                spread(&a.log_relative),
+                a.seconds,
+            ));
+        }
+        out += &columns.to_string();
+        for (i, a) in advice.iter().enumerate() {
+            out += &format!("\n{}  {}:\n", i + 1, a.sample_set);
+            let (last, first) = a.commands.split_last().unwrap_or((&a.sample_set, &[]));
+            for line in first.iter().chain(&a.then).chain([last]) {
+                out += &format!("   {line}\n");
+            }
+        }
+        out
+    }
+}
+
+/// The sample set of a name.
+fn planned<'p>(name: &str, plans: &'p [Plan]) -> Option<&'p PlannedSet> {
+    let mut all = plans.iter().flat_map(|plan| &plan.sample_sets);
+    all.find(|set| set.name == name)
+}
+
+/// The kind of a member, and its prior as an option.
+fn keys(resolved: &registry::Keys) -> (String, String) {
+    let text = |key: &str| resolved.get(key).and_then(Value::as_str);
+    let prior = text("prior").map(|prior| format!(" --set prior={}", quoted(prior)));
+    (
+        text("kind").unwrap_or_default().into(),
+        prior.unwrap_or_default(),
+    )
+}
+
+/// Symmetries as an option of `gonio next`, whose default are all.
+fn symmetries(symmetry: Symmetry) -> String {
+    let Symmetry {
+        isotropic,
+        reciprocal,
+        bilateral,
+    } = symmetry;
+    let all = [
+        (isotropic, "isotropic"),
+        (reciprocal, "reciprocal"),
+        (bilateral, "bilateral"),
+    ];
+    let names: Vec<&str> = all.iter().filter(|s| s.0).map(|s| s.1).collect();
+    match names.len() {
+        3 => String::new(),
+        0 => " --symmetry none".into(),
+        _ => format!(" --symmetry {}", names.join(",")),
+    }
+}
+
+/// A word as a shell takes it.
+fn quoted(word: &str) -> String {
+    let plain = |c: char| c.is_alphanumeric() || "-_./:=+,".contains(c);
+    match !word.is_empty() && word.chars().all(plain) {
+        true => word.into(),
+        false => format!("'{}'", word.replace('\'', "'\\''")),
+    }
+}
