@@ -50,8 +50,10 @@ pub use fit::Fit;
 pub use grid::Continuation;
 pub use interpolant::{Interpolant, Readings, noise, present, values_at};
 pub use inverse_distance::InverseDistance;
-pub use kriging::{FUNCTIONS, Kriging, NODES, Prior, PriorFile, TrainError, Trained, Training};
-pub(crate) use kriging::{Mixture, Places, Posterior, TRUSTED};
+pub use kriging::{
+    FUNCTIONS, Kriging, NODES, Prior, PriorFile, TRUSTED, TrainError, Trained, Training,
+};
+pub(crate) use kriging::{Mixture, Places, Posterior};
 pub use lattice_method::{LatticeMethod, LatticeRule};
 pub use multilinear::{Multilinear, MultilinearRule};
 pub use nearest::NearestReading;

@@ -91,10 +91,10 @@ impl Asked<'_> {
             let mine = rows.iter().filter(|r| r.choice() == *choice);
             let of: Vec<Option<f64>> = mine.map(|r| r.value(self.by.name())).collect();
             let telling = of.iter().any(|e| e.is_some_and(|e| e > EXACT));
-            let is_new = !seen.contains(&poses) && !(telling && errors.contains(&of));
+            let known = seen.contains(&poses) || telling && errors.contains(&of);
             seen.push(poses);
             errors.push(of);
-            is_new
+            !known
         });
         let mut numbered = 0;
         let mut advice = |(choice, cell): &(Choice, Cell)| {

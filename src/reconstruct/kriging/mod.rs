@@ -91,7 +91,7 @@ impl Default for Kriging {
 const FITTED: usize = 300;
 
 /// Readings up to which a prior is of use: they say more themselves then.
-pub(crate) const TRUSTED: usize = 32;
+pub const TRUSTED: usize = 32;
 
 /// The share of a prior from which on it is left out.
 const LEFT_OUT: f64 = 0.01;
