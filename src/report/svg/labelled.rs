@@ -16,7 +16,7 @@ const GAP: f64 = 14.0;
 const WIDEST: f64 = 180.0;
 
 /// Draws one panel, with dots on its points, which tell their values, and the names of its lines
-/// right of them.
+/// right of them, if they have any.
 ///
 /// # Errors
 /// [`Error::Internal`] if drawing fails, which it should not.
@@ -61,6 +61,7 @@ pub fn labelled(panel: &Panel) -> Result<String, Error> {
                 canvas.told(&values, |canvas| canvas.dot(at, 3.2, ink));
                 end = Some(at);
             }
+            let end = end.filter(|_| !name.is_empty());
             ends.extend(end.map(|end| (end, ink, name)));
         }
         ends.sort_by(|a, b| a.0[1].total_cmp(&b.0[1]));
@@ -163,6 +164,15 @@ mod tests {
         for name in ["\none\n", "\ntwo\n", "\n&lt;three&gt;\n"] {
             assert_eq!(text.matches(name).count(), 1, "{name}");
         }
+        // A line without a name has none, and nothing leads there.
+        let paths = |name: &str| {
+            let panel = Panel {
+                series: vec![series(name, 0, Some(1.0))],
+                ..Panel::default()
+            };
+            labelled(&panel).unwrap().matches("<path").count()
+        };
+        assert_eq!(paths("one"), paths("") + 1);
         // The one above 1 keeps clear of axes alone.
         assert!(labelled(&Panel::default()).unwrap().contains("no data"));
     }

@@ -176,7 +176,7 @@ pub(super) fn curves(findings: &Findings, looks: &Looks) -> Result<Option<Markup
 }
 
 /// True over expected errors against readings, a diagram for each metric and measure.
-pub(super) fn calibrated(findings: &Findings) -> Result<Vec<Markup>, Error> {
+pub(super) fn calibrated(findings: &Findings, looks: &Looks) -> Result<Vec<Markup>, Error> {
     let alike = |a: &Calibration, b: &Calibration| a.metric == b.metric && a.measure == b.measure;
     let mut charts = Vec::new();
     for lines in findings.calibrations.chunk_by(alike) {
@@ -184,11 +184,12 @@ pub(super) fn calibrated(findings: &Findings) -> Result<Vec<Markup>, Error> {
         let mut series = Vec::new();
         for (color, line) in lines.iter().take(LINES).enumerate() {
             let cells = || line.cells.iter().flatten();
-            let name = format!(
-                "{}, {}",
-                sampling(&line.choice),
-                method(&line.choice, findings)
-            );
+            let mut name = looks.series(&line.choice, Vec::new()).name;
+            if lines.iter().any(|l| {
+                method_beside(&l.choice, findings) != method_beside(&line.choice, findings)
+            }) {
+                name = format!("{name}, {}", method_beside(&line.choice, findings));
+            }
             let of = |mark, name, points| Series {
                 name,
                 color,
@@ -211,8 +212,7 @@ pub(super) fn calibrated(findings: &Findings) -> Result<Vec<Markup>, Error> {
             series,
         };
         let label = format!("{metric} over what was expected, {measure} pairs, against readings");
-        let caption =
-            "Lines: the median over materials. Dots: what nine of ten further materials are below.";
+        let caption = "Lines: the median over materials. Dots: what a further one is below nine times of ten.";
         charts.push(chart(&labelled(&panel)?, &label, caption));
     }
     Ok(charts)

@@ -139,7 +139,7 @@ pub fn html(
                         section id="calibration" {
                             h2 { "What was expected" }
                             p { (LEGEND) }
-                            div.panels { @for chart in charts::calibrated(findings)? { (chart) } }
+                            div.panels { @for chart in charts::calibrated(findings, &looks)? { (chart) } }
                             @for table in calibration::tables(findings) { (expected(findings, &table)) }
                         }
                     }
