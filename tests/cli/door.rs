@@ -205,7 +205,14 @@ fn a_slip_in_a_name_is_told_the_name_that_is_near() {
 #[test]
 fn every_starter_is_a_config_that_checks() {
     let bench = Bench::new();
-    let starters = ["acquisition", "study", "moments", "relations", "instrument"];
+    let starters = [
+        "acquisition",
+        "study",
+        "advise",
+        "moments",
+        "relations",
+        "instrument",
+    ];
     let help = bench.good(&["init", "--help"]);
     for starter in starters {
         assert!(help.contains(&format!("- {starter}:")), "{help}");
