@@ -3,6 +3,7 @@
 use crate::geometry::{Direction, DirectionPair, Symmetry};
 use crate::parametrization::{self, Parametrization, WarpSpec, Warps};
 use crate::sampling::Random;
+use glam::DVec2;
 use rayon::prelude::*;
 use std::f64::consts::TAU;
 use std::sync::Arc;
@@ -30,30 +31,37 @@ pub struct Density {
     elevation: f64,
     /// Average Jacobian of its own points.
     jacobian: f64,
+    /// Points of the unit disc about each direction of a pair.
+    beside: Vec<[DVec2; 2]>,
+}
+
+/// True if both directions are above the horizon and at most `elevation` (rad) from the normal.
+pub fn is_within(pair: &DirectionPair, elevation: f64) -> bool {
+    let least = elevation.cos();
+    let both = [pair.omega_i, pair.omega_o];
+    pair.is_above_horizon() && both.iter().all(|d| d.cos_theta() >= least)
 }
 
 impl Density {
     /// The density of a form's own points with both elevations up to `elevation`, rad, in (0, π/2]; `None` if so few points
     /// are within it that averages are not known to a few hundredths.
     pub fn new(form: Arc<dyn Parametrization>, elevation: f64) -> Option<Self> {
+        let random = Random::new(2);
+        let disc = |r: f64, phi: f64| r.sqrt() * DVec2::from_angle(TAU * phi);
+        let beside = |i: u64| {
+            let [r, phi, s, psi] = random.point(i);
+            [disc(r, phi), disc(s, psi)]
+        };
         let mut density = Self {
             form,
             elevation,
             jacobian: 0.0,
+            beside: (0..BESIDE).map(beside).collect(),
         };
         let points = (0..POINTS).filter_map(|i| density.point(i));
         let all: Vec<f64> = points.map(|(_, jacobian)| jacobian).collect();
         density.jacobian = all.iter().sum::<f64>() / all.len() as f64;
         (all.len() >= FEWEST).then_some(density)
-    }
-
-    /// True if a pair is within the elevation.
-    pub fn covers(&self, pair: &DirectionPair) -> bool {
-        let least = self.elevation.cos();
-        pair.is_above_horizon()
-            && [pair.omega_i, pair.omega_o]
-                .iter()
-                .all(|d| d.cos_theta() >= least)
     }
 
     /// A uniform point, if it is one, and its Jacobian.
@@ -62,10 +70,10 @@ impl Density {
         for (x, axis) in coords.iter_mut().zip(self.form.axes()) {
             *x = axis.range[0] + *x * axis.length();
         }
-        let pair = self
-            .form
-            .inverse(&coords)
-            .filter(|pair| self.covers(pair))?;
+        let pair = self.form.inverse(&coords)?;
+        if !is_within(&pair, self.elevation) {
+            return None;
+        }
         let jacobian = self.form.jacobian(&coords);
         jacobian.is_finite().then_some((pair, jacobian))
     }
@@ -73,18 +81,15 @@ impl Density {
     /// ln of the density at a pair, averaged over half a degree about both directions: 0 where it is that of uniform pairs
     /// of directions. `None` out of the elevation.
     pub fn log(&self, pair: &DirectionPair) -> Option<f64> {
-        if !self.covers(pair) {
+        if !is_within(pair, self.elevation) {
             return None;
         }
-        let random = Random::new(2);
-        let inverse = |i: u64| {
-            let [r, phi, s, psi] = random.point(i);
-            let beside =
-                DirectionPair::new(turned(pair.omega_i, r, phi)?, turned(pair.omega_o, s, psi)?);
+        let inverse = |[i, o]: &[DVec2; 2]| {
+            let beside = DirectionPair::new(turned(pair.omega_i, *i)?, turned(pair.omega_o, *o)?);
             let jacobian = self.form.jacobian(&self.form.forward(&beside));
-            (self.covers(&beside) && jacobian > 0.0).then(|| 1.0 / jacobian)
+            (is_within(&beside, self.elevation) && jacobian > 0.0).then(|| 1.0 / jacobian)
         };
-        let all: Vec<f64> = (0..BESIDE).filter_map(inverse).collect();
+        let all: Vec<f64> = self.beside.iter().filter_map(inverse).collect();
         let mean = all.iter().sum::<f64>() / all.len() as f64;
         Some((self.jacobian * mean).ln()).filter(|log| log.is_finite())
     }
@@ -113,12 +118,11 @@ pub fn fine_and_plain(symmetry: Symmetry) -> Vec<(&'static str, Arc<dyn Parametr
     all
 }
 
-/// A direction turned to a point of the disc about it.
-fn turned(direction: Direction, r: f64, phi: f64) -> Option<Direction> {
+/// A direction turned to a point of the disc about it, given in the unit disc.
+fn turned(direction: Direction, point: DVec2) -> Option<Direction> {
     let centre = direction.vector();
     let (x, y) = centre.any_orthonormal_pair();
-    let (sin, cos) = (TAU * phi).sin_cos();
-    Direction::try_new(centre + RADIUS * r.sqrt() * (cos * x + sin * y))
+    Direction::try_new(centre + RADIUS * (point.x * x + point.y * y))
 }
 
 #[cfg(test)]

@@ -14,7 +14,7 @@ mod symmetry;
 pub use alignment::{Alignment, alignment};
 pub use anisotropy::{Anisotropy, Quantiles, anisotropy, stretches};
 pub use claims::{Claim, Verdict, on_material, on_materials, on_test_functions};
-pub use density::{Density, fine_and_plain};
+pub use density::{Density, fine_and_plain, is_within};
 pub use distortion::{
     Distortion, LATTICE, PHI_CELLS, SliceDistortion, Weight, distortion, distortion_within,
     gradient_shares, slice_angles,

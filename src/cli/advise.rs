@@ -15,10 +15,10 @@ use crate::experiment::moments::MomentsPlan;
 use crate::experiment::{Allowance, Experiment, Extent, Failure, Known, Metric, Plan, Row, Source};
 use crate::geometry::Symmetry;
 use crate::instrument;
-use crate::reconstruct::TRUSTED;
+use crate::reconstruct::{PriorFile, TRUSTED};
 use crate::registry;
 use clap::{ArgGroup, Args};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use told::Asked;
 use toml::{Table, Value};
 
@@ -33,9 +33,6 @@ const OF_PLANNERS: &str = "half-difference";
 
 /// The reconstruction that planners' poses are followed by.
 const KRIGING: &str = "kriging";
-
-/// The prior of formulas.
-const BUILT_IN: &str = "built-in";
 
 /// Compares poses and reconstructions on materials, and says which are best
 #[derive(Debug, Args)]
@@ -88,9 +85,9 @@ pub(super) struct Advise {
 }
 
 fn metric(name: &str) -> Result<Metric, ParameterError> {
-    let names = || Metric::ALL.map(Metric::name);
     let found = Metric::ALL.into_iter().find(|m| m.name() == name);
-    found.ok_or_else(|| ParameterError::new("metric", name, one_of(name, names())))
+    let names = Metric::ALL.map(Metric::name);
+    found.ok_or_else(|| ParameterError::new("metric", name, one_of(name, names)))
 }
 
 /// The keys of a config that name materials.
@@ -169,18 +166,15 @@ impl Advise {
     /// The experiment of planners, or of sample sets; `None` if there are none for so many poses. The built-in prior is
     /// left out where it was made of what is tried.
     fn plan(&self, materials: &Materials, planners: bool) -> Result<Option<Plan>, Error> {
-        let prior = match (&self.prior, &self.target) {
-            (Some(path), _) => Some(path.to_string_lossy()),
-            (None, Some(_)) => Some(BUILT_IN.into()),
-            (None, None) => None,
-        };
-        let of = |prior: Option<&str>| {
+        let of = |prior: Option<&Path>| {
             let source = self.source(materials, planners, prior)?;
             source.map(|source| Plan::read(&source)).transpose()
         };
-        match of(prior.as_deref()) {
-            Err(_) if self.prior.is_none() && prior.is_some() => of(None),
-            plan => plan,
+        let built_in = PriorFile::default();
+        match (&self.prior, &self.target) {
+            (Some(path), _) => of(Some(path)),
+            (None, Some(_)) => of(Some(built_in.path())).or_else(|_| of(None)),
+            (None, None) => of(None),
         }
     }
 
@@ -213,14 +207,10 @@ impl Advise {
         let mut keys = plan.resolved;
         keys.retain(|key, _| ["channels", "material", "materials_dir", "merl"].contains(&key));
         if let Some(Value::Array(list)) = keys.get_mut("material") {
-            let place = |t: &Value| {
-                let name = t.get("name").and_then(Value::as_str);
-                names.iter().position(|n| Some(n.as_str()) == name)
-            };
-            list.retain(|table| place(table).is_some());
-            let written: Vec<usize> = list.iter().filter_map(place).collect();
-            let mut at = 0..;
-            names.retain(|_| !at.next().is_some_and(|i| written.contains(&i)));
+            let name = |table: &Value| Some(table.get("name")?.as_str()?.to_owned());
+            list.retain(|table| name(table).is_some_and(|name| names.contains(&name)));
+            let written: Vec<String> = list.iter().filter_map(name).collect();
+            names.retain(|name| !written.contains(name));
         }
         if names.is_empty() {
             keys.retain(|key, _| !["materials_dir", "merl"].contains(&key));
@@ -240,7 +230,7 @@ impl Advise {
         &self,
         materials: &Materials,
         planners: bool,
-        prior: Option<&str>,
+        prior: Option<&Path>,
     ) -> Result<Option<Source>, Error> {
         let internal = |e: &dyn std::fmt::Display| Error::Internal(e.to_string());
         let mut config: Table = CONFIG.parse().map_err(|e| internal(&e))?;
@@ -297,7 +287,7 @@ impl Advise {
             return Ok(None);
         }
         if let Some(prior) = prior {
-            self.add_prior(&mut config, planners, prior);
+            self.add_prior(&mut config, planners, &prior.to_string_lossy());
         }
         let text = toml::to_string(&config).map_err(|e| internal(&e))?;
         Ok(Some(Source::new("gonio advise", text)))

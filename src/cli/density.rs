@@ -85,7 +85,10 @@ impl DensityArgs {
         let symmetry = symmetry.unwrap_or(Symmetry::FULL);
         let elevation = self.elevation.to_radians();
         let mut lines: Vec<(Line, Vec<Option<f64>>)> = Vec::new();
-        let mut counted = 0;
+        let pairs = files.iter().flatten();
+        let counted = pairs
+            .filter(|pair| analysis::is_within(pair, elevation))
+            .count();
         for (name, form) in analysis::fine_and_plain(symmetry) {
             let warp = form.warp_name();
             let too_few = |what: &str| {
@@ -101,8 +104,6 @@ impl DensityArgs {
                 pairs.par_iter().map(|pair| density.log(pair)).collect()
             };
             let logs: Vec<Vec<Option<f64>>> = files.iter().map(of).collect();
-            let covered = files.iter().flatten().filter(|pair| density.covers(pair));
-            counted = covered.count();
             // What is independent: files, or the poses of the only one.
             let mean = |logs: &Vec<Option<f64>>| Some(mean_and_error(&there(logs))?.0);
             let values = match logs.as_slice() {

@@ -36,6 +36,17 @@ impl Symmetry {
         bilateral: true,
     };
 
+    /// Names of those that hold.
+    pub fn names(self) -> Vec<&'static str> {
+        let all = [
+            (self.isotropic, "isotropic"),
+            (self.reciprocal, "reciprocal"),
+            (self.bilateral, "bilateral"),
+        ];
+        let held = all.into_iter().filter(|(holds, _)| *holds);
+        held.map(|(_, name)| name).collect()
+    }
+
     /// The symmetries that both have.
     pub fn and(self, other: Self) -> Self {
         Self {

@@ -11,7 +11,7 @@ mod run;
 mod svg;
 
 pub use acquisition::{
-    Table, calibration, error, instruments, ranking, ranking_csv, results_csv, study_text,
+    Table, calibration, error_text, instruments, ranking, ranking_csv, results_csv, study_text,
 };
 pub use analysis::{
     AlignmentRow, ReductionRow, SharesRow, StretchRow, alignment_table, claims_csv, claims_json,

@@ -16,7 +16,6 @@ use super::format::ScheduleFormat;
 use super::table::{Cell, Sheet};
 use super::{Itinerary, Schedule};
 use crate::error::count;
-use crate::geometry::Symmetry;
 use crate::parametrization::{Axis, Unit};
 use serde_json::{Map, Value, json};
 use std::io::{self, Write};
@@ -63,22 +62,6 @@ pub fn schedule_hash(schedule: &Schedule, sequence: Sequence<'_>) -> String {
     rows.sheet(&row).hash()
 }
 
-/// The symmetries that hold, by name.
-fn symmetry_words(s: Symmetry) -> String {
-    let all = [
-        (s.isotropic, "isotropic"),
-        (s.reciprocal, "reciprocal"),
-        (s.bilateral, "bilateral"),
-    ];
-    let names = all.into_iter().filter(|(has, _)| *has);
-    let names: Vec<_> = names.map(|(_, name)| name).collect();
-    if names.is_empty() {
-        "none".to_owned()
-    } else {
-        names.join(", ")
-    }
-}
-
 /// Name of the sample set of poses from a table.
 pub(crate) const FROM_FILE: &str = "file";
 
@@ -86,7 +69,10 @@ pub(crate) const FROM_FILE: &str = "file";
 pub(crate) fn description(schedule: &Schedule, what: &str) -> Vec<String> {
     let p = &schedule.parametrization;
     let s = p.symmetry();
-    let symmetries = symmetry_words(s);
+    let symmetries = match s.names().join(", ") {
+        none if none.is_empty() => "none".to_owned(),
+        names => names,
+    };
     vec![
         format!("gonio {} {what}: {} above the horizon", env!("CARGO_PKG_VERSION"), count(schedule.poses.len(), "pose")),
         if schedule.is_of_others() {
@@ -301,7 +287,7 @@ impl<'a> PoseRows<'a> {
 mod tests {
     use super::super::{Grid, SampleSet, SobolSet};
     use super::*;
-    use crate::geometry::DirectionPair;
+    use crate::geometry::{DirectionPair, Symmetry};
     use crate::parametrization::{self, WarpSpec};
     use std::collections::BTreeMap;
 

@@ -32,6 +32,14 @@ pub fn refused(bench: &Bench, line: &str, code: i32) -> String {
     bench.refused(&line.split(' ').collect::<Vec<_>>(), code)
 }
 
+/// Asserts that commands end with their codes and say their sentences.
+fn all_refused(bench: &Bench, refusals: &[(&str, i32, &str)]) {
+    for (command, code, sentence) in refusals {
+        let told = refused(bench, command, *code);
+        assert!(told.contains(sentence), "{command}: {told}");
+    }
+}
+
 /// The number after a word of a text.
 pub fn after(text: &str, word: &str) -> f64 {
     let rest = text
@@ -109,7 +117,7 @@ fn a_laboratory_is_told_when_to_stop() {
 fn what_cannot_be_planned_is_refused_in_a_sentence() {
     let bench = Bench::new();
     good(&bench, "next --batch 8 -o poses.csv");
-    for (command, code, sentence) in [
+    let refusals = [
         (
             "next --batch 5000 -o x.csv",
             4,
@@ -146,11 +154,9 @@ fn what_cannot_be_planned_is_refused_in_a_sentence() {
         ("next poses.csv --batch 8 -o x.csv", 3, "poses.csv"),
         ("next --batch 8 -o x.nobody", 2, "--format"),
         ("next --batch 8 -o poses.csv", 2, "--force"),
-    ] {
-        let told = refused(&bench, command, code);
-        assert!(told.contains(sentence), "{command}: {told}");
-        assert!(!bench.path("x.csv").exists());
-    }
+    ];
+    all_refused(&bench, &refusals);
+    assert!(!bench.path("x.csv").exists());
 }
 
 const PLANNED: &str = r#"
@@ -430,7 +436,7 @@ fn advice_keeps_to_the_time_of_an_instrument() {
             "{commands:?}"
         );
     }
-    for (command, code, sentence) in [
+    let refusals = [
         (
             "advise ggx --minutes 0.1 --instrument cornell",
             4,
@@ -444,10 +450,8 @@ fn advice_keeps_to_the_time_of_an_instrument() {
             "nobody.gonio",
         ),
         ("advise ggx --budget 8 --set alhpa=1", 2, "alpha"),
-    ] {
-        let told = refused(&bench, command, code);
-        assert!(told.contains(sentence), "{command}: {told}");
-    }
+    ];
+    all_refused(&bench, &refusals);
 }
 
 #[test]
@@ -476,12 +480,10 @@ fn schedules_follow_the_coordinates_they_are_uniform_in() {
     }
     let text = good(&bench, "density s.csv --elevation 45");
     assert!(text.contains(" beyond 45° are left out"), "{text}");
-    for (command, code, sentence) in [
+    let refusals = [
         ("density nothing.csv", 3, "nothing.csv"),
         ("density advise.toml", 3, "advise.toml"),
         ("density s.csv --elevation 2", 2, "too few points of "),
-    ] {
-        let told = refused(&bench, command, code);
-        assert!(told.contains(sentence), "{command}: {told}");
-    }
+    ];
+    all_refused(&bench, &refusals);
 }

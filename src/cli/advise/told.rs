@@ -7,7 +7,7 @@ use crate::experiment::{
 use crate::geometry::Symmetry;
 use crate::metrics::Measure;
 use crate::registry;
-use crate::report::{Columns, error};
+use crate::report::{Columns, error_text};
 use crate::statistics::{BAND, EXACT, geometric_mean, upper_quantile};
 use serde::Serialize;
 use toml::Value;
@@ -96,26 +96,17 @@ impl Asked<'_> {
             errors.push(of);
             !known
         });
-        let mut numbered = 0;
-        let mut advice = |(choice, cell): &(Choice, Cell)| {
-            numbered += 1;
-            self.advice(numbered, choice, cell, rows, plans)
-        };
         let learns = |(choice, _): &&(Choice, Cell)| {
             planned(&choice.sample_set, plans).is_some_and(PlannedSet::learns)
         };
         let best = all.iter().take(LINES);
         let fixed = all.iter().find(|choice| !learns(choice));
-        let chosen: Vec<Advice> = match fixed.filter(|_| best.clone().all(|choice| learns(&choice)))
-        {
-            Some(fixed) => best
-                .take(LINES - 1)
-                .chain([fixed])
-                .map(&mut advice)
-                .collect(),
-            None => best.map(&mut advice).collect(),
-        };
-        (chosen, ranking.scope.left_out.clone())
+        let fixed = fixed.filter(|_| best.clone().all(|choice| learns(&choice)));
+        let kept = LINES - usize::from(fixed.is_some());
+        let chosen = best.take(kept).chain(fixed).enumerate();
+        let advice =
+            chosen.map(|(i, (choice, cell))| self.advice(i + 1, choice, cell, rows, plans));
+        (advice.collect(), ranking.scope.left_out.clone())
     }
 
     fn advice(
@@ -267,7 +258,11 @@ impl Asked<'_> {
         ));
         let spread = |s: &Option<Spread>| {
             let below = s.as_ref().and_then(|s| s.below);
-            format!("{}\t{}", error(s.as_ref().map(|s| s.mean)), error(below))
+            format!(
+                "{}\t{}",
+                error_text(s.as_ref().map(|s| s.mean)),
+                error_text(below)
+            )
         };
         for (i, a) in advice.iter().enumerate() {
             let warp = match a.warp.as_str() {
@@ -337,21 +332,10 @@ fn keys(resolved: &registry::Keys) -> (String, String) {
 
 /// Symmetries as an option of `gonio next`, whose default are all.
 fn symmetries(symmetry: Symmetry) -> String {
-    let Symmetry {
-        isotropic,
-        reciprocal,
-        bilateral,
-    } = symmetry;
-    let all = [
-        (isotropic, "isotropic"),
-        (reciprocal, "reciprocal"),
-        (bilateral, "bilateral"),
-    ];
-    let names: Vec<&str> = all.iter().filter(|s| s.0).map(|s| s.1).collect();
-    match names.len() {
-        3 => String::new(),
-        0 => " --symmetry none".into(),
-        _ => format!(" --symmetry {}", names.join(",")),
+    match symmetry {
+        Symmetry::FULL => String::new(),
+        Symmetry::NONE => " --symmetry none".into(),
+        some => format!(" --symmetry {}", some.names().join(",")),
     }
 }
 

@@ -20,6 +20,13 @@ pub struct Calibration {
     pub cells: Vec<Option<Calibrated>>,
 }
 
+impl Calibration {
+    /// True if both are of the same error under the same measure.
+    pub fn is_of_same_error(&self, other: &Self) -> bool {
+        self.metric == other.metric && self.measure == other.measure
+    }
+}
+
 /// Ratios of errors and expected errors: of each material the geometric mean over seeds.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Calibrated {

@@ -240,15 +240,12 @@ impl Posterior {
             spread = centre.spread.tr_mul(&sites.functions);
         }
         let n = self.data.sites.len();
-        let mut solved = DMatrix::zeros(n, sites.len());
+        let solved = system::by_columns([n, sites.len()], TASK, |of| {
+            let mut right = self.covariance.between(&self.rows, &sites, of);
+            system::forward(&self.factor, &mut right);
+            right
+        });
         if n > 0 {
-            let tasks = solved.as_mut_slice().par_chunks_mut(n * TASK).enumerate();
-            tasks.for_each(|(task, out)| {
-                let of = task * TASK..sites.len().min((task + 1) * TASK);
-                let mut right = self.covariance.between(&self.rows, &sites, of);
-                system::forward(&self.factor, &mut right);
-                out.copy_from_slice(right.as_slice());
-            });
             // What the readings say of a material that is like another shifts with that.
             spread.gemm_tr(-1.0, &self.spread, &solved, 1.0);
         }
@@ -295,18 +292,12 @@ impl Posterior {
 
     /// Covariances of ln(f + ε) between two lists, without the scale: a column per place of the second.
     pub fn covariances(&self, of: &Places, with: &Places) -> DMatrix<f64> {
-        let count = of.sites.len();
-        let mut out = DMatrix::zeros(count, with.sites.len());
-        if count == 0 {
-            return out;
-        }
+        let size = [of.sites.len(), with.sites.len()];
         let rows = of.sites.rows();
         // For one column the transpose would cost more than the product.
         let across = (with.sites.len() > 1).then(|| of.solved.transpose());
         let spread = of.spread.transpose();
-        let tasks = out.as_mut_slice().par_chunks_mut(count * TASK).enumerate();
-        tasks.for_each(|(task, out)| {
-            let chosen = task * TASK..with.sites.len().min((task + 1) * TASK);
+        system::by_columns(size, TASK, |chosen| {
             let known = with.solved.columns(chosen.start, chosen.len());
             let more = with.spread.columns(chosen.start, chosen.len());
             let mut values = self.covariance.between(&rows, &with.sites, chosen);
@@ -315,9 +306,8 @@ impl Posterior {
                 Some(across) => values.gemm(-1.0, across, &known, 1.0),
                 None => values -= of.solved.tr_mul(&known),
             }
-            out.copy_from_slice(values.as_slice());
-        });
-        out
+            values
+        })
     }
 
     /// Squares of the errors of each reading as it is predicted from all others, in units of their variance: 1 on

@@ -131,9 +131,8 @@ impl Covariance {
     /// Cholesky's factor of the covariances of readings; `None` if they are singular.
     pub fn factor(&self, data: &Data) -> Option<DMatrix<f64>> {
         let rows = data.sites.rows();
-        let mut k = by_columns(data.sites.len(), |of| {
-            self.filled(&rows, &data.sites, of, true)
-        });
+        let n = data.sites.len();
+        let mut k = by_columns([n, n], TASK, |of| self.filled(&rows, &data.sites, of, true));
         for (i, noise) in data.noise.iter().enumerate() {
             k[(i, i)] += noise;
         }
@@ -283,7 +282,7 @@ impl Data {
         let count = self.values.ncols() as f64;
         let mut loss = (0..n).map(|i| factor[(i, i)].ln()).sum::<f64>();
         // ½ K⁻¹ − ½ Σ s α αᵀ, the derivative by K.
-        let mut by = by_columns(n, |of| {
+        let mut by = by_columns([n, n], TASK, |of| {
             let mut columns = DMatrix::zeros(n, of.len());
             columns.rows_mut(of.start, of.len()).fill_diagonal(0.5);
             back(&factor, &mut columns);
@@ -302,7 +301,7 @@ impl Data {
         }
         let terms = kernel.flat();
         let blocks = kernel::blocks(&self.sites.columns);
-        let parts: Vec<Vec<f64>> = tasks(n)
+        let parts: Vec<Vec<f64>> = tasks(n, TASK)
             .into_par_iter()
             .map(|of| {
                 let mut out = vec![0.0; kernel.logs().len()];
@@ -387,7 +386,7 @@ pub(super) fn forward(factor: &DMatrix<f64>, b: &mut DMatrix<f64>) {
 }
 
 /// Solves L Lᵀ x = b in place of b, for many columns at once.
-fn back(factor: &DMatrix<f64>, b: &mut DMatrix<f64>) {
+pub(super) fn back(factor: &DMatrix<f64>, b: &mut DMatrix<f64>) {
     forward(factor, b);
     let n = factor.nrows();
     for k in (0..n).step_by(PANEL).rev() {
@@ -403,20 +402,24 @@ fn back(factor: &DMatrix<f64>, b: &mut DMatrix<f64>) {
     }
 }
 
-/// Columns of a matrix that one task makes.
+/// Columns of the covariances of readings that one task makes: triangles are as unequal as it is wide.
 const TASK: usize = 64;
 
-/// All columns of a square matrix, task by task.
-fn tasks(n: usize) -> Vec<Range<usize>> {
-    let first = (0..n).step_by(TASK);
-    first.map(|first| first..n.min(first + TASK)).collect()
+/// All of `n` columns, at most `task` at a time.
+fn tasks(n: usize, task: usize) -> Vec<Range<usize>> {
+    let first = (0..n).step_by(task);
+    first.map(|first| first..n.min(first + task)).collect()
 }
 
-/// A square matrix, of which `make` makes some columns.
-fn by_columns(n: usize, make: impl Fn(Range<usize>) -> DMatrix<f64> + Sync) -> DMatrix<f64> {
-    let mut out = DMatrix::zeros(n, n);
-    let parts = out.as_mut_slice().par_chunks_mut((n * TASK).max(1));
-    parts.zip(tasks(n)).for_each(|(out, of)| {
+/// A matrix of so many rows and columns, of which `make` makes at most `task` columns at a time, on all cores.
+pub(super) fn by_columns(
+    [rows, columns]: [usize; 2],
+    task: usize,
+    make: impl Fn(Range<usize>) -> DMatrix<f64> + Sync,
+) -> DMatrix<f64> {
+    let mut out = DMatrix::zeros(rows, columns);
+    let parts = out.as_mut_slice().par_chunks_mut((rows * task).max(1));
+    parts.zip(tasks(columns, task)).for_each(|(out, of)| {
         out.copy_from_slice(make(of).as_slice());
     });
     out

@@ -18,8 +18,9 @@ pub(super) struct Table {
 
 /// A table for each metric and measure.
 pub(super) fn tables(findings: &Findings) -> Vec<Table> {
-    let alike = |a: &Calibration, b: &Calibration| a.metric == b.metric && a.measure == b.measure;
-    let all = findings.calibrations.chunk_by(alike);
+    let all = findings
+        .calibrations
+        .chunk_by(Calibration::is_of_same_error);
     all.map(|of| Table {
         title: format!("{} over expected, {}", of[0].metric.name(), of[0].measure),
         lines: of.iter().map(|line| named(line, findings)).collect(),

@@ -23,4 +23,4 @@ pub use ranking_csv::ranking_csv;
 pub use results::results_csv;
 #[cfg(feature = "pictures")]
 pub use studio::Studio;
-pub use table::{Table, error};
+pub use table::{Table, error as error_text};

@@ -177,9 +177,9 @@ pub(super) fn curves(findings: &Findings, looks: &Looks) -> Result<Option<Markup
 
 /// True over expected errors against readings, a diagram for each metric and measure.
 pub(super) fn calibrated(findings: &Findings, looks: &Looks) -> Result<Vec<Markup>, Error> {
-    let alike = |a: &Calibration, b: &Calibration| a.metric == b.metric && a.measure == b.measure;
     let mut charts = Vec::new();
-    for lines in findings.calibrations.chunk_by(alike) {
+    let all = &findings.calibrations;
+    for lines in all.chunk_by(Calibration::is_of_same_error) {
         let (metric, measure) = (lines[0].metric.name(), &lines[0].measure);
         let mut series = Vec::new();
         for (color, line) in lines.iter().take(LINES).enumerate() {
