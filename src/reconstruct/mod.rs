@@ -146,7 +146,7 @@ pub trait Reconstruct: std::fmt::Debug + Send + Sync {
     /// does not know.
     ///
     /// # Errors
-    /// As [`interpolate`](Self::interpolate).
+    /// As [`interpolate`](Self::interpolate), or of fewer readings: `kriging` knows it of 10 000 at most.
     fn predictive(
         &self,
         _measurement: &Measurement,

@@ -77,7 +77,6 @@ fn errors_fall_over_decades() {
     }
 }
 
-/// Also where no material of the prior is like it.
 /// More than one system holds: they still say more than a tenth of them.
 #[test]
 fn readings_beyond_one_system_are_of_use() {
@@ -85,9 +84,10 @@ fn readings_beyond_one_system_are_of_use() {
     let truth = model("ggx", "alpha = 0.1");
     let [few, many] = [1000, 10_001].map(|n| error(&*truth, "kriging", "fit = false", n, &pairs));
     println!("{few:.6} {many:.6}");
-    assert!(many < few / 1.5, "{few} {many}");
+    assert!(many < few / 3.0, "{few} {many}");
 }
 
+/// Also where no material of the prior is like it.
 #[test]
 fn a_prior_helps_while_readings_are_few_and_never_hurts_much() {
     let pairs = pairs();

@@ -18,14 +18,7 @@ impl Mixture {
     /// # Errors
     /// If there are none or too many, or their covariances are singular.
     pub fn of(kriging: &Kriging, measurement: &Measurement) -> Result<Self, ReconstructError> {
-        super::admit(measurement.readings())?;
-        if measurement.readings() > super::MOST {
-            return Err(ReconstructError::TooMany {
-                method: super::KIND,
-                readings: measurement.readings(),
-                allowed: super::MOST,
-            });
-        }
+        super::admit(measurement.readings(), super::MOST)?;
         Posterior::all(kriging, measurement).map(Self)
     }
 

@@ -12,7 +12,7 @@
 //! below a share of a hundredth it is left out.
 //!
 //! More than 10 000 readings are approximated: 4000 of them, at random, tell the process everywhere, and all others what it
-//! is there ([`sparse`]). Readings with noise of 1 % then say more than any 10 000 of them; exact ones a little less.
+//! is there ([`sparse`]). 40 000 readings with noise then say more than 10 000 of them do as one system; exact ones a little less.
 //!
 //! Readings in the plane of incidence alone say nothing of φ_d. It then continues what it knows of other materials,
 //! which for Oren and Nayar's errs at most 2.5 times as much as the nearest reading does
@@ -56,7 +56,7 @@ const KIND: &str = "kriging";
 /// The registry entry.
 pub(super) const ENTRY: Entry<dyn Reconstruct> = Entry {
     kind: KIND,
-    summary: "Gaussian process of ln f with a kernel fitted to many materials",
+    summary: "Gaussian process of ln f with a kernel fitted to many materials; at most 100 000 readings",
     examples: &[
         "",
         "prior = \"built-in\"",
@@ -103,13 +103,22 @@ const LEFT_OUT: f64 = 0.01;
 /// Readings of one system, at most: its matrix then has 800 MB. More are approximated ([`sparse`]).
 const MOST: usize = 10_000;
 
+/// Readings that are approximated, at most: a minute's work.
+const MOST_SPARSE: usize = 100_000;
+
 impl Kriging {
-    /// The readings as a system, every `stride`-th of them, and of their values the first `width`.
-    fn data(&self, r: &Readings<'_>, stride: usize, width: usize, prior: Option<&Prior>) -> Data {
-        let chosen = (0..r.present.len())
-            .filter(|&i| r.present[i])
-            .step_by(stride);
-        let chosen: Vec<usize> = chosen.collect();
+    /// The readings as a system, at most so many of them, and of their values the first `width`.
+    fn data(&self, r: &Readings<'_>, most: usize, width: usize, prior: Option<&Prior>) -> Data {
+        let all = (0..r.present.len()).filter(|&i| r.present[i]);
+        let chosen: Vec<usize> = match r.count() {
+            ..=MOST => all.step_by(r.count().div_ceil(most).max(1)).collect(),
+            // Steps as long as the rows of a grid would miss what is along them.
+            count => {
+                let all: Vec<usize> = all.collect();
+                let some = sparse::some(count, most).into_iter();
+                some.map(|k| all[k]).collect()
+            }
+        };
         let poses = &r.schedule.poses;
         let pairs: Vec<DirectionPair> = chosen.iter().map(|&i| poses[i].pair).collect();
         let noise = |&i: &usize| {
@@ -139,22 +148,21 @@ impl Kriging {
         let fits = self.fit && !in_sheets(r)?;
         let mut common = Kernel::new(symmetry(r));
         if fits {
-            let stride = r.count().div_ceil(FITTED);
-            common = fit::fit(&common, &self.data(r, stride, 1, None));
+            common = fit::fit(&common, &self.data(r, FITTED, 1, None));
         }
         let Some(prior) = prior else {
             return Ok(vec![Account::of(common)]);
         };
         let mut kernel = prior.kernel(Kernel::new(symmetry(r)));
-        let about = self.data(r, 1, r.width, Some(&prior));
+        let about = self.data(r, MOST, r.width, Some(&prior));
         let told = |kernel: &Kernel| prior.centred(kernel, &about);
         let (centre, _) = told(&kernel).ok_or_else(|| singular(r))?;
         if fits {
-            let mut first = self.data(r, 1, 1, Some(&prior));
+            let mut first = self.data(r, MOST, 1, Some(&prior));
             first.centre(&centre.mean.columns(0, 1).into_owned());
             kernel = fit::fit(&kernel, &first);
         }
-        let all = self.data(r, 1, r.width, None);
+        let all = self.data(r, MOST, r.width, None);
         let (Some((centre, with)), Some((without, _))) = (told(&kernel), all.likelihood(&common))
         else {
             return Ok(vec![Account::of(common)]);
@@ -204,13 +212,18 @@ impl Account {
     }
 }
 
-/// Refuses to make something of nothing.
-fn admit(readings: usize) -> Result<(), ReconstructError> {
+/// Refuses none, and more than `most` readings.
+fn admit(readings: usize, most: usize) -> Result<(), ReconstructError> {
     match readings {
         0 => Err(ReconstructError::TooFew {
             method: KIND,
             readings,
             needed: 1,
+        }),
+        _ if readings > most => Err(ReconstructError::TooMany {
+            method: KIND,
+            readings,
+            allowed: most,
         }),
         _ => Ok(()),
     }
@@ -293,14 +306,14 @@ impl Reconstruct for Kriging {
     }
 
     fn interpolate(&self, r: &Readings<'_>) -> Result<Box<dyn Interpolant>, ReconstructError> {
-        admit(r.count())?;
+        admit(r.count(), MOST_SPARSE)?;
         let accounts = self.accounts(r)?;
         let left_out = accounts.iter().all(|account| account.known.is_none());
         let contradicts = self.prior.is_some() && applies(r) && left_out;
         let mut parts = Vec::new();
         for account in accounts {
             let known = account.known.as_ref();
-            let mut data = self.data(r, 1, r.width, known.map(|known| &*known.prior));
+            let mut data = self.data(r, MOST_SPARSE, r.width, known.map(|known| &*known.prior));
             if let Some(known) = known {
                 data.centre(&known.centre.mean);
             }

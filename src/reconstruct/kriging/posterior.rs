@@ -109,7 +109,12 @@ impl Posterior {
                            kernel,
                            known,
                        }| {
-            let mut data = kriging.data(&readings, 1, 1, known.as_ref().map(|k: &Known| &*k.prior));
+            let mut data = kriging.data(
+                &readings,
+                super::MOST,
+                1,
+                known.as_ref().map(|k: &Known| &*k.prior),
+            );
             if let Some(known) = &known {
                 data.centre(&known.centre.mean);
             }
