@@ -12,7 +12,7 @@
 //! below a share of a hundredth it is left out.
 //!
 //! More than 10 000 readings are approximated: 4000 of them, at random, tell the process everywhere, and all others what it
-//! is there ([`sparse`]). 40 000 readings with noise then say more than 10 000 of them do as one system; exact ones a little less.
+//! is there ([`sparse`]).
 //!
 //! Readings in the plane of incidence alone say nothing of φ_d. It then continues what it knows of other materials,
 //! which for Oren and Nayar's errs at most 2.5 times as much as the nearest reading does
@@ -318,16 +318,14 @@ impl Reconstruct for Kriging {
                 data.centre(&known.centre.mean);
             }
             let solved = match data.sites.len() {
-                ..=MOST => data.solve(&account.kernel),
+                ..=MOST => data.solve(&account.kernel).map(|solved| (data.sites, solved)),
                 readings => {
                     let telling = sparse::some(readings, sparse::TELLING);
-                    let solved = sparse::solve(&data, &account.kernel, &telling);
-                    data.sites = data.sites.select(&telling);
-                    solved
+                    sparse::solve(&data, &account.kernel, &telling)
                 }
             };
-            let solved = solved.ok_or_else(|| singular(r))?;
-            parts.push(Part::new(&account, &data, &solved));
+            let (sites, solved) = solved.ok_or_else(|| singular(r))?;
+            parts.push(Part::new(&account, &sites, &solved));
         }
         Ok(Box::new(Process {
             parts,
@@ -362,9 +360,9 @@ struct Part {
 }
 
 impl Part {
-    fn new(account: &Account, data: &Data, solved: &Solved) -> Self {
+    fn new(account: &Account, sites: &Sites, solved: &Solved) -> Self {
         let Solved { weights, levels } = solved;
-        let columns = &data.sites.columns;
+        let columns = &sites.columns;
         let width = levels.len();
         let blocks = kernel::blocks(columns);
         let mut laid_out = vec![[0.0; LANES]; blocks.len() * width];
@@ -384,7 +382,7 @@ impl Part {
             Line::new(term, columns, weights)
         };
         let mean = account.known.as_ref().map(|known| {
-            let told = &data.sites.functions * weights * kernel.share;
+            let told = &sites.functions * weights * kernel.share;
             known.prior.mean(&(&known.centre.mean + told))
         });
         Self {

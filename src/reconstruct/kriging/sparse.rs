@@ -2,7 +2,7 @@
 //! Snelson & Ghahramani 2006). What a reading differs by from what those pairs say of it counts as its own noise.
 
 use super::kernel::Kernel;
-use super::system::{self, Covariance, Data, MEAN, Solved};
+use super::system::{self, Covariance, Data, MEAN, Sites, Solved};
 use crate::sampling::Random;
 use nalgebra::{DMatrix, DMatrixViewMut};
 use rayon::prelude::*;
@@ -36,9 +36,9 @@ pub(super) fn some(readings: usize, most: usize) -> Vec<usize> {
     chosen
 }
 
-/// The weights of the readings with the numbers `telling`, given all of `data`; their level is what these say by
+/// The readings with the numbers `telling` and their weights, given all of `data`; their level is what these say by
 /// themselves. Without a prior. `None` if covariances are singular.
-pub(super) fn solve(data: &Data, kernel: &Kernel, telling: &[usize]) -> Option<Solved> {
+pub(super) fn solve(data: &Data, kernel: &Kernel, telling: &[usize]) -> Option<(Sites, Solved)> {
     let alone = Data {
         sites: data.sites.select(telling),
         noise: telling.iter().map(|&i| data.noise[i]).collect(),
@@ -50,11 +50,12 @@ pub(super) fn solve(data: &Data, kernel: &Kernel, telling: &[usize]) -> Option<S
         ..kernel.clone()
     });
     let count = telling.len();
-    let factor = covariance.factor(&Data {
+    let regular = Data {
         noise: vec![JITTER; count],
         ..alone
-    })?;
-    let rows = data.sites.select(telling).rows();
+    };
+    let factor = covariance.factor(&regular)?;
+    let rows = regular.sites.rows();
     let variances = covariance.variances(&data.sites);
     let mut weights = DMatrix::zeros(count, levels.len());
     // I + V Λ⁻¹ Vᵀ, of which the lower triangle is made: V = L⁻¹ K of telling pairs with all.
@@ -92,14 +93,14 @@ pub(super) fn solve(data: &Data, kernel: &Kernel, telling: &[usize]) -> Option<S
     system::factored(&mut inner).then_some(())?;
     system::back(&inner, &mut weights);
     factor.tr_solve_lower_triangular_mut(&mut weights);
-    Some(Solved { weights, levels })
+    Some((regular.sites, Solved { weights, levels }))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::geometry::Symmetry;
-    use crate::reconstruct::kriging::system::{NUGGET, Sites};
+    use crate::reconstruct::kriging::system::NUGGET;
     use std::array::from_fn;
 
     /// Readings of smooth functions anywhere in the space of columns, off by so much.
@@ -141,7 +142,7 @@ mod tests {
         let data = data(700, 0.0);
         let every = some(700, 700);
         assert_eq!(every, (0..700).collect::<Vec<_>>());
-        let sparse = solve(&data, &kernel, &every).unwrap();
+        let (_, sparse) = solve(&data, &kernel, &every).unwrap();
         let whole = data.solve(&kernel).unwrap();
         let at = self::data(1400, 0.0).sites;
         let [sparse, whole] = [sparse, whole].map(|s| means(&data.sites, &kernel, &s, &at));
@@ -166,7 +167,7 @@ mod tests {
         };
         let [some, all] = [
             error(alone.solve(&kernel).unwrap()),
-            error(solve(&data, &kernel, &telling).unwrap()),
+            error(solve(&data, &kernel, &telling).unwrap().1),
         ];
         assert!(all < 0.75 * some, "{all} {some}");
     }
