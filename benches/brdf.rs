@@ -14,29 +14,43 @@ use std::sync::{Arc, LazyLock};
 /// Times one thread on 100 000 pairs.
 fn batch(bencher: Bencher, brdf: &dyn Brdf) {
     let pairs = pairs(100_000);
-    let mut out = vec![0.0; pairs.len()];
+    let mut out = vec![0.0; pairs.len() * brdf.channels().count()];
     let mut presence = vec![Presence::Present; pairs.len()];
     bencher
         .counter(ItemsCount::new(pairs.len()))
         .bench_local(|| brdf.eval_batch(black_box(&pairs), &mut out, &mut presence));
 }
 
-#[divan::bench(args = ["alpha = 0.3", "alpha = [0.1, 0.4]"])]
+#[divan::bench(args = [
+    "alpha = 0.3",
+    "alpha = [0.1, 0.4]",
+    "alpha = 0.3\nfresnel = { kind = \"none\" }",
+])]
 fn ggx(bencher: Bencher, text: &str) {
     batch(bencher, &*model("ggx", text));
 }
 
-/// A full-size table in luminance, written by our own writer.
-static TABLE: LazyLock<Merl> = LazyLock::new(|| {
+/// The bytes of a full-size table, of our own writer.
+static TABLE: LazyLock<Vec<u8>> = LazyLock::new(|| {
     let mut bytes = Vec::new();
     let ggx = model("ggx", "alpha = 0.1");
     write_merl(&*ggx, MerlGrid::Reciprocal, &mut bytes).expect("a table");
-    Merl::read(bytes.as_slice(), Channels::Luminance).expect("the same table")
+    bytes
 });
 
+fn merl(bencher: Bencher, channels: Channels, interpolation: Interpolation) {
+    let table = Merl::read(TABLE.as_slice(), channels).expect("the same table");
+    batch(bencher, &table.with_interpolation(interpolation));
+}
+
 #[divan::bench(args = [Interpolation::Nearest, Interpolation::Trilinear])]
-fn merl(bencher: Bencher, interpolation: Interpolation) {
-    batch(bencher, &TABLE.clone().with_interpolation(interpolation));
+fn merl_luminance(bencher: Bencher, interpolation: Interpolation) {
+    merl(bencher, Channels::Luminance, interpolation);
+}
+
+#[divan::bench(args = [Interpolation::Nearest, Interpolation::Trilinear])]
+fn merl_rgb(bencher: Bencher, interpolation: Interpolation) {
+    merl(bencher, Channels::Rgb, interpolation);
 }
 
 /// The ideal instrument against the bare model on the same pool: they should cost the same.

@@ -4,7 +4,7 @@ use super::pairs;
 use divan::counter::ItemsCount;
 use divan::{Bencher, black_box};
 use gonio::geometry::Symmetry;
-use gonio::parametrization::{self, Coords, Parametrization};
+use gonio::parametrization::{self, Parametrization};
 use std::fmt;
 use std::sync::Arc;
 
@@ -39,13 +39,10 @@ fn forward(bencher: Bencher, form: &Form) {
 
 #[divan::bench(args = forms())]
 fn inverse(bencher: Bencher, form: &Form) {
-    let pairs = pairs(PAIRS);
-    let coords: Vec<Coords> = pairs.iter().map(|p| form.0.forward(p)).collect();
+    let mut coords = vec![[0.0; 4]; PAIRS as usize];
+    form.0.forward_batch(&pairs(PAIRS), &mut coords);
+    let mut out = vec![None; coords.len()];
     bencher
         .counter(ItemsCount::new(coords.len()))
-        .bench_local(|| {
-            for c in black_box(&coords) {
-                black_box(form.0.inverse(c));
-            }
-        });
+        .bench_local(|| form.0.inverse_batch(black_box(&coords), &mut out));
 }

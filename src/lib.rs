@@ -38,7 +38,7 @@
 //!
 //! let truth = Blinn(20.0);
 //! // What its symmetries leave to be measured, in half/difference coordinates.
-//! let form: Arc<dyn Parametrization> = Arc::new(Form::new(HalfDifference, truth.symmetry()));
+//! let form: Arc<dyn Parametrization> = Arc::new(Form::<HalfDifference>::new(truth.symmetry()));
 //! // At most 1000 configurations on a regular grid, measured by the ideal instrument.
 //! let poses = Arc::new(Grid::default().plan(&form, 1000, 1)?);
 //! let measurement = Ideal.measure(&truth, &poses);

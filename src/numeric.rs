@@ -1,5 +1,7 @@
 //! Tolerances and guarded functions, each with its reason.
 
+pub(crate) mod angles;
+
 /// Cosine below which a direction counts as *on* the horizon for a real pose.
 ///
 /// A node at theta = 90° has cosine 6e-17 in `f64`, not 0: positive, yet no instrument can see it

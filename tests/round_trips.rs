@@ -166,6 +166,53 @@ fn forms(symmetries: &[Symmetry]) -> Vec<(Arc<dyn Parametrization>, Option<WarpS
     forms
 }
 
+/// Bits of what is there: NaN is equal to itself, and −0 is not 0.
+fn bits<const N: usize>(numbers: [f64; N]) -> [u64; N] {
+    numbers.map(f64::to_bits)
+}
+
+#[test]
+fn batches_of_any_length_are_their_pairs_to_the_bit() {
+    let mut pairs: Vec<_> = edge_pairs().into_iter().map(|(_, pair)| pair).collect();
+    pairs.extend((0..1000).map(|i| random_pair(&Random::new(3), i)));
+    let directions = |pair: DirectionPair| {
+        let [i, o] = [pair.omega_i, pair.omega_o].map(|d| bits(d.vector().to_array()));
+        [i, o]
+    };
+    for (p, _) in forms(&symmetries()) {
+        for length in [1, 7, 8, 63, 64, 65, 500] {
+            for pairs in pairs.chunks(length) {
+                let mut coords = vec![[f64::NAN; 4]; pairs.len()];
+                p.forward_batch(pairs, &mut coords);
+                for (pair, coords) in pairs.iter().zip(&coords) {
+                    assert_eq!(
+                        bits(p.forward(pair)),
+                        bits(*coords),
+                        "{} {pair:?}",
+                        p.name()
+                    );
+                }
+                // Beyond the ends of axes, beyond any turn, and nowhere.
+                for (k, c) in coords.iter_mut().enumerate() {
+                    match k % 16 {
+                        5 => c[2] += 1e9,
+                        7 => c[0] = f64::NAN,
+                        9 => c[1] *= 1.5,
+                        11 => c[2] = f64::INFINITY,
+                        _ => {}
+                    }
+                }
+                let mut back = vec![None; coords.len()];
+                p.inverse_batch(&coords, &mut back);
+                for (coords, back) in coords.iter().zip(back) {
+                    let one = p.inverse(coords).map(directions);
+                    assert_eq!(one, back.map(directions), "{} {coords:?}", p.name());
+                }
+            }
+        }
+    }
+}
+
 #[test]
 fn every_warp_is_available_somewhere() {
     for warp in warps() {

@@ -19,7 +19,7 @@
 //!
 //! let (alpha, fresnel) = (Roughness::Isotropic(0.1), FresnelSpec::default());
 //! let truth: Microfacet<Ggx> = Microfacet::new(alpha, &fresnel, Channels::Luminance);
-//! let form = Arc::new(Form::new(HalfDifference, truth.symmetry()));
+//! let form = Arc::new(Form::<HalfDifference>::new(truth.symmetry()));
 //! let task = Task { form, budget: 64, seed: 1, machine: None, go_on: &|| true, truth: None };
 //! let pairs = metrics::test_pairs(Measure::Cosine, &MetricsSpec::default())?;
 //! let error = |planner: &dyn Planner| {

@@ -122,7 +122,7 @@ impl<'a> Slice<'a> {
         };
         let mut slice = Self {
             brdf,
-            form: Form::new(HalfDifference, symmetry),
+            form: Form::<HalfDifference>::new(symmetry),
             theta_d: theta_d_deg.to_radians(),
             averages: Vec::new(),
         };

@@ -44,7 +44,7 @@ impl Direction {
     }
 
     /// The vector.
-    #[inline]
+    #[inline(always)]
     pub fn vector(self) -> DVec3 {
         self.0
     }

@@ -28,6 +28,12 @@ impl DirectionPair {
         )
     }
 
+    /// ω_i and ω_o.
+    #[inline(always)]
+    pub(crate) fn vectors(&self) -> [DVec3; 2] {
+        [self.omega_i.vector(), self.omega_o.vector()]
+    }
+
     /// The unnormalised half vector h = (omega_i + omega_o)/2, |h| = cos theta_d.
     #[inline]
     pub fn half(&self) -> DVec3 {
@@ -48,13 +54,7 @@ impl DirectionPair {
     /// the peers' worst-case error of 1e-4 rad.
     #[inline]
     pub fn half_and_back(&self) -> (DVec3, DVec3) {
-        let (h, k) = (self.half(), self.back());
-        let (hh, kk, hk) = (h.length_squared(), k.length_squared(), h.dot(k));
-        if hh >= kk {
-            (h, k - h * (hk / hh))
-        } else {
-            (h - k * (hk / kk), k)
-        }
+        half_and_back(self.vectors())
     }
 
     /// The pair with light and sensor exchanged.
@@ -74,4 +74,19 @@ impl DirectionPair {
     pub fn separation(&self) -> f64 {
         super::angle_between(self.omega_i.vector(), self.omega_o.vector())
     }
+}
+
+/// [`DirectionPair::half_and_back`] of two unit vectors.
+#[inline(always)]
+pub(crate) fn half_and_back([i, o]: [DVec3; 2]) -> (DVec3, DVec3) {
+    let (h, k) = (0.5 * (i + o), 0.5 * (i - o));
+    let (hh, kk, hk) = (h.length_squared(), k.length_squared(), h.dot(k));
+    let half_is_larger = hh >= kk;
+    let share = hk / if half_is_larger { hh } else { kk };
+    let (of_h, of_k) = if half_is_larger {
+        (0.0, share)
+    } else {
+        (share, 0.0)
+    };
+    (h - k * of_h, k - h * of_k)
 }

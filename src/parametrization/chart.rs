@@ -1,7 +1,7 @@
 //! The bare formulas of one parametrization.
 
 use super::{Quantity, Unit};
-use crate::geometry::DirectionPair;
+use glam::DVec3;
 
 /// A radial coordinate of a [`Chart`], from 0 on.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -29,6 +29,9 @@ pub struct Azimuth {
 
 /// One parametrization in its four coordinates `[r1, a1, r2, a2]`: two radial coordinates and two
 /// azimuths, without any folding. [`Form`](super::Form) adds symmetry.
+///
+/// `absolute`, `relative` and `inverse` are made for many pairs at once: without branches or calls, and always
+/// inlined.
 pub trait Chart: Copy + Send + Sync + 'static {
     /// Name in configs and result files.
     const NAME: &'static str;
@@ -64,21 +67,22 @@ pub trait Chart: Copy + Send + Sync + 'static {
     /// slowly with azimuth, but spread over all axes of the spherical one.
     const RADIAL_DENSITY: f64 = 4.0;
 
-    /// `[r1, a1, r2, a2]` of a pair.
-    fn absolute(&self, pair: &DirectionPair) -> [f64; 4];
+    /// `[r1, a1, r2, a2]` of ω_i and ω_o.
+    fn absolute(directions: [DVec3; 2]) -> [f64; 4];
 
-    /// `[r1, r2, a]` of a pair, a the azimuth that does not change when the sample turns;
+    /// `[r1, r2, a]` of ω_i and ω_o, a the azimuth that does not change when the sample turns;
     /// a = 0 where r1 or r2 vanishes.
-    fn relative(&self, pair: &DirectionPair) -> [f64; 3];
+    fn relative(directions: [DVec3; 2]) -> [f64; 3];
 
-    /// The pair at `[r1, a1, r2, a2]`, `None` below the horizon. Radial coordinates are in range.
-    fn inverse(&self, coords: [f64; 4]) -> Option<DirectionPair>;
+    /// ω_i and ω_o at `[r1, a1, r2, a2]`, and whether both are above the horizon: if not, they mean nothing. Radial
+    /// coordinates are in range, azimuths at most 10⁶ rad.
+    fn inverse(coords: [f64; 4]) -> ([DVec3; 2], bool);
 
     /// Absolute coordinates of `[r1, r2, a]` at one orientation of the sample.
-    fn lift(&self, [r1, r2, a]: [f64; 3]) -> [f64; 4] {
+    fn lift([r1, r2, a]: [f64; 3]) -> [f64; 4] {
         [r1, 0.0, r2, a]
     }
 
     /// J of d omega_i d omega_o = J dr1 da1 dr2 da2, from the absolute coordinates.
-    fn jacobian(&self, coords: [f64; 4]) -> f64;
+    fn jacobian(coords: [f64; 4]) -> f64;
 }

@@ -15,21 +15,25 @@ use super::{
     Axis, AxisKind, Azimuth, Chart, Coords, Facts, Layout, Parametrization, ParametrizationKind,
     Quantity, Unit,
 };
-use crate::geometry::{DirectionPair, Symmetry};
+use crate::geometry::{BLOCK, Direction, DirectionPair, FEW, PairBlock, Symmetry};
+use crate::numeric::angles::LARGEST_ANGLE;
 use crate::numeric::wrap_angle;
-use std::f64::consts::{FRAC_PI_2, PI};
+use glam::DVec3;
+use pulp::{Arch, NullaryFnOnce};
+use std::f64::consts::{FRAC_PI_2, PI, TAU};
+use std::marker::PhantomData;
 
 /// A [`Chart`] under given symmetries.
 #[derive(Clone, Debug)]
 pub struct Form<C> {
-    chart: C,
+    chart: PhantomData<fn() -> C>,
     symmetry: Symmetry,
     axes: Vec<Axis>,
 }
 
 impl<C: Chart> Form<C> {
-    /// The form of `chart` for BRDFs with this symmetry.
-    pub fn new(chart: C, symmetry: Symmetry) -> Self {
+    /// The form of the chart for BRDFs with this symmetry.
+    pub fn new(symmetry: Symmetry) -> Self {
         let [r1, r2] = C::RADIAL.map(|r| Axis {
             symbol: r.symbol,
             label: r.label,
@@ -84,7 +88,7 @@ impl<C: Chart> Form<C> {
             ]
         };
         Self {
-            chart,
+            chart: PhantomData,
             symmetry,
             axes,
         }
@@ -92,135 +96,297 @@ impl<C: Chart> Form<C> {
 
     /// Folds the azimuth of the 3-D form; `a` is in [−π, π].
     #[inline]
-    fn fold_relative(&self, [mut r1, mut r2, mut a]: [f64; 3]) -> [f64; 3] {
-        let s = self.symmetry;
-        if C::EXCHANGE {
-            if s.bilateral {
-                a = a.abs();
-                if s.reciprocal && r1 < r2 {
-                    std::mem::swap(&mut r1, &mut r2);
-                }
-            } else if s.reciprocal {
-                // Light and sensor exchanged: (r1, r2, a) is (r2, r1, −a). At a = 0 and ±π the
-                // azimuth cannot tell the two apart, the elevations do.
-                let tie = same(a, 0.0) || same(a.abs(), PI);
-                let exchanged = if tie { r1 < r2 } else { a < 0.0 };
-                if exchanged {
-                    std::mem::swap(&mut r1, &mut r2);
-                    a = -a;
-                }
-                a = a.abs();
-            }
-        } else {
-            if s.bilateral {
-                a = a.abs();
-                if s.reciprocal && a > FRAC_PI_2 {
-                    a = PI - a;
-                }
-            } else if s.reciprocal {
-                if a < 0.0 {
-                    a += PI;
-                }
-                if a >= PI {
-                    a = 0.0;
-                }
-            }
+    fn fold_relative(&self, c: [f64; 3]) -> [f64; 3] {
+        match (self.symmetry.reciprocal, self.symmetry.bilateral) {
+            (false, false) => Fold::<C, false, false>::relative(c),
+            (true, false) => Fold::<C, true, false>::relative(c),
+            (false, true) => Fold::<C, false, true>::relative(c),
+            (true, true) => Fold::<C, true, true>::relative(c),
         }
-        [r1, r2, a]
     }
 
     /// Folds the 4-D form; azimuths are in [−π, π].
     #[inline]
     fn fold_absolute(&self, c: Coords) -> Coords {
-        let s = self.symmetry;
-        if !C::EXCHANGE {
-            let mut c = self.fold_mirrors(c);
-            if s.reciprocal {
-                c[3] = half_turn(c[3]);
-                if s.bilateral && self.on_mirror(c[1]) {
-                    // The mirror that keeps a1 sends a2 to −a2 (or π − a2): one of the two.
-                    c[3] = c[3].min(half_turn(-c[3]));
-                }
-            }
-            return c;
-        }
-        let kept = self.fold_mirrors(c);
-        if !s.reciprocal {
-            return kept;
-        }
-        let exchanged = self.fold_mirrors([c[2], c[3], c[0], c[1]]);
-        // Elevations decide; azimuths only where the elevations are equal.
-        let key = |c: &Coords| [c[0], -c[1], -c[3]];
-        if key(&exchanged) > key(&kept) {
-            exchanged
-        } else {
-            kept
+        match (self.symmetry.reciprocal, self.symmetry.bilateral) {
+            (false, false) => Fold::<C, false, false>::absolute(c),
+            (true, false) => Fold::<C, true, false>::absolute(c),
+            (false, true) => Fold::<C, false, true>::absolute(c),
+            (true, true) => Fold::<C, true, true>::absolute(c),
         }
     }
+}
 
-    /// True if the azimuth lies on a mirror plane.
-    #[inline]
-    fn on_mirror(&self, a1: f64) -> bool {
-        same(a1, 0.0) || same(a1, FRAC_PI_2)
+/// The folds of a symmetry, known when they are compiled, so that many are folded at once.
+struct Fold<C, const RECIPROCAL: bool, const BILATERAL: bool>(PhantomData<fn() -> C>);
+
+impl<C: Chart, const RECIPROCAL: bool, const BILATERAL: bool> Fold<C, RECIPROCAL, BILATERAL> {
+    /// Folds the azimuth of the 3-D form; `a` is in [−π, π].
+    #[inline(always)]
+    fn relative([r1, r2, a]: [f64; 3]) -> [f64; 3] {
+        if !C::EXCHANGE {
+            let mut a = if BILATERAL { a.abs() } else { a };
+            if RECIPROCAL {
+                a = if BILATERAL { acute(a) } else { half_turn(a) };
+            }
+            return [r1, r2, a];
+        }
+        let exchanged = match (RECIPROCAL, BILATERAL) {
+            (false, _) => false,
+            (true, true) => r1 < r2,
+            (true, false) => {
+                // Light and sensor exchanged: (r1, r2, a) is (r2, r1, −a). At a = 0 and ±π the
+                // azimuth cannot tell the two apart, the elevations do.
+                let tie = same(a, 0.0) | same(a.abs(), PI);
+                (tie & (r1 < r2)) | (!tie & (a < 0.0))
+            }
+        };
+        let folded = RECIPROCAL || BILATERAL;
+        let a = if folded { a.abs() } else { a };
+        if exchanged { [r2, r1, a] } else { [r1, r2, a] }
+    }
+
+    /// Folds the 4-D form; azimuths are in [−π, π].
+    #[inline(always)]
+    fn absolute(c: Coords) -> Coords {
+        let kept = Self::mirrored(c);
+        if !RECIPROCAL {
+            return kept;
+        }
+        if C::EXCHANGE {
+            let exchanged = Self::mirrored([c[2], c[3], c[0], c[1]]);
+            // Elevations decide; azimuths only where the elevations are equal.
+            let (x, y) = (exchanged, kept);
+            let nested = (x[1] < y[1]) | ((x[1] == y[1]) & (x[3] < y[3]));
+            let later = (x[0] > y[0]) | ((x[0] == y[0]) & nested);
+            return if later { exchanged } else { kept };
+        }
+        let [r1, a1, r2, a2] = kept;
+        let a2 = half_turn(a2);
+        // The mirror that keeps a1 sends a2 to −a2 (or π − a2): one of the two.
+        let on_mirror = BILATERAL & (same(a1, 0.0) | same(a1, FRAC_PI_2));
+        let other = half_turn(-a2);
+        [
+            r1,
+            a1,
+            r2,
+            if on_mirror & (other < a2) { other } else { a2 },
+        ]
+    }
+
+    /// Folds a block of either form, an array each coordinate.
+    #[inline(always)]
+    fn block([x, y, z, w]: &mut [[f64; BLOCK]; 4], isotropic: bool) {
+        if isotropic {
+            for j in 0..BLOCK {
+                [x[j], y[j], z[j]] = Self::relative([x[j], y[j], z[j]]);
+            }
+        } else {
+            for j in 0..BLOCK {
+                [x[j], y[j], z[j], w[j]] = Self::absolute([x[j], y[j], z[j], w[j]]);
+            }
+        }
     }
 
     /// Brings the first azimuth into [0, π/2] by the mirrors y → −y and x → −x.
-    #[inline]
-    fn fold_mirrors(&self, [r1, mut a1, r2, mut a2]: Coords) -> Coords {
-        if !self.symmetry.bilateral {
+    #[inline(always)]
+    fn mirrored([r1, a1, r2, a2]: Coords) -> Coords {
+        if !BILATERAL {
             return [r1, a1, r2, a2];
         }
+        let below = a1 < 0.0;
+        let (b1, b2) = if below { (-a1, -a2) } else { (a1, a2) };
+        // A mirror always flips the nested azimuth; an absolute one is reflected like a1.
+        let across = |a2: f64| if C::NESTED { -a2 } else { supplement(a2) };
+        let behind = b1 > FRAC_PI_2;
+        let b2 = if behind { across(b2) } else { b2 };
+        let b1 = acute(b1);
+        let (first, last) = (same(b1, 0.0), same(b1, FRAC_PI_2));
+        let b2 = if first | (C::NESTED & last) {
+            b2.abs()
+        } else if last & (b2.abs() > FRAC_PI_2) {
+            supplement(b2)
+        } else {
+            b2
+        };
         // At a pole one azimuth is left, the one of the other direction, and both mirrors fold it.
-        if r1 == 0.0 {
-            return [r1, 0.0, r2, quarter_turn(a2)];
-        }
-        if r2 == 0.0 {
-            return [r1, quarter_turn(a1), r2, 0.0];
-        }
-        if a1 < 0.0 {
-            (a1, a2) = (-a1, -a2);
-        }
-        if a1 > FRAC_PI_2 {
-            a1 = PI - a1;
-            // A mirror always flips the nested azimuth; an absolute one is reflected like a1.
-            a2 = if C::NESTED { -a2 } else { wrap_angle(PI - a2) };
-        }
-        if same(a1, 0.0) || (C::NESTED && same(a1, FRAC_PI_2)) {
-            a2 = a2.abs();
-        } else if same(a1, FRAC_PI_2) && a2.abs() > FRAC_PI_2 {
-            a2 = wrap_angle(PI - a2);
-        }
-        [r1, a1, r2, a2]
+        let (pole, other) = (r1 == 0.0, r2 == 0.0);
+        let c1 = if other { quarter_turn(a1) } else { b1 };
+        let c2 = if other { 0.0 } else { b2 };
+        [
+            r1,
+            if pole { 0.0 } else { c1 },
+            r2,
+            if pole { quarter_turn(a2) } else { c2 },
+        ]
     }
 }
 
 /// True if two azimuths differ by rounding only: a few ulp of π, which the last of many equal steps
 /// from 0 to π/2 misses it by.
-#[inline]
+#[inline(always)]
 fn same(a: f64, b: f64) -> bool {
     (a - b).abs() < 1e-15
 }
 
+/// An angle in [0, π] as itself or its supplement, the smaller.
+#[inline(always)]
+fn acute(a: f64) -> f64 {
+    if a > FRAC_PI_2 { PI - a } else { a }
+}
+
+/// π − a, in [−π, π], of an angle there.
+#[inline(always)]
+fn supplement(a: f64) -> f64 {
+    let b = PI - a;
+    if b > PI { b - TAU } else { b }
+}
+
 /// An angle in [−π, π] as its image in [0, π/2] under both mirrors.
-#[inline]
+#[inline(always)]
 fn quarter_turn(a: f64) -> f64 {
     a.abs().min(PI - a.abs())
 }
 
 /// An angle in [−π, π] as its representative in [0, π).
-#[inline]
-fn half_turn(mut a: f64) -> f64 {
-    if a < 0.0 {
-        a += PI;
-    }
+#[inline(always)]
+fn half_turn(a: f64) -> f64 {
+    let a = if a < 0.0 { a + PI } else { a };
     if a >= PI { 0.0 } else { a }
 }
 
-impl<C: Chart + Default> ParametrizationKind for Form<C> {
+impl<C: Chart> Form<C> {
+    /// Absolute coordinates of those of the form.
+    #[inline(always)]
+    fn lifted(&self, [x, y, z, w]: Coords) -> Coords {
+        if self.symmetry.isotropic {
+            C::lift([x, y, z])
+        } else {
+            [x, y, z, w]
+        }
+    }
+
+    /// ω_i and ω_o at absolute coordinates, and whether these are in range and the directions above the horizon.
+    #[inline(always)]
+    fn directions([r1, a1, r2, a2]: [f64; 4]) -> ([DVec3; 2], bool) {
+        let [max1, max2] = C::RADIAL.map(|r| r.max);
+        let in_range = (r1 >= 0.0) & (r1 <= max1) & (r2 >= 0.0) & (r2 <= max2);
+        let (directions, above) = C::inverse([r1, a1, r2, a2]);
+        (directions, in_range & above)
+    }
+}
+
+#[inline(always)]
+fn pair([i, o]: [DVec3; 2]) -> DirectionPair {
+    DirectionPair::new(Direction::from_unit(i), Direction::from_unit(o))
+}
+
+/// Coordinates of many pairs.
+struct Forward<'a, C> {
+    form: &'a Form<C>,
+    pairs: &'a [DirectionPair],
+    out: &'a mut [Coords],
+}
+
+impl<C: Chart> NullaryFnOnce for Forward<'_, C> {
+    type Output = ();
+
+    #[inline(always)]
+    fn call(self) {
+        let form = self.form;
+        let Symmetry {
+            isotropic,
+            reciprocal,
+            bilateral,
+        } = form.symmetry;
+        let mut block = PairBlock::new();
+        let mut c = [[0.0; BLOCK]; 4];
+        let blocks = self.pairs.chunks(BLOCK).zip(self.out.chunks_mut(BLOCK));
+        for (pairs, out) in blocks {
+            if pairs.len() < FEW {
+                for (pair, out) in pairs.iter().zip(out) {
+                    *out = form.forward(pair);
+                }
+                continue;
+            }
+            block.load(pairs);
+            if isotropic {
+                let [r1, r2, a, _] = &mut c;
+                for j in 0..BLOCK {
+                    [r1[j], r2[j], a[j]] = C::relative(block.vectors(j));
+                }
+            } else {
+                let [r1, a1, r2, a2] = &mut c;
+                for j in 0..BLOCK {
+                    [r1[j], a1[j], r2[j], a2[j]] = C::absolute(block.vectors(j));
+                }
+            }
+            match (reciprocal, bilateral) {
+                (false, false) => Fold::<C, false, false>::block(&mut c, isotropic),
+                (true, false) => Fold::<C, true, false>::block(&mut c, isotropic),
+                (false, true) => Fold::<C, false, true>::block(&mut c, isotropic),
+                (true, true) => Fold::<C, true, true>::block(&mut c, isotropic),
+            }
+            for (j, out) in out.iter_mut().enumerate() {
+                *out = [c[0][j], c[1][j], c[2][j], c[3][j]];
+            }
+        }
+    }
+}
+
+/// Pairs at many coordinates.
+struct Inverse<'a, C> {
+    form: &'a Form<C>,
+    coords: &'a [Coords],
+    out: &'a mut [Option<DirectionPair>],
+}
+
+impl<C: Chart> NullaryFnOnce for Inverse<'_, C> {
+    type Output = ();
+
+    #[inline(always)]
+    fn call(self) {
+        let form = self.form;
+        let mut c = [[0.0; BLOCK]; 4];
+        let mut v = [[0.0; BLOCK]; 6];
+        let mut valid = [0.0; BLOCK];
+        let blocks = self.coords.chunks(BLOCK).zip(self.out.chunks_mut(BLOCK));
+        for (coords, out) in blocks {
+            let mut near = true;
+            for (j, &coords) in coords.iter().enumerate() {
+                let lifted = form.lifted(coords);
+                near &= (lifted[1].abs() <= LARGEST_ANGLE) & (lifted[3].abs() <= LARGEST_ANGLE);
+                for (c, x) in c.iter_mut().zip(lifted) {
+                    c[j] = x;
+                }
+            }
+            if !near || coords.len() < FEW {
+                for (coords, out) in coords.iter().zip(out) {
+                    *out = form.inverse(coords);
+                }
+                continue;
+            }
+            let [ix, iy, iz, ox, oy, oz] = &mut v;
+            for j in 0..BLOCK {
+                let ([i, o], is_valid) =
+                    Form::<C>::directions([c[0][j], c[1][j], c[2][j], c[3][j]]);
+                (ix[j], iy[j], iz[j]) = (i.x, i.y, i.z);
+                (ox[j], oy[j], oz[j]) = (o.x, o.y, o.z);
+                valid[j] = if is_valid { 1.0 } else { 0.0 };
+            }
+            for (j, out) in out.iter_mut().enumerate() {
+                let at = |c: usize| DVec3::new(v[c][j], v[c + 1][j], v[c + 2][j]);
+                *out = (valid[j] != 0.0).then(|| pair([at(0), at(3)]));
+            }
+        }
+    }
+}
+
+impl<C: Chart> ParametrizationKind for Form<C> {
     const KIND: &'static str = C::NAME;
 
     fn of(symmetry: Symmetry) -> Self {
-        Self::new(C::default(), symmetry)
+        Self::new(symmetry)
     }
 }
 
@@ -240,27 +406,44 @@ impl<C: Chart> Parametrization for Form<C> {
     #[inline]
     fn forward(&self, pair: &DirectionPair) -> Coords {
         if self.symmetry.isotropic {
-            let [r1, r2, a] = self.fold_relative(self.chart.relative(pair));
+            let [r1, r2, a] = self.fold_relative(C::relative(pair.vectors()));
             [r1, r2, a, 0.0]
         } else {
-            self.fold_absolute(self.chart.absolute(pair))
+            self.fold_absolute(C::absolute(pair.vectors()))
         }
     }
 
+    fn forward_batch(&self, pairs: &[DirectionPair], out: &mut [Coords]) {
+        debug_assert_eq!(pairs.len(), out.len());
+        Arch::new().dispatch(Forward {
+            form: self,
+            pairs,
+            out,
+        });
+    }
+
     #[inline]
-    fn inverse(&self, &[x, y, z, w]: &Coords) -> Option<DirectionPair> {
-        let [r1, a1, r2, a2] = if self.symmetry.isotropic {
-            self.chart.lift([x, y, z])
-        } else {
-            [x, y, z, w]
+    fn inverse(&self, coords: &Coords) -> Option<DirectionPair> {
+        let [r1, a1, r2, a2] = self.lifted(*coords);
+        let finite = a1.is_finite() && a2.is_finite();
+        let near = |a: f64| {
+            if a.abs() > LARGEST_ANGLE {
+                wrap_angle(a)
+            } else {
+                a
+            }
         };
-        let [max1, max2] = C::RADIAL.map(|r| r.max);
-        let in_range = (0.0..=max1).contains(&r1) && (0.0..=max2).contains(&r2);
-        if in_range && a1.is_finite() && a2.is_finite() {
-            self.chart.inverse([r1, a1, r2, a2])
-        } else {
-            None
-        }
+        let (directions, valid) = Self::directions([r1, near(a1), r2, near(a2)]);
+        (valid && finite).then(|| pair(directions))
+    }
+
+    fn inverse_batch(&self, coords: &[Coords], out: &mut [Option<DirectionPair>]) {
+        debug_assert_eq!(coords.len(), out.len());
+        Arch::new().dispatch(Inverse {
+            form: self,
+            coords,
+            out,
+        });
     }
 
     fn canonical(&self, &[x, y, z, w]: &Coords) -> Option<Coords> {
@@ -316,9 +499,9 @@ impl<C: Chart> Parametrization for Form<C> {
     #[inline]
     fn jacobian(&self, &[x, y, z, w]: &Coords) -> f64 {
         if self.symmetry.isotropic {
-            self.chart.jacobian(self.chart.lift([x, y, z]))
+            C::jacobian(C::lift([x, y, z]))
         } else {
-            self.chart.jacobian([x, y, z, w])
+            C::jacobian([x, y, z, w])
         }
     }
 

@@ -9,10 +9,10 @@
 //! Degenerate: phi_h at theta_h = 0, phi_d at theta_d = 0; theta_d = 90° exactly has h = 0, where
 //! the half vector is taken as the one closest to n.
 
-use super::spherical::azimuth;
 use super::{Azimuth, Chart, Form, ParametrizationSpec, Quantity, Radial, Unit, entry};
-use crate::geometry::{Direction, DirectionPair};
+use crate::geometry::half_and_back;
 use crate::numeric::HORIZON_SLACK;
+use crate::numeric::angles::{atan2, scale, sin_cos};
 use crate::registry::Entry;
 use glam::DVec3;
 use std::f64::consts::FRAC_PI_2;
@@ -31,52 +31,53 @@ pub(super) const ENTRY: Entry<ParametrizationSpec> = entry::<Form<HalfDifference
     ],
 );
 
-/// What both forms of the chart need of a pair.
-struct Split {
-    h: DVec3,
-    h_bar: f64,
-    theta_h: f64,
-    theta_d: f64,
-    phi_d: f64,
+/// Half and back vector, the latter as seen from the former.
+pub(crate) struct Frame {
+    /// Azimuth of h: x and y of h, times any positive number.
+    h_bar: [f64; 2],
+    /// Angle (rad) of h to the normal.
+    pub theta_h: f64,
+    /// Angle (rad) of each direction to h.
+    pub theta_d: f64,
+    /// Components of k down the meridian of h and along its circle, times any positive number; where h is the normal,
+    /// along t and b.
+    pub k: [f64; 2],
 }
 
-impl HalfDifference {
-    /// `isotropic`: phi_d is 0 where the half vector is the normal, because the sample may be
-    /// turned so; otherwise it is measured from t there.
-    #[inline]
-    fn split(pair: &DirectionPair, isotropic: bool) -> Split {
-        let (mut h, k) = pair.half_and_back();
-        if h == DVec3::ZERO {
-            // Opposite directions on the horizon: any h orthogonal to k is right.
-            let kk = k.length_squared();
-            h = (DVec3::Z - k * (k.z / kk)) * 1e-200;
-        }
-        // hypot, not sqrt(x² + y²): h may be as small as the last bit of 1 or smaller.
-        let h_bar = h.x.hypot(h.y);
-        let h_len = h_bar.hypot(h.z);
+impl Frame {
+    /// Of ω_i and ω_o.
+    #[inline(always)]
+    pub fn of(directions: [DVec3; 2]) -> Self {
+        let (h, k) = half_and_back(directions);
+        // Opposite directions on the horizon: any h orthogonal to k is right.
+        let opposed = h.x == 0.0 && h.y == 0.0 && h.z == 0.0;
+        let instead = DVec3::Z - k * (k.z / k.length_squared());
+        let [up, down] = if opposed {
+            [1.0, 0.0]
+        } else {
+            scale(h.abs().max_element())
+        };
+        let h = if opposed { instead } else { h * up };
+        let [k_up, k_down] = scale(k.abs().max_element());
+        let k = k * k_up;
+        let [bar_up, bar_down] = scale(h.x.abs().max(h.y.abs()));
+        let (x, y) = (h.x * bar_up, h.y * bar_up);
+        let bar_bar = x * x + y * y;
+        let bar = bar_bar.sqrt();
+        let h_bar = bar * bar_down;
+        let h_len = (h_bar * h_bar + h.z * h.z).sqrt();
         let k_len = k.length();
-        let theta_h = h_bar.atan2(h.z);
-        let theta_d = k_len.atan2(h_len);
-        // Components of k along the frame of h: e1 points down the meridian, e2 along the circle.
-        let (px, py) = if h_bar > 0.0 {
-            (h.x / h_bar, h.y / h_bar)
-        } else {
-            (1.0, 0.0)
-        };
+        let at_normal = bar == 0.0;
+        let (px, py) = if at_normal { (1.0, 0.0) } else { (x, y) };
         let along = k.x * px + k.y * py;
-        let e1 = (h.z * along - h_bar * k.z) / h_len;
-        let e2 = px * k.y - py * k.x;
-        let phi_d = if k_len == 0.0 || (isotropic && h_bar == 0.0) {
-            0.0
-        } else {
-            azimuth(e2, e1)
-        };
-        Split {
-            h,
-            h_bar,
-            theta_h,
-            theta_d,
-            phi_d,
+        Self {
+            h_bar: [x, y],
+            theta_h: atan2(h_bar, h.z),
+            theta_d: atan2(k_len * k_down, h_len * down),
+            k: [
+                h.z * along - bar * h_bar * k.z,
+                (px * k.y - py * k.x) * h_len,
+            ],
         }
     }
 }
@@ -119,57 +120,47 @@ impl Chart for HalfDifference {
     const ROUND_TRIP: [f64; 2] = [2e-15; 2];
     const SINGULAR: bool = false;
 
-    #[inline]
-    fn absolute(&self, pair: &DirectionPair) -> [f64; 4] {
-        let s = Self::split(pair, false);
-        let phi_h = if s.h_bar > 0.0 {
-            azimuth(s.h.y, s.h.x)
-        } else {
-            0.0
-        };
-        [s.theta_h, phi_h, s.theta_d, s.phi_d]
+    #[inline(always)]
+    fn absolute(directions: [DVec3; 2]) -> [f64; 4] {
+        let f = Frame::of(directions);
+        let phi_h = atan2(f.h_bar[1], f.h_bar[0]);
+        [f.theta_h, phi_h, f.theta_d, atan2(f.k[1], f.k[0])]
     }
 
-    #[inline]
-    fn relative(&self, pair: &DirectionPair) -> [f64; 3] {
-        let s = Self::split(pair, true);
-        [s.theta_h, s.theta_d, s.phi_d]
+    #[inline(always)]
+    fn relative(directions: [DVec3; 2]) -> [f64; 3] {
+        let f = Frame::of(directions);
+        let phi_d = atan2(f.k[1], f.k[0]);
+        // Where h is the normal the sample may be turned so that it is 0.
+        let phi_d = if f.theta_h == 0.0 { 0.0 } else { phi_d };
+        [f.theta_h, f.theta_d, phi_d]
     }
 
-    #[inline]
-    fn inverse(&self, [theta_h, phi_h, theta_d, phi_d]: [f64; 4]) -> Option<DirectionPair> {
-        let (sh, ch) = theta_h.sin_cos();
-        let (sd, cd) = theta_d.sin_cos();
-        let (sf, cf) = phi_d.sin_cos();
-        let (sp, cp) = phi_h.sin_cos();
+    #[inline(always)]
+    fn inverse([theta_h, phi_h, theta_d, phi_d]: [f64; 4]) -> ([DVec3; 2], bool) {
+        let (sh, ch) = sin_cos(theta_h);
+        let (sd, cd) = sin_cos(theta_d);
+        let (sf, cf) = sin_cos(phi_d);
+        let (sp, cp) = sin_cos(phi_h);
         // h = cos theta_d · ĥ and k = sin theta_d · k̂ in the plane phi_h = 0, then turned about n.
         let turn = |x: f64, y: f64, z: f64| DVec3::new(cp * x - sp * y, sp * x + cp * y, z);
         let h = turn(cd * sh, 0.0, cd * ch);
         let k = turn(sd * cf * ch, sd * sf, -sd * cf * sh);
-        above_horizon(h + k, h - k, HORIZON_SLACK)
+        above_horizon([h + k, h - k])
     }
 
     #[inline]
-    fn jacobian(&self, [theta_h, _, theta_d, _]: [f64; 4]) -> f64 {
+    fn jacobian([theta_h, _, theta_d, _]: [f64; 4]) -> f64 {
         4.0 * theta_d.cos() * theta_h.sin() * theta_d.sin()
     }
 }
 
-/// The pair if both directions are above the horizon; within `slack` below it they are put on it.
-#[inline]
-pub(super) fn above_horizon(
-    mut omega_i: DVec3,
-    mut omega_o: DVec3,
-    slack: f64,
-) -> Option<DirectionPair> {
+/// The directions, those within [`HORIZON_SLACK`] below the horizon put on it, and whether none was lower.
+#[inline(always)]
+fn above_horizon([mut i, mut o]: [DVec3; 2]) -> ([DVec3; 2], bool) {
     // Written so that NaN fails.
-    if !(omega_i.z >= -slack && omega_o.z >= -slack) {
-        return None;
-    }
-    omega_i.z = omega_i.z.max(0.0);
-    omega_o.z = omega_o.z.max(0.0);
-    Some(DirectionPair::new(
-        Direction::from_unit(omega_i),
-        Direction::from_unit(omega_o),
-    ))
+    let above = (i.z >= -HORIZON_SLACK) & (o.z >= -HORIZON_SLACK);
+    i.z = i.z.max(0.0);
+    o.z = o.z.max(0.0);
+    ([i, o], above)
 }

@@ -10,12 +10,12 @@
 //! Degenerate: phi_h at h_bar = 0, phi_k at k = 0.
 
 use super::orthographic::{Orthographic, length, lengths_and_delta, polar};
-use super::spherical::azimuth;
 use super::{Azimuth, Chart, Form, ParametrizationSpec, Radial, entry};
-use crate::geometry::{Direction, DirectionPair};
+use crate::geometry::half_and_back;
+use crate::numeric::angles::{atan2, hypot, scale, sin_cos};
 use crate::numeric::safe_sqrt;
 use crate::registry::Entry;
-use glam::Vec3Swizzles;
+use glam::{DVec3, Vec3Swizzles};
 
 /// The hybrid chart.
 #[derive(Clone, Copy, Debug, Default)]
@@ -47,58 +47,51 @@ impl Chart for Hybrid {
     const NESTED: bool = false;
     const PEAK_AT_START: bool = true;
 
-    #[inline]
-    fn absolute(&self, pair: &DirectionPair) -> [f64; 4] {
-        let (h, k) = pair.half_and_back();
+    #[inline(always)]
+    fn absolute(directions: [DVec3; 2]) -> [f64; 4] {
+        let (h, k) = half_and_back(directions);
         [
-            length(h.x.hypot(h.y)),
-            azimuth(h.y, h.x),
-            length(k.length()),
-            azimuth(k.y, k.x),
+            length(hypot(h.x, h.y)),
+            atan2(h.y, h.x),
+            length(norm(k)),
+            atan2(k.y, k.x),
         ]
     }
 
-    #[inline]
-    fn relative(&self, pair: &DirectionPair) -> [f64; 3] {
-        let (h, k) = pair.half_and_back();
-        lengths_and_delta(h.xy(), k.xy(), k.length())
+    #[inline(always)]
+    fn relative(directions: [DVec3; 2]) -> [f64; 3] {
+        let (h, k) = half_and_back(directions);
+        lengths_and_delta(h.xy(), k.xy(), norm(k))
     }
 
-    #[inline]
-    fn inverse(&self, [h_bar, phi_h, k_norm, phi_k]: [f64; 4]) -> Option<DirectionPair> {
+    #[inline(always)]
+    fn inverse([h_bar, phi_h, k_norm, phi_k]: [f64; 4]) -> ([DVec3; 2], bool) {
         // (1 − k)(1 + k) keeps the digits that 1 − k² loses near k = 1.
         let hz2 = (1.0 - k_norm) * (1.0 + k_norm) - h_bar * h_bar;
-        // Written so that NaN fails.
-        if !(hz2 >= -HEIGHT_SQUARED_SLACK) {
-            return None;
-        }
         // k ⟂ h: k̂ ∝ (h_z, −|h_bar| cos delta) in the plane of n and k_bar.
-        let down = h_bar * (phi_h - phi_k).cos();
+        let down = h_bar * sin_cos(phi_h - phi_k).1;
         let height = |h_z: f64| {
-            let norm = h_z.hypot(down);
+            let norm = hypot(h_z, down);
             // h_z = 0 and h_bar ⟂ k_bar, or h = 0: k lies in the tangent plane.
-            let cos_k = if norm > 0.0 { -down / norm } else { 0.0 };
+            let tangent = norm == 0.0;
+            let cos_k = if tangent { 0.0 } else { -down / norm };
             k_norm * cos_k
         };
         // Both directions are above the horizon, so |k_z| ≤ h_z; refuse a point only if no h_z
-        // within rounding allows it.
+        // within rounding allows it. Written so that NaN fails.
         let highest = safe_sqrt(hz2 + HEIGHT_SQUARED_SLACK);
-        if height(highest).abs() > highest + HEIGHT_SQUARED_SLACK {
-            return None;
-        }
+        let above = (hz2 >= -HEIGHT_SQUARED_SLACK)
+            & (height(highest).abs() <= highest + HEIGHT_SQUARED_SLACK);
         let h_z = safe_sqrt(hz2);
-        let k_z = height(h_z).clamp(-h_z, h_z);
+        let k_z = height(h_z).max(-h_z).min(h_z);
         let k_bar = safe_sqrt((k_norm - k_z) * (k_norm + k_z));
         let h = polar(h_bar, phi_h).extend(h_z);
         let k = polar(k_bar, phi_k).extend(k_z);
-        Some(DirectionPair::new(
-            Direction::from_unit(h + k),
-            Direction::from_unit(h - k),
-        ))
+        ([h + k, h - k], above)
     }
 
     #[inline]
-    fn jacobian(&self, [h_bar, phi_h, k_norm, phi_k]: [f64; 4]) -> f64 {
+    fn jacobian([h_bar, phi_h, k_norm, phi_k]: [f64; 4]) -> f64 {
         let weight = 4.0 * h_bar * k_norm;
         // 0 · ∞ where a pole meets the horizon (k = 0 and h_bar = 1, or the reverse): 0.
         if weight == 0.0 {
@@ -107,6 +100,13 @@ impl Chart for Hybrid {
             weight * inverse_height(h_bar, k_norm, phi_k - phi_h)
         }
     }
+}
+
+/// Length of a vector that may be tiny.
+#[inline(always)]
+fn norm(k: DVec3) -> f64 {
+    let [up, down] = scale(k.abs().max_element());
+    (k * up).length() * down
 }
 
 /// 1 / (1 − |k|² − |h_bar|² sin² delta), infinite on the edge of the domain and beyond.

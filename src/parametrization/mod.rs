@@ -24,6 +24,7 @@ mod warped;
 
 pub use chart::{Azimuth, Chart, Radial};
 pub use form::Form;
+pub(crate) use half_difference::Frame;
 pub use half_difference::HalfDifference;
 pub use hybrid::Hybrid;
 pub use orthographic::Orthographic;
@@ -194,6 +195,14 @@ pub trait Parametrization: Send + Sync {
         debug_assert_eq!(pairs.len(), out.len());
         for (pair, out) in pairs.iter().zip(out) {
             *out = self.forward(pair);
+        }
+    }
+
+    /// [`inverse`](Self::inverse) of many coordinates: one virtual call per batch.
+    fn inverse_batch(&self, coords: &[Coords], out: &mut [Option<DirectionPair>]) {
+        debug_assert_eq!(coords.len(), out.len());
+        for (coords, out) in coords.iter().zip(out) {
+            *out = self.inverse(coords);
         }
     }
 

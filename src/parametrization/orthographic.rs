@@ -7,12 +7,11 @@
 //! root also makes the inverse ill-conditioned by definition (floor about 3e-8 rad).
 //! Degenerate: phi_h at h_bar = 0, phi_k at k_bar = 0.
 
-use super::spherical::azimuth;
 use super::{Azimuth, Chart, Form, ParametrizationSpec, Quantity, Radial, Unit, entry};
-use crate::geometry::{Direction, DirectionPair};
+use crate::numeric::angles::{atan2, hypot, scale, sin_cos};
 use crate::numeric::{HORIZON_SLACK, safe_sqrt};
 use crate::registry::Entry;
-use glam::{DVec2, Vec3Swizzles};
+use glam::{DVec2, DVec3, Vec3Swizzles};
 
 /// The orthographic chart.
 #[derive(Clone, Copy, Debug, Default)]
@@ -29,16 +28,20 @@ pub(super) const ENTRY: Entry<ParametrizationSpec> = entry::<Form<Orthographic>>
 
 /// A length as a coordinate. No length here exceeds 1 on paper; of opposed directions on the horizon
 /// |k| = 1 rounds to 1 + ulp, which would lie past the end of its axis. NaN stays NaN.
-#[inline]
+#[inline(always)]
 pub(super) fn length(x: f64) -> f64 {
     x.clamp(0.0, 1.0)
 }
 
 /// `[|h_bar|, |other|, delta]`, delta the angle from h_bar to the projection of `k`.
-#[inline]
+#[inline(always)]
 pub(super) fn lengths_and_delta(h: DVec2, k: DVec2, k_norm: f64) -> [f64; 3] {
-    let delta = azimuth(h.x * k.y - h.y * k.x, h.dot(k));
-    [length(h.x.hypot(h.y)), length(k_norm), delta]
+    // The angle between vectors that were scaled is that between them.
+    let [h_up, _] = scale(h.abs().max_element());
+    let [k_up, _] = scale(k.abs().max_element());
+    let (p, q) = (h * h_up, k * k_up);
+    let delta = atan2(p.x * q.y - p.y * q.x, p.dot(q));
+    [length(hypot(h.x, h.y)), length(k_norm), delta]
 }
 
 impl Chart for Orthographic {
@@ -77,38 +80,34 @@ impl Chart for Orthographic {
     const NESTED: bool = false;
     const PEAK_AT_START: bool = true;
 
-    #[inline]
-    fn absolute(&self, pair: &DirectionPair) -> [f64; 4] {
-        let (h, k) = (pair.half().xy(), pair.back().xy());
+    #[inline(always)]
+    fn absolute([i, o]: [DVec3; 2]) -> [f64; 4] {
+        let (h, k) = (0.5 * (i + o), 0.5 * (i - o));
         [
-            length(h.x.hypot(h.y)),
-            azimuth(h.y, h.x),
-            length(k.x.hypot(k.y)),
-            azimuth(k.y, k.x),
+            length(hypot(h.x, h.y)),
+            atan2(h.y, h.x),
+            length(hypot(k.x, k.y)),
+            atan2(k.y, k.x),
         ]
     }
 
-    #[inline]
-    fn relative(&self, pair: &DirectionPair) -> [f64; 3] {
-        let (h, k) = (pair.half().xy(), pair.back().xy());
-        lengths_and_delta(h, k, k.x.hypot(k.y))
+    #[inline(always)]
+    fn relative([i, o]: [DVec3; 2]) -> [f64; 3] {
+        let (h, k) = (0.5 * (i.xy() + o.xy()), 0.5 * (i.xy() - o.xy()));
+        lengths_and_delta(h, k, hypot(k.x, k.y))
     }
 
-    #[inline]
-    fn inverse(&self, [h_bar, phi_h, k_bar, phi_k]: [f64; 4]) -> Option<DirectionPair> {
+    #[inline(always)]
+    fn inverse([h_bar, phi_h, k_bar, phi_k]: [f64; 4]) -> ([DVec3; 2], bool) {
         let (i, o) = projected(h_bar, phi_h, k_bar, phi_k);
         let (ii, oo) = (i.length_squared(), o.length_squared());
-        if !(ii <= 1.0 + HORIZON_SLACK && oo <= 1.0 + HORIZON_SLACK) {
-            return None;
-        }
-        Some(DirectionPair::new(
-            Direction::from_unit(i.extend(safe_sqrt(1.0 - ii))),
-            Direction::from_unit(o.extend(safe_sqrt(1.0 - oo))),
-        ))
+        let above = (ii <= 1.0 + HORIZON_SLACK) & (oo <= 1.0 + HORIZON_SLACK);
+        let lifted = [i.extend(safe_sqrt(1.0 - ii)), o.extend(safe_sqrt(1.0 - oo))];
+        (lifted, above)
     }
 
     #[inline]
-    fn jacobian(&self, [h_bar, phi_h, k_bar, phi_k]: [f64; 4]) -> f64 {
+    fn jacobian([h_bar, phi_h, k_bar, phi_k]: [f64; 4]) -> f64 {
         let (i, o) = projected(h_bar, phi_h, k_bar, phi_k);
         let cos_i = safe_sqrt(1.0 - i.length_squared());
         let cos_o = safe_sqrt(1.0 - o.length_squared());
@@ -123,7 +122,7 @@ impl Chart for Orthographic {
 }
 
 /// omega_i and omega_o projected on the tangent plane.
-#[inline]
+#[inline(always)]
 fn projected(h_bar: f64, phi_h: f64, k_bar: f64, phi_k: f64) -> (DVec2, DVec2) {
     let h = polar(h_bar, phi_h);
     let k = polar(k_bar, phi_k);
@@ -131,8 +130,8 @@ fn projected(h_bar: f64, phi_h: f64, k_bar: f64, phi_k: f64) -> (DVec2, DVec2) {
 }
 
 /// A tangent-plane vector from its polar coordinates.
-#[inline]
+#[inline(always)]
 pub(super) fn polar(r: f64, phi: f64) -> DVec2 {
-    let (s, c) = phi.sin_cos();
+    let (s, c) = sin_cos(phi);
     DVec2::new(r * c, r * s)
 }

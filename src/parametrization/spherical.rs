@@ -5,8 +5,9 @@
 //! Degenerate: phi at theta = 0. Every point of the box is above the horizon.
 
 use super::{Azimuth, Chart, Form, ParametrizationSpec, Quantity, Radial, Unit, entry};
-use crate::geometry::DirectionPair;
+use crate::numeric::angles::{atan2, hypot, sin_cos};
 use crate::registry::Entry;
+use glam::DVec3;
 use std::f64::consts::FRAC_PI_2;
 
 /// The spherical chart.
@@ -62,42 +63,42 @@ impl Chart for Spherical {
     const SINGULAR: bool = false;
     const RADIAL_DENSITY: f64 = 1.0;
 
-    #[inline]
-    fn absolute(&self, pair: &DirectionPair) -> [f64; 4] {
-        let (i, o) = (pair.omega_i, pair.omega_o);
-        [i.theta(), i.phi(), o.theta(), o.phi()]
+    #[inline(always)]
+    fn absolute([i, o]: [DVec3; 2]) -> [f64; 4] {
+        [elevation(i), atan2(i.y, i.x), elevation(o), atan2(o.y, o.x)]
+    }
+
+    #[inline(always)]
+    fn relative([i, o]: [DVec3; 2]) -> [f64; 3] {
+        // One angle of cross and dot: subtracting two azimuths would lose digits near ±π.
+        let sin = o.x * i.y - o.y * i.x;
+        let cos = i.x * o.x + i.y * o.y;
+        [elevation(i), elevation(o), atan2(sin, cos)]
+    }
+
+    #[inline(always)]
+    fn inverse([theta_i, phi_i, theta_o, phi_o]: [f64; 4]) -> ([DVec3; 2], bool) {
+        let at = |theta, phi| {
+            let (st, ct) = sin_cos(theta);
+            let (sp, cp) = sin_cos(phi);
+            DVec3::new(st * cp, st * sp, ct)
+        };
+        ([at(theta_i, phi_i), at(theta_o, phi_o)], true)
     }
 
     #[inline]
-    fn relative(&self, pair: &DirectionPair) -> [f64; 3] {
-        let (i, o) = (pair.omega_i, pair.omega_o);
-        let (a, b) = (i.vector(), o.vector());
-        // One atan2 of cross and dot: subtracting two azimuths would lose digits near ±π.
-        let sin = b.x * a.y - b.y * a.x;
-        let cos = a.x * b.x + a.y * b.y;
-        [i.theta(), o.theta(), azimuth(sin, cos)]
-    }
-
-    #[inline]
-    fn inverse(&self, [theta_i, phi_i, theta_o, phi_o]: [f64; 4]) -> Option<DirectionPair> {
-        Some(DirectionPair::from_spherical(
-            theta_i, phi_i, theta_o, phi_o,
-        ))
-    }
-
-    #[inline]
-    fn lift(&self, [theta_i, theta_o, delta]: [f64; 3]) -> [f64; 4] {
+    fn lift([theta_i, theta_o, delta]: [f64; 3]) -> [f64; 4] {
         [theta_i, delta, theta_o, 0.0]
     }
 
     #[inline]
-    fn jacobian(&self, [theta_i, _, theta_o, _]: [f64; 4]) -> f64 {
+    fn jacobian([theta_i, _, theta_o, _]: [f64; 4]) -> f64 {
         theta_i.sin() * theta_o.sin()
     }
 }
 
-/// `atan2` that returns 0 for the zero vector whatever the signs of its zeros.
-#[inline]
-pub(super) fn azimuth(sin: f64, cos: f64) -> f64 {
-    (sin + 0.0).atan2(cos + 0.0)
+/// Angle (rad) of a unit vector to the normal, accurate near it and near the horizon.
+#[inline(always)]
+fn elevation(v: DVec3) -> f64 {
+    atan2(hypot(v.x, v.y), v.z)
 }

@@ -6,8 +6,8 @@
 
 use super::hybrid::{Hybrid, inverse_height};
 use super::{Azimuth, Chart, Form, ParametrizationSpec, Quantity, Radial, Unit, entry};
-use crate::geometry::DirectionPair;
 use crate::registry::Entry;
+use glam::DVec3;
 
 /// Stark's chart.
 #[derive(Clone, Copy, Debug, Default)]
@@ -47,25 +47,25 @@ impl Chart for Stark {
     const PEAK_AT_START: bool = true;
     const SQUARED: bool = true;
 
-    #[inline]
-    fn absolute(&self, pair: &DirectionPair) -> [f64; 4] {
-        let [h_bar, phi_h, k, phi_k] = Hybrid.absolute(pair);
+    #[inline(always)]
+    fn absolute(directions: [DVec3; 2]) -> [f64; 4] {
+        let [h_bar, phi_h, k, phi_k] = Hybrid::absolute(directions);
         [h_bar * h_bar, phi_h, k * k, phi_k]
     }
 
-    #[inline]
-    fn relative(&self, pair: &DirectionPair) -> [f64; 3] {
-        let [h_bar, k, delta] = Hybrid.relative(pair);
+    #[inline(always)]
+    fn relative(directions: [DVec3; 2]) -> [f64; 3] {
+        let [h_bar, k, delta] = Hybrid::relative(directions);
         [h_bar * h_bar, k * k, delta]
     }
 
-    #[inline]
-    fn inverse(&self, [sigma, phi_h, alpha, phi_k]: [f64; 4]) -> Option<DirectionPair> {
-        Hybrid.inverse([sigma.sqrt(), phi_h, alpha.sqrt(), phi_k])
+    #[inline(always)]
+    fn inverse([sigma, phi_h, alpha, phi_k]: [f64; 4]) -> ([DVec3; 2], bool) {
+        Hybrid::inverse([sigma.sqrt(), phi_h, alpha.sqrt(), phi_k])
     }
 
     #[inline]
-    fn jacobian(&self, [sigma, phi_h, alpha, phi_k]: [f64; 4]) -> f64 {
+    fn jacobian([sigma, phi_h, alpha, phi_k]: [f64; 4]) -> f64 {
         inverse_height(sigma.sqrt(), alpha.sqrt(), phi_k - phi_h)
     }
 }

@@ -345,6 +345,13 @@ impl Warp {
         }
     }
 
+    /// Plain to warped, of many in place.
+    pub(super) fn forward_all<'a>(self, all: impl Iterator<Item = &'a mut f64>) {
+        if self != Warp::Identity {
+            all.for_each(|x| *x = self.forward(*x));
+        }
+    }
+
     /// Warped to plain.
     #[inline]
     pub fn inverse(self, u: f64) -> f64 {
@@ -409,7 +416,7 @@ mod tests {
 
     #[test]
     fn steps_crowd_the_start_where_they_are_a_tenth_of_the_last() {
-        let axis = Form::new(HalfDifference, Symmetry::FULL).axes()[0];
+        let axis = Form::<HalfDifference>::new(Symmetry::FULL).axes()[0];
         let scales = [1e-4, 0.09, 0.11, 0.5].map(|scale| WarpSpec::Asinh { scale });
         let examples = warps().into_iter().flat_map(|entry| {
             let read = move |text: &&str| *registry::read_text(&entry, text).unwrap();
@@ -425,8 +432,8 @@ mod tests {
     #[test]
     fn the_arcsine_of_a_length_is_an_angle_and_that_of_an_angle_a_share() {
         let [theta_d, k] = [
-            Form::new(HalfDifference, Symmetry::FULL).axes()[1],
-            Form::new(Hybrid, Symmetry::FULL).axes()[1],
+            Form::<HalfDifference>::new(Symmetry::FULL).axes()[1],
+            Form::<Hybrid>::new(Symmetry::FULL).axes()[1],
         ];
         for (axis, unit, top) in [(theta_d, Unit::One, 1.0), (k, Unit::Radian, FRAC_PI_2)] {
             let (warp, bent) = WarpSpec::Arcsine.on(&axis).unwrap();

@@ -3,7 +3,7 @@
 
 use super::{Axis, Coords, Facts, Parametrization, Warp, WarpError, WarpProblem, Warps};
 use crate::error::one_of;
-use crate::geometry::{DirectionPair, Symmetry};
+use crate::geometry::{BLOCK, DirectionPair, Symmetry};
 
 /// A parametrization with warped axes.
 #[derive(Clone, Debug)]
@@ -73,12 +73,33 @@ impl<P: Parametrization> Parametrization for Warped<P> {
         self.bent(&self.inner.forward(pair))
     }
 
+    fn forward_batch(&self, pairs: &[DirectionPair], out: &mut [Coords]) {
+        self.inner.forward_batch(pairs, out);
+        for (i, warp) in self.warps.iter().enumerate() {
+            warp.forward_all(out.iter_mut().map(|c| &mut c[i]));
+        }
+    }
+
     #[inline]
     fn inverse(&self, coords: &Coords) -> Option<DirectionPair> {
         if !self.within(coords) {
             return None;
         }
         self.inner.inverse(&self.plain(coords))
+    }
+
+    fn inverse_batch(&self, coords: &[Coords], out: &mut [Option<DirectionPair>]) {
+        let mut plain = [[0.0; 4]; BLOCK];
+        for (coords, out) in coords.chunks(BLOCK).zip(out.chunks_mut(BLOCK)) {
+            let plain = &mut plain[..coords.len()];
+            for (plain, coords) in plain.iter_mut().zip(coords) {
+                *plain = self.plain(coords);
+            }
+            self.inner.inverse_batch(plain, out);
+            for (coords, out) in coords.iter().zip(out) {
+                *out = out.filter(|_| self.within(coords));
+            }
+        }
     }
 
     fn canonical(&self, coords: &Coords) -> Option<Coords> {

@@ -54,8 +54,8 @@ impl Distribution for Beckmann {
         if t > 745.0 {
             return 0.0;
         }
-        let z2 = h.z * h.z;
-        self.scale * (-t).exp() / (z2 * z2)
+        let s = h.length_squared() / (h.z * h.z);
+        self.scale * (-t).exp() * (s * s)
     }
 
     #[inline]

@@ -211,24 +211,39 @@ impl Fresnel {
         })
     }
 
-    /// Writes `factor · F(cos_d)` for each channel.
-    #[inline]
-    pub fn scale(&self, cos_d: f64, factor: f64, out: &mut [f64]) {
+    /// Writes `factor · F(cos_d)` for each channel of each factor and cosine.
+    #[inline(always)]
+    pub fn scale(&self, cos_d: &[f64], factors: &[f64], out: &mut [f64]) {
         match &self.0 {
-            Law::Conductor(indices) => {
-                spread(indices.len(), out, |c| {
-                    factor * conductor(indices[c], cos_d)
-                });
-            }
-            Law::Dielectric(excess) => {
-                spread(excess.len(), out, |c| factor * dielectric(excess[c], cos_d));
-            }
-            Law::Schlick(f0) => {
+            Law::Conductor(indices) => each(indices, cos_d, factors, out, conductor),
+            Law::Dielectric(excess) => each(excess, cos_d, factors, out, dielectric),
+            Law::Schlick(f0) => each(f0, cos_d, factors, out, |f0, cos_d| {
                 let w = 1.0 - cos_d;
-                let w5 = w * w * w * w * w;
-                spread(f0.len(), out, |c| factor * (f0[c] + (1.0 - f0[c]) * w5));
-            }
-            Law::One => out.fill(factor),
+                f0 + (1.0 - f0) * (w * w * w * w * w)
+            }),
+            Law::One => each(&[()], cos_d, factors, out, |(), _| 1.0),
+        }
+    }
+}
+
+/// Writes `factor · law(constants, cos_d)` for each channel of each factor and cosine.
+#[inline(always)]
+fn each<T: Copy>(
+    constants: &[T],
+    cos_d: &[f64],
+    factors: &[f64],
+    out: &mut [f64],
+    law: impl Fn(T, f64) -> f64,
+) {
+    let channels = out.len() / factors.len();
+    let arguments = cos_d.iter().zip(factors);
+    if let (&[of], 1) = (constants, channels) {
+        for ((c, factor), out) in arguments.zip(out) {
+            *out = factor * law(of, *c);
+        }
+    } else {
+        for ((c, factor), out) in arguments.zip(out.chunks_exact_mut(channels)) {
+            spread(constants.len(), out, |i| factor * law(constants[i], *c));
         }
     }
 }
@@ -243,7 +258,7 @@ pub(crate) fn excess(ior: f64) -> f64 {
 ///
 /// With a² + b² = sqrt((η² − κ² − s²)² + 4η²κ²), s = sin θ_d: R_s = (t1 − t2)/(t1 + t2),
 /// R_p = R_s (t3 − t4)/(t3 + t4), and their mean is R_s t3/(t3 + t4), one division.
-#[inline]
+#[inline(always)]
 fn conductor([e2k2, e2k2_4]: [f64; 2], c: f64) -> f64 {
     let c2 = c * c;
     let s2 = (1.0 - c2).max(0.0);
@@ -257,7 +272,7 @@ fn conductor([e2k2, e2k2_4]: [f64; 2], c: f64) -> f64 {
 
 /// F of a dielectric, from ior² − 1: with g² = ior² − 1 + c²,
 /// F = ½ ((g − c)/(g + c))² (1 + ((c(g + c) − 1)/(c(g − c) + 1))²), where g − c = (ior² − 1)/(g + c).
-#[inline]
+#[inline(always)]
 pub(crate) fn dielectric(excess: f64, c: f64) -> f64 {
     // At c = 0 and ior = 1 both g and c vanish and no reflectance is defined: the floor makes it 0.
     let c = c.max(DENOMINATOR_FLOOR);

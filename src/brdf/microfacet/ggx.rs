@@ -49,14 +49,14 @@ impl Distribution for Ggx {
         }
     }
 
-    #[inline]
+    #[inline(always)]
     fn density(&self, h: DVec3) -> f64 {
         let (x, y) = (h.x * self.inverse_alpha[0], h.y * self.inverse_alpha[1]);
-        let s = x * x + y * y + h.z * h.z;
-        self.scale / (s * s)
+        let s = h.length_squared() / (x * x + y * y + h.z * h.z);
+        self.scale * (s * s)
     }
 
-    #[inline]
+    #[inline(always)]
     fn projected_area(&self, omega: DVec3) -> f64 {
         let (x, y) = (omega.x * self.alpha[0], omega.y * self.alpha[1]);
         (x * x + y * y + omega.z * omega.z).sqrt()

@@ -28,10 +28,12 @@ use super::half_vector::{half_above, reflect};
 use super::{
     Brdf, BrdfSpec, BuildError, Channels, Favours, Presence, Roughness, SampleBrdf, Tables,
 };
-use crate::geometry::{Direction, DirectionPair, Symmetry};
+use crate::geometry::{BLOCK, Direction, DirectionPair, FEW, PairBlock, Symmetry, half_and_back};
 use crate::numeric::DENOMINATOR_FLOOR;
+use crate::numeric::angles::scale;
 use crate::registry::{self, ReadError, Table};
 use glam::DVec3;
+use pulp::{Arch, NullaryFnOnce};
 use serde::de::IgnoredAny;
 use serde::{Deserialize, Serialize};
 use std::marker::PhantomData;
@@ -44,7 +46,7 @@ pub trait Distribution: Clone + std::fmt::Debug + Send + Sync + 'static {
     /// Normals of the given roughness.
     fn new(alpha: Roughness) -> Self;
 
-    /// D(h) in sr⁻¹, for a unit normal with h_z ≥ 0.
+    /// D(h) in sr⁻¹, for a normal of any length whose square is a number, with h_z ≥ 0.
     fn density(&self, h: DVec3) -> f64;
 
     /// m(ω) = cos θ (1 + 2Λ(ω)), for a unit vector with z ≥ 0.
@@ -172,6 +174,61 @@ impl<D: Distribution> Microfacet<D> {
     }
 }
 
+impl<D: Distribution> Microfacet<D> {
+    /// D G₂/(4 cos θ_i cos θ_o), 0 below the horizon, and cos θ_d.
+    #[inline(always)]
+    fn facets(&self, [i, o]: [DVec3; 2]) -> [f64; 2] {
+        let (h, _) = half_and_back([i, o]);
+        let [up, down] = scale(h.abs().max_element());
+        let h = h * up;
+        // Opposed grazing: the normal is as right as any other.
+        let opposed = h.x == 0.0 && h.y == 0.0 && h.z == 0.0;
+        let down = if opposed { 0.0 } else { down };
+        let h = if opposed { DVec3::Z } else { h };
+        let m = &self.distribution;
+        let shadowing = 2.0 * (o.z * m.projected_area(i) + i.z * m.projected_area(o));
+        let facets = m.density(h) / shadowing.max(DENOMINATOR_FLOOR);
+        let above = (i.z > 0.0) & (o.z > 0.0);
+        [
+            if above { facets } else { 0.0 },
+            (h.length() * down).min(1.0),
+        ]
+    }
+}
+
+/// Values at many pairs.
+struct Values<'a, D> {
+    of: &'a Microfacet<D>,
+    pairs: &'a [DirectionPair],
+    out: &'a mut [f64],
+}
+
+impl<D: Distribution> NullaryFnOnce for Values<'_, D> {
+    type Output = ();
+
+    #[inline(always)]
+    fn call(self) {
+        let mut block = PairBlock::new();
+        let [mut facets, mut cos_d] = [[0.0; BLOCK]; 2];
+        let channels = self.of.channels.count();
+        let out = self.out.chunks_mut(BLOCK * channels);
+        for (pairs, out) in self.pairs.chunks(BLOCK).zip(out) {
+            let n = pairs.len();
+            if n < FEW {
+                for (j, pair) in pairs.iter().enumerate() {
+                    [facets[j], cos_d[j]] = self.of.facets(pair.vectors());
+                }
+            } else {
+                block.load(pairs);
+                for j in 0..BLOCK {
+                    [facets[j], cos_d[j]] = self.of.facets(block.vectors(j));
+                }
+            }
+            self.of.fresnel.scale(&cos_d[..n], &facets[..n], out);
+        }
+    }
+}
+
 impl<D: Distribution> Brdf for Microfacet<D> {
     fn channels(&self) -> &Channels {
         &self.channels
@@ -190,16 +247,18 @@ impl<D: Distribution> Brdf for Microfacet<D> {
 
     #[inline]
     fn eval(&self, pair: &DirectionPair, out: &mut [f64]) -> Presence {
-        let Some((h, cos_d)) = half_above(pair) else {
-            out.fill(0.0);
-            return Presence::Present;
-        };
-        let (i, o) = (pair.omega_i.vector(), pair.omega_o.vector());
-        let m = &self.distribution;
-        let shadowing = 2.0 * (o.z * m.projected_area(i) + i.z * m.projected_area(o));
-        let facets = m.density(h) / shadowing.max(DENOMINATOR_FLOOR);
-        self.fresnel.scale(cos_d, facets, out);
+        let [facets, cos_d] = self.facets(pair.vectors());
+        self.fresnel.scale(&[cos_d], &[facets], out);
         Presence::Present
+    }
+
+    fn eval_batch(&self, pairs: &[DirectionPair], out: &mut [f64], presence: &mut [Presence]) {
+        presence.fill(Presence::Present);
+        Arch::new().dispatch(Values {
+            of: self,
+            pairs,
+            out,
+        });
     }
 
     fn as_sample(&self) -> Option<&dyn SampleBrdf> {

@@ -39,7 +39,7 @@ const LEAST_COSINE: f64 = 0.01;
 
 /// Writes the columns of pairs.
 pub(super) fn columns(pairs: &[DirectionPair], symmetry: Symmetry) -> Vec<Columns> {
-    let form = Form::new(HalfDifference, Symmetry::NONE);
+    let form = Form::<HalfDifference>::new(Symmetry::NONE);
     let mut coords = vec![[0.0; 4]; pairs.len()];
     form.forward_batch(pairs, &mut coords);
     let log = |theta_h: f64| (1.0 + theta_h / 0.7).ln() / (1.0 + 90.0 / 0.7_f64).ln();

@@ -318,7 +318,9 @@ impl Reconstruct for Kriging {
                 data.centre(&known.centre.mean);
             }
             let solved = match data.sites.len() {
-                ..=MOST => data.solve(&account.kernel).map(|solved| (data.sites, solved)),
+                ..=MOST => data
+                    .solve(&account.kernel)
+                    .map(|solved| (data.sites, solved)),
                 readings => {
                     let telling = sparse::some(readings, sparse::TELLING);
                     sparse::solve(&data, &account.kernel, &telling)

@@ -9,9 +9,8 @@
 //! infinite: some converters write those where the instrument saw nothing, and a few lost cells are
 //! no reason to refuse 1.4 million good ones. A file with no data at all is refused.
 
-use super::super::Planes;
 use super::grid::THETA_CELLS;
-use super::{Merl, MerlError, MerlGrid};
+use super::{Cells, Merl, MerlError, MerlGrid};
 use crate::brdf::Channels;
 use crate::numeric;
 use std::fs::File;
@@ -117,43 +116,46 @@ fn read_planes(
         read: HEADER,
         chunk: vec![0; CHUNK],
     };
-    let planes = match channels {
+    let cells = match channels {
         Channels::Rgb => {
-            let mut read = || -> Result<Vec<f64>, MerlError> {
-                let mut plane = Vec::with_capacity(grid.cells() + THETA_CELLS);
-                source.plane(|values| plane.extend(values))?;
-                Ok(plane)
-            };
-            Planes::Rgb([read()?, read()?, read()?])
+            let mut cells = Vec::with_capacity(grid.cells() + THETA_CELLS);
+            source.plane(|values| cells.extend(values.map(|v| [v, 0.0, 0.0])))?;
+            for c in 1..3 {
+                let mut rest = cells.iter_mut();
+                source.plane(|values| {
+                    for (v, cell) in values.zip(&mut rest) {
+                        cell[c] = v;
+                    }
+                })?;
+            }
+            Cells::Rgb(cells)
         }
         Channels::Luminance => {
             // Folded plane by plane in the order of `numeric::luminance`, so that the sum has the
             // bits of the luminance of an R, G, B reading. −1 once a channel has no data.
-            let mut plane = Vec::with_capacity(grid.cells() + THETA_CELLS);
+            let mut cells = Vec::with_capacity(grid.cells() + THETA_CELLS);
             let part = |c: usize, v: f64| numeric::LUMINANCE[c] * (v * SCALE[c]);
             source.plane(|values| {
-                plane.extend(values.map(|v| if is_data(v) { part(0, v) } else { -1.0 }));
+                cells.extend(values.map(|v| [if is_data(v) { part(0, v) } else { -1.0 }]));
             })?;
             for c in 1..3 {
-                let mut at = 0;
+                let mut rest = cells.iter_mut();
                 source.plane(|values| {
-                    let n = values.len();
-                    for (sum, v) in plane[at..at + n].iter_mut().zip(values) {
+                    for (v, [sum]) in values.zip(&mut rest) {
                         *sum = if *sum >= 0.0 && is_data(v) {
                             *sum + part(c, v)
                         } else {
                             -1.0
                         };
                     }
-                    at += n;
                 })?;
             }
-            Planes::Luminance(plane)
+            Cells::Luminance(cells)
         }
         Channels::Wavelengths(_) => return Err(MerlError::Wavelengths),
     };
     source.end()?;
-    Merl::new(grid, planes)
+    Merl::new(grid, cells)
 }
 
 /// The body of a file, read in chunks.

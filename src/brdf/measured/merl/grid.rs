@@ -22,7 +22,9 @@
 
 use crate::geometry::{Direction, DirectionPair, Symmetry};
 use crate::numeric::HORIZON_SLACK;
-use glam::{DVec2, DVec3};
+use crate::numeric::angles::atan2;
+use crate::parametrization::Frame;
+use glam::DVec3;
 use std::f64::consts::{FRAC_PI_2, PI};
 
 /// Cells along theta_h and along theta_d.
@@ -132,25 +134,25 @@ impl MerlGrid {
     /// `[0, dims()[2]]`. Without meaning for a pair below the horizon.
     #[inline]
     pub fn coordinates(self, pair: &DirectionPair) -> [f64; 3] {
-        let (h, k) = pair.half_and_back();
-        let azimuth = Azimuth::of(h);
-        let (h_len, k_len) = (h.length(), k.length());
-        let theta_h = azimuth.radius.atan2(h.z);
-        let theta_d = k_len.atan2(h_len);
-        // sin and cos of theta_h, both times |h|: the angle needs only the ratio.
-        let mut y = azimuth.unit.perp_dot(k.truncate()) * h_len;
-        let mut x = azimuth.unit.dot(k.truncate()) * h.z - azimuth.radius * k.z;
+        self.coordinates_of(pair.vectors())
+    }
+
+    /// [`coordinates`](Self::coordinates) of ω_i and ω_o, without branches.
+    #[inline(always)]
+    pub(super) fn coordinates_of(self, directions: [DVec3; 2]) -> [f64; 3] {
+        let Frame {
+            theta_h,
+            theta_d,
+            k: [x, y],
+            ..
+        } = Frame::of(directions);
         // A pair with y < 0 is exchanged here rather than its angle mended later: both orders of
         // light and sensor then run through the same arithmetic and give the same bits.
-        let exchanged = y < 0.0 || (y == 0.0 && x < 0.0);
-        if exchanged {
-            (x, y) = (-x, -y);
-        }
-        // `+ 0.0` turns -0 into +0, beside which atan2(0, ·) would be π.
-        let mut phi_d = y.atan2(x + 0.0);
-        if self == MerlGrid::Full && exchanged {
-            phi_d += PI;
-        }
+        let exchanged = (y < 0.0) | ((y == 0.0) & (x < 0.0));
+        let (x, y) = if exchanged { (-x, -y) } else { (x, y) };
+        let phi_d = atan2(y, x);
+        let turn = self == MerlGrid::Full && exchanged;
+        let phi_d = if turn { phi_d + PI } else { phi_d };
         let cells = THETA_CELLS as f64;
         [
             (theta_h * (cells * cells / FRAC_PI_2)).sqrt(),
@@ -163,37 +165,60 @@ impl MerlGrid {
     /// last cell in theta and periodic in phi_d.
     #[inline]
     pub fn cell(self, pair: &DirectionPair) -> [usize; 3] {
-        // `as` truncates, which is floor here, and takes NaN to 0.
-        let [h, d, phi] = self.coordinates(pair).map(|x| (x + EDGE_SLACK) as usize);
-        let phi = if phi < self.dims()[2] { phi } else { 0 };
-        [h.min(THETA_CELLS - 1), d.min(THETA_CELLS - 1), phi]
+        self.lower_edges(self.coordinates(pair)).map(|x| x as usize)
     }
-}
 
-/// Length and unit vector of h_bar.
-struct Azimuth {
-    radius: f64,
-    unit: DVec2,
-}
+    /// Position in a plane of the cell at index coordinates, without branches or conversions, which vectors have not.
+    #[inline(always)]
+    pub(super) fn index_at(self, coordinates: [f64; 3]) -> u32 {
+        let [h, d, phi] = self.lower_edges(coordinates);
+        let n_phi = self.dims()[2] as f64;
+        whole(phi + n_phi * (d + THETA_CELLS as f64 * h))
+    }
 
-impl Azimuth {
-    #[inline]
-    fn of(h: DVec3) -> Self {
-        let h_bar = h.truncate();
-        let squared = h_bar.length_squared();
-        if squared > 1e-280 {
-            let radius = squared.sqrt();
-            let unit = h_bar / radius;
-            return Self { radius, unit };
+    /// The node below index coordinates, and where these are between it and the next. Constant beyond the last node of
+    /// theta_h and theta_d; periodic in phi_d.
+    #[inline(always)]
+    pub(super) fn corner(self, [x_h, x_d, x_phi]: [f64; 3]) -> Corner {
+        let last = (THETA_CELLS - 1) as f64;
+        let x = [x_h.min(last), x_d.min(last), x_phi];
+        let edges = x.map(f64::floor);
+        let part = std::array::from_fn(|c| x[c] - edges[c]);
+        // x_phi may round up to n_phi, which is node 0.
+        let [h, d, phi] = edges;
+        let n_phi = self.dims()[2] as f64;
+        let phi = if phi < n_phi { phi } else { 0.0 };
+        Corner {
+            whole: [h, d, phi].map(whole),
+            part,
         }
-        // The square has underflowed or lost digits; hypot has not, and is three times slower.
-        let radius = h_bar.x.hypot(h_bar.y);
-        let unit = match Direction::try_new(h_bar.extend(0.0)) {
-            Some(unit) => unit.vector().truncate(),
-            None => DVec2::X,
-        };
-        Self { radius, unit }
     }
+
+    /// Whole index coordinates of the cell at `coordinates`; NaN counts as the last.
+    #[inline(always)]
+    fn lower_edges(self, coordinates: [f64; 3]) -> [f64; 3] {
+        let [h, d, phi] = coordinates.map(|x| (x + EDGE_SLACK).floor());
+        let last = (THETA_CELLS - 1) as f64;
+        let [h, d] = [h, d].map(|x| if x < last { x } else { last });
+        let n_phi = self.dims()[2] as f64;
+        [h, d, if phi < n_phi { phi } else { 0.0 }]
+    }
+}
+
+/// A place between nodes.
+#[derive(Clone, Copy, Default)]
+pub(super) struct Corner {
+    /// The node below.
+    pub whole: [u32; 3],
+    /// Shares of a cell beyond it, in [0, 1).
+    pub part: [f64; 3],
+}
+
+/// A whole number from 0 to 2³², converted without instructions that vectors lack.
+#[inline(always)]
+fn whole(x: f64) -> u32 {
+    // Beside 2⁵² the last bits of a sum are a whole number.
+    (x + 4_503_599_627_370_496.0).to_bits() as u32
 }
 
 #[cfg(test)]

@@ -28,40 +28,39 @@ pub use grid::MerlGrid;
 pub use spec::{ENTRY, Interpolation, MerlSpec};
 pub use write::{write_merl, write_merl_file};
 
-use super::Planes;
 use crate::brdf::{Brdf, Channels, Presence};
-use crate::geometry::{DirectionPair, Symmetry};
+use crate::geometry::{BLOCK, DirectionPair, PairBlock, Symmetry};
 use file::is_data;
-use grid::THETA_CELLS;
+use grid::{Corner, THETA_CELLS};
+use pulp::{Arch, NullaryFnOnce};
 
 /// A MERL table as a BRDF.
 #[derive(Clone, Debug)]
 pub struct Merl {
     grid: MerlGrid,
-    /// Luminance in sr⁻¹, negative where any channel has no data; R, G, B as stored, unscaled. After the
-    /// cells of a plane come the means over phi_d at theta_h = 0, by theta_d.
-    planes: Planes,
+    cells: Cells,
     interpolation: Interpolation,
     bilateral: bool,
 }
 
+/// The cells of a table, and after them the means over phi_d at theta_h = 0, by theta_d.
+#[derive(Clone, Debug)]
+enum Cells {
+    /// In sr⁻¹, negative where any channel has no data.
+    Luminance(Vec<[f64; 1]>),
+    /// R, G, B as stored, unscaled.
+    Rgb(Vec<[f64; 3]>),
+}
+
 impl Merl {
-    fn new(grid: MerlGrid, mut planes: Planes) -> Result<Self, MerlError> {
-        match &mut planes {
-            Planes::Luminance(plane) => {
-                let means = One(plane).means_at_the_pole(grid);
-                plane.extend(means.as_flattened());
-            }
-            Planes::Rgb(planes) => {
-                let means = Three::of(planes).means_at_the_pole(grid);
-                for (c, plane) in planes.iter_mut().enumerate() {
-                    plane.extend(means.iter().map(|mean| mean[c]));
-                }
-            }
+    fn new(grid: MerlGrid, mut cells: Cells) -> Result<Self, MerlError> {
+        match &mut cells {
+            Cells::Luminance(cells) => cells.extend(means_at_the_pole(cells, grid)),
+            Cells::Rgb(cells) => cells.extend(means_at_the_pole(cells, grid)),
         }
         let table = Self {
             grid,
-            planes,
+            cells,
             interpolation: Interpolation::default(),
             bilateral: true,
         };
@@ -92,11 +91,15 @@ impl Merl {
     }
 
     /// The planes as held: R, G, B as stored in the file, or one plane of luminance in sr⁻¹.
-    pub fn planes(&self) -> Vec<&[f64]> {
-        let cells = ..self.grid.cells();
-        match &self.planes {
-            Planes::Luminance(plane) => vec![&plane[cells]],
-            Planes::Rgb(planes) => planes.iter().map(|plane| &plane[cells]).collect(),
+    pub fn planes(&self) -> Vec<Vec<f64>> {
+        fn planes<const N: usize>(cells: &[[f64; N]]) -> Vec<Vec<f64>> {
+            let plane = |c: usize| cells.iter().map(|cell| cell[c]).collect();
+            (0..N).map(plane).collect()
+        }
+        let own = ..self.grid.cells();
+        match &self.cells {
+            Cells::Luminance(cells) => planes(&cells[own]),
+            Cells::Rgb(cells) => planes(&cells[own]),
         }
     }
 
@@ -115,16 +118,19 @@ impl Merl {
     }
 
     fn at(&self, i: usize) -> Option<[f64; 3]> {
-        match &self.planes {
-            Planes::Luminance(plane) => One(plane).data(i).map(|[v]| [v; 3]),
-            Planes::Rgb(planes) => Three::of(planes).data(i),
+        match &self.cells {
+            Cells::Luminance(cells) => data(cells[i]).map(|[v]| [v; 3]),
+            Cells::Rgb(cells) => data(cells[i]),
         }
     }
 }
 
 impl Brdf for Merl {
     fn channels(&self) -> &Channels {
-        self.planes.channels()
+        match &self.cells {
+            Cells::Luminance(_) => &Channels::Luminance,
+            Cells::Rgb(_) => &Channels::Rgb,
+        }
     }
 
     fn symmetry(&self) -> Symmetry {
@@ -140,154 +146,220 @@ impl Brdf for Merl {
     }
 
     fn eval(&self, pair: &DirectionPair, out: &mut [f64]) -> Presence {
-        let mut presence = [Presence::Missing];
-        self.eval_batch(std::slice::from_ref(pair), out, &mut presence);
-        presence[0]
+        match &self.cells {
+            Cells::Luminance(cells) => self.one(cells, pair, out),
+            Cells::Rgb(cells) => self.one(cells, pair, out),
+        }
     }
 
     fn eval_batch(&self, pairs: &[DirectionPair], out: &mut [f64], presence: &mut [Presence]) {
-        match &self.planes {
-            Planes::Luminance(plane) => self.batch(One(plane), pairs, out, presence),
-            Planes::Rgb(planes) => self.batch(Three::of(planes), pairs, out, presence),
+        match &self.cells {
+            Cells::Luminance(cells) => self.batch(cells, pairs, out, presence),
+            Cells::Rgb(cells) => self.batch(cells, pairs, out, presence),
         }
     }
 }
 
 impl Merl {
-    #[inline]
+    fn one<const N: usize>(
+        &self,
+        cells: &[[f64; N]],
+        pair: &DirectionPair,
+        out: &mut [f64],
+    ) -> Presence
+    where
+        [f64; N]: Cell<N>,
+    {
+        let found = if pair.is_above_horizon() {
+            self.look_up(cells, self.grid.coordinates(pair))
+        } else {
+            Some([0.0; N])
+        };
+        out.copy_from_slice(&found.unwrap_or([0.0; N]));
+        presence(&found)
+    }
+
     fn batch<const N: usize>(
         &self,
-        planes: impl Cells<N>,
+        cells: &[[f64; N]],
         pairs: &[DirectionPair],
         out: &mut [f64],
         presence: &mut [Presence],
-    ) {
+    ) where
+        [f64; N]: Cell<N>,
+    {
+        Arch::new().dispatch(LookUps {
+            table: self,
+            cells,
+            pairs,
+            out: out.as_chunks_mut().0,
+            presence,
+        });
+    }
+
+    /// The value at index coordinates.
+    #[inline(always)]
+    fn look_up<const N: usize>(&self, cells: &[[f64; N]], coordinates: [f64; 3]) -> Option<[f64; N]>
+    where
+        [f64; N]: Cell<N>,
+    {
         let grid = self.grid;
         match self.interpolation {
-            Interpolation::Nearest => each(pairs, out, presence, |pair| {
-                planes.data(grid.index(grid.cell(pair)))
-            }),
-            Interpolation::Trilinear => each(pairs, out, presence, |pair| {
-                trilinear(grid, &planes, grid.coordinates(pair))
-            }),
+            Interpolation::Nearest => data(cells[grid.index_at(coordinates) as usize]),
+            Interpolation::Trilinear => trilinear(grid, cells, grid.corner(coordinates)),
         }
     }
 }
 
-/// Writes one look-up per pair.
-#[inline]
-fn each<const N: usize>(
-    pairs: &[DirectionPair],
-    out: &mut [f64],
-    presence: &mut [Presence],
-    look_up: impl Fn(&DirectionPair) -> Option<[f64; N]>,
-) {
-    let (out, _) = out.as_chunks_mut::<N>();
-    for ((pair, out), presence) in pairs.iter().zip(out).zip(presence) {
-        let found = if pair.is_above_horizon() {
-            look_up(pair)
-        } else {
-            Some([0.0; N])
-        };
-        *presence = match found {
-            Some(_) => Presence::Present,
-            None => Presence::Missing,
-        };
-        *out = found.unwrap_or([0.0; N]);
+/// Look-ups of many pairs.
+struct LookUps<'a, const N: usize> {
+    table: &'a Merl,
+    cells: &'a [[f64; N]],
+    pairs: &'a [DirectionPair],
+    out: &'a mut [[f64; N]],
+    presence: &'a mut [Presence],
+}
+
+impl<const N: usize> NullaryFnOnce for LookUps<'_, N>
+where
+    [f64; N]: Cell<N>,
+{
+    type Output = ();
+
+    #[inline(always)]
+    fn call(self) {
+        let Self { table, cells, .. } = self;
+        let mut block = PairBlock::new();
+        let [mut h, mut d, mut phi] = [[0.0; BLOCK]; 3];
+        let mut index = [0u32; BLOCK];
+        let mut corners = [Corner::default(); BLOCK];
+        let out = self.out.chunks_mut(BLOCK);
+        let out = out.zip(self.presence.chunks_mut(BLOCK));
+        for (pairs, (out, presences)) in self.pairs.chunks(BLOCK).zip(out) {
+            block.load(pairs);
+            for j in 0..BLOCK {
+                [h[j], d[j], phi[j]] = table.grid.coordinates_of(block.vectors(j));
+            }
+            let targets = out.iter_mut().zip(presences).enumerate();
+            match table.interpolation {
+                Interpolation::Nearest => {
+                    for j in 0..BLOCK {
+                        index[j] = table.grid.index_at([h[j], d[j], phi[j]]);
+                    }
+                    for (j, (out, of)) in targets {
+                        let cell = cells[index[j] as usize];
+                        let there = cell.is_data() | block.is_below(j);
+                        let shown = cell.is_data() & !block.is_below(j);
+                        let value = cell.scaled();
+                        *of = if there {
+                            Presence::Present
+                        } else {
+                            Presence::Missing
+                        };
+                        *out = value.map(|v| if shown { v } else { 0.0 });
+                    }
+                }
+                Interpolation::Trilinear => {
+                    for j in 0..BLOCK {
+                        corners[j] = table.grid.corner([h[j], d[j], phi[j]]);
+                    }
+                    for (j, (out, of)) in targets {
+                        let found = if block.is_below(j) {
+                            Some([0.0; N])
+                        } else {
+                            trilinear(table.grid, cells, corners[j])
+                        };
+                        *of = presence(&found);
+                        *out = found.unwrap_or([0.0; N]);
+                    }
+                }
+            }
+        }
     }
 }
 
-/// Cells of N channels.
-trait Cells<const N: usize> {
-    /// Cell `i` as held.
-    fn held(&self, i: usize) -> [f64; N];
+#[inline(always)]
+fn presence<T>(found: &Option<T>) -> Presence {
+    match found {
+        Some(_) => Presence::Present,
+        None => Presence::Missing,
+    }
+}
 
+/// One cell of a table: a value per channel, as held.
+trait Cell<const N: usize>: Copy {
     /// True if every channel holds data.
-    fn is_data(held: [f64; N]) -> bool;
+    fn is_data(&self) -> bool;
 
-    /// f_r (sr⁻¹) of values as held.
-    fn scaled(held: [f64; N]) -> [f64; N];
+    /// f_r (sr⁻¹).
+    fn scaled(self) -> [f64; N];
+}
 
-    /// f_r of cell `i` if it holds data.
-    #[inline]
-    fn data(&self, i: usize) -> Option<[f64; N]> {
-        let held = self.held(i);
-        Self::is_data(held).then(|| Self::scaled(held))
+impl Cell<1> for [f64; 1] {
+    #[inline(always)]
+    fn is_data(&self) -> bool {
+        self[0] >= 0.0
     }
 
-    /// For each theta_d, the mean over phi_d at theta_h = 0 of cells that hold data, as held; −1 if none does.
-    fn means_at_the_pole(&self, grid: MerlGrid) -> [[f64; N]; THETA_CELLS] {
-        let n_phi = grid.dims()[2];
-        std::array::from_fn(|d| {
-            let row = grid.index([0, d, 0]);
-            let cells = (row..row + n_phi).map(|i| self.held(i));
-            let data = cells.filter(|&cell| Self::is_data(cell)).zip(1u32..);
-            // Of equal values it is that value, and of large ones finite.
-            data.fold([-1.0; N], |mean, (cell, n)| {
-                let mean = if n == 1 { cell } else { mean };
-                std::array::from_fn(|c| mean[c] + (cell[c] - mean[c]) / f64::from(n))
-            })
-        })
+    #[inline(always)]
+    fn scaled(self) -> [f64; 1] {
+        self
     }
 }
 
-struct One<'a>(&'a [f64]);
-
-impl Cells<1> for One<'_> {
-    #[inline]
-    fn held(&self, i: usize) -> [f64; 1] {
-        [self.0[i]]
+impl Cell<3> for [f64; 3] {
+    #[inline(always)]
+    fn is_data(&self) -> bool {
+        self.map(is_data) == [true; 3]
     }
 
-    #[inline]
-    fn is_data([v]: [f64; 1]) -> bool {
-        v >= 0.0
-    }
-
-    #[inline]
-    fn scaled(held: [f64; 1]) -> [f64; 1] {
-        held
-    }
-}
-
-struct Three<'a>([&'a [f64]; 3]);
-
-impl<'a> Three<'a> {
-    fn of(planes: &'a [Vec<f64>; 3]) -> Self {
-        Self(planes.each_ref().map(Vec::as_slice))
-    }
-}
-
-impl Cells<3> for Three<'_> {
-    #[inline]
-    fn held(&self, i: usize) -> [f64; 3] {
-        self.0.map(|plane| plane[i])
-    }
-
-    #[inline]
-    fn is_data(held: [f64; 3]) -> bool {
-        held.map(is_data) == [true; 3]
-    }
-
-    #[inline]
-    fn scaled([r, g, b]: [f64; 3]) -> [f64; 3] {
+    #[inline(always)]
+    fn scaled(self) -> [f64; 3] {
+        let [r, g, b] = self;
         [r * SCALE[0], g * SCALE[1], b * SCALE[2]]
     }
 }
 
-#[inline]
-fn trilinear<const N: usize, C: Cells<N>>(
+/// f_r of a cell if it holds data.
+#[inline(always)]
+fn data<const N: usize>(cell: [f64; N]) -> Option<[f64; N]>
+where
+    [f64; N]: Cell<N>,
+{
+    cell.is_data().then(|| cell.scaled())
+}
+
+/// For each theta_d, the mean over phi_d at theta_h = 0 of cells that hold data, as held; −1 if none does.
+fn means_at_the_pole<const N: usize>(cells: &[[f64; N]], grid: MerlGrid) -> [[f64; N]; THETA_CELLS]
+where
+    [f64; N]: Cell<N>,
+{
+    let n_phi = grid.dims()[2];
+    std::array::from_fn(|d| {
+        let row = grid.index([0, d, 0]);
+        let cells = cells[row..row + n_phi].iter();
+        let data = cells.filter(|cell| cell.is_data()).zip(1u32..);
+        // Of equal values it is that value, and of large ones finite.
+        data.fold([-1.0; N], |mean, (cell, n)| {
+            let mean = if n == 1 { *cell } else { mean };
+            std::array::from_fn(|c| mean[c] + (cell[c] - mean[c]) / f64::from(n))
+        })
+    })
+}
+
+#[inline(always)]
+fn trilinear<const N: usize>(
     grid: MerlGrid,
-    planes: &C,
-    [x_h, x_d, x_phi]: [f64; 3],
-) -> Option<[f64; N]> {
+    table: &[[f64; N]],
+    Corner { whole, part }: Corner,
+) -> Option<[f64; N]>
+where
+    [f64; N]: Cell<N>,
+{
     let n_phi = grid.dims()[2];
     let last = THETA_CELLS - 1;
-    let (h, f_h) = split(x_h.min(last as f64));
-    let (d, f_d) = split(x_d.min(last as f64));
-    let (phi, f_phi) = split(x_phi);
-    // x_phi may round up to n_phi, which is node 0.
-    let phi = if phi < n_phi { phi } else { 0 };
+    let [h, d, phi] = whole.map(|i| i as usize);
+    let [f_h, f_d, f_phi] = part;
     let next = if phi + 1 < n_phi { phi + 1 } else { 0 };
     let (h_next, d_next) = ((h + 1).min(last), (d + 1).min(last));
     let corners = [[h, d], [h, d_next], [h_next, d], [h_next, d_next]];
@@ -299,7 +371,7 @@ fn trilinear<const N: usize, C: Cells<N>>(
         } else {
             [phi, next].map(|phi| grid.index([h, d, phi]))
         };
-        cells.map(|i| planes.held(i))
+        cells.map(|i| table[i])
     });
 
     // Away from the horizon every node holds data, and one predictable branch replaces eight
@@ -307,11 +379,11 @@ fn trilinear<const N: usize, C: Cells<N>>(
     let all = nodes
         .iter()
         .flatten()
-        .fold(true, |all, &node| all & C::is_data(node));
+        .fold(true, |all, &node| all & node.is_data());
     let (mut sum, mut total) = ([0.0; N], 0.0);
     for (pair, w) in nodes.into_iter().zip(row_weights) {
         for (node, w) in pair.into_iter().zip([w * g_phi, w * f_phi]) {
-            if all || C::is_data(node) {
+            if all || node.is_data() {
                 total += w;
                 for (sum, v) in sum.iter_mut().zip(node) {
                     *sum += w * v;
@@ -320,15 +392,8 @@ fn trilinear<const N: usize, C: Cells<N>>(
         }
     }
     if all {
-        Some(C::scaled(sum))
+        Some(sum.scaled())
     } else {
-        (total > 0.0).then(|| C::scaled(sum.map(|v| v / total)))
+        (total > 0.0).then(|| sum.map(|v| v / total).scaled())
     }
-}
-
-/// Whole and fractional part of an index coordinate.
-#[inline]
-fn split(x: f64) -> (usize, f64) {
-    let i = x as usize;
-    (i, x - i as f64)
 }
