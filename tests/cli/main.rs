@@ -5,6 +5,7 @@ mod analysis;
 mod bench;
 mod configs;
 mod door;
+mod faults;
 mod files;
 mod instruments;
 mod laboratory;
