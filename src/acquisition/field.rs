@@ -8,7 +8,7 @@ use crate::numeric::GRAZING_COS;
 use crate::parametrization::{Coords, Parametrization, usual_form};
 use crate::reconstruct::Posterior;
 use crate::schedule::{PlanError, Pose, SampleSet, SobolSet};
-use std::collections::HashSet;
+use glam::DVec3;
 use std::f64::consts::{FRAC_PI_2, PI};
 use std::sync::Arc;
 
@@ -42,6 +42,9 @@ pub(super) const MASK: f64 = 80.0 * std::f64::consts::PI / 180.0;
 
 /// Poses of a whole acquisition, at most, where each candidate is compared with all places for each pose.
 pub(super) const MOST: usize = 1000;
+
+/// Components of directions that differ by less are those of one pose: a file's digits may change the last.
+const SAME: f64 = 1e-9;
 
 /// Places and candidates of one round; other rounds have others.
 pub(super) struct Field {
@@ -288,20 +291,23 @@ pub(super) fn filled(
     n: usize,
     mut poses: Vec<Pose>,
 ) -> Result<Vec<Pose>, PlanError> {
-    let bits = |pair: &DirectionPair| {
-        [pair.omega_i, pair.omega_o].map(|d| d.vector().to_array().map(f64::to_bits))
-    };
     let before = so_far.schedule.poses.iter();
     let before = before.filter_map(|pose| canonical(&*task.form, &pose.pair));
-    let mut there: HashSet<_> = before.map(|pose| bits(&pose.pair)).collect();
-    poses.retain(|pose| there.insert(bits(&pose.pair)));
+    let mut there: Vec<[DVec3; 2]> = before.map(|pose| pose.pair.vectors()).collect();
+    let mut is_new = |pose: &Pose| {
+        let [i, o] = pose.pair.vectors();
+        let mut known = there.iter();
+        let new = !known.any(|[a, b]| a.abs_diff_eq(i, SAME) && b.abs_diff_eq(o, SAME));
+        there.extend(new.then_some([i, o]));
+        new
+    };
+    poses.retain(&mut is_new);
     poses.truncate(n);
     if poses.len() < n
         && let Some(field) = field(kind, (task, reach), so_far, n)?
     {
         let others = field.candidates.into_iter();
-        let others = others.filter(|pose| there.insert(bits(&pose.pair)));
-        poses.extend(others.take(n - poses.len()));
+        poses.extend(others.filter(is_new).take(n - poses.len()));
     }
     Ok(poses)
 }
