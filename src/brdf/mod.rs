@@ -22,6 +22,7 @@ mod test_functions;
 #[cfg(test)]
 pub(crate) mod testing;
 mod ward;
+mod watched;
 
 pub use channels::{Channels, Wavelengths};
 pub use favours::Favours;
@@ -37,6 +38,7 @@ pub use spectrum::{SampledSpectrum, Spectrum};
 pub use sum::{ComponentSpec, Sum, SumSpec};
 pub use test_functions::{TestFunction, TestFunctionSpec};
 pub use ward::{Ward, WardSpec};
+pub use watched::Watched;
 
 use crate::error::ParameterError;
 use crate::geometry::{DirectionPair, Symmetry};

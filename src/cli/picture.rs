@@ -1,7 +1,7 @@
 //! `gonio picture`.
 
 use super::brdf_args::BrdfArgs;
-use super::progress::{Progress, Watched};
+use super::progress::Progress;
 use super::talk::{note, wrote};
 use super::{ThreadArgs, build, choose_material, member, print, refuse_existing};
 use crate::brdf::{Brdf, BuildError, Channels};
@@ -336,7 +336,7 @@ fn watched<T>(brdf: &dyn Brdf, resolution: usize, draw: impl Fn(&dyn Brdf, usize
     }
     let pairs = |resolution| {
         let progress = &Progress::hidden();
-        draw(&Watched::new(brdf, progress), resolution);
+        draw(&progress.watches(brdf), resolution);
         progress.counted() as f64
     };
     let [small, less] = [resolution.div_ceil(8), resolution.div_ceil(16)];
@@ -348,7 +348,7 @@ fn watched<T>(brdf: &dyn Brdf, resolution: usize, draw: impl Fn(&dyn Brdf, usize
     let all = pairs(small) + a_pixel * (area(resolution) - area(small));
     progress.begin(all as u64);
     let progress = &progress;
-    draw(&Watched::new(brdf, progress), resolution)
+    draw(&progress.watches(brdf), resolution)
 }
 
 #[derive(Debug, Args)]

@@ -1,13 +1,10 @@
 //! The bar on stderr, with the time that is left.
 
 use super::talk::is_quiet;
-use crate::brdf::measured::merl::Merl;
-use crate::brdf::{Brdf, Channels, Presence};
+use crate::brdf::{Brdf, Presence, Watched};
 use crate::experiment::Event;
-use crate::geometry::{DirectionPair, Symmetry};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use std::io::{IsTerminal, stderr};
-use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Duration;
 
 /// A progress bar; none if stderr is no terminal, or with `--quiet`. It is gone when it is dropped.
@@ -75,6 +72,13 @@ impl Progress {
         self.bar.inc(work);
     }
 
+    /// A BRDF whose pairs are the work of whatever is made of it.
+    pub(super) fn watches<'a>(&'a self, brdf: &'a dyn Brdf) -> impl Brdf + 'a {
+        Watched::new(brdf, |_: &[f64], pairs: &[Presence]| {
+            self.count(pairs.len() as u64)
+        })
+    }
+
     /// Shows what an engine tells.
     pub(super) fn follow<R>(&mut self, event: &Event<'_, R>) {
         match event {
@@ -95,68 +99,6 @@ impl Progress {
     }
 }
 
-/// A BRDF that counts the pairs it is asked for: the work of whatever is made of it.
-pub(super) struct Watched<'a> {
-    brdf: &'a dyn Brdf,
-    progress: &'a Progress,
-    /// Bits of the largest value so far: those of positive numbers stand in their order.
-    largest: AtomicU64,
-}
-
-impl<'a> Watched<'a> {
-    pub(super) fn new(brdf: &'a dyn Brdf, progress: &'a Progress) -> Self {
-        Self {
-            brdf,
-            progress,
-            largest: AtomicU64::new(0),
-        }
-    }
-
-    /// The largest value that was asked for, sr⁻¹; 0 if there was none.
-    pub(super) fn largest(&self) -> f64 {
-        f64::from_bits(self.largest.load(Ordering::Relaxed))
-    }
-
-    fn see(&self, values: &[f64], presence: &[Presence]) {
-        let width = self.channels().count();
-        let present = values.chunks(width).zip(presence);
-        let present = present.filter(|(_, p)| **p == Presence::Present);
-        let largest = present.flat_map(|(v, _)| v).copied().fold(0.0, f64::max);
-        self.largest.fetch_max(largest.to_bits(), Ordering::Relaxed);
-    }
-}
-
-impl Brdf for Watched<'_> {
-    fn channels(&self) -> &Channels {
-        self.brdf.channels()
-    }
-
-    fn symmetry(&self) -> Symmetry {
-        self.brdf.symmetry()
-    }
-
-    fn conserves_energy(&self) -> bool {
-        self.brdf.conserves_energy()
-    }
-
-    fn as_merl(&self) -> Option<&Merl> {
-        self.brdf.as_merl()
-    }
-
-    fn eval(&self, pair: &DirectionPair, out: &mut [f64]) -> Presence {
-        self.progress.count(1);
-        let presence = self.brdf.eval(pair, out);
-        self.see(out, &[presence]);
-        presence
-    }
-
-    fn eval_batch(&self, pairs: &[DirectionPair], out: &mut [f64], presence: &mut [Presence]) {
-        self.brdf.eval_batch(pairs, out, presence);
-        self.see(out, presence);
-        self.progress.count(pairs.len() as u64);
-    }
-}
-
 impl Drop for Progress {
     fn drop(&mut self) {
         self.bar.finish_and_clear();
@@ -166,7 +108,7 @@ impl Drop for Progress {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::brdf::{Lambert, Spectrum};
+    use crate::brdf::{Channels, Lambert, Spectrum};
     use crate::formats::WRITE_TABLE;
 
     /// Or the time that is left would not be.
@@ -176,7 +118,7 @@ mod tests {
         let dir = tempfile::tempdir().unwrap();
         for format in WRITE_TABLE.formats() {
             let progress = Progress::hidden();
-            let watched = Watched::new(&brdf, &progress);
+            let watched = progress.watches(&brdf);
             let path = dir.path().join(format.name);
             format.write_table.unwrap()(&watched, &path).unwrap();
             let said = format.table_pairs.unwrap()(&brdf);

@@ -1,15 +1,16 @@
 //! `gonio tabulate`.
 
 use super::energy::EnergyArgs;
-use super::progress::{Progress, Watched};
+use super::progress::Progress;
 use super::talk::wrote;
 use super::{ConfigArgs, ThreadArgs, build, choose_material, format_names, print, refuse_existing};
-use crate::brdf::{Brdf, Channels};
+use crate::brdf::{Brdf, Channels, Presence, Watched};
 use crate::error::Error;
 use crate::experiment::{Material, Plan, Source};
 use crate::formats::{Format, TableError, WRITE_TABLE};
 use clap::Args;
 use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicU64, Ordering};
 
 #[derive(Debug, Args)]
 #[command(after_help = "\
@@ -73,12 +74,21 @@ pub(super) fn write(
     let table = table.map_err(|e| Error::output(path, e))?;
     let pairs = format.table_pairs.map_or(0, |pairs| pairs(brdf));
     let progress = Progress::of(pairs, "tabulates");
-    let brdf = Watched::new(brdf, &progress);
+    // Bits of the largest value so far: those of positive numbers stand in their order.
+    let largest = AtomicU64::new(0);
+    let width = brdf.channels().count();
+    let brdf = Watched::new(brdf, |values: &[f64], presence: &[Presence]| {
+        let present = values.chunks(width).zip(presence);
+        let present = present.filter(|(_, p)| **p == Presence::Present);
+        let most = present.flat_map(|(v, _)| v).copied().fold(0.0, f64::max);
+        largest.fetch_max(most.to_bits(), Ordering::Relaxed);
+        progress.count(presence.len() as u64);
+    });
     table(&brdf, path).map_err(|e| match e {
         TableError::Io(_) => Error::output(path, e),
         TableError::Unsuited(_) => Error::config(place(), e),
     })?;
-    let largest = brdf.largest();
+    let largest = f64::from_bits(largest.load(Ordering::Relaxed));
     drop(progress);
     wrote(path);
     print(&format!("largest value: {largest:.4e} 1/sr\n"))

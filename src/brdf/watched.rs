@@ -1,0 +1,138 @@
+//! A BRDF, and somebody who sees every look at it.
+
+use super::measured::merl::Merl;
+use super::{Brdf, Channels, Presence, SampleBrdf};
+use crate::geometry::{Direction, DirectionPair, Symmetry};
+
+/// A BRDF with `seen`, which is called after each evaluation, of one pair or of many, with the values (laid out
+/// as those of [`Brdf::eval_batch`]) and one flag a pair.
+///
+/// ```
+/// use gonio::brdf::{Brdf, Channels, Lambert, Presence, Spectrum, Watched};
+/// use gonio::geometry::{Direction, DirectionPair};
+/// use std::sync::atomic::{AtomicUsize, Ordering};
+///
+/// let brdf = Lambert::new(Spectrum::Grey(0.5), Channels::Luminance);
+/// let pairs = AtomicUsize::new(0);
+/// let seen = |_: &[f64], of: &[Presence]| _ = pairs.fetch_add(of.len(), Ordering::Relaxed);
+/// let watched = Watched::new(&brdf, seen);
+/// let up = Direction::from_spherical(0.0, 0.0);
+/// assert!(watched.luminance(&DirectionPair::new(up, up)).is_some());
+/// assert_eq!(pairs.into_inner(), 1);
+/// ```
+pub struct Watched<'a, F> {
+    brdf: &'a dyn Brdf,
+    seen: F,
+}
+
+impl<'a, F: Fn(&[f64], &[Presence]) + Send + Sync> Watched<'a, F> {
+    /// A BRDF that tells `seen` of every look.
+    pub fn new(brdf: &'a dyn Brdf, seen: F) -> Self {
+        Self { brdf, seen }
+    }
+}
+
+impl<F: Fn(&[f64], &[Presence]) + Send + Sync> Brdf for Watched<'_, F> {
+    fn channels(&self) -> &Channels {
+        self.brdf.channels()
+    }
+
+    fn symmetry(&self) -> Symmetry {
+        self.brdf.symmetry()
+    }
+
+    fn conserves_energy(&self) -> bool {
+        self.brdf.conserves_energy()
+    }
+
+    fn eval(&self, pair: &DirectionPair, out: &mut [f64]) -> Presence {
+        let presence = self.brdf.eval(pair, out);
+        (self.seen)(out, &[presence]);
+        presence
+    }
+
+    fn eval_batch(&self, pairs: &[DirectionPair], out: &mut [f64], presence: &mut [Presence]) {
+        self.brdf.eval_batch(pairs, out, presence);
+        (self.seen)(out, presence);
+    }
+
+    fn remarks(&self) -> Vec<String> {
+        self.brdf.remarks()
+    }
+
+    fn as_sample(&self) -> Option<&dyn SampleBrdf> {
+        self.brdf.as_sample().is_some().then_some(self)
+    }
+
+    fn as_merl(&self) -> Option<&Merl> {
+        self.brdf.as_merl()
+    }
+}
+
+impl<F: Fn(&[f64], &[Presence]) + Send + Sync> SampleBrdf for Watched<'_, F> {
+    fn sample(&self, omega_o: Direction, u: [f64; 2]) -> Option<Direction> {
+        self.brdf.as_sample()?.sample(omega_o, u)
+    }
+
+    fn pdf(&self, pair: &DirectionPair) -> f64 {
+        self.brdf.as_sample().map_or(0.0, |of| of.pdf(pair))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::brdf;
+    use crate::registry;
+    use std::sync::atomic::{AtomicUsize, Ordering};
+
+    /// Whoever asks a watched BRDF gets what the BRDF itself says, and is seen once a pair.
+    #[test]
+    fn nothing_changes_but_that_it_is_seen() {
+        let at = |theta, phi| Direction::from_spherical(theta, phi);
+        let pairs: Vec<DirectionPair> = (0..70)
+            .map(|i| DirectionPair::new(at(0.02 * f64::from(i), 0.3), at(0.7, f64::from(i))))
+            .collect();
+        let (mut samplers, mut tables) = (0, 0);
+        for entry in brdf::all() {
+            for text in entry.examples {
+                let spec = registry::read_text(&entry, text).unwrap();
+                let brdf = spec.build(Channels::Luminance).unwrap();
+                let count = AtomicUsize::new(0);
+                let seen = |values: &[f64], of: &[Presence]| {
+                    assert_eq!(values.len(), of.len());
+                    count.fetch_add(of.len(), Ordering::Relaxed);
+                };
+                let watched = Watched::new(&*brdf, seen);
+                assert_eq!(watched.symmetry(), brdf.symmetry());
+                assert_eq!(watched.conserves_energy(), brdf.conserves_energy());
+                assert_eq!(watched.remarks(), brdf.remarks());
+                let both: [&dyn Brdf; 2] = [&watched, &*brdf];
+                let [got, own] = both.map(|f| {
+                    let mut values = vec![0.0; pairs.len()];
+                    let mut presence = vec![Presence::Missing; pairs.len()];
+                    f.eval_batch(&pairs, &mut values, &mut presence);
+                    (values, presence, f.luminance(&pairs[3]))
+                });
+                assert_eq!(got, own, "{} {text}", entry.kind);
+                let same = |a: Option<&Merl>, b: Option<&Merl>| match (a, b) {
+                    (Some(a), Some(b)) => std::ptr::eq(a, b),
+                    (a, b) => a.is_none() && b.is_none(),
+                };
+                assert!(same(watched.as_merl(), brdf.as_merl()));
+                tables += usize::from(brdf.as_merl().is_some());
+                let [got, own] = both.map(|f| {
+                    let of = f.as_sample()?;
+                    Some((
+                        of.sample(at(0.4, 0.0), [0.3, 0.6]).map(|d| d.vector()),
+                        of.pdf(&pairs[5]),
+                    ))
+                });
+                assert_eq!(got, own, "{} {text}", entry.kind);
+                samplers += usize::from(own.is_some());
+                assert_eq!(count.into_inner(), pairs.len() + 1);
+            }
+        }
+        assert!(samplers > 3 && tables > 0);
+    }
+}
