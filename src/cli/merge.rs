@@ -9,7 +9,7 @@ use crate::report::{CONFIG, MadeFrom, Outcome, RunFolder, read_rows};
 use clap::Args;
 use std::collections::{BTreeSet, HashMap};
 use std::path::{Path, PathBuf};
-use std::time::SystemTime;
+use std::time::{Instant, SystemTime};
 
 #[derive(Debug, Args)]
 pub(super) struct Merge {
@@ -133,8 +133,9 @@ impl Merge {
             tuned: from.tuned,
             ..Outcome::default()
         };
-        let manifest = manifest(plan, source, from.inputs, outcome, started);
+        let mut manifest = manifest(plan, source, from.inputs, outcome, started);
         let facts = serde_json::to_value(&manifest).map_err(|e| Error::Internal(e.to_string()))?;
+        let begun = Instant::now();
         plan.conclude(
             &mut folder,
             &End {
@@ -145,6 +146,7 @@ impl Merge {
                 whole: true,
             },
         )?;
+        manifest.conclude(from.counts, begun.elapsed().as_secs_f64());
         let path = folder.finish(&keys, manifest)?;
         note(&format!(
             "\n{found} of {} in {}",

@@ -2,6 +2,7 @@
 
 mod acquisition;
 mod consumers;
+mod explain;
 mod moments;
 mod relations;
 
@@ -16,12 +17,13 @@ use crate::experiment::{
 use crate::report::{MadeBy, MadeFrom, Manifest, Outcome, RunFolder, read_rows};
 use clap::Args;
 use consumers::{Consumers, Files};
+use explain::Explained;
 use std::cell::RefCell;
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::SystemTime;
+use std::time::{Instant, SystemTime};
 
 /// Folder of runs that name none.
 const RUNS: &str = "runs";
@@ -50,6 +52,9 @@ pub(super) struct Run {
     /// Memory for materials and their readings, in megabytes; results do not depend on it
     #[arg(long, value_name = "MB", default_value_t = 512, value_parser = clap::value_parser!(u32).range(1..))]
     memory: u32,
+    /// Print what was done, how often and in how many seconds, and what was left out and why
+    #[arg(long)]
+    explain: bool,
 }
 
 /// A kind of experiment as commands show it: observers of a run, and output at its end.
@@ -69,6 +74,9 @@ pub(super) trait Shown: Experiment {
     /// # Errors
     /// Errors of drawing, printing and writing.
     fn conclude(&self, folder: &mut RunFolder<Self::Record>, end: &End<'_>) -> Result<(), Error>;
+
+    /// What the config does not ask for: a name, and by which key.
+    fn left_out(&self) -> Vec<(&'static str, String)>;
 }
 
 /// What listeners are told of the run.
@@ -189,7 +197,7 @@ impl Run {
             shard: self.shard,
             memory: (self.memory as usize) << 20,
         };
-        let summary = {
+        let mut summary = {
             let mut consumers = Consumers {
                 stop: Arc::clone(&context.stop),
                 progress: Progress::new(),
@@ -216,8 +224,9 @@ impl Run {
             ..Outcome::default()
         };
         tell_inputs(&summary);
-        let manifest = manifest(plan, source, summary.inputs.clone(), outcome, started);
+        let mut manifest = manifest(plan, source, summary.inputs.clone(), outcome, started);
         let facts = serde_json::to_value(&manifest).map_err(|e| Error::Internal(e.to_string()))?;
+        let begun = Instant::now();
         plan.conclude(
             &mut folder,
             &End {
@@ -228,6 +237,18 @@ impl Run {
                 whole: self.shard.is_none(),
             },
         )?;
+        summary.seconds.report = begun.elapsed().as_secs_f64();
+        summary.counts.extend(&folder.ledger().counts());
+        manifest.conclude(summary.counts.clone(), summary.seconds.report);
+        if self.explain {
+            let explained = Explained {
+                counts: &summary.counts,
+                seconds: &summary.seconds,
+                rows: [summary.rows, rows.saturating_sub(summary.rows)],
+                left_out: plan.left_out(),
+            };
+            print(&explained.text())?;
+        }
         let path = folder.finish(&summary.keys, manifest)?;
         if summary.interrupted {
             return Err(Error::Interrupted { rows, path });

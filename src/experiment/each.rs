@@ -1,10 +1,11 @@
 //! One material after the other: the run of experiments whose records are of one material each.
 
 use super::choices::Material;
+use super::counts::Built;
 use super::key::{Expected, Input, RowKey};
-use super::observer::{Event, Observer, Stop, Summary, Teller, Wish};
+use super::observer::{Observer, Stop, Summary, Teller, Wish};
 use super::record::{Experiment, Extent, Known};
-use crate::brdf::{Brdf, BuildError, Channels};
+use crate::brdf::{BuildError, Channels};
 use crate::error::Error;
 
 /// An experiment whose records are of one material each, and need no other.
@@ -23,7 +24,7 @@ pub(super) trait PerMaterial: Experiment {
     /// Makes the data that all records of a material share, or says why it cannot.
     fn shared(
         &self,
-        brdf: &dyn Brdf,
+        brdf: &Built,
         teller: &mut Teller<'_, Self::Record>,
     ) -> Result<Self::Shared, BuildError>;
 
@@ -40,7 +41,7 @@ pub(super) trait PerMaterial: Experiment {
 pub(super) struct Of<'a, S> {
     pub material: &'a Material,
     pub material_key: &'a str,
-    pub brdf: &'a dyn Brdf,
+    pub brdf: &'a Built,
     pub shared: &'a S,
     /// The key of the record.
     pub key: RowKey,
@@ -89,7 +90,7 @@ fn materials<E: PerMaterial>(
         };
         let shared = match &brdf {
             Some(brdf) if lacking > 0 => {
-                let made = plan.shared(&**brdf, teller);
+                let made = plan.shared(brdf, teller);
                 teller.or_failed(&material.name, made, lacking)?
             }
             _ => None,
@@ -101,7 +102,7 @@ fn materials<E: PerMaterial>(
                 let of = Of {
                     material,
                     material_key: &identity.key,
-                    brdf: &**brdf,
+                    brdf,
                     shared,
                     key,
                 };
@@ -114,8 +115,7 @@ fn materials<E: PerMaterial>(
             teller.advanced(1.0)?;
         }
         if let (true, Some(brdf)) = (wanted, &brdf) {
-            let event = Event::Loaded(material, &identity.key, &**brdf);
-            teller.observer.tell(&event)?;
+            teller.loaded(material, &identity.key, brdf)?;
         }
     }
     Ok(())

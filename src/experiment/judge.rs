@@ -1,6 +1,7 @@
 //! Reconstructions compared with their truths: errors at test pairs, albedos, moments.
 
 use super::choices::{Material, Method};
+use super::counts::{Built, Ledger, Stage, Work};
 use super::observer::{Event, Job, ScheduleKey, Seconds, Stop, Teller, timed};
 use super::plan::Plan;
 use super::readings::Readings;
@@ -30,7 +31,7 @@ const SLAB: usize = 1 << 15;
 
 /// A material with the values that its reconstructions are compared with.
 pub(super) struct Truth {
-    pub brdf: Box<dyn Brdf>,
+    pub brdf: Built,
     pub alignment: Option<f64>,
     /// Values at the levels of test pairs that were asked for, sr⁻¹, without the cosine.
     levels: Mutex<Vec<Arc<Values>>>,
@@ -80,6 +81,7 @@ pub(super) struct Judge<'a> {
     levels: Mutex<Vec<Arc<Level>>>,
     /// Albedo probe, if albedos are compared.
     probe: Option<AlbedoProbe>,
+    ledger: Ledger,
 }
 
 /// Reconstructions of some members of a group.
@@ -92,12 +94,13 @@ struct Made {
 }
 
 impl<'a> Judge<'a> {
-    pub fn new(plan: &'a Plan) -> Result<Self, Error> {
+    pub fn new(plan: &'a Plan, ledger: &Ledger) -> Result<Self, Error> {
         let set = TestSet::new(&plan.measures, &plan.metrics);
         Ok(Self {
             set: set.map_err(|e| Error::config("metrics", e))?,
             levels: Mutex::default(),
             probe: plan.albedo.then(AlbedoProbe::new),
+            ledger: ledger.clone(),
             plan,
         })
     }
@@ -112,32 +115,34 @@ impl<'a> Judge<'a> {
         let mut levels = self.levels.lock().unwrap_or_else(PoisonError::into_inner);
         while levels.len() <= n {
             let next = self.set.level(levels.len());
+            let made = next.pairs.len();
+            self.ledger.add(Stage::Truth, Work::TestPairs, made);
             levels.push(Arc::new(next));
         }
         Arc::clone(&levels[n])
     }
 
     /// Evaluates a material at the first test pairs and probes.
-    pub fn truth(
-        &self,
-        brdf: Box<dyn Brdf>,
-        seconds: &mut Seconds,
-    ) -> Result<Truth, ParameterError> {
-        let (profile, took) = timed(|| self.profile(&*brdf));
+    pub fn truth(&self, brdf: Built, seconds: &mut Seconds) -> Result<Truth, ParameterError> {
+        let at = |stage| brdf.at(&self.ledger, stage);
+        let (profile, took) = timed(|| self.profile(&at(Stage::Moments)));
         seconds.moments += took;
         let profile = profile?;
-        let (truth, took) = timed(|| {
-            let first = metrics::evaluate(&*brdf, &self.level(0).pairs);
-            Truth {
-                alignment: alignment(&*brdf).map(|a| a.q),
-                levels: Mutex::new(vec![Arc::new(first)]),
-                albedo: self.probe.as_ref().map(|p| p.evaluate(&*brdf)),
-                profile,
-                brdf,
-            }
+        let (alignment, took) = timed(|| alignment(&at(Stage::Alignment)));
+        seconds.alignment += took;
+        let ((first, albedo), took) = timed(|| {
+            let brdf = &at(Stage::Truth);
+            let first = metrics::evaluate(brdf, &self.level(0).pairs);
+            (first, self.probe.as_ref().map(|p| p.evaluate(brdf)))
         });
         seconds.truth += took;
-        Ok(truth)
+        Ok(Truth {
+            alignment: alignment.map(|a| a.q),
+            levels: Mutex::new(vec![Arc::new(first)]),
+            albedo,
+            profile,
+            brdf,
+        })
     }
 
     /// The values of a truth at a level of pairs; a material asks for them in order.
@@ -146,7 +151,8 @@ impl<'a> Judge<'a> {
         if let Some(values) = levels.get(n) {
             return Arc::clone(values);
         }
-        let values = Arc::new(metrics::evaluate(&*truth.brdf, &self.level(n).pairs));
+        let brdf = truth.brdf.at(&self.ledger, Stage::Truth);
+        let values = Arc::new(metrics::evaluate(&brdf, &self.level(n).pairs));
         if levels.len() == n && self.set.candidates(n) <= KEPT {
             levels.push(Arc::clone(&values));
         }
@@ -264,9 +270,13 @@ impl<'a> Judge<'a> {
             (_, all) => Copies::Stack(Stack::new(&*method.method, all)?),
         };
         let wholes: Option<Vec<&Measurement>> = some().map(|m| m.2.whole.as_ref()).collect();
+        // Its reconstruction works if that of fewer readings did.
+        let whole = wholes.and_then(|all| Stack::new(&*method.method, &all).ok());
+        let made = copies.interpolants() + whole.as_ref().map_or(0, Stack::interpolants);
+        self.ledger
+            .add(Stage::Reconstruct, Work::Reconstructions, made);
         Ok(Made {
-            // Its reconstruction works if that of fewer readings did.
-            whole: wholes.and_then(|all| Stack::new(&*method.method, &all).ok()),
+            whole,
             copies,
             members: which,
         })
@@ -295,6 +305,8 @@ impl<'a> Judge<'a> {
             let whole = whole
                 .map(|stack| stack.evaluate(pairs, go_on))
                 .transpose()?;
+            let lists = values.len() + whole.as_ref().map_or(0, Vec::len);
+            self.evaluated(lists * pairs.len());
             compared
                 .par_iter_mut()
                 .enumerate()
@@ -333,12 +345,15 @@ impl<'a> Judge<'a> {
                 method: Some(method),
                 ..Job::of(only.0)
             };
-            let event = Event::Reconstructed(&job, &*only.1.brdf, copy);
+            let truth = only.1.brdf.at(&self.ledger, Stage::Pictures);
+            let copy = self.ledger.reconstruction(copy, Stage::Pictures);
+            let event = Event::Reconstructed(&job, &truth, &copy);
             teller.observer.tell(&event)?;
         }
         if let Some(of_truth) = &only.1.profile {
             teller.go_on()?;
-            let (profile, seconds) = timed(|| self.profile(copy));
+            let copy = self.ledger.reconstruction(copy, Stage::Moments);
+            let (profile, seconds) = timed(|| self.profile(&copy));
             // The truth went the same way before.
             let profile = profile.map_err(|e| Error::Internal(e.to_string()))?;
             compared.moments = profile.map(|profile| {
@@ -362,6 +377,7 @@ impl<'a> Judge<'a> {
             return Ok(());
         };
         let values = copies.evaluate(probe.pairs(), go_on)?;
+        self.evaluated(values.len() * probe.pairs().len());
         for ((member, values), compared) in members.iter().zip(&values).zip(compared) {
             let truth = member.1.albedo.as_ref();
             compared.albedo = truth.and_then(|truth| probe.error_and_quadrature(truth, values));
@@ -399,6 +415,8 @@ impl<'a> Judge<'a> {
                 continue;
             };
             let at = replicated.at(&level.pairs);
+            self.ledger.add(Stage::Evaluate, Work::Reconstructions, 1);
+            self.evaluated(at.len());
             let values = Values {
                 luminance: at.iter().map(|at| at.value).collect(),
                 missing: Vec::new(),
@@ -432,10 +450,18 @@ impl<'a> Judge<'a> {
                 // As above.
                 let predictive = method.method.predictive(&member.2.measured).ok().flatten();
                 let expected = predictive.map(|predictive| Expected::at(&level, &*predictive));
+                let made = usize::from(expected.is_some());
+                self.ledger
+                    .add(Stage::Evaluate, Work::Reconstructions, made);
                 compared.expected = expected.unwrap_or_default();
             });
         }
         Ok(())
+    }
+
+    /// Counts evaluations of reconstructions.
+    fn evaluated(&self, pairs: usize) {
+        self.ledger.add(Stage::Evaluate, Work::Evaluated, pairs);
     }
 
     /// The moment profile of a BRDF; `None` if moments are not compared.
@@ -458,6 +484,13 @@ enum Copies {
 }
 
 impl Copies {
+    fn interpolants(&self) -> usize {
+        match self {
+            Copies::Stack(stack) => stack.interpolants(),
+            Copies::One(_) => 1,
+        }
+    }
+
     fn evaluate(
         &self,
         pairs: &[DirectionPair],

@@ -53,6 +53,7 @@ mod any;
 mod checks;
 mod choices;
 mod config;
+mod counts;
 mod each;
 mod findings;
 mod instruments;
@@ -93,6 +94,7 @@ pub use choices::{
     Allowance, Choice, Coordinates, IDEAL, Label, MAX_BUDGET, Material, Method, OWN, PlannedSet,
 };
 pub use config::{Config, Output, Reach, Scalars, Schedules};
+pub use counts::{Built, Counts, Ledger, Stage, Work};
 pub use findings::{
     Calibrated, Calibration, Cell, Duel, Duels, Explained, Findings, Line, Metric, Ranking, Scope,
 };

@@ -1,6 +1,7 @@
 //! The observer of a run, and the events it is told.
 
 use super::choices::{Allowance, Coordinates, Material, Method, PlannedSet};
+use super::counts::{Built, Counts, Ledger, Stage};
 use super::instruments::PlannedInstrument;
 use super::key::{Identity, Input, RowKey};
 use super::tuning::Tuned;
@@ -93,6 +94,8 @@ pub struct Seconds {
     pub load: f64,
     /// Evaluating materials at the test pairs.
     pub truth: f64,
+    /// Measuring the alignment of materials.
+    pub alignment: f64,
     /// Making schedules.
     pub plan: f64,
     /// Measuring.
@@ -103,6 +106,10 @@ pub struct Seconds {
     pub evaluate: f64,
     /// Integrating moments of materials and reconstructions, if they are asked for.
     pub moments: f64,
+    /// Drawing materials.
+    pub pictures: f64,
+    /// Writing tables and reports when all records are there.
+    pub report: f64,
 }
 
 /// Rows, failures and times of a run.
@@ -123,6 +130,8 @@ pub struct Summary {
     pub tuned: Vec<Tuned>,
     /// Wall times.
     pub seconds: Seconds,
+    /// What was done.
+    pub counts: Counts,
     /// True if the observer asked to stop before the end.
     pub interrupted: bool,
 }
@@ -197,6 +206,7 @@ impl From<Error> for Stop {
 pub(super) struct Teller<'o, R> {
     pub observer: &'o mut dyn Observer<R>,
     pub summary: Summary,
+    pub ledger: Ledger,
 }
 
 impl<'o, R> Teller<'o, R> {
@@ -204,6 +214,7 @@ impl<'o, R> Teller<'o, R> {
         Self {
             observer,
             summary: Summary::default(),
+            ledger: Ledger::default(),
         }
     }
 
@@ -270,6 +281,7 @@ impl<'o, R> Teller<'o, R> {
         jobs: usize,
     ) -> Result<Option<Identity>, Stop> {
         let (identity, seconds) = timed(|| Identity::of(material));
+        self.read(identity.iter().flat_map(|i| &i.inputs));
         let identity = self.or_failed(&material.name, identity, jobs)?;
         let summary = &mut self.summary;
         summary.seconds.load += seconds;
@@ -288,9 +300,10 @@ impl<'o, R> Teller<'o, R> {
         identity: &Identity,
         channels: Channels,
         jobs: usize,
-    ) -> Result<Option<Box<dyn Brdf>>, Stop> {
-        let (built, seconds) = timed(|| material.spec.build(channels));
+    ) -> Result<Option<Built>, Stop> {
+        let (built, seconds) = timed(|| Built::new(&*material.spec, channels, &self.ledger));
         let (same, again) = timed(|| identity.holds());
+        self.read(&identity.inputs);
         self.summary.seconds.load += seconds + again;
         match self.or_failed(&material.name, built, jobs)? {
             Some(built) => {
@@ -301,12 +314,28 @@ impl<'o, R> Teller<'o, R> {
         }
     }
 
+    /// Counts files that were hashed.
+    fn read<'i>(&self, inputs: impl IntoIterator<Item = &'i Input>) {
+        let files = inputs.into_iter().map(|input| &*input.path);
+        self.ledger.read(files);
+    }
+
+    /// Tells of a material that was built, whose pictures may be drawn then.
+    pub fn loaded(&mut self, material: &Material, key: &str, brdf: &Built) -> Result<(), Stop> {
+        let shown = brdf.at(&self.ledger, Stage::Pictures);
+        let event = Event::Loaded(material, key, &shown);
+        let (told, seconds) = timed(|| self.observer.tell(&event));
+        self.summary.seconds.pictures += seconds;
+        Ok(told?)
+    }
+
     pub fn advanced(&mut self, work: f64) -> Result<(), Stop> {
         Ok(self.observer.tell(&Event::Advanced(work))?)
     }
 
     /// The summary of a run that ended, or the error that ended it.
     pub fn ended(mut self, result: Result<(), Stop>) -> Result<Summary, Error> {
+        self.summary.counts = self.ledger.counts();
         match result {
             Ok(()) => {}
             Err(Stop::Cancelled) => self.summary.interrupted = true,

@@ -1,5 +1,6 @@
 //! Measures a schedule on its instrument, and counts the readings for rows.
 
+use super::counts::{Ledger, Stage, Work};
 use super::observer::Stop;
 use super::route::{Route, Tour};
 use crate::brdf::Brdf;
@@ -60,6 +61,14 @@ impl Readings {
             measured,
             whole: route.whole.as_ref().map(measure).transpose()?,
         })
+    }
+
+    /// Counts poses that were asked for, and readings; of both measurements.
+    pub fn count(&self, ledger: &Ledger) {
+        for measured in std::iter::once(&self.measured).chain(&self.whole) {
+            ledger.add(Stage::Measure, Work::Poses, measured.outcomes.len());
+            ledger.add(Stage::Measure, Work::Readings, measured.readings());
+        }
     }
 }
 

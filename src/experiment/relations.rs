@@ -4,6 +4,7 @@
 
 use super::checks::{below, distinct, name_all};
 use super::choices::Material;
+use super::counts::{Built, Stage};
 use super::each::{self, Of, PerMaterial};
 use super::key::{Expected, Input, Part, RowKey, forget_paths, hash, of_part};
 use super::keypath::KeyPath;
@@ -14,7 +15,7 @@ use super::observer::{Observer, Stop, Summary, Teller, timed};
 use super::record::{Experiment, Extent, Known, Record, Shard};
 use super::source::Source;
 use super::tables::{Named, insert_list, named, refuse_unknown, section, take_list, with_name};
-use crate::brdf::{Brdf, BuildError, Channels};
+use crate::brdf::{BuildError, Channels};
 use crate::error::{Error, ParameterError};
 use crate::lighting::{self, Lighting, LightingSpec};
 use crate::moments::Profile;
@@ -369,10 +370,11 @@ impl PerMaterial for RelationsPlan {
 
     fn shared(
         &self,
-        brdf: &dyn Brdf,
+        brdf: &Built,
         teller: &mut Teller<'_, MaterialRelations>,
     ) -> Result<Profile, BuildError> {
         let table = &self.base.moments;
+        let brdf = &brdf.at(&teller.ledger, Stage::Moments);
         let (channel, seed) = (table.spec.channels[0], self.base.seed);
         let (profile, seconds) =
             timed(|| Profile::new(brdf, channel, &table.spec, &*table.estimator, seed));
@@ -391,12 +393,14 @@ impl PerMaterial for RelationsPlan {
             Ok(lighting) => lighting,
             Err(reason) => return Ok(Err(reason)),
         };
+        let ledger = teller.ledger.clone();
+        let brdf = of.brdf.at(&ledger, Stage::Evaluate);
         let mut relations = Vec::new();
         for &along in &self.along {
             for &view in &self.views {
                 teller.go_on()?;
                 let (relation, seconds) =
-                    timed(|| compare(of.brdf, of.shared, &*lighting, view, along, &self.spec));
+                    timed(|| compare(&brdf, of.shared, &*lighting, view, along, &self.spec));
                 teller.summary.seconds.evaluate += seconds;
                 match relation {
                     Ok(relation) => relations.push(relation),

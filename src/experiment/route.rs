@@ -6,6 +6,7 @@ mod cache;
 mod search;
 
 use super::choices::Allowance;
+use super::counts::{Ledger, Stage, Work};
 use super::instruments::PlannedInstrument;
 use super::observer::{ScheduleKey, Stop, timed};
 use super::tuning::{Untuned, Wanted};
@@ -126,6 +127,8 @@ struct TourKey {
 /// Makes routes and keeps what they share.
 #[derive(Default)]
 pub struct Router {
+    /// Where schedules and tours are counted.
+    ledger: Ledger,
     /// Budgets found, by set, name of the instrument, allowance and seed.
     budgets: HashMap<(SetKey, Option<String>, String, u64), usize>,
     /// Schedules, by set, budget and, if they matter, seed and name of the instrument.
@@ -144,6 +147,14 @@ pub struct Router {
 }
 
 impl Router {
+    /// A router that counts what it makes.
+    pub fn counting(ledger: &Ledger) -> Self {
+        Self {
+            ledger: ledger.clone(),
+            ..Self::default()
+        }
+    }
+
     /// The route of a key, without the tour of an instrument without limits.
     ///
     /// # Errors
@@ -309,7 +320,8 @@ impl Router {
                 symmetry: key.symmetry,
                 budget,
             };
-            let (found, seconds) = timed(|| tuning.find(grid, set, &form, cancelled));
+            let (found, seconds) =
+                timed(|| tuning.find(grid, set, &form, (&self.ledger, cancelled)));
             self.seconds += seconds;
             let tuned = match found {
                 Ok(tuned) => tuned,
@@ -339,8 +351,11 @@ impl Router {
         }
         self.seconds += seconds;
         Ok(planned.map_err(NoRoute::from).map(|schedule| {
+            self.ledger.add(Stage::Plan, Work::Schedules, 1);
+            let poses = schedule.poses.len();
+            self.ledger.add(Stage::Plan, Work::Poses, poses);
             let new = Kept {
-                poses: schedule.poses.len(),
+                poses,
                 made: Arc::new(schedule),
                 seconds,
                 again,
@@ -371,6 +386,7 @@ impl Router {
             Some(known) => known,
             None => {
                 let (itinerary, seconds) = timed(|| bench.plan(schedule, order));
+                self.ledger.add(Stage::Plan, Work::Tours, 1);
                 self.seconds += seconds;
                 let new = Kept {
                     poses: schedule.poses.len(),

@@ -7,6 +7,7 @@
 mod follow;
 
 use super::choices::Material;
+use super::counts::Stage;
 use super::instruments::PlannedInstrument;
 use super::judge::{Judge, Truth};
 use super::key::{self, Expected, Identity, RowKey};
@@ -157,6 +158,7 @@ impl<'a> Runner<'a> {
             };
             plan.methods_on(unit).into_iter().map(task).collect()
         });
+        let teller = Teller::new(observer);
         Ok(Self {
             tasks: tasks.collect(),
             units,
@@ -164,9 +166,9 @@ impl<'a> Runner<'a> {
             plan,
             extent,
             known,
-            teller: Teller::new(observer),
-            judge: Judge::new(plan)?,
-            router: Router::default(),
+            judge: Judge::new(plan, &teller.ledger)?,
+            router: Router::counting(&teller.ledger),
+            teller,
         })
     }
 
@@ -322,8 +324,7 @@ impl<'a> Runner<'a> {
             return Ok(());
         };
         if shown {
-            let event = Event::Loaded(material, &identity.key, &*brdf);
-            self.teller.observer.tell(&event)?;
+            self.teller.loaded(material, &identity.key, &brdf)?;
         }
         if !rows {
             return Ok(());
@@ -437,9 +438,11 @@ impl<'a> Runner<'a> {
                 .doing(&format_args!("measuring {}, {text}", member.material.name))?;
             let observer = &*self.teller.observer;
             let cancelled = || observer.cancelled();
+            let brdf = truth.brdf.at(&self.teller.ledger, Stage::Measure);
             let (readings, seconds) =
-                timed(|| Readings::take(&*truth.brdf, route, schedule.seed, &cancelled));
+                timed(|| Readings::take(&brdf, route, schedule.seed, &cancelled));
             let readings = readings?;
+            readings.count(&self.teller.ledger);
             self.teller.summary.seconds.measure += seconds;
             let whole = readings.whole.as_ref().map(present);
             let present = [present(&readings.measured), whole.unwrap_or_default()];

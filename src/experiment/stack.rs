@@ -52,6 +52,11 @@ impl Stack {
         })
     }
 
+    /// Interpolants that were built.
+    pub fn interpolants(&self) -> usize {
+        self.interpolants.len()
+    }
+
     /// Luminance at some pairs, sr⁻¹, one list per material; an error if the run was cancelled.
     pub fn evaluate(
         &self,

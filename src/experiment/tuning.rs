@@ -6,7 +6,8 @@
 //! becomes its root where nothing errs less, down to the fourth root of 2. What is
 //! minimised is the geometric mean of nrmse over the training materials.
 
-use crate::brdf::{Brdf, BrdfSpec, Channels};
+use super::counts::{Built, Ledger, Stage, Work};
+use crate::brdf::{BrdfSpec, Channels};
 use crate::error::{Error, ParameterError};
 use crate::geometry::{DirectionPair, Symmetry};
 use crate::instrument::{Ideal, Instrument};
@@ -35,7 +36,7 @@ pub(super) fn has(own: Symmetry, folded: Symmetry) -> bool {
 /// A training material and its values at the pairs.
 struct Truth {
     symmetry: Symmetry,
-    brdf: Box<dyn Brdf>,
+    brdf: Built,
     values: Values,
 }
 
@@ -130,17 +131,18 @@ impl Tuned {
 }
 
 impl Tuning {
-    fn truths(&self) -> Result<&[Truth], Untuned> {
+    fn truths(&self, ledger: &Ledger) -> Result<&[Truth], Untuned> {
         if let Some(truths) = self.memory.truths.get() {
             return Ok(truths);
         }
         let mut truths = Vec::new();
         for material in &self.materials {
-            let brdf = material.spec.build(Channels::Luminance);
+            let brdf = Built::new(&*material.spec, Channels::Luminance, ledger);
             let brdf = brdf.map_err(|e| Untuned::Error(Error::data(&material.name, e)))?;
+            let values = metrics::evaluate(&brdf.at(ledger, Stage::Plan), &self.pairs);
             truths.push(Truth {
                 symmetry: material.symmetry,
-                values: metrics::evaluate(&*brdf, &self.pairs),
+                values,
                 brdf,
             });
         }
@@ -153,18 +155,18 @@ impl Tuning {
         found.unwrap_or_else(PoisonError::into_inner).clone()
     }
 
-    /// The ratio of a grid, sought if it is not known; `set` is to be tuned.
+    /// The ratio of a grid, sought if it is not known; `set` is to be tuned, `with` counts and may stop it.
     pub(super) fn find(
         &self,
         grid: Wanted,
         set: &dyn SampleSet,
         form: &Arc<dyn Parametrization>,
-        cancelled: &dyn Fn() -> bool,
+        with: (&Ledger, &dyn Fn() -> bool),
     ) -> Result<Tuned, Untuned> {
         if let Some(known) = self.found().into_iter().find(|t| t.grid == grid) {
             return Ok(known);
         }
-        let tuned = self.seek(grid, set, form, cancelled)?;
+        let tuned = self.seek(grid, set, form, with)?;
         let found = self.memory.found.lock();
         let mut found = found.unwrap_or_else(PoisonError::into_inner);
         found.push(tuned.clone());
@@ -176,9 +178,9 @@ impl Tuning {
         grid: Wanted,
         set: &dyn SampleSet,
         form: &Arc<dyn Parametrization>,
-        cancelled: &dyn Fn() -> bool,
+        (ledger, cancelled): (&Ledger, &dyn Fn() -> bool),
     ) -> Result<Tuned, Untuned> {
-        let truths = self.truths()?;
+        let truths = self.truths(ledger)?;
         let mut search = Search {
             tuning: self,
             truths: truths
@@ -189,6 +191,7 @@ impl Tuning {
             form,
             budget: grid.budget,
             known: HashMap::new(),
+            ledger,
             cancelled,
         };
         let mut ratio: Vec<f64> = form.axes().iter().map(|a| a.density).collect();
@@ -238,6 +241,7 @@ struct Search<'a> {
     budget: usize,
     /// By shape: many ratios are one.
     known: HashMap<Vec<usize>, f64>,
+    ledger: &'a Ledger,
     cancelled: &'a dyn Fn() -> bool,
 }
 
@@ -254,14 +258,21 @@ impl Search<'_> {
         if let Some(&error) = self.known.get(&shape) {
             return Ok((shape, error));
         }
+        let count = |work, number| self.ledger.add(Stage::Plan, work, number);
+        count(Work::Grids, 1);
         let [mut logs, mut told] = [0.0; 2];
         for truth in &self.truths {
             if (self.cancelled)() {
                 return Err(Untuned::Cancelled);
             }
-            let measurement = Ideal.measure(&*truth.brdf, &schedule);
+            let brdf = truth.brdf.at(self.ledger, Stage::Plan);
+            let measurement = Ideal.measure(&brdf, &schedule);
             let made = match self.tuning.method.reconstruct(&measurement) {
-                Ok(made) => metrics::evaluate(&*made, &self.tuning.pairs),
+                Ok(made) => {
+                    count(Work::Reconstructions, 1);
+                    let made = self.ledger.reconstruction(&*made, Stage::Plan);
+                    metrics::evaluate(&made, &self.tuning.pairs)
+                }
                 Err(e) => {
                     let e = ParameterError::new("ratio", format!("{ratio:?}"), e.to_string());
                     return Err(Untuned::Plan(e.into()));

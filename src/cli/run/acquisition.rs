@@ -4,7 +4,7 @@ use super::{End, RunContext, Shown};
 use crate::cli::print;
 use crate::cli::talk::note;
 use crate::error::Error;
-use crate::experiment::{Event, Findings, Kind, Observer, Plan, Row, Wish};
+use crate::experiment::{Event, Findings, Kind, Observer, Plan, QuantityGroup, Row, Wish};
 use crate::metrics::{Measure, MetricsSpec};
 use crate::report::Studio;
 use crate::report::{
@@ -83,6 +83,30 @@ impl Shown for Plan {
         }
         folder.write_file(RANKING, |out| ranking_csv(out, &findings))?;
         folder.write_file(REPORT, |out| out.write_all(html.as_bytes()))
+    }
+
+    fn left_out(&self) -> Vec<(&'static str, String)> {
+        let quantity =
+            |of: QuantityGroup| (of.name(), format!("quantities has no {:?}", of.name()));
+        let no = |name, key: &str| (name, format!("{key} is false"));
+        let all = [
+            (
+                self.instruments.is_empty(),
+                ("tours", "there is no [[instrument]]".into()),
+            ),
+            (!self.albedo, quantity(QuantityGroup::Albedo)),
+            (self.moments.is_none(), quantity(QuantityGroup::Moments)),
+            (!self.uncertainty, quantity(QuantityGroup::Uncertainty)),
+            (!self.expected, quantity(QuantityGroup::Expected)),
+            (!self.pictures.draw, no("pictures", "pictures.draw")),
+            (!self.output.slices, no("slices", "output.slices")),
+            (
+                self.output.schedules.0.is_none(),
+                no("schedules", "output.schedules"),
+            ),
+        ];
+        let left_out = all.into_iter().filter(|(is_left_out, _)| *is_left_out);
+        left_out.map(|(_, what)| what).collect()
     }
 }
 

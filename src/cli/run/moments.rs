@@ -70,6 +70,17 @@ impl Shown for MomentsPlan {
         }
         print(&study_table(&groups, self.analysis.published.as_ref()))
     }
+
+    fn left_out(&self) -> Vec<(&'static str, String)> {
+        let mut left_out = Vec::new();
+        if self.analysis.spheres.is_empty() {
+            left_out.push(("spheres", "analysis.spheres names no material".into()));
+        }
+        if !self.analysis.horizon {
+            left_out.push(("clamping", "analysis.horizon is false".into()));
+        }
+        left_out
+    }
 }
 
 /// The views that fits use.

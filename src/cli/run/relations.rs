@@ -38,6 +38,10 @@ impl Shown for RelationsPlan {
         }
         Ok(())
     }
+
+    fn left_out(&self) -> Vec<(&'static str, String)> {
+        Vec::new()
+    }
 }
 
 /// Prints a line per relation.

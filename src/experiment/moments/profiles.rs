@@ -1,9 +1,10 @@
 //! The moment profiles of every material, and their rows in `profiles.csv`.
 
 use super::plan::MomentsPlan;
-use crate::brdf::{Brdf, BuildError, Channels};
+use crate::brdf::{BuildError, Channels};
 use crate::error::Error;
 use crate::experiment::choices::Material;
+use crate::experiment::counts::{Built, Stage};
 use crate::experiment::each::{self, Of, PerMaterial};
 use crate::experiment::key::{Expected, Part, RowKey};
 use crate::experiment::observer::{Observer, Stop, Summary, Teller, timed};
@@ -219,7 +220,7 @@ impl PerMaterial for MomentsPlan {
         MomentsPlan::channels(self)
     }
 
-    fn shared(&self, _: &dyn Brdf, _: &mut Teller<'_, MaterialProfiles>) -> Result<(), BuildError> {
+    fn shared(&self, _: &Built, _: &mut Teller<'_, MaterialProfiles>) -> Result<(), BuildError> {
         Ok(())
     }
 
@@ -231,11 +232,13 @@ impl PerMaterial for MomentsPlan {
     ) -> Result<Result<MaterialProfiles, BuildError>, Stop> {
         let internal = |e: &dyn std::fmt::Display| Error::Internal(e.to_string());
         let table = &self.moments;
+        let ledger = teller.ledger.clone();
+        let brdf = of.brdf.at(&ledger, Stage::Moments);
         let (mut profiles, mut times) = (Vec::new(), Vec::new());
         for &channel in &table.spec.channels {
             teller.go_on()?;
             let (profile, seconds) =
-                timed(|| Profile::new(of.brdf, channel, &table.spec, &*table.estimator, self.seed));
+                timed(|| Profile::new(&brdf, channel, &table.spec, &*table.estimator, self.seed));
             // The plan has checked every key, and builds what the channels need.
             profiles.push(profile.map_err(|e| internal(&e))?);
             times.push(seconds);
@@ -247,7 +250,7 @@ impl PerMaterial for MomentsPlan {
             true => {
                 let range = self.analysis.range().map_err(|e| internal(&e))?;
                 let last = range.ends()[1];
-                let found = Clamping::of(of.brdf, &profiles[0], &*table.estimator, last);
+                let found = Clamping::of(&brdf, &profiles[0], &*table.estimator, last);
                 Some(found.map_err(|e| internal(&e))?)
             }
         };

@@ -1,5 +1,6 @@
 //! Rows along routes: one for all materials, or one for each.
 
+use super::super::counts::Stage;
 use super::super::observer::{Event, ScheduleKey, Stop, timed};
 use super::super::route::{NoRoute, Route};
 use super::super::row::Row;
@@ -54,8 +55,10 @@ impl<'a> Runner<'a> {
                 .doing(&format_args!("acquiring {name}, {text}"))?;
             let observer = &*self.teller.observer;
             let course = self.router.course(schedule, name);
-            let (found, seconds) =
-                timed(|| begun.route(&*truth.brdf, course, &|| observer.cancelled()));
+            let (found, seconds) = timed(|| {
+                let brdf = truth.brdf.at(&self.teller.ledger, Stage::Plan);
+                begun.route(&brdf, course, &|| observer.cancelled())
+            });
             self.teller.summary.seconds.plan += seconds;
             let found = found?;
             let route = match found {

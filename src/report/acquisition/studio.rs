@@ -5,7 +5,7 @@ use super::html::{MaterialPictures, Media, Picture};
 use crate::brdf::Brdf;
 use crate::error::Error;
 use crate::experiment::{
-    Coordinates, Material, Plan, Preview, RESULTS_REVISION, Row, Shard, preview,
+    Coordinates, Material, Plan, Preview, RESULTS_REVISION, Row, Shard, Stage, preview,
 };
 use crate::lighting::Lighting;
 use crate::parametrization::{ParametrizationSpec, find};
@@ -229,18 +229,21 @@ impl<'a> Studio<'a> {
                 return Ok(());
             }
             let label = coordinates.label();
+            let ledger = folder.ledger().within(Stage::Pictures);
             let name = format!("{stem}.{}", sampled(coordinates));
             if folder.has(Below::Pictures, &format!("{name}.svg")) {
                 continue;
             }
             // Too few readings for a schedule of this symmetry: there is nothing to show.
-            let Some(Preview { brdf: copy, method }) = preview(self.plan, material, brdf, i)?
+            let Some(Preview { brdf: copy, method }) =
+                preview(self.plan, material, brdf, i, &ledger)?
             else {
                 continue;
             };
             let spec = &self.plan.pictures;
             let (side, samples) = (spec.resolution, spec.samples);
-            let made = Comparison::new(brdf, &*copy, &*self.lighting, side, samples);
+            let copy = ledger.reconstruction(&*copy, Stage::Pictures);
+            let made = Comparison::new(brdf, &copy, &*self.lighting, side, samples);
             let title = format!(
                 "{}, {label}, {method} of at most {}{}",
                 material.name,

@@ -29,7 +29,7 @@
 use super::manifest::{MANIFEST, Manifest};
 use super::rows::RowFile;
 use crate::error::Error;
-use crate::experiment::{Allowance, Job, Known, Record, RowKey, ScheduleKey};
+use crate::experiment::{Allowance, Job, Known, Ledger, Record, RowKey, ScheduleKey, Stage, Work};
 use crate::files::{remove_parts, write_atomically};
 use std::collections::{BTreeSet, HashMap};
 use std::fs::{self, File};
@@ -117,6 +117,8 @@ pub struct RunFolder<R> {
     redraw: bool,
     /// True if the folder held the same config when it was opened.
     is_same: bool,
+    /// Counters of files, and of what is made for pictures.
+    ledger: Ledger,
 }
 
 impl<R: Record> RunFolder<R> {
@@ -173,6 +175,7 @@ impl<R: Record> RunFolder<R> {
             files: BTreeSet::new(),
             redraw: force,
             is_same: is_same && !force,
+            ledger: Ledger::default(),
         })
     }
 
@@ -218,6 +221,17 @@ impl<R: Record> RunFolder<R> {
         &self.dir
     }
 
+    /// What was made for the files here.
+    pub fn ledger(&self) -> &Ledger {
+        &self.ledger
+    }
+
+    fn wrote(&self, path: &Path, stage: Stage) {
+        let bytes = fs::metadata(path).map_or(0, |file| file.len() as usize);
+        self.ledger.add(stage, Work::FilesWritten, 1);
+        self.ledger.add(stage, Work::BytesWritten, bytes);
+    }
+
     /// The records that are there, by key.
     pub fn known(&self) -> Known<R> {
         let all = self.rows.iter();
@@ -257,6 +271,7 @@ impl<R: Record> RunFolder<R> {
     ) -> Result<(), Error> {
         let path = self.dir.join(name);
         write_atomically(&path, body).map_err(|e| unwritable(&path, &e))?;
+        self.wrote(&path, Stage::Report);
         self.files.insert(name.to_owned());
         Ok(())
     }
@@ -278,6 +293,14 @@ impl<R: Record> RunFolder<R> {
             .and_then(|()| fs::create_dir_all(&dir))
             .and_then(|()| write_atomically(&path, body))
             .map_err(|e| unwritable(&path, &e))?;
+        let stage = match below {
+            Below::Schedules => Stage::Report,
+            Below::Slices | Below::Figures | Below::Pictures => {
+                self.ledger.add(Stage::Pictures, Work::Drawn, 1);
+                Stage::Pictures
+            }
+        };
+        self.wrote(&path, stage);
         self.files.insert(format!("{}/{name}", below.name()));
         Ok(())
     }

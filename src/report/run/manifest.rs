@@ -1,6 +1,6 @@
 //! `manifest.json`: config, inputs and versions that made the results beside it.
 
-use crate::experiment::{Failure, Input, Source, Tuned};
+use crate::experiment::{Counts, Failure, Input, Source, Tuned};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::fs;
@@ -54,7 +54,7 @@ pub struct Outcome {
     pub shard: Option<String>,
 }
 
-/// Inputs, failures and times in the manifest of a part of a run.
+/// Inputs, failures, times and counts in the manifest of a part of a run.
 #[derive(Clone, Debug, Default, PartialEq, Deserialize)]
 #[serde(default)]
 pub struct MadeFrom {
@@ -64,6 +64,8 @@ pub struct MadeFrom {
     pub failures: Vec<Failure>,
     /// Seconds by stage.
     pub seconds: BTreeMap<String, f64>,
+    /// What was done, by stage.
+    pub counts: Counts,
     /// Ratios of grids that were tuned.
     pub tuned: Vec<Tuned>,
 }
@@ -84,6 +86,7 @@ impl MadeFrom {
         }
         self.failures.extend(other.failures);
         Tuned::add(&mut self.tuned, other.tuned);
+        self.counts.extend(&other.counts);
         for (stage, seconds) in other.seconds {
             *self.seconds.entry(stage).or_default() += seconds;
         }
@@ -116,6 +119,8 @@ pub struct Manifest {
     tuned: Vec<Tuned>,
     /// Seconds per stage, over the whole run.
     seconds: serde_json::Value,
+    /// What was done, per stage, by this run; one that goes on does less.
+    counts: Counts,
     started_unix_seconds: u64,
     ended_unix_seconds: u64,
     os: &'static str,
@@ -161,12 +166,20 @@ impl Manifest {
             failures: outcome.failures,
             tuned: outcome.tuned,
             seconds: outcome.seconds,
+            counts: Counts::default(),
             started_unix_seconds: unix(started),
             ended_unix_seconds: unix(SystemTime::now()),
             os: std::env::consts::OS,
             arch: std::env::consts::ARCH,
             files: Vec::new(),
         }
+    }
+
+    /// Adds what is known when everything is written: the counts, and the seconds that this took.
+    pub fn conclude(&mut self, counts: Counts, report: f64) {
+        self.counts = counts;
+        let before = self.seconds["report"].as_f64().unwrap_or(0.0);
+        self.seconds["report"] = (before + report).into();
     }
 
     /// State of the run at its end.
