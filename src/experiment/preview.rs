@@ -1,7 +1,7 @@
 //! One reconstruction of one material, for pictures.
 
 use super::choices::{Allowance, Material, OWN};
-use super::counts::{Ledger, Stage, Work};
+use super::counts::{Stage, Work};
 use super::observer::{ScheduleKey, Stop};
 use super::plan::Plan;
 use super::readings::Readings;
@@ -20,7 +20,8 @@ pub struct Preview {
 /// A material reconstructed from the readings of the pictures' budget, uniform in the coordinates
 /// at a position of the plan, taken by the plan's first instrument, and by the last reconstruction that
 /// works in a schedule's own coordinates.
-/// `None` where there is no such reconstruction or schedule. What is made is counted in `ledger`.
+/// `None` where there is no such reconstruction or schedule. `router` keeps the schedules for other materials, and
+/// counts what is made.
 ///
 /// # Errors
 /// [`Error::Internal`] for coordinates that were checked.
@@ -29,7 +30,7 @@ pub fn preview(
     material: &Material,
     brdf: &dyn Brdf,
     coordinates: usize,
-    ledger: &Ledger,
+    router: &mut Router,
 ) -> Result<Option<Preview>, Error> {
     let suits = |set: usize| {
         let set_of_plan = &plan.sample_sets[set];
@@ -60,7 +61,7 @@ pub fn preview(
         seed,
         material: None,
     };
-    let route = match Router::counting(ledger).find(&key) {
+    let route = match router.found(&key, true) {
         Ok(route) => route,
         // Too few poses for a schedule, or none that the instrument can take.
         Err(Error::Config { .. } | Error::Infeasible { .. }) => return Ok(None),
@@ -71,6 +72,7 @@ pub fn preview(
         Err(Stop::Error(e)) => return Err(e),
         Err(Stop::Cancelled) => return Ok(None),
     };
+    let ledger = &router.ledger;
     readings.count(ledger);
     let made = method.method.reconstruct(&readings.measured).ok();
     let interpolants = usize::from(made.is_some());

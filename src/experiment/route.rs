@@ -128,7 +128,7 @@ struct TourKey {
 #[derive(Default)]
 pub struct Router {
     /// Where schedules and tours are counted.
-    ledger: Ledger,
+    pub(super) ledger: Ledger,
     /// Budgets found, by set, name of the instrument, allowance and seed.
     budgets: HashMap<(SetKey, Option<String>, String, u64), usize>,
     /// Schedules, by set, budget and, if they matter, seed and name of the instrument.
@@ -160,7 +160,12 @@ impl Router {
     /// # Errors
     /// [`Error::Infeasible`] if no schedule fits or no pose is reachable.
     pub fn find(&mut self, key: &ScheduleKey<'_>) -> Result<Route, Error> {
-        match self.make(key, false, false, &|| false) {
+        self.found(key, false)
+    }
+
+    /// The same; `again`: a later material asks for it too.
+    pub(super) fn found(&mut self, key: &ScheduleKey<'_>, again: bool) -> Result<Route, Error> {
+        match self.make(key, false, again, &|| false) {
             Ok(Ok(route)) => Ok(route),
             Ok(Err(reason)) if key.instrument.is_none() => Err(Error::config("budgets", reason)),
             Ok(Err(reason)) => Err(Error::infeasible("schedule", reason)),

@@ -5,7 +5,7 @@ use super::html::{MaterialPictures, Media, Picture};
 use crate::brdf::Brdf;
 use crate::error::Error;
 use crate::experiment::{
-    Coordinates, Material, Plan, Preview, RESULTS_REVISION, Row, Shard, Stage, preview,
+    Coordinates, Material, Plan, Preview, RESULTS_REVISION, Router, Row, Shard, Stage, preview,
 };
 use crate::lighting::Lighting;
 use crate::parametrization::{ParametrizationSpec, find};
@@ -63,6 +63,8 @@ pub struct Studio<'a> {
     parametrizations: Vec<Entry<ParametrizationSpec>>,
     /// Everything but the material that determines a picture.
     how: String,
+    /// The schedules of what is drawn, once something is.
+    router: Option<Router>,
 }
 
 impl<'a> Studio<'a> {
@@ -86,6 +88,7 @@ impl<'a> Studio<'a> {
             shard,
             lighting,
             how: how(plan),
+            router: None,
             parametrizations: names.into_iter().filter_map(find).collect(),
         })
     }
@@ -204,7 +207,7 @@ impl<'a> Studio<'a> {
     /// # Errors
     /// [`Error::Output`].
     pub fn material(
-        &self,
+        &mut self,
         folder: &mut RunFolder<Row>,
         material: &Material,
         brdf: &dyn Brdf,
@@ -235,8 +238,9 @@ impl<'a> Studio<'a> {
                 continue;
             }
             // Too few readings for a schedule of this symmetry: there is nothing to show.
+            let router = self.router.get_or_insert_with(|| Router::counting(&ledger));
             let Some(Preview { brdf: copy, method }) =
-                preview(self.plan, material, brdf, i, &ledger)?
+                preview(self.plan, material, brdf, i, router)?
             else {
                 continue;
             };
