@@ -112,6 +112,7 @@ pub use question::{Factor, ReportSpec};
 pub use record::{Experiment, Extent, Known, Record, Shard, ShardError};
 pub use route::{Route, Router};
 pub use row::{Quantities, Row, quantities};
+pub use schedules::Share;
 #[cfg(feature = "schemas")]
 pub use schema::{config_schema, instrument_schema};
 pub use source::Source;

@@ -124,7 +124,7 @@ pub struct Summary {
     pub failures: Vec<Failure>,
     /// The files of the materials.
     pub inputs: Vec<Input>,
-    /// Hash of each material's keys and files; `None` of one that cannot be read.
+    /// Hash of each material's keys and files; `None` of one that cannot be read, or is none of the shard.
     pub materials: Vec<Option<RowKey>>,
     /// Ratios of grids that were tuned.
     pub tuned: Vec<Tuned>,

@@ -146,7 +146,9 @@ impl<'a> Runner<'a> {
         known: &'a Known<Row>,
         observer: &'a mut dyn Observer<Row>,
     ) -> Result<Self, Error> {
-        let Share { units, materials } = plan.share(extent.shard);
+        let Share {
+            units, materials, ..
+        } = plan.share(extent.shard);
         let tasks = units.iter().map(|unit| {
             let task = |method| {
                 let part = plan.part(unit, method);
@@ -217,15 +219,20 @@ impl<'a> Runner<'a> {
         rest.take_while(fits).count().max(1)
     }
 
-    /// Hashes the files of all materials, and lists the keys of all rows.
+    /// Hashes the files of the materials of the shard, and lists the keys of all rows.
     fn identify(&mut self) -> Result<Vec<Option<Identity>>, Stop> {
         let mut identities = Vec::new();
         for (i, material) in self.plan.materials.iter().enumerate() {
+            if !self.mine.has(i) {
+                self.teller.summary.materials.push(None);
+                identities.push(None);
+                continue;
+            }
             self.teller
                 .doing(&format_args!("reading {}", material.name))?;
-            let jobs = self.jobs_of(i);
+            let jobs = self.jobs();
             let identity = self.teller.identified(material, jobs)?;
-            if let (Some(identity), true) = (&identity, self.mine.has(i)) {
+            if let Some(identity) = &identity {
                 let tasks = self.tasks.iter().flatten();
                 let keys = tasks.flat_map(|t| t.keys(identity));
                 self.teller.summary.keys.extend(keys);
@@ -235,12 +242,9 @@ impl<'a> Runner<'a> {
         Ok(identities)
     }
 
-    /// Number of reconstructions of the material at a position.
-    fn jobs_of(&self, material: usize) -> usize {
-        match self.mine.has(material) {
-            true => self.tasks.iter().map(Vec::len).sum(),
-            false => 0,
-        }
+    /// Number of reconstructions of a material.
+    fn jobs(&self) -> usize {
+        self.tasks.iter().map(Vec::len).sum()
     }
 
     /// True if a row of this job is missing.
@@ -311,7 +315,7 @@ impl<'a> Runner<'a> {
         };
         let all = self.units.iter().zip(&self.tasks);
         let mut all = all.flat_map(|(u, tasks)| tasks.iter().map(move |t| (u, t)));
-        let rows = member.is_mine && all.any(|(unit, task)| self.wanted(member, unit, task));
+        let rows = all.any(|(unit, task)| self.wanted(member, unit, task));
         let wish = Wish::Material(position, material, &identity.key);
         let shown = self.teller.observer.wants(&wish);
         if !rows && !shown {
@@ -319,7 +323,7 @@ impl<'a> Runner<'a> {
         }
         self.teller
             .doing(&format_args!("loading {}", material.name))?;
-        let (channels, jobs) = (self.plan.channels.clone(), self.jobs_of(position));
+        let (channels, jobs) = (self.plan.channels.clone(), self.jobs());
         let Some(brdf) = self.teller.built(material, identity, channels, jobs)? else {
             return Ok(());
         };

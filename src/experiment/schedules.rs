@@ -65,6 +65,7 @@ impl Plan {
             return Share {
                 units,
                 materials: Shard { part: 1, of: 1 },
+                group: Shard { part: 1, of: 1 },
             };
         };
         let blocks = (of / units.len()).clamp(1, self.materials.len());
@@ -84,6 +85,10 @@ impl Plan {
             materials: Shard {
                 part: block + 1,
                 of: blocks,
+            },
+            group: Shard {
+                part: group + 1,
+                of: groups,
             },
         }
     }
@@ -194,6 +199,15 @@ pub struct Share {
     pub units: Vec<Unit>,
     /// Its materials, by position.
     pub materials: Shard,
+    /// Among the parts that have the same materials.
+    group: Shard,
+}
+
+impl Share {
+    /// True if the material at a position is drawn by this part, and by no other.
+    pub fn draws(&self, position: usize) -> bool {
+        self.materials.has(position) && self.group.has(position / self.materials.of)
+    }
 }
 
 /// Name of an instrument in rows.

@@ -5,7 +5,8 @@ use super::html::{MaterialPictures, Media, Picture};
 use crate::brdf::Brdf;
 use crate::error::Error;
 use crate::experiment::{
-    Coordinates, Material, Plan, Preview, RESULTS_REVISION, Router, Row, Shard, Stage, preview,
+    Coordinates, Material, Plan, Preview, RESULTS_REVISION, Router, Row, Shard, Share, Stage,
+    preview,
 };
 use crate::lighting::Lighting;
 use crate::parametrization::{ParametrizationSpec, find};
@@ -57,8 +58,8 @@ fn general() -> Vec<Shown> {
 /// Draws the pictures of a study that are missing in its folder.
 pub struct Studio<'a> {
     plan: &'a Plan,
-    /// The part of the run that draws; materials are dealt out one by one.
-    shard: Option<Shard>,
+    /// The part of the run that draws.
+    share: Share,
     lighting: Box<dyn Lighting>,
     parametrizations: Vec<Entry<ParametrizationSpec>>,
     /// Everything but the material that determines a picture.
@@ -85,7 +86,7 @@ impl<'a> Studio<'a> {
         }
         Ok(Self {
             plan,
-            shard,
+            share: plan.share(shard),
             lighting,
             how: how(plan),
             router: None,
@@ -109,7 +110,7 @@ impl<'a> Studio<'a> {
     /// # Errors
     /// [`Error::Output`].
     pub fn general(&self, folder: &mut RunFolder<Row>) -> Result<(), Error> {
-        if self.shard.is_some_and(|s| !s.has(0)) {
+        if !self.share.draws(0) {
             return Ok(());
         }
         let all = &self.parametrizations;
@@ -189,7 +190,7 @@ impl<'a> Studio<'a> {
         material: &Material,
         key: &str,
     ) -> bool {
-        if self.shard.is_some_and(|s| !s.has(position)) {
+        if !self.share.draws(position) {
             return false;
         }
         let mut shown = self.of_material(material, key).into_iter();
