@@ -5,6 +5,7 @@ mod analysis;
 mod bench;
 mod configs;
 mod door;
+mod explain;
 mod faults;
 mod files;
 mod instruments;

@@ -22,7 +22,7 @@ impl Explained<'_> {
             let seconds = format!("{:.3} s", stage.seconds(self.seconds));
             let mut head = [stage.name(), &seconds];
             for work in Work::ALL.iter().filter(|work| of(work) > 0) {
-                let [name, seconds] = std::mem::replace(&mut head, [""; 2]);
+                let [name, seconds] = std::mem::take(&mut head);
                 let (number, what) = (of(work), work.meaning());
                 out += &format!("  {name:<12}{seconds:>12}{number:>15}  {what}\n");
             }
