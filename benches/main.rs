@@ -1,8 +1,9 @@
-//! Throughput of every stage. `cargo bench` runs all of it in about two minutes; a word after `--`
+//! Throughput of every stage, and of the machine. `cargo bench` runs all of it in about two minutes; a word after `--`
 //! picks the benches whose path holds it.
 
 mod brdf;
 mod instrument;
+mod machine;
 mod parametrization;
 mod pipeline;
 mod reconstruct;

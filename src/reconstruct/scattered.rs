@@ -16,6 +16,8 @@ use super::transform::Transform;
 use super::{ReconstructError, ReconstructionCoordinates, STRETCH, STRETCH_OF_SHEETS};
 use crate::geometry::DirectionPair;
 use crate::parametrization::{Coords, Layout, Parametrization};
+use crate::schedule::{Pose, Schedule};
+use rayon::prelude::*;
 use std::f64::consts::{PI, TAU};
 use std::num::NonZeroUsize;
 use std::sync::Arc;
@@ -33,6 +35,27 @@ const ON_POLE: f64 = 1e-9;
 /// Points of one reading that are closer than this are one: twice nearly the same point would make
 /// local systems singular, and the value is the same.
 const SAME: f64 = 1e-6;
+
+/// Readings from which on they stand in memory as in space: a tree over them in any order waits for memory.
+const MANY: usize = 1 << 19;
+
+/// Numbers of the poses along a curve through the box of their coordinates (Morton 1966).
+fn along_curve(schedule: &Schedule) -> Vec<u32> {
+    const BITS: u32 = 10;
+    let axes = schedule.parametrization.axes();
+    let key = |pose: &Pose| {
+        let mut numbers = [0; 4];
+        for ((number, axis), c) in numbers.iter_mut().zip(axes).zip(pose.coords) {
+            *number = ((c - axis.range[0]) / axis.length() * f64::from(1 << BITS)) as u64;
+        }
+        let bits = |key, bit: u32| numbers.iter().fold(key, |key, n| 2 * key + (n >> bit & 1));
+        (0..BITS).rev().fold(0_u64, bits)
+    };
+    let poses = schedule.poses.par_iter().enumerate();
+    let mut order: Vec<(u64, u32)> = poses.map(|(i, pose)| (key(pose), i as u32)).collect();
+    order.par_sort_unstable();
+    order.iter().map(|(_, i)| *i).collect()
+}
 
 /// Readings and their images as points of an embedding, with transformed values.
 pub(super) struct Embedded<const K: usize> {
@@ -122,6 +145,8 @@ impl<const K: usize> Embedded<K> {
         if !embedded.is_in_sheets(readings) {
             return Ok(embedded);
         }
+        // Of many readings two are too large.
+        drop(embedded);
         let Self { cloud, embedding } = of(STRETCH_OF_SHEETS);
         Ok(Self {
             cloud: cloud.in_sheets(),
@@ -152,7 +177,11 @@ impl<const K: usize> Embedded<K> {
         let mut points: Vec<[f64; K]> = Vec::with_capacity((copies + 1) * count);
         let mut values = Vec::with_capacity(points.capacity() * channels);
         let mut noise = Vec::new();
-        for (i, pose) in schedule.poses.iter().enumerate() {
+        let is_noisy = readings.noise.is_some();
+        let order = (count >= MANY).then(|| along_curve(schedule));
+        for at in 0..schedule.poses.len() {
+            let i = order.as_ref().map_or(at, |order| order[at] as usize);
+            let pose = &schedule.poses[i];
             let Some(reading) = readings.value(i) else {
                 continue;
             };
@@ -169,7 +198,7 @@ impl<const K: usize> Embedded<K> {
                 if !points[first..].iter().any(near) {
                     points.push(x);
                     values.extend(reading.iter().map(|&f| transform.forward(f)));
-                    noise.push(own_noise);
+                    noise.extend(is_noisy.then_some(own_noise));
                 }
             };
             for image in parametrization.images(&coords) {
@@ -277,9 +306,7 @@ impl<R: ScatteredRule<K>, const K: usize> ScatteredInterpolant<R, K> {
         let x = self.readings.embedding.point(c);
         self.rule
             .interpolate(&self.readings.cloud, &x, scratch, out);
-        for y in out {
-            *y = self.transform.inverse(*y);
-        }
+        self.transform.inverse_all(out);
     }
 }
 

@@ -4,7 +4,7 @@
 //! a common scale grows, each axis has the nearest whole number of nodes, and the next finer shape
 //! has more configurations than the budget.
 
-use super::lattice::{Centring, Lattice, LatticeAxis, coords, each_node_while};
+use super::lattice::{Centring, Lattice, LatticeAxis, coords, each_node_while, node_at};
 use super::sample_set::{PlanError, SampleSet, from_unit, place};
 use super::shapes::{filled, in_numbers, largest};
 use super::{Pose, Schedule};
@@ -302,14 +302,27 @@ pub(super) fn nodes(
     limit: usize,
 ) -> Option<(Vec<Pose>, Vec<Option<u32>>)> {
     let shape: Vec<usize> = axes.iter().map(|a| a.n).collect();
+    let count = shape.iter().product();
+    // Most configurations are named by the coordinates of a node: a list by its number takes a tenth of the time and
+    // memory of a table. The number of the configuration and 1.
+    let mut named = vec![0_u32; count];
     let mut distinct = Distinct::new(parametrization.axes());
     let mut poses = Vec::new();
-    let mut pose = Vec::with_capacity(shape.iter().product());
+    let mut pose = Vec::with_capacity(count);
     each_node_while(&shape, |index| {
         let place = place(parametrization, &coords(axes, index));
         pose.push(place.map(|new| {
             let next = poses.len() as u32;
-            let found = distinct.first(&new.coords, next);
+            let found = match node_at(axes, &new.coords, 0.5 / Distinct::STEPS) {
+                Some(node) => {
+                    let first = &mut named[node];
+                    if *first == 0 {
+                        *first = next + 1;
+                    }
+                    *first - 1
+                }
+                None => distinct.first(&new.coords, next),
+            };
             if found == next {
                 poses.push(new);
             }

@@ -93,22 +93,41 @@ impl Lattice {
 
     /// Node number of integer indices; periodic axes wrap, `None` outside the others.
     pub fn node(&self, index: &[i64]) -> Option<usize> {
-        let mut node = 0;
-        for (axis, &i) in self.axes.iter().zip(index) {
-            let n = axis.n as i64;
-            let i = if axis.periodic { i.rem_euclid(n) } else { i };
-            if !(0..n).contains(&i) {
-                return None;
-            }
-            node = node * axis.n + i as usize;
-        }
-        Some(node)
+        node(&self.axes, index)
     }
 
     /// Coordinates at integer indices, inside or outside the box.
     pub fn coords(&self, index: &[i64]) -> Coords {
         coords(&self.axes, index)
     }
+}
+
+/// Node number of integer indices along lattice axes.
+fn node(axes: &[LatticeAxis], index: &[i64]) -> Option<usize> {
+    let mut node = 0;
+    for (axis, &i) in axes.iter().zip(index) {
+        let n = axis.n as i64;
+        let i = if axis.periodic { i.rem_euclid(n) } else { i };
+        if !(0..n).contains(&i) {
+            return None;
+        }
+        node = node * axis.n + i as usize;
+    }
+    Some(node)
+}
+
+/// Number of the node at coordinates; `None` if they are further from the next one than a share `same` of an axis.
+pub(super) fn node_at(axes: &[LatticeAxis], coords: &Coords, same: f64) -> Option<usize> {
+    let mut index = [0; 4];
+    for ((index, axis), &c) in index.iter_mut().zip(axes).zip(coords) {
+        let at = axis.index(c);
+        let near = at.round();
+        if !((at - near).abs() <= same * axis.n as f64) {
+            return None;
+        }
+        *index = near as i64;
+    }
+    node(axes, &index[..axes.len()])
 }
 
 /// Coordinates at integer indices along lattice axes.

@@ -1,0 +1,78 @@
+//! Rows as diagrams.
+
+use super::front::front_of;
+use super::row::{cases, grouped};
+use super::{Diagram, Machine, Row, Section};
+use crate::error::Error;
+use crate::report::{self, Axis, Mark, Panel, Scale, Series};
+
+/// A panel for each case and diagram: a line for each choice, or dots where there are many of a colour, and a dashed
+/// line through the front.
+///
+/// # Errors
+/// As [`report::svg`].
+pub fn svg(section: &Section, rows: &[Row], machine: &Machine) -> Result<String, Error> {
+    let mut colors: Vec<&str> = Vec::new();
+    for row in rows {
+        let name = row.names[section.color].as_str();
+        if !colors.contains(&name) {
+            colors.push(name);
+        }
+    }
+    let panels: Vec<Panel> = cases(rows)
+        .iter()
+        .flat_map(|case| {
+            let panel = |diagram: &Diagram| panel(section, diagram, case, &colors);
+            section.diagrams.iter().map(panel).collect::<Vec<_>>()
+        })
+        .collect();
+    let title = format!("{}: {} ({machine})", section.name, section.summary);
+    report::svg(&title, &panels, section.diagrams.len().clamp(2, 3))
+}
+
+fn axis(section: &Section, column: &str) -> Axis {
+    let summary = section.place(column).map(|at| section.columns[at].summary);
+    Axis {
+        label: summary.map_or(column.into(), |s| format!("{column}: {s}")),
+        scale: Scale::Log,
+        range: None,
+    }
+}
+
+fn panel(section: &Section, diagram: &Diagram, case: &[&Row], colors: &[&str]) -> Panel {
+    let color_of = |row: &Row| row.names[section.color].clone();
+    let mut series = Vec::new();
+    for (color, name) in colors.iter().enumerate() {
+        let of_color = case.iter().copied().filter(|row| color_of(row) == *name);
+        let ladders = grouped(of_color, |row| row.choice().to_vec());
+        let mark = match ladders.len() {
+            0 | 1 => Mark::Line,
+            _ => Mark::Points,
+        };
+        let point = |row: &&Row| {
+            let x = section.number(row, diagram.x)?;
+            Some((x, section.number(row, diagram.y)))
+        };
+        series.push(Series {
+            name: (*name).into(),
+            color,
+            mark,
+            points: ladders.iter().flatten().filter_map(point).collect(),
+        });
+    }
+    if diagram.has_front {
+        let front = front_of(section, diagram, case).into_iter();
+        series.push(Series {
+            name: "no other is as good for less".into(),
+            color: colors.len(),
+            mark: Mark::Dashed,
+            points: front.map(|(_, [x, y])| (x, Some(y))).collect(),
+        });
+    }
+    Panel {
+        title: case[0].case().into(),
+        x: axis(section, diagram.x),
+        y: axis(section, diagram.y),
+        series,
+    }
+}

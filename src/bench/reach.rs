@@ -1,0 +1,165 @@
+//! Seconds that a choice needs for an error.
+
+use super::row::{cases, grouped};
+use super::{Row, Section};
+
+/// Seconds for an error, by the way they were found.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Time {
+    /// Interpolated between two rungs.
+    Between(f64),
+    /// Upper bound: the cheapest rung is already better.
+    AtMost(f64),
+    /// Extrapolated beyond the dearest rung, along N^(−1/2).
+    Beyond(f64),
+    /// Lower bound: the dearest rung is lawless, or its error more than two decades above.
+    MoreThan(f64),
+}
+
+impl Time {
+    /// The number.
+    pub fn seconds(self) -> f64 {
+        let (Time::Between(s) | Time::AtMost(s) | Time::Beyond(s) | Time::MoreThan(s)) = self;
+        s
+    }
+
+    /// The sign before the number.
+    fn mark(self) -> char {
+        match self {
+            Time::Between(_) => ' ',
+            Time::AtMost(_) => '<',
+            Time::Beyond(_) => '*',
+            Time::MoreThan(_) => '>',
+        }
+    }
+
+    /// The seconds for an error, from points (seconds, error), cheapest first; `lawful` says that
+    /// the last of them may be extrapolated.
+    pub fn to_reach(target: f64, points: &[(f64, f64)], lawful: bool) -> Option<Self> {
+        let (&first, rest) = points.split_first()?;
+        if first.1 <= target {
+            return Some(Time::AtMost(first.0));
+        }
+        let mut last = first;
+        for &next in rest {
+            if next.1 <= target {
+                // An error of 0 is as good as any: rungs are compared, not logarithms.
+                let share = match next.1 > 0.0 {
+                    true => (last.1 / target).ln() / (last.1 / next.1).ln(),
+                    false => 1.0,
+                };
+                return Some(Time::Between(last.0 * (next.0 / last.0).powf(share)));
+            }
+            last = next;
+        }
+        let ratio = last.1 / target;
+        Some(if lawful && ratio <= 100.0 {
+            Time::Beyond(last.0 * ratio * ratio)
+        } else {
+            Time::MoreThan(last.0)
+        })
+    }
+}
+
+/// Choices that are told for each error, at most.
+const TOLD: usize = 4;
+
+/// The choices of each case that reach an error soonest, and how many times the seconds of the first the others take;
+/// empty of a section without targets.
+pub fn reached(section: &Section, rows: &[Row]) -> String {
+    let (columns, targets) = section.targets;
+    if rows.is_empty() || columns.is_empty() {
+        return String::new();
+    }
+    let mut out = String::from(
+        "\nseconds to reach an error, soonest first, and how many times those of the first\n\
+         (< the cheapest rung is better; * extrapolated: error falls with the root of the time;\n\
+         > not reached, and lawless or too far off to extrapolate)\n",
+    );
+    let cases = cases(rows);
+    let widest = |of: &dyn Fn(&Row) -> usize| rows.iter().map(of).max().unwrap_or(0);
+    let wide = widest(&|r| r.case().chars().count());
+    let name = columns.iter().map(|c| c.len()).max().unwrap_or(0);
+    for case in &cases {
+        for column in columns {
+            for &target in targets {
+                let head = format!(
+                    "{:<wide$}  {column:<name$}  {target:>5.0e} ",
+                    case[0].case()
+                );
+                out += &(head + &line(section, case, column, target) + "\n");
+            }
+        }
+    }
+    out
+}
+
+fn line(section: &Section, case: &[&Row], column: &str, target: f64) -> String {
+    let place = section.place(column);
+    let known = case
+        .iter()
+        .filter_map(|r| r.values.get(place?)?.uncertainty);
+    if known.reduce(f64::min).is_some_and(|known| known > target) {
+        return " not known to that".into();
+    }
+    let mut times: Vec<(String, Time)> = grouped(case.iter().copied(), |r| r.choice().to_vec())
+        .into_iter()
+        .filter_map(|rungs| {
+            let point = |r: &&Row| Some((r.times.median, section.number(r, column)?));
+            let points: Vec<_> = rungs.iter().filter_map(point).collect();
+            let lawful = rungs.last().is_some_and(|r| r.is_lawful);
+            let time = Time::to_reach(target, &points, lawful)?;
+            Some((rungs[0].choice().join(" "), time))
+        })
+        .collect();
+    // What is only known not to be enough comes last.
+    let key = |time: Time| (matches!(time, Time::MoreThan(_)), time.seconds());
+    times.sort_by(|(_, a), (_, b)| {
+        let (a, b) = (key(*a), key(*b));
+        a.0.cmp(&b.0).then(a.1.total_cmp(&b.1))
+    });
+    let least = times.first().map_or(1.0, |(_, t)| t.seconds());
+    let told = times
+        .iter()
+        .take(TOLD)
+        .enumerate()
+        .map(|(i, (choice, time))| {
+            let seconds = time.seconds();
+            let ratio = match i {
+                0 => String::new(),
+                _ => format!(" ({:.1e}×)", seconds / least),
+            };
+            format!("  {choice} {}{seconds:.1e} s{ratio}", time.mark())
+        });
+    told.collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn times_lie_on_lines_in_logarithms() {
+        let points = [(1.0, 1e-1), (100.0, 1e-2), (1e4, 1e-4)];
+        let at = |target| Time::to_reach(target, &points, true).unwrap();
+        assert_eq!(at(0.5), Time::AtMost(1.0));
+        for (target, want) in [(1e-1_f64.powf(1.5), 10.0), (1e-3, 1e3), (1e-4, 1e4)] {
+            let Time::Between(got) = at(target) else {
+                panic!("{target}")
+            };
+            assert!((got / want - 1.0).abs() < 1e-12, "{target}: {got}");
+        }
+        let Time::Beyond(got) = at(1e-5) else {
+            panic!()
+        };
+        assert!((got / 1e6 - 1.0).abs() < 1e-12);
+        // A ladder that ends in an exact result.
+        let exact = Time::to_reach(1e-3, &[(1.0, 0.1), (2.0, 0.0)], true);
+        assert_eq!(exact, Some(Time::Between(2.0)));
+        assert_eq!(Time::to_reach(1.0, &[], true), None);
+        let far = Time::to_reach(1e-7, &points, true);
+        assert_eq!(far, Some(Time::MoreThan(1e4)));
+        let lawless = Time::to_reach(1e-5, &points, false);
+        assert_eq!(lawless, Some(Time::MoreThan(1e4)));
+    }
+}

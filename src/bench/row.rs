@@ -1,0 +1,61 @@
+//! Rows: one rung each.
+
+use super::{Section, Times, Value};
+
+/// What was measured on a rung.
+#[derive(Clone, Debug)]
+pub struct Row {
+    /// Its names, in the order of the section's.
+    pub names: Vec<String>,
+    /// Times of its passes.
+    pub times: Times,
+    /// Values, in the order of the section's columns.
+    pub values: Vec<Value>,
+    /// True if the error may be extrapolated beyond it.
+    pub is_lawful: bool,
+}
+
+impl Row {
+    /// What it is compared within.
+    pub fn case(&self) -> &str {
+        self.names.first().map_or("", String::as_str)
+    }
+
+    /// The choice: its names between the case and the rung.
+    pub fn choice(&self) -> &[String] {
+        let last = self.names.len().saturating_sub(1);
+        &self.names[last.min(1)..last]
+    }
+}
+
+/// Rows by what they are compared within, in their order.
+pub(super) fn cases(rows: &[Row]) -> Vec<Vec<&Row>> {
+    grouped(rows.iter(), |row| row.case().to_owned())
+}
+
+/// Rows of like keys, in the order of the first of each.
+pub(super) fn grouped<'a, K: PartialEq>(
+    rows: impl Iterator<Item = &'a Row>,
+    key: impl Fn(&Row) -> K,
+) -> Vec<Vec<&'a Row>> {
+    let mut groups: Vec<(K, Vec<&Row>)> = Vec::new();
+    for row in rows {
+        let key = key(row);
+        match groups.iter_mut().find(|(k, _)| *k == key) {
+            Some((_, group)) => group.push(row),
+            None => groups.push((key, vec![row])),
+        }
+    }
+    groups.into_iter().map(|(_, group)| group).collect()
+}
+
+/// Columns of files: names and numbers of a row, each with its uncertainty.
+pub(super) fn head(section: &Section) -> Vec<String> {
+    let mut head: Vec<String> = section.names.iter().map(|&n| n.into()).collect();
+    head.extend(["seconds", "seconds_min", "seconds_max", "repeats"].map(Into::into));
+    for column in section.columns {
+        head.push(column.name.into());
+        head.extend(column.uncertainty.map(Into::into));
+    }
+    head
+}

@@ -1,0 +1,176 @@
+//! What readings and materials cost by their number.
+
+use super::truths::{self, SEED, text};
+use crate::bench::machine::Memory;
+use crate::bench::{Column, Diagram, Judged, Ladder, Rung, Section, Settings, Value, Watch};
+use crate::brdf::Brdf;
+use crate::error::Error;
+use crate::experiment::{Event, Experiment, Extent, Known, Observer, Plan, Row, Source};
+use crate::geometry::Symmetry;
+use crate::instrument::{Ideal, Instrument};
+use crate::metrics::{self, Measure, MetricsSpec, test_pairs};
+use crate::parametrization::usual_form;
+use crate::reconstruct::{self, Reconstruct};
+use crate::registry;
+use crate::schedule::{Grid, SampleSet, SobolSet};
+use std::rc::Rc;
+use std::sync::Arc;
+use std::time::Instant;
+
+/// Seconds and bytes of a row by its readings, and of a study by its materials.
+pub(super) const SECTION: Section = Section {
+    name: "growth",
+    summary: "seconds and memory, over the number of readings of a row and of materials of a study",
+    names: &["of", "method", "size"],
+    color: 1,
+    columns: &[
+        Column::exact("number", "of readings or materials"),
+        Column::exact("seconds_each", "seconds over the number"),
+        Column::exact("build_seconds", "of them to reconstruct, s"),
+        Column::exact("peak_bytes", "more than before, at most"),
+        Column::exact("held_bytes", "more than before, at the end"),
+    ],
+    diagrams: &[
+        Diagram::cost("number", "seconds"),
+        Diagram::cost("number", "peak_bytes"),
+    ],
+    targets: (&[], &[]),
+    ladders,
+};
+
+/// Pairs that a reconstruction is evaluated at.
+const PAIRS: usize = 1 << 12;
+
+fn ladders(settings: &Settings) -> Result<Vec<Ladder>, Error> {
+    let (most, materials): (_, &[usize]) = match settings.quick {
+        true => (5, &[1, 4]),
+        false => (7, &[1, 4, 16, 64, 400]),
+    };
+    let (_, brdf) = truths::metal("0.4")?;
+    let mut ladders = Vec::new();
+    for entry in reconstruct::all() {
+        let method = registry::read_text(&entry, "").map_err(|e| Error::Internal(e.to_string()))?;
+        // One system of all readings has a limit of its own.
+        if method.weighs_readings() {
+            continue;
+        }
+        let method: Rc<dyn Reconstruct> = method.into();
+        let rung = |power| rung(&brdf, &method, power);
+        ladders.push(Ladder {
+            names: vec!["readings".into(), entry.kind.into()],
+            rungs: (3..=most).map(rung).collect(),
+            pilot: None,
+        });
+    }
+    ladders.push(Ladder {
+        names: vec!["materials".into(), "study".into()],
+        rungs: materials.iter().map(|&n| study(n)).collect(),
+        pilot: None,
+    });
+    Ok(ladders)
+}
+
+/// What a pass took beside its seconds.
+#[derive(Clone, Copy, Default)]
+struct Cost {
+    build: Option<f64>,
+    memory: Option<[f64; 2]>,
+}
+
+impl Cost {
+    /// The values of a row, of the seconds of its pass.
+    fn judged(self, number: usize, seconds: f64) -> Judged {
+        let n = number as f64;
+        let [peak, held] = match self.memory {
+            Some(both) => both.map(Some),
+            None => [None; 2],
+        };
+        let values = [Some(n), Some(seconds / n), self.build, peak, held];
+        Judged::new(values.map(|v| Value::estimated(v, None)).into())
+    }
+}
+
+/// Does some work, and tells what it made, its cost and its seconds.
+fn watched<T>(
+    watch: &Watch,
+    work: impl FnOnce() -> Result<(T, Option<f64>), String>,
+) -> Result<(Cost, f64), String> {
+    let before = watch.aside(Memory::watched);
+    let start = Instant::now();
+    let (made, build) = work()?;
+    let seconds = start.elapsed().as_secs_f64();
+    let after = watch.aside(Memory::now);
+    drop(made);
+    let memory = before.zip(after).map(|(before, after)| {
+        [after.peak, after.held].map(|bytes| (bytes - before.held).max(0.0))
+    });
+    Ok((Cost { build, memory }, seconds))
+}
+
+/// A row of 10^power readings: planned, measured, reconstructed and evaluated.
+fn rung(brdf: &Rc<dyn Brdf>, method: &Rc<dyn Reconstruct>, power: u32) -> Rung {
+    let (brdf, method) = (Rc::clone(brdf), Rc::clone(method));
+    let budget = 10_usize.pow(power);
+    let pass = move |watch: &Watch| {
+        let spec = MetricsSpec {
+            pairs: PAIRS,
+            ..MetricsSpec::default()
+        };
+        let pairs = watch
+            .aside(|| test_pairs(Measure::Cosine, &spec))
+            .map_err(text)?;
+        watched(watch, || {
+            let set: &dyn SampleSet = match method.needs_grid() {
+                true => &Grid::default(),
+                false => &SobolSet {},
+            };
+            let form = usual_form(Symmetry::FULL);
+            let schedule = Arc::new(set.plan(&form, budget, SEED).map_err(text)?);
+            let measured = Ideal.measure(&*brdf, &schedule);
+            let start = Instant::now();
+            let copy = method.reconstruct(&measured).map_err(text)?;
+            let build = start.elapsed().as_secs_f64();
+            let values = metrics::evaluate(&*copy, &pairs);
+            Ok(((copy, values), Some(build)))
+        })
+    };
+    let work = (budget + PAIRS) as f64;
+    Rung::new(format!("10^{power}"), work, pass, move |(cost, seconds)| {
+        Ok(cost.judged(budget, seconds))
+    })
+}
+
+/// A study of so many metals.
+fn study(materials: usize) -> Rung {
+    let metal = |i: usize| {
+        let alpha = 0.1 + 0.4 * i as f64 / materials as f64;
+        format!("[[material]]\nkind = \"ggx\"\nname = \"metal-{i}\"\nalpha = {alpha}\n")
+    };
+    let all: String = (0..materials).map(metal).collect();
+    let text_of_config = format!(
+        "budgets = [500]\n[[sample_set]]\nkind = \"grid\"\n[[reconstruction]]\nkind = \"cubic\"\n{all}"
+    );
+    let pass = move |watch: &Watch| {
+        let source = Source::new("bench", text_of_config.as_str());
+        watched(watch, || {
+            let plan = Plan::read(&source).map_err(text)?;
+            let extent = Extent::default();
+            plan.run(&extent, &Known::new(), &mut Nobody)
+                .map_err(text)?;
+            Ok((plan, None))
+        })
+    };
+    let work = 1.0 + materials as f64;
+    Rung::new(materials.to_string(), work, pass, move |(cost, seconds)| {
+        Ok(cost.judged(materials, seconds))
+    })
+}
+
+/// Who listens to no run.
+struct Nobody;
+
+impl Observer<Row> for Nobody {
+    fn tell(&mut self, _: &Event<'_, Row>) -> Result<(), Error> {
+        Ok(())
+    }
+}

@@ -1,0 +1,241 @@
+//! Estimators of moments over their samples or tolerances.
+
+use super::truths::{self, SEED, text};
+use crate::bench::{Column, Diagram, Judged, Ladder, Rung, Section, Settings, Value};
+use crate::brdf::Brdf;
+use crate::error::Error;
+use crate::moments::{
+    Channel, Component, Estimator, MomentsSpec, MonteCarlo, Order, PeakResolving, Profile,
+    ScrambledSobol,
+};
+use crate::statistics::median;
+use std::cell::OnceCell;
+use std::rc::Rc;
+use std::time::Instant;
+
+/// Energy and covariance of every view against a tight reference.
+pub(super) const SECTION: Section = Section {
+    name: "moments",
+    summary: "estimators of moments of slices, over samples or tolerance",
+    names: &["material", "estimator", "parameter"],
+    color: 1,
+    columns: &[
+        Column::exact("evaluations", "values of the BRDF, mean over the views"),
+        Column::estimated(
+            "energy_error",
+            "energy_known",
+            "largest relative error of a view",
+        ),
+        Column::estimated(
+            "covariance_error",
+            "covariance_known",
+            "largest error of a view and component over σ²",
+        ),
+        Column::exact(
+            "covariance_median",
+            "median over the views of the largest error of a component over σ²",
+        ),
+        Column::exact("unresolved_views", "views that are not resolved"),
+    ],
+    diagrams: &[
+        Diagram::error("seconds", "energy_error"),
+        Diagram::error("seconds", "covariance_error"),
+    ],
+    targets: (
+        &["energy_error", "covariance_error"],
+        &[1e-2, 1e-3, 1e-4, 1e-5, 1e-6],
+    ),
+    ladders,
+};
+
+/// What errors are against.
+const REFERENCE: PeakResolving = PeakResolving {
+    tolerance: 1e-9,
+    max_evaluations: 2_000_000,
+};
+/// Views of a quick bench.
+const FEW: usize = 1;
+
+/// A material, and its reference as soon as it is asked for.
+struct Subject {
+    brdf: Rc<dyn Brdf>,
+    spec: MomentsSpec,
+    reference: OnceCell<Profile>,
+}
+
+type Rungs = Vec<(String, Rc<dyn Estimator>)>;
+
+/// Every estimator with every parameter, cheapest first.
+fn estimators(quick: bool) -> [(&'static str, Rungs); 3] {
+    let few = |all: Rungs, n| match quick {
+        true => all.into_iter().take(n).collect(),
+        false => all,
+    };
+    let random = [1024, 10_016, 100_000, 320_000].map(|samples| {
+        let by: Rc<dyn Estimator> = Rc::new(MonteCarlo { samples });
+        (samples.to_string(), by)
+    });
+    let sobol = [10, 12, 14, 16, 18].map(|power| {
+        let by: Rc<dyn Estimator> = Rc::new(ScrambledSobol {
+            samples: 1 << power,
+        });
+        (format!("2^{power}"), by)
+    });
+    let peaks = [2, 3, 4, 5, 6, 7, 8].map(|power| {
+        let by: Rc<dyn Estimator> = Rc::new(PeakResolving {
+            tolerance: f64::powi(10.0, -power),
+            ..PeakResolving::default()
+        });
+        (format!("1e-{power}"), by)
+    });
+    [
+        ("monte-carlo", few(random.into(), 3)),
+        ("sobol", few(sobol.into(), 4)),
+        (PEAKS, few(peaks.into(), 5)),
+    ]
+}
+
+/// The estimator that says when it is exhausted.
+const PEAKS: &str = "peak-resolving";
+
+fn ladders(settings: &Settings) -> Result<Vec<Ladder>, Error> {
+    let table = truths::table(settings)?;
+    let spec = MomentsSpec {
+        views: settings
+            .views
+            .unwrap_or(if settings.quick { FEW } else { 90 }),
+        order: Order::new(2).unwrap_or_default(),
+        ..MomentsSpec::default()
+    };
+    let mut materials = vec![("lambert".into(), truths::built("lambert", "")?)];
+    for alpha in ["0.1", "0.01", "0.001"] {
+        materials.push(truths::metal(alpha)?);
+    }
+    materials.push(table);
+    let mut ladders = Vec::new();
+    for (name, brdf) in materials {
+        let subject = Rc::new(Subject {
+            brdf,
+            spec: spec.clone(),
+            reference: OnceCell::new(),
+        });
+        for (n, (estimator, rungs)) in estimators(settings.quick).into_iter().enumerate() {
+            // Whoever is judged first waits for the reference.
+            ladders.push(ladder(&subject, [&name, estimator], rungs, n == 0));
+        }
+    }
+    Ok(ladders)
+}
+
+fn ladder(subject: &Rc<Subject>, names: [&str; 2], rungs: Rungs, is_first: bool) -> Ladder {
+    let can_be_exhausted = names[1] == PEAKS;
+    let rung = |(setting, by): &(String, Rc<dyn Estimator>)| {
+        let (of, by) = (Rc::clone(subject), Rc::clone(by));
+        let judge_by = Rc::clone(subject);
+        Rung::new(
+            setting.clone(),
+            1.0,
+            move |_| of.profile(&*by, &of.spec),
+            move |profile| judge_by.judged(&profile, can_be_exhausted),
+        )
+    };
+    let ladder: Vec<Rung> = rungs.iter().map(rung).collect();
+    let of = Rc::clone(subject);
+    let pilot = move || {
+        let mut seconds = Vec::new();
+        for (_, by) in &rungs {
+            seconds.push([of.seconds(&**by)?, 0.0]);
+        }
+        if let (true, Some(first)) = (is_first, seconds.first_mut()) {
+            first[1] = of.seconds(&REFERENCE)?;
+        }
+        Ok(seconds)
+    };
+    Ladder {
+        names: names.map(Into::into).into(),
+        rungs: ladder,
+        pilot: Some(Box::new(pilot)),
+    }
+}
+
+impl Subject {
+    fn profile(&self, by: &dyn Estimator, spec: &MomentsSpec) -> Result<Profile, String> {
+        Profile::new(&*self.brdf, Channel::Luminance, spec, by, SEED).map_err(text)
+    }
+
+    /// Seconds of all views: those of a few, in proportion.
+    fn seconds(&self, by: &dyn Estimator) -> Result<f64, String> {
+        // As many as work at the same time: fewer would take as long.
+        let views = rayon::current_num_threads().clamp(FEW, self.spec.views.max(FEW));
+        let few = MomentsSpec {
+            views,
+            ..self.spec.clone()
+        };
+        let start = Instant::now();
+        self.profile(by, &few)?;
+        Ok(start.elapsed().as_secs_f64() * self.spec.views as f64 / views as f64)
+    }
+
+    fn judged(&self, got: &Profile, can_be_exhausted: bool) -> Result<Judged, String> {
+        let reference = match self.reference.get() {
+            Some(reference) => reference,
+            None => {
+                let made = self.profile(&REFERENCE, &self.spec)?;
+                self.reference.get_or_init(|| made)
+            }
+        };
+        let known = errors(reference, |v, c| {
+            Some(reference.slices[v].moments.get(c)?.uncertainty)
+        });
+        let errors = errors(reference, |v, c| {
+            let value = got.slices[v].moments.get(c)?.value;
+            Some(value - reference.slices[v].moments.get(c)?.value)
+        });
+        let (all, unresolved) = (got.slices.len(), got.unresolved());
+        let evaluations: usize = got.slices.iter().map(|s| s.evaluations).sum();
+        // What is below the accuracy of the reference is not known.
+        let error = |error: f64, known: f64| Value::estimated(Some(error.max(known)), Some(known));
+        Ok(Judged {
+            values: vec![
+                Value::exact((evaluations / all.max(1)) as f64),
+                error(errors.energy, known.energy),
+                error(errors.covariance, known.covariance),
+                Value::exact(errors.covariance_median.max(known.covariance_median)),
+                Value::exact(unresolved as f64),
+            ],
+            // A smaller tolerance would end at the same number of values with the same result.
+            is_last: can_be_exhausted && unresolved == all,
+            is_lawful: 2 * unresolved < all,
+        })
+    }
+}
+
+struct Errors {
+    energy: f64,
+    covariance: f64,
+    covariance_median: f64,
+}
+
+/// Absolute differences by view and component in units of the reference's scales. A moment that is
+/// undefined, as where an estimator saw nothing, counts as off by 1: the whole of it.
+fn errors(reference: &Profile, difference: impl Fn(usize, Component) -> Option<f64>) -> Errors {
+    let (mut energy, mut covariances) = (0.0_f64, Vec::new());
+    for (view, slice) in reference.slices.iter().enumerate() {
+        let truth = &slice.moments;
+        let (Some(alpha), Some([s, t])) = (truth.energy(), truth.sigma()) else {
+            continue;
+        };
+        let off = |c, scale: f64| difference(view, c).map_or(1.0, |d| (d / scale).abs());
+        energy = energy.max(off(Component::ENERGY, alpha));
+        let scaled = Component::ALL
+            .into_iter()
+            .filter(|c| c.order() == 2)
+            .map(|c| off(c, s.powi(c.n as i32) * t.powi(c.m as i32)));
+        covariances.push(scaled.fold(0.0, f64::max));
+    }
+    Errors {
+        energy,
+        covariance: covariances.iter().copied().fold(0.0, f64::max),
+        covariance_median: median(&covariances).unwrap_or_default(),
+    }
+}

@@ -1,0 +1,103 @@
+//! Planners and sample sets over their budget.
+
+use super::truths::{self, ERRORS, Pairs, SEED, Truth, text};
+use crate::acquisition::{self, Planner, Task, further, nothing, once, scheduled};
+use crate::bench::{Column, Diagram, Ladder, Rung, Section, Settings, Watch};
+use crate::error::Error;
+use crate::geometry::Symmetry;
+use crate::instrument::{Ideal, Instrument};
+use crate::parametrization::usual_form;
+use crate::reconstruct::{self, Reconstruct};
+use crate::registry::read_text;
+use crate::schedule;
+use std::rc::Rc;
+use std::sync::Arc;
+
+/// Choosing alone: neither reading nor reconstructing is timed.
+pub(super) const SECTION: Section = Section {
+    name: "planners",
+    summary: "planners and sample sets, over the budget; kriging of the readings",
+    names: &["material", "planner", "budget"],
+    color: 1,
+    columns: &[
+        ERRORS[0],
+        ERRORS[1],
+        Column::exact("readings", "readings at the poses"),
+    ],
+    diagrams: &[
+        Diagram::error("seconds", "nrmse"),
+        Diagram::error("seconds", "log_relative"),
+    ],
+    targets: (&["nrmse", "log_relative"], &[0.3, 0.1, 0.03]),
+    ladders,
+};
+
+fn ladders(settings: &Settings) -> Result<Vec<Ladder>, Error> {
+    let (pairs, budgets): (_, &[usize]) = match settings.quick {
+        true => (Pairs::new(1 << 11)?, &[16, 32]),
+        false => (Pairs::new(1 << 13)?, &[16, 32, 64, 128]),
+    };
+    let mut materials = vec![truths::metal("0.1")?];
+    if !settings.quick {
+        materials.push(truths::metal("0.4")?);
+    }
+    let internal = |e: &dyn std::fmt::Display| Error::Internal(e.to_string());
+    let kriging = reconstruct::all();
+    let kriging = kriging.iter().find(|e| e.kind == "kriging");
+    let kriging = kriging.ok_or_else(|| internal(&"no kriging"))?;
+    let kriging: Rc<dyn Reconstruct> = read_text(kriging, "").map_err(|e| internal(&e))?.into();
+    let mut planners: Vec<(&str, Rc<dyn Planner>)> = Vec::new();
+    for entry in schedule::all() {
+        let set = read_text(&entry, "").map_err(|e| internal(&e))?;
+        planners.push((entry.kind, once(set).into()));
+    }
+    for entry in acquisition::all() {
+        let planner = read_text(&entry, "").map_err(|e| internal(&e))?;
+        planners.push((entry.kind, planner.into()));
+    }
+    let mut ladders = Vec::new();
+    for (material, brdf) in materials {
+        let truth = Truth::new(brdf, &pairs);
+        for (name, planner) in &planners {
+            let rung = |&budget: &usize| rung(&truth, planner, &kriging, budget);
+            ladders.push(Ladder {
+                names: vec![material.clone(), (*name).into()],
+                rungs: budgets.iter().map(rung).collect(),
+                pilot: None,
+            });
+        }
+    }
+    Ok(ladders)
+}
+
+fn rung(
+    truth: &Rc<Truth>,
+    planner: &Rc<dyn Planner>,
+    kriging: &Rc<dyn Reconstruct>,
+    budget: usize,
+) -> Rung {
+    let (brdf, planner) = (Rc::clone(&truth.brdf), Rc::clone(planner));
+    let pass = move |watch: &Watch| {
+        let task = Task {
+            form: usual_form(Symmetry::FULL),
+            budget,
+            seed: SEED,
+            machine: None,
+            go_on: &|| true,
+            truth: Some(&*brdf),
+        };
+        let mut so_far = nothing(&task);
+        while let Some(poses) = further(&*planner, &task, &so_far).map_err(text)? {
+            let schedule = Arc::new(scheduled(&task, planner.label(), poses));
+            so_far = watch.aside(|| Ideal.measure(&*brdf, &schedule));
+        }
+        Ok(so_far)
+    };
+    let (truth, kriging) = (Rc::clone(truth), Rc::clone(kriging));
+    let work = budget as f64;
+    Rung::new(budget.to_string(), work, pass, move |measured| {
+        let copy = kriging.reconstruct(&measured).map_err(text)?;
+        let values = truth.pairs().at(&*copy);
+        Ok(truth.judged(&values, &[measured.readings() as f64]))
+    })
+}

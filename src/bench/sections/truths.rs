@@ -1,0 +1,123 @@
+//! Materials that benches measure, and how far something is from one.
+
+use crate::bench::{Column, Judged, Settings, Value};
+use crate::brdf::measured::merl::Merl;
+use crate::brdf::{self, Brdf, Channels};
+use crate::error::Error;
+use crate::metrics::{self, Level, Measure, MetricsSpec, TestSet, Values};
+use crate::registry;
+use std::rc::Rc;
+
+/// Seed of everything random here.
+pub(super) const SEED: u64 = 1;
+
+/// A material and its name.
+pub(super) type Named = (String, Rc<dyn Brdf>);
+
+/// A material from the registry. Names and keys are constants: a failure is an internal error.
+pub(super) fn built(kind: &str, text: &str) -> Result<Rc<dyn Brdf>, Error> {
+    let internal = |e: &dyn std::fmt::Display| Error::Internal(format!("{kind}: {e}"));
+    let entries = brdf::all();
+    let entry = entries.iter().find(|e| e.kind == kind);
+    let entry = entry.ok_or_else(|| internal(&"no such material"))?;
+    let spec = registry::read_text(entry, text).map_err(|e| internal(&e))?;
+    let built = spec.build(Channels::Luminance).map_err(|e| internal(&e))?;
+    Ok(built.into())
+}
+
+/// Metal of some roughness.
+pub(super) fn metal(alpha: &str) -> Result<Named, Error> {
+    let name = format!("ggx-{alpha}");
+    Ok((name, built("ggx", &format!("alpha = {alpha}"))?))
+}
+
+/// The measured table, or the one that stands for it.
+pub(super) fn table(settings: &Settings) -> Result<Named, Error> {
+    let Some(path) = &settings.merl else {
+        let text = "of = { kind = \"ggx\", alpha = 0.1 }";
+        return Ok(("table-ggx-0.1".into(), built("tabulated", text)?));
+    };
+    let table = Merl::load(path, Channels::Luminance).map_err(|e| Error::data(path, e))?;
+    let name = path.file_stem().unwrap_or("table".as_ref());
+    Ok((name.to_string_lossy().into_owned(), Rc::new(table)))
+}
+
+/// Errors of a BRDF, each with its standard error.
+pub(super) const ERRORS: [Column; 2] = [
+    Column::estimated("nrmse", "nrmse_se", "RMS of (g − f) cos over RMS of f cos"),
+    Column::estimated(
+        "log_relative",
+        "log_relative_se",
+        "mean |ln((g + 1e-3)/(f + 1e-3))|",
+    ),
+];
+
+/// A truth at test pairs.
+pub(super) struct Truth {
+    pub brdf: Rc<dyn Brdf>,
+    set: Rc<Pairs>,
+    values: Values,
+}
+
+/// Test pairs that truths share.
+pub(super) struct Pairs {
+    set: TestSet,
+    level: Level,
+}
+
+impl Pairs {
+    /// About so many, cosine-distributed.
+    pub fn new(pairs: usize) -> Result<Rc<Self>, Error> {
+        let spec = MetricsSpec {
+            pairs,
+            ..MetricsSpec::default()
+        };
+        let set = TestSet::new(&[Measure::Cosine], &spec);
+        let set = set.map_err(|e| Error::Internal(e.to_string()))?;
+        let level = set.level(0);
+        Ok(Rc::new(Self { set, level }))
+    }
+
+    /// Values of a BRDF there.
+    pub fn at(&self, brdf: &dyn Brdf) -> Values {
+        metrics::evaluate(brdf, &self.level.pairs)
+    }
+
+    /// Their number.
+    pub fn count(&self) -> usize {
+        self.level.pairs.len()
+    }
+}
+
+impl Truth {
+    pub fn new(brdf: Rc<dyn Brdf>, set: &Rc<Pairs>) -> Rc<Self> {
+        Rc::new(Self {
+            values: set.at(&*brdf),
+            brdf,
+            set: Rc::clone(set),
+        })
+    }
+
+    /// The test pairs.
+    pub fn pairs(&self) -> &Pairs {
+        &self.set
+    }
+
+    /// The errors of values at the pairs, and then other numbers.
+    pub fn judged(&self, values: &Values, others: &[f64]) -> Judged {
+        let mut tally = self.set.set.tally();
+        self.set.level.add_to(&mut tally, &self.values, values);
+        let (errors, standard) = (tally.errors(0), tally.standard_errors(0));
+        let estimated = [
+            Value::estimated(errors.nrmse, standard.nrmse),
+            Value::estimated(errors.log_relative, standard.log_relative),
+        ];
+        let others = others.iter().copied().map(Value::exact);
+        Judged::new(estimated.into_iter().chain(others).collect())
+    }
+}
+
+/// An error as the text that leaves a rung out.
+pub(super) fn text(e: impl std::fmt::Display) -> String {
+    e.to_string()
+}
