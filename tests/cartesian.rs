@@ -3,13 +3,13 @@
 
 mod common;
 
-use common::{distance, random_pair};
+use common::random_pair;
 use glam::{DVec2, Vec3Swizzles};
 use gonio::brdf::Brdf;
-use gonio::geometry::{Direction, DirectionPair, Symmetry};
+use gonio::geometry::{Direction, DirectionPair, Symmetry, distance};
 use gonio::instrument::{Ideal, Instrument};
 use gonio::parametrization::{
-    self, Axis, AxisKind, Coords, Facts, Layout, Parametrization, ParametrizationKind,
+    self, Axis, AxisKind, Coords, Facts, Images, Layout, Parametrization, ParametrizationKind,
     ParametrizationSpec, Quantity, Unit, entry,
 };
 use gonio::reconstruct;
@@ -169,11 +169,11 @@ impl Parametrization for Cartesian {
         }
     }
 
-    fn images(&self, &[a, b, c, d]: &Coords) -> Vec<Coords> {
+    fn images(&self, &[a, b, c, d]: &Coords) -> Images {
         let s = self.symmetry;
-        let mut images = vec![[a, b, c, d]];
+        let mut images = Images::from_slice(&[[a, b, c, d]]);
         let mut also = |of: fn(&Coords) -> Coords| {
-            let more: Vec<_> = images.iter().map(of).collect();
+            let more: Images = images.iter().map(of).collect();
             images.extend(more);
         };
         if s.reciprocal && s.isotropic {

@@ -1,7 +1,6 @@
 //! What a run did, by stage: counts that explain its seconds, and that tests hold it to. They are no results: a
 //! run that goes on does less, and none depends on the number of threads.
 
-use super::observer::Seconds;
 use crate::brdf::{Brdf, BrdfSpec, BuildError, Channels, Presence, Watched};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -62,22 +61,6 @@ impl Stage {
             Self::Moments => "moments",
             Self::Pictures => "pictures",
             Self::Report => "report",
-        }
-    }
-
-    /// Its wall time, s.
-    pub fn seconds(self, of: &Seconds) -> f64 {
-        match self {
-            Self::Load => of.load,
-            Self::Truth => of.truth,
-            Self::Alignment => of.alignment,
-            Self::Plan => of.plan,
-            Self::Measure => of.measure,
-            Self::Reconstruct => of.reconstruct,
-            Self::Evaluate => of.evaluate,
-            Self::Moments => of.moments,
-            Self::Pictures => of.pictures,
-            Self::Report => of.report,
         }
     }
 }

@@ -241,16 +241,17 @@ impl<'a> Judge<'a> {
             });
             seen?;
             evaluate += seconds;
-            for &i in &open {
-                let compared = &mut compared[i];
-                compared.evaluate_seconds += seconds / open.len() as f64;
+            let share = seconds / open.len() as f64;
+            let waiting = compared.par_iter_mut().filter(|c| !c.is_done);
+            waiting.for_each(|compared| {
+                compared.evaluate_seconds += share;
                 compared.is_done = self.set.is_enough(&compared.tally) || self.set.is_last(n);
                 if compared.is_done {
                     let measures = 0..self.set.measures().len();
                     let converged = measures.map(|at| self.set.has_converged(&compared.tally, at));
                     compared.converged = converged.collect();
                 }
-            }
+            });
         }
         teller.summary.seconds.evaluate += evaluate;
         Ok(Ok(compared))
@@ -307,25 +308,22 @@ impl<'a> Judge<'a> {
                 .transpose()?;
             let lists = values.len() + whole.as_ref().map_or(0, Vec::len);
             self.evaluated(lists * pairs.len());
-            compared
-                .par_iter_mut()
-                .enumerate()
-                .for_each(|(i, compared)| {
-                    let (Some(truth), Some(at)) = (&truths[i], place(i)) else {
-                        return;
-                    };
-                    let lists = (level.pairs.as_slice(), level.weights.as_slice());
-                    let add = |tally: &mut Tally, values: &Values| {
-                        for r in replicates.clone() {
-                            let range = level.replicates[r].clone();
-                            tally.add(r, range, lists, truth, (values, span.start));
-                        }
-                    };
-                    add(&mut compared.tally, &values[at]);
-                    if let (Some(tally), Some(whole)) = (&mut compared.whole, &whole) {
-                        add(tally, &whole[at]);
-                    }
-                });
+            let all = compared.par_iter_mut().enumerate();
+            all.for_each(|(i, compared)| {
+                let (Some(truth), Some(at)) = (&truths[i], place(i)) else {
+                    return;
+                };
+                let add = |tally: &mut Tally, values: &Values| {
+                    let to = tally.replicates_mut()[replicates.clone()].par_iter_mut();
+                    to.zip(replicates.clone()).for_each(|(to, r)| {
+                        level.add_replicate(r, to, truth, (values, span.start));
+                    });
+                };
+                add(&mut compared.tally, &values[at]);
+                if let (Some(tally), Some(whole)) = (&mut compared.whole, &whole) {
+                    add(tally, &whole[at]);
+                }
+            });
         }
         Ok(())
     }

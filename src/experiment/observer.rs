@@ -112,6 +112,24 @@ pub struct Seconds {
     pub report: f64,
 }
 
+impl Seconds {
+    /// Those of a stage.
+    pub fn of(&self, stage: Stage) -> f64 {
+        match stage {
+            Stage::Load => self.load,
+            Stage::Truth => self.truth,
+            Stage::Alignment => self.alignment,
+            Stage::Plan => self.plan,
+            Stage::Measure => self.measure,
+            Stage::Reconstruct => self.reconstruct,
+            Stage::Evaluate => self.evaluate,
+            Stage::Moments => self.moments,
+            Stage::Pictures => self.pictures,
+            Stage::Report => self.report,
+        }
+    }
+}
+
 /// Rows, failures and times of a run.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Summary {

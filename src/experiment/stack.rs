@@ -6,14 +6,15 @@ use crate::brdf::{Brdf, Channels};
 use crate::geometry::DirectionPair;
 use crate::measurement::Measurement;
 use crate::metrics::{self, Values};
-use crate::reconstruct::{
-    Interpolant, Readings, Reconstruct, ReconstructError, noise, present, values_at,
-};
+use crate::reconstruct::{Interpolant, Readings, Reconstruct, ReconstructError, noise, present};
 use rayon::prelude::*;
 
 /// Pairs that reconstructions are evaluated at between two checks for cancellation: a
 /// fraction of a second of the slowest one. (A multiple of what a thread takes at a time.)
 const SLAB: usize = 1 << 14;
+
+/// Pairs that an interpolant is given at a time: their values stay in a core's own cache.
+const BATCH: usize = 256;
 
 /// Reconstructions of several materials from readings at the same poses.
 pub(super) struct Stack {
@@ -78,19 +79,36 @@ impl Stack {
         go_on: &dyn Fn() -> Result<(), Stop>,
     ) -> Result<Vec<Values>, Stop> {
         let (width, count) = (interpolant.width(), self.channels.count());
-        let mut stacked = Vec::with_capacity(pairs.len() * width);
+        let materials = width / count;
+        let mut luminance = vec![Vec::with_capacity(pairs.len()); materials];
+        // Of some pairs: material after material.
+        let sorted = |values: &mut Vec<f64>, pairs: &[DirectionPair]| {
+            values.clear();
+            values.resize(pairs.len() * width, 0.0);
+            interpolant.eval_batch(pairs, values);
+            let of = |i: usize| {
+                let all = values.chunks_exact(width);
+                all.map(move |all| self.channels.luminance(&all[i * count..(i + 1) * count]))
+            };
+            (0..materials).flat_map(of).collect::<Vec<f64>>()
+        };
         for pairs in pairs.chunks(SLAB) {
             go_on()?;
-            stacked.extend(values_at(interpolant, pairs));
+            let parts = pairs.par_chunks(BATCH).map_init(Vec::new, sorted);
+            let parts: Vec<Vec<f64>> = parts.collect();
+            let all = luminance.par_iter_mut().enumerate();
+            all.for_each(|(i, all)| {
+                for part in &parts {
+                    let n = part.len() / materials;
+                    all.extend_from_slice(&part[i * n..(i + 1) * n]);
+                }
+            });
         }
-        let of = |i: usize| Values {
-            luminance: stacked
-                .chunks_exact(width)
-                .map(|all| self.channels.luminance(&all[i * count..(i + 1) * count]))
-                .collect(),
+        let values = |luminance| Values {
+            luminance,
             missing: Vec::new(),
         };
-        Ok((0..width / count).into_par_iter().map(of).collect())
+        Ok(luminance.into_iter().map(values).collect())
     }
 }
 

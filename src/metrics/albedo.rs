@@ -38,7 +38,7 @@
 //! with that of the nodes in φ_h, 6°: [`crate::brdf::laws::directional_albedo`] finds both. So the error is taken
 //! twice, the second time with half of the nodes along each axis: what the two differ by is told beside it.
 
-use super::{Quantity, Values, evaluate, tally::Sum};
+use super::{Quantity, Values, evaluate, sum::Sum};
 use crate::brdf::Brdf;
 use crate::geometry::{Direction, DirectionPair};
 use crate::sampling::gauss_legendre;

@@ -1,131 +1,115 @@
 //! Sums over test pairs, and the [`Errors`] that follow from them.
 
+use super::histogram::Histogram;
+use super::sum::Sum;
+use super::terms::{AVERAGES, Add, Block, Pair, Sums, TERMS};
 use super::{Errors, Values};
-use crate::geometry::DirectionPair;
+use crate::geometry::{BLOCK, DirectionPair};
+use pulp::Arch;
 use std::ops::Range;
-
-/// ε (sr⁻¹): the floor of the relative metrics, a third of a percent of a white diffuse surface.
-const FLOOR: f64 = 1e-3;
 
 /// Standard error that is small enough for any error.
 const NEGLIGIBLE: f64 = 1e-6;
 
-/// Share of the measure where the relative error is below `relative_p999`.
-const QUANTILE: f64 = 0.999;
+/// Share of the measure where the relative error is above `relative_p999`.
+const ABOVE: f64 = 0.001;
+
+/// The number of `energy` among the averages.
+const ENERGY: usize = AVERAGES - 1;
 
 /// Sums over pairs, from which errors are made: per measure and replicate of the pairs.
 #[derive(Clone, Debug)]
 pub struct Tally {
-    /// Measure by measure.
-    sums: Vec<Vec<Sums>>,
-    compared: usize,
-    missing: usize,
-    unreconstructed: usize,
+    replicates: Vec<Replicate>,
 }
 
-/// Weighted sums over some pairs.
-#[derive(Clone, Debug, Default)]
-struct Sums {
-    /// In the order of [`terms`], after that of the weights.
-    of: [Sum; 1 + TERMS],
-    /// Weights by relative error.
+/// Sums over the pairs of a replicate, measure by measure.
+#[derive(Clone, Debug)]
+pub struct Replicate {
+    sums: Vec<Sums>,
+    /// Weights by relative error, a column per measure.
     relative: Histogram,
+    /// Pairs that were compared; those without a truth; those that have one, and no reconstruction.
+    counts: [usize; 3],
 }
 
-/// Errors that are averages over pairs; the last one is a quantile.
-const AVERAGES: usize = Errors::QUANTITIES.len() - 1;
+impl Replicate {
+    fn new(measures: usize) -> Self {
+        Self {
+            sums: vec![Sums::default(); measures],
+            relative: Histogram::new(measures),
+            counts: [0; 3],
+        }
+    }
 
-/// The number of `energy` among them.
-const ENERGY: usize = AVERAGES - 1;
+    /// Adds the pairs in a range of a list; `weights` are lists, one per measure. A reconstruction begins at `offset` of
+    /// the list.
+    ///
+    /// # Panics
+    /// If a list is too short.
+    pub fn add(
+        &mut self,
+        range: Range<usize>,
+        (pairs, weights): (&[DirectionPair], &[Vec<f64>]),
+        truth: &Values,
+        (reconstruction, offset): (&Values, usize),
+    ) {
+        let pairs = range.map(|i| Pair {
+            truth: i,
+            reconstruction: i - offset,
+            cos: pairs[i].omega_i.cos_theta(),
+        });
+        self.see(pairs, |m, i| weights[m][i], truth, reconstruction);
+    }
 
-/// Number of the relative error among the terms.
-const RELATIVE: usize = 5;
-
-/// Numbers of a pair that are averaged.
-const TERMS: usize = 8;
-
-/// ((g − f) cos)², (f cos)², the squared difference of cube roots, |Δ ln(f + ε)|, |Δ ln(1 + f cos)|, relative
-/// error, g − f, f.
-#[inline]
-fn terms(f: f64, g: f64, cos: f64) -> [f64; TERMS] {
-    let (f_cos, g_cos, difference) = (f * cos, g * cos, g - f);
-    let cbrt = g_cos.cbrt() - f_cos.cbrt();
-    [
-        (difference * cos) * (difference * cos),
-        f_cos * f_cos,
-        cbrt * cbrt,
-        ((g + FLOOR) / (f + FLOOR)).ln().abs(),
-        // One logarithm instead of two, and no cancellation where g is close to f.
-        (difference * cos / (1.0 + f_cos)).ln_1p().abs(),
-        difference.abs() / f.max(FLOOR),
-        difference,
-        f,
-    ]
+    /// Adds some pairs, with their weights by measure and number in the truth.
+    fn see(
+        &mut self,
+        mut pairs: impl Iterator<Item = Pair>,
+        weight: impl Fn(usize, usize) -> f64,
+        truth: &Values,
+        reconstruction: &Values,
+    ) {
+        let mut weights = vec![[0.0; BLOCK]; self.sums.len()];
+        loop {
+            let mut block = Block::new();
+            for (j, pair) in pairs.by_ref().take(BLOCK).enumerate() {
+                block.take(j, &pair, truth, reconstruction);
+                for (m, weights) in weights.iter_mut().enumerate() {
+                    weights[j] = weight(m, pair.truth);
+                }
+            }
+            let n = block.counts.iter().sum();
+            if n == 0 {
+                break;
+            }
+            Arch::new().dispatch(Add {
+                block: &mut block,
+                weights: &mut weights,
+                sums: &mut self.sums,
+            });
+            for j in 0..n {
+                let weights = weights.iter().map(|weights| weights[j]);
+                self.relative.add(block.steps[j], weights);
+            }
+            for (all, here) in self.counts.iter_mut().zip(block.counts) {
+                *all += here;
+            }
+        }
+    }
 }
 
 impl Tally {
     /// Of no pairs yet, of so many measures and independent replicates.
     pub fn new(measures: usize, replicates: usize) -> Self {
         Self {
-            sums: vec![vec![Sums::default(); replicates]; measures],
-            compared: 0,
-            missing: 0,
-            unreconstructed: 0,
+            replicates: vec![Replicate::new(measures); replicates],
         }
     }
 
-    /// Adds the pairs in a range of a list to a replicate; `weights` are lists, one per measure. A
-    /// reconstruction begins at `offset` of the list.
-    ///
-    /// # Panics
-    /// If a list is too short, or there is no such replicate.
-    pub fn add(
-        &mut self,
-        replicate: usize,
-        range: Range<usize>,
-        (pairs, weights): (&[DirectionPair], &[Vec<f64>]),
-        truth: &Values,
-        (reconstruction, offset): (&Values, usize),
-    ) {
-        for i in range {
-            self.see(
-                replicate,
-                pairs[i].omega_i.cos_theta(),
-                |measure| weights[measure][i],
-                truth.get(i),
-                reconstruction.get(i - offset),
-            );
-        }
-    }
-
-    /// One pair of these values.
-    #[inline]
-    fn see(
-        &mut self,
-        replicate: usize,
-        cos: f64,
-        weight: impl Fn(usize) -> f64,
-        truth: Option<f64>,
-        reconstruction: Option<f64>,
-    ) {
-        let Some(f) = truth else {
-            self.missing += 1;
-            return;
-        };
-        let Some(g) = reconstruction else {
-            self.unreconstructed += 1;
-            return;
-        };
-        self.compared += 1;
-        let terms = terms(f, g, cos);
-        for (measure, sums) in self.sums.iter_mut().enumerate() {
-            let (w, sums) = (weight(measure), &mut sums[replicate]);
-            sums.of[0].add(w);
-            for (sum, term) in sums.of[1..].iter_mut().zip(terms) {
-                sum.add(w * term);
-            }
-            sums.relative.add(w, terms[RELATIVE]);
-        }
+    /// Its replicates, to which pairs are added.
+    pub fn replicates_mut(&mut self) -> &mut [Replicate] {
+        &mut self.replicates
     }
 
     /// The errors under a measure, by number.
@@ -136,8 +120,8 @@ impl Tally {
     /// The standard error of each error under a measure: of the jackknife over the replicates, which is that of
     /// their mean for an average (Efron & Stein 1981). `None` where one of them leaves nothing.
     pub fn standard_errors(&self, measure: usize) -> Errors {
-        let quantiles: Option<Vec<f64>> = self
-            .replicates(measure)
+        let replicates = 0..self.replicates.len();
+        let quantiles: Option<Vec<f64>> = replicates
             .map(|r| self.quantile(measure, Some(r)))
             .collect();
         self.named(
@@ -160,8 +144,8 @@ impl Tally {
     }
 
     fn standard_errors_of_averages(&self, measure: usize) -> [Option<f64>; AVERAGES] {
-        let without: Vec<_> = self
-            .replicates(measure)
+        let replicates = 0..self.replicates.len();
+        let without: Vec<_> = replicates
             .map(|r| self.averages(measure, Some(r)))
             .collect();
         std::array::from_fn(|k| {
@@ -170,23 +154,18 @@ impl Tally {
         })
     }
 
-    /// Numbers of the replicates.
-    fn replicates(&self, measure: usize) -> Range<usize> {
-        0..self.sums[measure].len()
-    }
-
-    /// The sums of all replicates but one.
-    fn kept(&self, measure: usize, left_out: Option<usize>) -> impl Iterator<Item = &Sums> + Clone {
-        let all = self.sums[measure].iter().enumerate();
+    /// All replicates but one.
+    fn kept(&self, left_out: Option<usize>) -> impl Iterator<Item = &Replicate> + Clone {
+        let all = self.replicates.iter().enumerate();
         all.filter(move |(r, _)| Some(*r) != left_out)
-            .map(|(_, sums)| sums)
+            .map(|(_, replicate)| replicate)
     }
 
     /// The averages of all replicates but one, in the order of [`Errors::QUANTITIES`].
     fn averages(&self, measure: usize, left_out: Option<usize>) -> [Option<f64>; AVERAGES] {
         let mut totals = [Sum::default(); 1 + TERMS];
-        for sums in self.kept(measure, left_out) {
-            for (total, sum) in totals.iter_mut().zip(sums.of) {
+        for replicate in self.kept(left_out) {
+            for (total, sum) in totals.iter_mut().zip(replicate.sums[measure]) {
                 total.add(sum.value());
             }
         }
@@ -214,16 +193,19 @@ impl Tally {
 
     /// The quantile of the relative error of all replicates but one.
     fn quantile(&self, measure: usize, left_out: Option<usize>) -> Option<f64> {
-        let kept = self.kept(measure, left_out);
+        let kept = self.kept(left_out);
         let mut weight = Sum::default();
-        kept.clone().for_each(|sums| weight.add(sums.of[0].value()));
+        kept.clone()
+            .for_each(|replicate| weight.add(replicate.sums[measure][0].value()));
         let weight = weight.value();
-        let quantile = || Histogram::quantile(kept.map(|sums| &sums.relative), QUANTILE * weight);
+        let all = kept.map(|replicate| &replicate.relative);
+        let quantile = || Histogram::quantile(all, measure, ABOVE * weight);
         (weight > 0.0).then(quantile).and_then(defined)
     }
 
     fn named(&self, averages: [Option<f64>; AVERAGES], relative_p999: Option<f64>) -> Errors {
         let [nrmse, log_relative, log1p, cbrt, mean_relative, energy] = averages;
+        let count = |k: usize| self.replicates.iter().map(|r| r.counts[k]).sum();
         Errors {
             nrmse,
             log_relative,
@@ -232,9 +214,9 @@ impl Tally {
             mean_relative,
             energy,
             relative_p999,
-            pairs: self.compared,
-            pairs_missing: self.missing,
-            pairs_unreconstructed: self.unreconstructed,
+            pairs: count(0),
+            pairs_missing: count(1),
+            pairs_unreconstructed: count(2),
         }
     }
 }
@@ -245,54 +227,6 @@ pub(crate) fn jackknife(without: &[f64]) -> Option<f64> {
     let mean = without.iter().sum::<f64>() / n;
     let spread = without.iter().map(|v| (v - mean).powi(2)).sum::<f64>();
     (n > 1.0).then(|| ((n - 1.0) / n * spread).sqrt())
-}
-
-/// Weights by size of a number ≥ 0, in 32 steps for each factor of 2.
-#[derive(Clone, Debug, Default)]
-struct Histogram {
-    /// Weight of each step from [`Self::LEAST`]; empty without a weight.
-    weights: Vec<f32>,
-}
-
-impl Histogram {
-    /// Bits of a number below those that count.
-    const SHIFT: u32 = 52 - 5;
-
-    /// The first step, of about 1e-9: what is smaller is in it and counts as 0.
-    const LEAST: u64 = 0x3e11_2e0b_e826_d695 >> Self::SHIFT;
-
-    /// The last step, of about 1e15, with what is larger.
-    const LARGEST: u64 = 0x430c_6bf5_2634_0000 >> Self::SHIFT;
-
-    #[inline]
-    fn add(&mut self, weight: f64, x: f64) {
-        if self.weights.is_empty() {
-            self.weights = vec![0.0; (Self::LARGEST - Self::LEAST) as usize + 1];
-        }
-        let step = (x.to_bits() >> Self::SHIFT).clamp(Self::LEAST, Self::LARGEST);
-        self.weights[(step - Self::LEAST) as usize] += weight as f32;
-    }
-
-    /// The number below which `weight` lies in several together, linear within a step.
-    fn quantile<'a>(all: impl Iterator<Item = &'a Self> + Clone, weight: f64) -> f64 {
-        let at = |step: u64| f64::from_bits(step << Self::SHIFT);
-        let mut below = 0.0;
-        for step in Self::LEAST..=Self::LARGEST {
-            let of = all
-                .clone()
-                .filter_map(|h| h.weights.get((step - Self::LEAST) as usize));
-            let here: f64 = of.map(|w| f64::from(*w)).sum();
-            if here > 0.0 && below + here >= weight {
-                let share = ((weight - below) / here).clamp(0.0, 1.0);
-                return match step {
-                    Self::LEAST => 0.0,
-                    step => at(step) + share * (at(step + 1) - at(step)),
-                };
-            }
-            below += here;
-        }
-        at(Self::LARGEST)
-    }
 }
 
 /// The metrics over the pairs where both have a value; the others are counted.
@@ -326,45 +260,21 @@ fn averages(
 ) -> Errors {
     assert_eq!(pairs.len(), truth.luminance.len());
     assert_eq!(pairs.len(), reconstruction.luminance.len());
-    let mut tally = Tally::new(1, 1);
-    for (i, pair) in pairs.iter().enumerate() {
-        let w = weight(i);
-        if w > 0.0 {
-            let cos = pair.omega_i.cos_theta();
-            tally.see(0, cos, |_| w, truth.get(i), reconstruction.get(i));
-        }
-    }
-    tally.errors(0)
+    let mut all = Replicate::new(1);
+    let counted = (0..pairs.len()).filter(|&i| weight(i) > 0.0);
+    let counted = counted.map(|i| Pair {
+        truth: i,
+        reconstruction: i,
+        cos: pairs[i].omega_i.cos_theta(),
+    });
+    all.see(counted, |_, i| weight(i), truth, reconstruction);
+    let replicates = vec![all];
+    Tally { replicates }.errors(0)
 }
 
 /// The number; `None` for 0/0, x/0 and overflow.
 fn defined(x: f64) -> Option<f64> {
     x.is_finite().then_some(x)
-}
-
-/// A running sum with Neumaier's compensation: correct to rounding whatever the number of terms,
-/// always in the order of the pairs, hence the same on any number of threads.
-#[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Sum {
-    sum: f64,
-    lost: f64,
-}
-
-impl Sum {
-    #[inline]
-    pub(super) fn add(&mut self, x: f64) {
-        let total = self.sum + x;
-        self.lost += if self.sum.abs() >= x.abs() {
-            (self.sum - total) + x
-        } else {
-            (x - total) + self.sum
-        };
-        self.sum = total;
-    }
-
-    pub(super) fn value(self) -> f64 {
-        self.sum + self.lost
-    }
 }
 
 #[cfg(test)]
@@ -408,9 +318,12 @@ mod tests {
             let errors = compare(&pairs, &values(vec![1.0; 20_000]), &values(g));
             near(errors.relative_p999, 0.999 * scale);
             let mut tally = Tally::new(1, 16);
-            for (i, pair) in pairs.iter().enumerate() {
-                let cos = pair.omega_i.cos_theta();
-                tally.see(i % 16, cos, |_| 2.0, Some(1.0), Some(1.0 + error(i)));
+            let g = values((0..20_000).map(|i| 1.0 + error(i)).collect());
+            let lists = (pairs.as_slice(), &[vec![2.0; 20_000]][..]);
+            let truth = values(vec![1.0; 20_000]);
+            for (r, replicate) in tally.replicates_mut().iter_mut().enumerate() {
+                let part = 1250 * r..1250 * (r + 1);
+                replicate.add(part, lists, &truth, (&g, 0));
             }
             assert_eq!(tally.errors(0).relative_p999, errors.relative_p999);
             assert!(tally.standard_errors(0).relative_p999.unwrap() < 1e-2 * scale);
@@ -428,10 +341,11 @@ mod tests {
     fn the_standard_error_of_an_average_is_that_of_a_mean() {
         let mut tally = Tally::new(1, 16);
         let errors: Vec<f64> = (0..16).map(|r| 0.1 + 0.01 * f64::from(r * r % 7)).collect();
-        for (r, error) in errors.iter().enumerate() {
-            for _ in 0..5 {
-                tally.see(r, 1.0, |_| 1.0, Some(1.0), Some(1.0 + error));
-            }
+        let pairs = pairs(5);
+        let lists = (pairs.as_slice(), &[vec![1.0; 5]][..]);
+        for (replicate, error) in tally.replicates_mut().iter_mut().zip(&errors) {
+            let [f, g] = [1.0, 1.0 + error].map(|v| values(vec![v; 5]));
+            replicate.add(0..5, lists, &f, (&g, 0));
         }
         let mean = errors.iter().sum::<f64>() / 16.0;
         let spread: f64 = errors.iter().map(|e| (e - mean).powi(2)).sum();

@@ -1,6 +1,6 @@
 //! Whether a reconstruction is as far from the truth as its uncertainty says.
 
-use super::tally::Sum;
+use super::sum::Sum;
 use super::{Quantity, Values};
 
 /// [`share_within`] in tables: more is better, about 0.95 is right.

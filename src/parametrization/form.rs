@@ -12,14 +12,15 @@
 //! [0, π/2].
 
 use super::{
-    Axis, AxisKind, Azimuth, Chart, Coords, Facts, Layout, Parametrization, ParametrizationKind,
-    Quantity, Unit,
+    Axis, AxisKind, Azimuth, Chart, Coords, Facts, Images, Layout, Parametrization,
+    ParametrizationKind, Quantity, Unit,
 };
 use crate::geometry::{BLOCK, Direction, DirectionPair, FEW, PairBlock, Symmetry};
 use crate::numeric::angles::LARGEST_ANGLE;
 use crate::numeric::wrap_angle;
 use glam::DVec3;
 use pulp::{Arch, NullaryFnOnce};
+use smallvec::smallvec;
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use std::marker::PhantomData;
 
@@ -523,9 +524,9 @@ impl<C: Chart> Parametrization for Form<C> {
         C::LIFTED
     }
 
-    fn images(&self, &c: &Coords) -> Vec<Coords> {
+    fn images(&self, &c: &Coords) -> Images {
         let s = self.symmetry;
-        let mut images = vec![c];
+        let mut images: Images = smallvec![c];
         if s.isotropic {
             if s.reciprocal {
                 images.push(if C::EXCHANGE {

@@ -38,9 +38,13 @@ pub use warped::Warped;
 
 use crate::geometry::{DirectionPair, Symmetry};
 use crate::registry::{self, Entry, Joined, ReadError, Table, Taken};
+use smallvec::SmallVec;
 
 /// Coordinates of a pair: the first `axes().len()` entries count, the rest are 0.
 pub type Coords = [f64; 4];
+
+/// Coordinates that name one configuration: no symmetry has more than eight.
+pub type Images = SmallVec<[Coords; 8]>;
 
 /// Unit of a coordinate.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -222,7 +226,7 @@ pub trait Parametrization: Send + Sync {
 
     /// All coordinates that name the configuration of `coords` under the declared symmetries, with
     /// radial coordinates ≥ 0, `coords` first.
-    fn images(&self, coords: &Coords) -> Vec<Coords>;
+    fn images(&self, coords: &Coords) -> Images;
 }
 
 /// A warp was asked for on an axis that cannot have it.

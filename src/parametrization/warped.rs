@@ -1,7 +1,7 @@
 //! A monotone warp on any axis of any parametrization, so that "uniform in the parametrization"
 //! and "uniform in the warped parametrization" are the same code.
 
-use super::{Axis, Coords, Facts, Parametrization, Warp, WarpError, WarpProblem, Warps};
+use super::{Axis, Coords, Facts, Images, Parametrization, Warp, WarpError, WarpProblem, Warps};
 use crate::error::one_of;
 use crate::geometry::{BLOCK, DirectionPair, Symmetry};
 
@@ -142,7 +142,7 @@ impl<P: Parametrization> Parametrization for Warped<P> {
         self.inner.plane_labels()
     }
 
-    fn images(&self, coords: &Coords) -> Vec<Coords> {
+    fn images(&self, coords: &Coords) -> Images {
         let mut images = self.inner.images(&self.plain(coords));
         for c in &mut images {
             *c = self.bent(c);

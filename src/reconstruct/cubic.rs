@@ -120,7 +120,7 @@ fn solve_lines(values: &mut [f64], n: usize, stride: usize) {
 }
 
 /// Weights of the four B-splines around a point, `t` in [0, 1] from the second node.
-#[inline]
+#[inline(always)]
 fn weights(t: f64) -> [f64; 4] {
     let s = 1.0 - t;
     [
@@ -132,7 +132,7 @@ fn weights(t: f64) -> [f64; 4] {
 }
 
 impl<const D: usize> Rule<D> for Spline<D> {
-    #[inline]
+    #[inline(always)]
     fn interpolate(&self, x: &[f64; D], out: &mut [f64]) {
         let mut base = 0;
         let mut w = [[0.0; 4]; D];

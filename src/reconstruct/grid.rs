@@ -15,6 +15,7 @@ use super::transform::Transform;
 use crate::geometry::DirectionPair;
 use crate::parametrization::{AxisKind, Coords, Parametrization};
 use crate::schedule::{Lattice, LatticeAxis, Schedule, for_each_node};
+use pulp::{Arch, NullaryFnOnce};
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 
@@ -387,7 +388,7 @@ impl<R: Rule<D>, const D: usize> GridInterpolant<R, D> {
     }
 
     /// Writes the transformed values at a pair with these coordinates.
-    #[inline]
+    #[inline(always)]
     fn transformed(&self, coords: &Coords, out: &mut [f64]) {
         let x = std::array::from_fn(|d| self.axes[d].index(coords[d]));
         self.rule.interpolate(&x, out);
@@ -395,26 +396,51 @@ impl<R: Rule<D>, const D: usize> GridInterpolant<R, D> {
 
     /// Writes the transformed values at pairs, also of those below the horizon.
     pub fn transformed_batch(&self, pairs: &[DirectionPair], out: &mut [f64]) {
+        self.batch(pairs, out, None);
+    }
+
+    /// Writes the values at pairs, taken back by `back` and 0 below the horizon if there is one.
+    fn batch(&self, pairs: &[DirectionPair], out: &mut [f64], back: Option<Transform>) {
         let n = self.width;
         let mut coords = [[0.0; 4]; BATCH];
         for (pairs, out) in pairs.chunks(BATCH).zip(out.chunks_mut(BATCH * n)) {
             let coords = &mut coords[..pairs.len()];
             self.parametrization.forward_batch(pairs, coords);
-            for (coords, out) in coords.iter().zip(out.chunks_exact_mut(n)) {
-                self.transformed(coords, out);
+            Arch::new().dispatch(LookUp {
+                of: self,
+                coords,
+                out,
+                back,
+            });
+            if back.is_some() {
+                let places = pairs.iter().zip(out.chunks_exact_mut(n));
+                let below = places.filter(|(pair, _)| !pair.is_above_horizon());
+                below.for_each(|(_, out)| out.fill(0.0));
             }
         }
     }
+}
 
-    #[inline]
-    fn value(&self, pair: &DirectionPair, coords: &Coords, out: &mut [f64]) {
-        if !pair.is_above_horizon() {
-            out.fill(0.0);
-            return;
+/// Look-ups of many coordinates.
+struct LookUp<'a, R, const D: usize> {
+    of: &'a GridInterpolant<R, D>,
+    coords: &'a [Coords],
+    out: &'a mut [f64],
+    /// What takes the values back; `None`: they stay transformed.
+    back: Option<Transform>,
+}
+
+impl<R: Rule<D>, const D: usize> NullaryFnOnce for LookUp<'_, R, D> {
+    type Output = ();
+
+    #[inline(always)]
+    fn call(self) {
+        let places = self.out.chunks_exact_mut(self.of.width);
+        for (coords, out) in self.coords.iter().zip(places) {
+            self.of.transformed(coords, out);
         }
-        self.transformed(coords, out);
-        for y in out {
-            *y = self.transform.inverse(*y);
+        if let Some(back) = self.back {
+            back.inverse_all(self.out);
         }
     }
 }
@@ -425,18 +451,15 @@ impl<R: Rule<D>, const D: usize> Interpolant for GridInterpolant<R, D> {
     }
 
     fn eval(&self, pair: &DirectionPair, out: &mut [f64]) {
-        self.value(pair, &self.parametrization.forward(pair), out);
+        if pair.is_above_horizon() {
+            self.transformed(&self.parametrization.forward(pair), out);
+            self.transform.inverse_all(out);
+        } else {
+            out.fill(0.0);
+        }
     }
 
     fn eval_batch(&self, pairs: &[DirectionPair], out: &mut [f64]) {
-        let n = self.width;
-        let mut coords = [[0.0; 4]; BATCH];
-        for (pairs, out) in pairs.chunks(BATCH).zip(out.chunks_mut(BATCH * n)) {
-            let coords = &mut coords[..pairs.len()];
-            self.parametrization.forward_batch(pairs, coords);
-            for ((pair, coords), out) in pairs.iter().zip(coords).zip(out.chunks_exact_mut(n)) {
-                self.value(pair, coords, out);
-            }
-        }
+        self.batch(pairs, out, Some(self.transform));
     }
 }

@@ -56,7 +56,7 @@ impl<const D: usize> Linear<D> {
 }
 
 impl<const D: usize> Rule<D> for Linear<D> {
-    #[inline]
+    #[inline(always)]
     fn interpolate(&self, x: &[f64; D], out: &mut [f64]) {
         let mut base = 0;
         let mut t = [0.0; D];

@@ -125,22 +125,24 @@ impl Reconstruct for Sheets {
             noise: r.noise.filter(|_| self.noise),
             ..*r
         };
-        let poses = r.schedule.poses.iter().enumerate();
-        let of_light: Vec<Reading> = poses
-            .filter_map(|(i, pose)| {
+        let readings = || {
+            let poses = r.schedule.poses.iter().enumerate();
+            poses.filter_map(|(i, pose)| {
                 Some(Reading {
                     pair: pose.pair,
                     values: r.value(i)?,
                     noise: r.relative_noise(i, self.epsilon),
                 })
             })
-            .collect();
-        let of_sensor = of_light.iter().map(Reading::swapped).collect();
-        // The one that stood still is the one with fewer sheets.
-        let sides = [(of_light, false), (of_sensor, true)].into_iter();
-        let found = sides.filter(|_| symmetry.isotropic);
-        let found = found.filter_map(|(readings, swapped)| {
-            Some((sheets(&readings, r.width, transform, symmetry)?, swapped))
+        };
+        // The one that stood still is the one with fewer sheets. One side at a time: of many readings each is large.
+        let sides = [false, true].into_iter().filter(|_| symmetry.isotropic);
+        let found = sides.filter_map(|swapped| {
+            let side: Vec<Reading> = match swapped {
+                false => readings().collect(),
+                true => readings().map(|r| r.swapped()).collect(),
+            };
+            Some((sheets(&side, r.width, transform, symmetry)?, swapped))
         });
         let found = found.min_by_key(|(sheets, _)| sheets.len());
         let Some((sheets, swapped)) = found else {

@@ -1,6 +1,7 @@
 //! The value that is interpolated: f itself or its logarithm.
 
 use crate::error::{ParameterError, in_left_open};
+use crate::numeric::powers::{exp, ln};
 use serde::{Deserialize, Serialize};
 
 /// Function of f_r that is interpolated.
@@ -64,21 +65,30 @@ impl Transform {
     }
 
     /// f to y. A noisy reading may be negative; the logarithm takes it for 0.
-    #[inline]
+    #[inline(always)]
     pub fn forward(self, f: f64) -> f64 {
         match self {
             Transform::Linear => f,
-            Transform::Log { epsilon } => (f.max(0.0) + epsilon).ln(),
+            Transform::Log { epsilon } => ln(f.max(0.0) + epsilon),
         }
     }
 
     /// y to f, at least 0: interpolants with negative weights may undershoot a black region.
-    #[inline]
+    #[inline(always)]
     pub fn inverse(self, y: f64) -> f64 {
         match self {
             Transform::Linear => y.clamp(0.0, f64::MAX),
             // An overshoot in y is a factor in f: kept finite, as f_r is.
-            Transform::Log { epsilon } => (y.exp() - epsilon).clamp(0.0, f64::MAX),
+            Transform::Log { epsilon } => (exp(y) - epsilon).clamp(0.0, f64::MAX),
+        }
+    }
+
+    /// [`inverse`](Self::inverse) of many, one after the other in vector instructions.
+    #[inline(always)]
+    pub fn inverse_all(self, values: &mut [f64]) {
+        match self {
+            Transform::Linear => values.iter_mut().for_each(|y| *y = self.inverse(*y)),
+            Transform::Log { .. } => values.iter_mut().for_each(|y| *y = self.inverse(*y)),
         }
     }
 }

@@ -19,7 +19,7 @@ impl Explained<'_> {
         let mut out = String::from("\nwhat was done\n");
         for stage in Stage::ALL {
             let of = |work: &Work| self.counts.get(stage, *work);
-            let seconds = format!("{:.3} s", stage.seconds(self.seconds));
+            let seconds = format!("{:.3} s", self.seconds.of(stage));
             let mut head = [stage.name(), &seconds];
             for work in Work::ALL.iter().filter(|work| of(work) > 0) {
                 let [name, seconds] = std::mem::take(&mut head);

@@ -183,7 +183,7 @@ fn write_pixels(
     let row = width * usize::from(kind.channel_count());
     let size = [width, bytes.len() / row.max(1)].map(u32::try_from);
     let [width, height] = [size[0], size[1]].map(|s| s.map_err(io::Error::other));
-    PngEncoder::new_with_quality(out, CompressionType::Best, FilterType::Adaptive)
+    PngEncoder::new_with_quality(out, CompressionType::Default, FilterType::Adaptive)
         .write_image(bytes, width?, height?, kind)
         .map_err(io::Error::other)
 }
