@@ -6,13 +6,34 @@ use std::path::PathBuf;
 /// Most characters of a user's text that a message repeats.
 const EXCERPT: usize = 60;
 
-/// The part of a user's text that a message repeats: all of it, or the start of a long one. Quotes
+/// The part of a user's text that a message repeats: all of it, or the start of a long one, on one line. Quotes
 /// are closed.
 pub(crate) fn excerpt(text: &str) -> Cow<'_, str> {
     let quote = if text.starts_with('"') { "\"" } else { "" };
     match text.char_indices().nth(EXCERPT) {
-        None => text.into(),
-        Some((end, _)) => format!("{}…{quote}", &text[..end]).into(),
+        None => printable(text),
+        Some((end, _)) => format!("{}…{quote}", printable(&text[..end])).into(),
+    }
+}
+
+/// Most characters of what another library says of a file.
+const REASON: usize = 240;
+
+/// What another library says of a file, which may repeat any of it: its start, on one line.
+pub(crate) fn reason(why: impl std::fmt::Display) -> String {
+    let why: String = why.to_string().chars().take(REASON).collect();
+    printable(&why).into_owned()
+}
+
+/// A text without what moves a cursor or changes colours: a line stays one, whatever a name or a cell holds.
+///
+/// ```
+/// assert_eq!(gonio::error::printable("a\nb"), "a\u{fffd}b");
+/// ```
+pub fn printable(text: &str) -> Cow<'_, str> {
+    match text.contains(char::is_control) {
+        true => text.replace(char::is_control, "\u{fffd}").into(),
+        false => text.into(),
     }
 }
 

@@ -11,34 +11,122 @@ pub const CONFIG_LIMIT: u64 = 64 << 20;
 /// Bytes that a table of poses or readings may have: ten million rows and more.
 pub const TABLE_LIMIT: u64 = 4 << 30;
 
+/// Bytes that a compressed file may hold, whatever it promises: as many as four channels of 16384 × 8192 pixels.
+pub const UNPACKED_LIMIT: u64 = 2 << 30;
+
+/// Bytes that one byte of a compressed file may stand for. Deflate, of all that is read, packs the most into a byte:
+/// 1032.
+pub const UNPACKED_A_BYTE: u64 = 1100;
+
+/// Checks that a compressed file of `packed` bytes can hold the `unpacked` ones that its header promises, before there
+/// is room made for them.
+///
+/// # Errors
+/// One sentence.
+pub fn may_unpack(packed: u64, unpacked: u64) -> Result<(), Unpacked> {
+    let allowed = packed.saturating_mul(UNPACKED_A_BYTE).min(UNPACKED_LIMIT);
+    match unpacked <= allowed {
+        true => Ok(()),
+        false => Err(Unpacked {
+            packed,
+            unpacked,
+            allowed,
+        }),
+    }
+}
+
+/// A compressed file that promises too much.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+#[error(
+    "{packed} bytes promise to hold {unpacked}; allowed: {allowed}, at most {UNPACKED_A_BYTE} for each byte and {UNPACKED_LIMIT} in all"
+)]
+pub struct Unpacked {
+    packed: u64,
+    unpacked: u64,
+    allowed: u64,
+}
+
+/// Bytes of a text that are looked at before more are read.
+const PART_OF_TEXT: u64 = 1 << 20;
+
 /// What some programs put in front of a text.
 const BYTE_ORDER_MARK: char = '\u{feff}';
 
 /// Paths of the streams of a process: the shell's `<(…)` and `/dev/stdin`.
 const STREAMS: [&str; 3] = ["/dev/stdin", "/dev/fd", "/proc/self/fd"];
 
+/// Opens a file to be read: a folder, a pipe or a device (which may have no end, or nobody who writes to it) is none.
+///
+/// # Errors
+/// Whatever the file system reports, and one sentence for what is no regular file.
+pub fn open(path: &Path) -> io::Result<File> {
+    open_or(path, "a file")
+}
+
+/// [`open`], with words for what is allowed.
+fn open_or(path: &Path, allowed: &str) -> io::Result<File> {
+    if !fs::metadata(path)?.is_file() {
+        let message = format!("this is no regular file; allowed: {allowed}");
+        return Err(io::Error::new(ErrorKind::InvalidInput, message));
+    }
+    File::open(path)
+}
+
+/// Reads a file of at most `limit` bytes.
+///
+/// # Errors
+/// As [`open`], and for a longer file.
+pub fn read(path: &Path, limit: u64) -> io::Result<Vec<u8>> {
+    let mut bytes = Vec::new();
+    open(path)?.take(limit + 1).read_to_end(&mut bytes)?;
+    match bytes.len() as u64 <= limit {
+        true => Ok(bytes),
+        false => Err(too_long(limit)),
+    }
+}
+
+fn too_long(limit: u64) -> io::Error {
+    let message = format!("this is too long; allowed: at most {} MB", limit >> 20);
+    io::Error::new(ErrorKind::InvalidInput, message)
+}
+
 /// Reads a text of at most `limit` bytes from a regular file or from a stream that the process was
 /// given, without the byte-order mark that some programs put in front.
 ///
 /// # Errors
-/// Whatever the file system reports, a folder, pipe or device by name (which may have no end, or
-/// nobody who writes to it), a longer text, the first line that is no UTF-8.
+/// As [`open`], for a longer text, and for the first line that is no UTF-8 or has a zero byte.
 pub fn read_text(path: &Path, limit: u64) -> io::Result<String> {
-    if !STREAMS.iter().any(|stream| path.starts_with(stream)) && !fs::metadata(path)?.is_file() {
-        let message = "this is no regular file; allowed: a file, or /dev/stdin";
-        return Err(io::Error::new(ErrorKind::InvalidInput, message));
-    }
+    let is_stream = STREAMS.iter().any(|stream| path.starts_with(stream));
+    let file = match is_stream {
+        true => File::open(path)?,
+        false => open_or(path, "a file, or /dev/stdin")?,
+    };
+    let long = file.metadata().map_or(0, |meta| meta.len()).min(limit) as usize;
+    let mut file = file.take(limit + 1);
     let mut bytes = Vec::new();
-    File::open(path)?.take(limit + 1).read_to_end(&mut bytes)?;
+    let refuse = |good: &[u8], why: &str| {
+        let line = 1 + good.iter().filter(|b| **b == b'\n').count();
+        let message = format!("line {line} {why}; allowed: text in UTF-8");
+        io::Error::new(ErrorKind::InvalidData, message)
+    };
+    loop {
+        let before = bytes.len();
+        if file.by_ref().take(PART_OF_TEXT).read_to_end(&mut bytes)? == 0 {
+            break;
+        }
+        // What is no text, or a hole, is no reason to read on.
+        if let Some(at) = bytes[before..].iter().position(|b| *b == 0) {
+            let why = "has a zero byte, as UTF-16 and files that are no text have";
+            return Err(refuse(&bytes[..before + at], why));
+        }
+        bytes.reserve_exact(long.saturating_sub(bytes.len()));
+    }
     if bytes.len() as u64 > limit {
-        let message = format!("this is too long; allowed: at most {} MB", limit >> 20);
-        return Err(io::Error::new(ErrorKind::InvalidInput, message));
+        return Err(too_long(limit));
     }
     let mut text = String::from_utf8(bytes).map_err(|e| {
         let good = &e.as_bytes()[..e.utf8_error().valid_up_to()];
-        let line = 1 + good.iter().filter(|b| **b == b'\n').count();
-        let message = format!("line {line} is no UTF-8; allowed: text in UTF-8");
-        io::Error::new(ErrorKind::InvalidData, message)
+        refuse(good, "is no UTF-8")
     })?;
     if text.starts_with(BYTE_ORDER_MARK) {
         text.drain(..BYTE_ORDER_MARK.len_utf8());
@@ -207,6 +295,31 @@ mod tests {
         fs::write(&path, b"\xc2\xb0\nin \xb0\n").unwrap();
         let told = read_text(&path, 99).unwrap_err().to_string();
         assert_eq!(told, "line 2 is no UTF-8; allowed: text in UTF-8");
+    }
+
+    #[test]
+    fn a_zero_byte_is_found_where_it_is() {
+        let dir = tempfile::tempdir().unwrap();
+        let path = dir.path().join("a.txt");
+        let mut bytes = b"twelve bytes".repeat(1 << 18);
+        bytes.extend(b"\n\0\n");
+        fs::write(&path, &bytes).unwrap();
+        let told = read_text(&path, 1 << 30).unwrap_err().to_string();
+        assert!(told.starts_with("line 2 has a zero byte"), "{told}");
+        bytes.truncate(bytes.len() - 2);
+        fs::write(&path, &bytes).unwrap();
+        let text = read_text(&path, 1 << 30).unwrap();
+        assert!(text.as_bytes() == bytes && text.capacity() <= 2 * bytes.len());
+    }
+
+    #[test]
+    fn what_is_unpacked_has_a_limit() {
+        assert!(may_unpack(1000, 1_032_000).is_ok());
+        let told = may_unpack(10, 1_000_000_000).unwrap_err().to_string();
+        assert!(told.starts_with("10 bytes promise to hold 1000000000; allowed: 11000,"));
+        assert!(may_unpack(u64::MAX, UNPACKED_LIMIT).is_ok());
+        assert!(may_unpack(u64::MAX, UNPACKED_LIMIT + 1).is_err());
+        assert!(may_unpack(0, 0).is_ok() && may_unpack(0, 1).is_err());
     }
 
     #[test]

@@ -286,8 +286,8 @@ mod files {
             ("text.exr", "OpenEXR, Radiance HDR"),
             ("cut.exr", "cannot read"),
             ("cut.hdr", "cannot read"),
-            ("huge.exr", "60000 × 30000 pixels; allowed: at most"),
-            ("huge.hdr", "cannot read"),
+            ("huge.exr", "60000 × 30000 pixels: "),
+            ("huge.hdr", "60000 × 30000 pixels: 53 bytes promise"),
             ("absent.exr", "cannot read"),
         ];
         for (name, part) in cases {

@@ -1,5 +1,6 @@
 //! What is told on stderr beside errors, and in which colours: `--quiet`, `--verbose`, `--color`.
 
+use crate::error::printable;
 use crate::metrics::Expected;
 use clap::builder::styling::AnsiColor;
 use clap::{Args, ColorChoice, ValueEnum};
@@ -58,7 +59,7 @@ pub(super) fn note(line: &str) {
 
 /// Tells the path of a file that was written. Results alone go to stdout: paths are notes.
 pub(super) fn wrote(path: &Path) {
-    note(&path.display().to_string());
+    note(&printable(&path.display().to_string()));
 }
 
 /// Tells what is only told with `--verbose`.
@@ -79,13 +80,15 @@ pub fn say_error(error: &dyn std::error::Error) {
             io::stderr().is_terminal() && env::var_os("NO_COLOR").is_none_or(|no| no.is_empty())
         }
     };
+    // A path may have any character but `/`.
+    let text = |error: &dyn std::error::Error| printable(&error.to_string()).into_owned();
     match coloured {
-        true => say(&format!("{style}gonio:{style:#} {error}")),
-        false => say(&format!("gonio: {error}")),
+        true => say(&format!("{style}gonio:{style:#} {}", text(error))),
+        false => say(&format!("gonio: {}", text(error))),
     }
     let mut cause = error.source();
     while let Some(error) = cause {
-        say(&format!("  because: {error}"));
+        say(&format!("  because: {}", text(error)));
         cause = error.source();
     }
 }

@@ -7,7 +7,8 @@
 
 use super::{Lighting, LightingSpec};
 use crate::brdf::BuildError;
-use crate::error::in_closed;
+use crate::error::{in_closed, reason};
+use crate::files::Unpacked;
 use crate::geometry::Direction;
 use crate::registry::{self, Entry};
 use serde::{Deserialize, Serialize};
@@ -74,9 +75,6 @@ impl MapSpec {
     }
 }
 
-/// Most values of a picture: the header gives their number, and all of them are held.
-const LARGEST: usize = 4 << 27;
-
 /// Reason why a picture is no environment map.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
@@ -108,29 +106,25 @@ pub enum MapError {
         /// Its R, G, B.
         found: [f32; 3],
     },
-    /// The picture has more values than are allowed.
-    #[error(
-        "this picture is {width} × {height} pixels; allowed: at most {LARGEST} values, as four \
-         channels of 16384 × 8192 have"
-    )]
+    /// The header promises more than there can be.
+    #[error("this picture is {width} × {height} pixels: {why}")]
     Large {
         /// Pixels to a row.
         width: usize,
         /// Rows.
         height: usize,
+        /// What is allowed.
+        why: Unpacked,
     },
     /// The file is of another format.
     #[error("this is no picture that can be read; allowed: OpenEXR, Radiance HDR")]
     Format,
     /// The picture has no colours; the value lists its channels.
-    #[error("its channels are {0}; allowed: R, G, B or Y")]
+    #[error("its channels are {}; allowed: R, G, B or Y", reason(.0))]
     Channels(String),
     /// The channels differ in resolution.
     #[error("some of its channels are coarser than others")]
     Coarse,
-    /// The path is a folder, a pipe or a device.
-    #[error("cannot read this file: not a regular file")]
-    NoFile,
     /// The picture has no layer.
     #[error("cannot read this file: it has no layer")]
     Empty,
@@ -139,11 +133,11 @@ pub enum MapError {
     Io(#[from] std::io::Error),
     /// The OpenEXR file cannot be read.
     #[cfg(feature = "pictures")]
-    #[error("cannot read this file: {0}")]
+    #[error("cannot read this file: {}", reason(.0))]
     Exr(#[from] exr::error::Error),
     /// The Radiance file cannot be read.
     #[cfg(feature = "pictures")]
-    #[error("cannot read this file: {0}")]
+    #[error("cannot read this file: {}", reason(.0))]
     Hdr(#[from] image::ImageError),
     /// This build reads no pictures.
     #[error("this build of gonio cannot read pictures: it lacks the feature pictures")]
@@ -253,9 +247,10 @@ type Picture = ([usize; 2], Vec<[f32; 3]>);
 /// Reading pictures.
 #[cfg(feature = "pictures")]
 mod files {
-    use super::{LARGEST, MapError, Path, Picture};
+    use super::{MapError, Path, Picture};
+    use crate::files::{UNPACKED_LIMIT, may_unpack, open};
     use exr::prelude::{MetaData, ReadChannels, ReadLayers};
-    use image::{ImageDecoder, ImageFormat, ImageReader};
+    use image::{ImageDecoder, ImageFormat, ImageReader, Limits};
     use std::fs::File;
     use std::io::{BufReader, Read};
 
@@ -266,13 +261,8 @@ mod files {
 
     /// The format by the first bytes: names may be wrong.
     fn format(path: &Path) -> Result<Format, MapError> {
-        // Asked by name: a pipe that nobody writes to would not open.
-        if !std::fs::metadata(path)?.is_file() {
-            return Err(MapError::NoFile);
-        }
         let mut start = Vec::new();
-        let file = File::open(path)?;
-        file.take(4).read_to_end(&mut start)?;
+        open(path)?.take(4).read_to_end(&mut start)?;
         match start[..] {
             [0x76, 0x2f, 0x31, 0x01] => Ok(Format::Exr),
             [b'#', b'?', ..] => Ok(Format::Hdr),
@@ -281,32 +271,42 @@ mod files {
     }
 
     fn reader(path: &Path) -> Result<ImageReader<BufReader<File>>, MapError> {
-        let mut reader = ImageReader::open(path)?;
+        let mut reader = ImageReader::new(BufReader::new(open(path)?));
         reader.set_format(ImageFormat::Hdr);
+        // That of all compressed files, which `size` has looked at.
+        let mut limits = Limits::no_limits();
+        limits.max_alloc = Some(UNPACKED_LIMIT);
+        reader.limits(limits);
         Ok(reader)
     }
 
-    /// Width and height, from the header.
+    /// Width and height, from the header, of a picture that can be unpacked.
     pub fn size(path: &Path) -> Result<[usize; 2], MapError> {
+        let packed = std::fs::metadata(path)?.len();
+        // Each value is held in four bytes.
+        let held = |[width, height]: [usize; 2], channels: usize| {
+            let values = width.saturating_mul(height).saturating_mul(channels);
+            may_unpack(packed, values.saturating_mul(4) as u64).map_err(|why| MapError::Large {
+                width,
+                height,
+                why,
+            })
+        };
         match format(path)? {
             Format::Exr => {
                 let meta = MetaData::read_from_file(path, false)?;
+                let size =
+                    |h: &exr::meta::header::Header| [h.layer_size.width(), h.layer_size.height()];
                 for header in &meta.headers {
-                    let [width, height] = [header.layer_size.width(), header.layer_size.height()];
-                    let values = width.saturating_mul(height);
-                    let values = values.saturating_mul(header.channels.list.len());
-                    if values > LARGEST {
-                        return Err(MapError::Large { width, height });
-                    }
+                    held(size(header), header.channels.list.len())?;
                 }
-                let header = meta.headers.first();
-                let header = header.ok_or(MapError::Empty)?;
-                Ok([header.layer_size.width(), header.layer_size.height()])
+                meta.headers.first().map(size).ok_or(MapError::Empty)
             }
             Format::Hdr => {
-                let decoder = reader(path)?.into_decoder()?;
-                let (width, height) = decoder.dimensions();
-                Ok([width as usize, height as usize])
+                let (width, height) = reader(path)?.into_decoder()?.dimensions();
+                let size = [width as usize, height as usize];
+                held(size, 3)?;
+                Ok(size)
             }
         }
     }
@@ -343,8 +343,7 @@ mod files {
             (_, _, _, Some(y)) => [y, y, y],
             _ => {
                 let names: Vec<_> = list.iter().map(|c| c.name.to_string()).collect();
-                let names = names.join(", ");
-                return Err(MapError::Channels(names));
+                return Err(MapError::Channels(names.join(", ")));
             }
         };
         let count = size[0] * size[1];

@@ -305,7 +305,13 @@ pub fn read(text: &str, name: &str, assume: &Assume) -> Result<AltaFile, FileErr
             add(&mut values, cells[dimension + c])?;
             if header.intervals == 1 {
                 // One radius stands for all values.
-                add(&mut radii, interval[c.min(interval.len() - 1)])?;
+                let radius = interval[c.min(interval.len() - 1)];
+                if radius < 0.0 {
+                    let message =
+                        format!("an interval of radius {radius}: allowed is a number from 0");
+                    return Err(FileError::at(name, i + 1, message));
+                }
+                add(&mut radii, radius)?;
             }
         }
     }

@@ -17,7 +17,7 @@ use super::itinerary::{MAX_AXES, Positions, Unreachable};
 use super::lattice::{Lattice, LatticeAxis};
 use super::table::{FileError, Table};
 use super::{Pose, Schedule};
-use crate::error::{excerpt, one_of};
+use crate::error::{excerpt, in_closed, one_of};
 use crate::geometry::{Direction, DirectionPair, Symmetry};
 use crate::parametrization::{self, Axis, Coords, Parametrization, Unit, WarpSpec, warps};
 use crate::registry;
@@ -302,11 +302,14 @@ impl Rows {
         }
         let lattice: Option<Vec<LatticeAxis>> = table.fact("lattice")?;
         let lattice = lattice.filter(|_| as_declared);
+        let unphysical_share = table.fact("unphysical_share")?.unwrap_or(0.0);
+        in_closed("unphysical_share", unphysical_share, 0.0, 1.0)
+            .map_err(|e| table.fact_error("unphysical_share", e.to_string()))?;
         let mut schedule = Schedule {
             sample_set: table
                 .fact("sample_set")?
                 .unwrap_or_else(|| FROM_FILE.into()),
-            unphysical_share: table.fact("unphysical_share")?.unwrap_or(0.0),
+            unphysical_share,
             poses: Vec::new(),
             lattice: None,
             parametrization,

@@ -1,5 +1,6 @@
-//! What happens to a run on its way: it is killed, the disk is full, another is in its folder, its data change. Whoever runs
-//! it again has the results of one that nothing happened to, and nothing that was finished is made again.
+//! What happens to a run on its way: it is killed, the disk is full or may not be written, another is in its folder, its
+//! folder is moved, its data change, nobody hears what it prints. Whoever runs it again has the results of one that
+//! nothing happened to, and nothing that was finished is made again.
 
 use super::{Bench, SMALL, assert_same, results};
 use std::fs;
@@ -33,6 +34,26 @@ fn finished(bench: &Bench, run: &str) -> Vec<String> {
     let end = bytes.iter().rposition(|&b| b == b'\n').map_or(0, |i| i + 1);
     let text = String::from_utf8(bytes[..end].to_vec()).expect("whole lines are text");
     text.lines().map(str::to_owned).collect()
+}
+
+/// Whatever is there under its name is whole: what is drawn or laid out, and the report to its end.
+fn assert_whole(bench: &Bench, run: &str, expected: &[(String, Vec<u8>)]) {
+    if !bench.path(run).exists() {
+        return;
+    }
+    for file in bench.files(run) {
+        let bytes = fs::read(bench.path(run).join(&file)).unwrap();
+        if file.ends_with("report.html") {
+            assert!(bytes.ends_with(b"</html>\n") || bytes.ends_with(b"</html>"));
+        }
+        let name = file.rsplit('/').next().unwrap();
+        let expected = expected.iter().find(|(name, _)| *name == file);
+        if let (true, false, Some((_, whole))) =
+            (file.contains('/'), name.starts_with('.'), expected)
+        {
+            assert!(bytes == *whole, "{file} is not whole");
+        }
+    }
 }
 
 /// True if every line of `before` is there, to the last digit of its seconds.
@@ -69,6 +90,7 @@ fn a_run_that_is_killed_again_and_again_ends_as_one_that_is_not() {
                 "kill {kill}: finished rows are lost"
             );
             before = after;
+            assert_whole(&bench, "killed", &expected);
             if ended {
                 assert_same(&expected, &results(&bench, "killed"));
                 fs::remove_dir_all(bench.path("killed")).unwrap();
@@ -81,6 +103,301 @@ fn a_run_that_is_killed_again_and_again_ends_as_one_that_is_not() {
         let left = bench.files("killed");
         assert!(!left.iter().any(|file| file.contains(".tmp")), "{left:?}");
     }
+}
+
+#[test]
+fn a_run_that_is_killed_while_it_draws_leaves_no_half_of_a_picture() {
+    let bench = Bench::new();
+    // Its schedules are written as they are measured, slices and pictures as they are drawn.
+    let [study, _] = configs();
+    let text = study + "\n[output]\nschedules = \"csv\"\nslices = true\n";
+    fs::write(bench.path("c.toml"), text).unwrap();
+    bench.good(&["run", "c.toml", "-q", "-o", "whole"]);
+    let expected = results(&bench, "whole");
+    let again = ["run", "c.toml", "-q", "-o", "killed"];
+    let drawn = || match bench.path("killed").exists() {
+        true => bench
+            .files("killed")
+            .iter()
+            .filter(|file| file.contains('/'))
+            .count(),
+        false => 0,
+    };
+    for files in [1, 3, 9, 27] {
+        let mut run = bench.command(&again);
+        run.stderr(Stdio::null()).stdout(Stdio::null());
+        let mut run = run.spawn().unwrap();
+        while drawn() < files && run.try_wait().unwrap().is_none() {
+            std::thread::sleep(Duration::from_millis(1));
+        }
+        run.kill().unwrap();
+        run.wait().unwrap();
+        assert_whole(&bench, "killed", &expected);
+    }
+    bench.good(&again);
+    assert_same(&expected, &results(&bench, "killed"));
+    let left = bench.files("killed");
+    assert!(!left.iter().any(|file| file.contains(".part")), "{left:?}");
+}
+
+#[test]
+fn a_folder_that_is_moved_away_ends_its_run() {
+    for text in configs() {
+        let bench = Bench::new();
+        fs::write(bench.path("c.toml"), text).unwrap();
+        bench.good(&["run", "c.toml", "-q", "-o", "whole"]);
+        let again = ["run", "c.toml", "-q", "-o", "here"];
+        let mut run = bench.command(&again);
+        let run = run.stderr(Stdio::piped()).stdout(Stdio::null()).spawn();
+        let run = run.unwrap();
+        while finished(&bench, "here").is_empty() {
+            std::thread::sleep(Duration::from_millis(1));
+        }
+        fs::rename(bench.path("here"), bench.path("away")).unwrap();
+        let ended = run.wait_with_output().unwrap();
+        let stderr = String::from_utf8(ended.stderr).unwrap();
+        // It may have been at its end already.
+        if !ended.status.success() {
+            assert_eq!(ended.status.code(), Some(2), "{stderr}");
+            assert!(stderr.starts_with("gonio: here"), "{stderr}");
+            assert_eq!(stderr.lines().count(), 1, "{stderr}");
+            assert!(!bench.path("here").exists());
+        }
+        fs::rename(bench.path("away"), bench.path("here")).unwrap();
+        bench.good(&again);
+        assert_same(&results(&bench, "whole"), &results(&bench, "here"));
+    }
+}
+
+/// The commands that print, each of which can do its work in a folder of [`prints`].
+const PRINTING: [&[&str]; 14] = [
+    &["--help"],
+    &["--version"],
+    &["run", "--help"],
+    &["list"],
+    &["list", "--json"],
+    &["check", "c.toml"],
+    &["check", "c.toml", "--json"],
+    &["schema", "config"],
+    &["completions", "bash"],
+    &["man"],
+    &["run", "c.toml", "-q", "-o", "run"],
+    &["schedule", "c.toml", "-o", "-"],
+    &[
+        "measure", "p.csv", "--config", "c.toml", "-o", "r.csv", "--force",
+    ],
+    &["tabulate", "c.toml", "-o", "t.bin", "--force"],
+];
+
+#[test]
+#[cfg(target_os = "linux")]
+fn results_that_cannot_be_printed_are_an_error() {
+    let bench = Bench::new();
+    let text = "budgets = [9]\n[[material]]\nkind = \"lambert\"\n";
+    fs::write(bench.path("c.toml"), text).unwrap();
+    bench.good(&["schedule", "c.toml", "-o", "p.csv"]);
+    bench.good(&["run", "c.toml", "-q", "-o", "whole"]);
+    let expected = results(&bench, "whole");
+    for args in PRINTING {
+        let full = fs::OpenOptions::new().write(true).open("/dev/full");
+        let mut command = bench.command(args);
+        command.stdout(full.unwrap());
+        let output = command.output().unwrap();
+        let stderr = String::from_utf8(output.stderr).unwrap();
+        assert_eq!(output.status.code(), Some(2), "{args:?}: {stderr}");
+        let told: Vec<_> = stderr
+            .lines()
+            .filter(|line| line.starts_with("gonio: stdout: "))
+            .collect();
+        assert_eq!(told.len(), 1, "{args:?}: {stderr}");
+        // Closed ones are as if nobody listens: no file that is opened takes their place.
+        let mut closed = Command::new("sh");
+        closed.args([
+            "-c",
+            "exec \"$0\" \"$@\" <&- >&-",
+            env!("CARGO_BIN_EXE_gonio"),
+        ]);
+        let closed = closed
+            .args(args)
+            .current_dir(bench.path(""))
+            .output()
+            .unwrap();
+        assert_eq!(closed.status.code(), Some(0), "{args:?}");
+        assert!(closed.stdout.is_empty());
+    }
+    assert_same(&expected, &results(&bench, "run"));
+    let files = bench.files("");
+    assert!(
+        !files.iter().any(|file| file.contains(".part")),
+        "{files:?}"
+    );
+}
+
+/// The program as a user who may not write everywhere, as root may; `None`, aloud, where root cannot be another.
+#[cfg(unix)]
+fn unprivileged(bench: &Bench) -> Option<impl Fn(&[&str]) -> std::process::Output> {
+    use std::os::unix::fs::{MetadataExt, PermissionsExt};
+    use std::os::unix::process::CommandExt;
+    const NOBODY: u32 = 65_534;
+    let root = fs::metadata("/proc/self").is_ok_and(|me| me.uid() == 0);
+    let (dir, program) = (bench.path(""), bench.path("gonio"));
+    // Where the program is others may not look. A copy cannot be run as long as another thread forks.
+    let linked = fs::hard_link(env!("CARGO_BIN_EXE_gonio"), &program);
+    linked
+        .or_else(|_| fs::copy(env!("CARGO_BIN_EXE_gonio"), &program).map(drop))
+        .unwrap();
+    if root {
+        // The folder is only ours at first.
+        fs::set_permissions(&dir, fs::Permissions::from_mode(0o777)).unwrap();
+    }
+    let run = move |args: &[&str]| {
+        let mut command = Command::new(&program);
+        command.args(args).current_dir(&dir).stdin(Stdio::null());
+        if root {
+            command.uid(NOBODY).gid(NOBODY);
+        }
+        command.output()
+    };
+    match run(&["--version"]) {
+        Ok(output) if output.status.success() => Some(move |args: &[&str]| run(args).unwrap()),
+        other => {
+            eprintln!("skipped: no other user can run the program here ({other:?})");
+            None
+        }
+    }
+}
+
+#[test]
+#[cfg(unix)]
+fn what_may_not_be_written_or_read_is_said() {
+    use std::os::unix::fs::PermissionsExt;
+    let bench = Bench::new();
+    let mode = |name: &str, mode| {
+        fs::set_permissions(bench.path(name), fs::Permissions::from_mode(mode)).unwrap();
+    };
+    let Some(run) = unprivileged(&bench) else {
+        return;
+    };
+    let good = |args: &[&str]| {
+        let output = run(args);
+        let stderr = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert_eq!(output.status.code(), Some(0), "{args:?}: {stderr}");
+    };
+    let refused = |args: &[&str], code, place: &str| {
+        let output = run(args);
+        let stderr = String::from_utf8(output.stderr).unwrap();
+        assert_eq!(output.status.code(), Some(code), "{args:?}: {stderr}");
+        assert!(stderr.starts_with(&format!("gonio: {place}")), "{stderr}");
+        assert_eq!(stderr.lines().count(), 1, "{args:?}: {stderr}");
+        assert!(stderr.contains("ermission denied"), "{stderr}");
+    };
+    let [text, _] = configs();
+    fs::write(bench.path("c.toml"), text).unwrap();
+    let args = |folder| ["run", "c.toml", "-q", "-o", folder];
+    good(&args("whole"));
+    let expected = results(&bench, "whole");
+    fs::create_dir(bench.path("closed")).unwrap();
+    mode("closed", 0o555);
+    for (args, place) in [
+        (&args("closed")[..], "closed"),
+        (&args("closed/run"), "closed/run"),
+        (&["init", "-o", "closed/a.toml"], "closed/a.toml"),
+        (
+            &["schedule", "small.toml", "-o", "closed/all/"],
+            "closed/all",
+        ),
+        (
+            &[
+                "tabulate",
+                "small.toml",
+                "--material",
+                "lambert",
+                "-o",
+                "closed/t.bin",
+            ],
+            "closed/t.bin",
+        ),
+    ] {
+        refused(args, 2, place);
+    }
+    assert!(bench.files("closed").is_empty());
+    // A run some of whose files were made by somebody else.
+    let records = fs::read(bench.path("whole/results.jsonl")).unwrap();
+    let half = records.iter().position(|b| *b == b'\n').unwrap() + 1;
+    fs::create_dir(bench.path("half")).unwrap();
+    fs::write(bench.path("half/results.jsonl"), &records[..half]).unwrap();
+    mode("half", 0o777);
+    mode("half/results.jsonl", 0o444);
+    refused(&args("half"), 2, "half");
+    mode("half/results.jsonl", 0o666);
+    mode("half", 0o555);
+    refused(&args("half"), 2, "half");
+    mode("half", 0o777);
+    good(&args("half"));
+    assert_same(&expected, &results(&bench, "half"));
+    // What may not be read.
+    fs::write(
+        bench.path("p.csv"),
+        "theta_i_deg,theta_o_deg,phi_o_deg,value\n",
+    )
+    .unwrap();
+    for (args, code, file) in [
+        (&["reconstruct", "p.csv"][..], 3, "p.csv"),
+        (&["check", "c.toml"], 2, "c.toml"),
+    ] {
+        mode(file, 0o000);
+        refused(args, code, file);
+        mode(file, 0o666);
+    }
+}
+
+#[test]
+#[cfg(target_os = "linux")]
+fn a_small_file_system_fills_up() {
+    struct Mounted(std::path::PathBuf);
+    impl Drop for Mounted {
+        fn drop(&mut self) {
+            let gone = Command::new("umount").arg(&self.0).status();
+            assert!(
+                gone.is_ok_and(|s| s.success()),
+                "umount {}",
+                self.0.display()
+            );
+        }
+    }
+    let bench = Bench::new();
+    let mount = |options: &str| {
+        let mut mount = Command::new("mount");
+        mount
+            .args(["-t", "tmpfs", "-o", options, "tmpfs"])
+            .arg(bench.path("disk"));
+        mount
+            .stderr(Stdio::null())
+            .status()
+            .is_ok_and(|s| s.success())
+    };
+    fs::create_dir(bench.path("disk")).unwrap();
+    if !mount("size=32k") {
+        eprintln!("skipped: no file system may be mounted here; full disks are those of ulimit -f");
+        return;
+    }
+    let disk = Mounted(bench.path("disk"));
+    for (text, name) in configs().into_iter().zip(["a", "b"]) {
+        let (whole, folder) = (format!("whole-{name}"), format!("disk/{name}"));
+        fs::write(bench.path("c.toml"), text).unwrap();
+        bench.good(&["run", "c.toml", "-q", "-o", &whole]);
+        let again = ["run", "c.toml", "-q", "-o", &folder];
+        assert!(mount("remount,size=32k"));
+        let sentence = bench.refused(&again, 2);
+        assert!(sentence.starts_with("gonio: disk"), "{sentence}");
+        let before = finished(&bench, &folder);
+        assert!(mount("remount,size=64m"));
+        bench.good(&again);
+        assert!(holds(&finished(&bench, &folder), &before));
+        assert_same(&results(&bench, &whole), &results(&bench, &folder));
+        fs::remove_dir_all(bench.path(&folder)).unwrap();
+    }
+    drop(disk);
 }
 
 #[test]

@@ -1,9 +1,9 @@
 //! ALTA text files: random pairs, written with our own parametrizations, come back.
 
 use super::chord;
-use super::common::{distance, random_pair};
+use super::common::random_pair;
 use gonio::brdf::Channels;
-use gonio::geometry::{DirectionPair, Symmetry};
+use gonio::geometry::{DirectionPair, Symmetry, distance};
 use gonio::measurement::alta::{AltaFile, is_alta, read};
 use gonio::parametrization::{Coords, find};
 use gonio::sampling::Random;
@@ -248,6 +248,13 @@ fn a_radius_is_an_uncertainty_and_two_ends_are_none() {
     );
     let details = good(&text).measurement.details.unwrap();
     assert_eq!((details.type_a[0], details.type_b[0]), (0.0, 0.25));
+    let negative = text.replace("0.25\n", "-0.25\n");
+    let refusal = read(&negative, "a", &Assume::default()).err().unwrap();
+    let told = refusal.to_string();
+    assert!(
+        told.contains("radius -0.25: allowed is a number from 0"),
+        "{told}"
+    );
     let text = text
         .replace("#VS 1", "#VS 2")
         .replace("0.25\n", "4.75 5.5\n");
@@ -298,7 +305,7 @@ fn a_reading_beyond_all_bounds_is_refused_with_its_line() {
     ] {
         for row in [
             [0.1, 0.0, near, 0.0, value, 0.0],
-            [0.1, 0.0, near, 0.0, 0.0, value],
+            [0.1, 0.0, near, 0.0, 0.0, value.abs()],
         ] {
             match read(output, &row, "#VS 1\n") {
                 Ok(back) => {

@@ -277,9 +277,14 @@ fn the_reader_may_choose_the_coordinates() {
 #[test]
 fn what_is_no_schedule_is_refused_with_its_line() {
     let head = "theta_i_deg,phi_i_deg,theta_o_deg,phi_o_deg\n";
-    let cases: [(&str, Option<usize>, &str); 27] = [
+    let cases: [(&str, Option<usize>, &str); 28] = [
         ("", None, "names the columns"),
         (head, None, "there is no row"),
+        (
+            "# unphysical_share = 1e12\nH1,2,3,4\n",
+            Some(1),
+            "unphysical_share = 1000000000000: allowed is a number in [0, 1]",
+        ),
         (
             "theta_i_deg,phi_i_deg,theta_o_deg\n1,2,3\n",
             Some(1),

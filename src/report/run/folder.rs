@@ -30,7 +30,7 @@ use super::manifest::{MANIFEST, Manifest};
 use super::rows::RowFile;
 use crate::error::Error;
 use crate::experiment::{Allowance, Job, Known, Ledger, Record, RowKey, ScheduleKey, Stage, Work};
-use crate::files::{remove_parts, write_atomically};
+use crate::files::{self, remove_parts, write_atomically};
 use std::collections::{BTreeSet, HashMap};
 use std::fs::{self, File};
 use std::io::{self, BufWriter, ErrorKind, Write};
@@ -158,7 +158,7 @@ impl<R: Record> RunFolder<R> {
         // Those that are dropped may be of another version.
         let rows = if force { Vec::new() } else { file.read()? };
         let config = config_text(resolved)?;
-        let is_same = fs::read_to_string(dir.join(CONFIG)).is_ok_and(|text| text == config);
+        let is_same = holds(dir, &config);
         if force {
             file.clear::<R>()?;
         }
@@ -202,9 +202,7 @@ impl<R: Record> RunFolder<R> {
         let mut names =
             std::iter::once(stem.to_owned()).chain((2..).map(|n| format!("{stem}-{n}")));
         let suits = |dir: &PathBuf| {
-            let old = || fs::read_to_string(dir.join(CONFIG));
-            dir.symlink_metadata().is_err()
-                || (dir.join(R::FILE).exists() && old().is_ok_and(|text| text == config))
+            dir.symlink_metadata().is_err() || (dir.join(R::FILE).exists() && holds(dir, &config))
         };
         let found = names.by_ref().map(|n| parent.join(n)).find(suits);
         found.ok_or_else(|| Error::Internal("the names have no end".into()))
@@ -424,13 +422,19 @@ fn config_text(resolved: &Table) -> Result<String, Error> {
     Ok(format!("{CONFIG_HEAD}{config}"))
 }
 
+/// True if this resolved config is in a folder.
+fn holds(dir: &Path, config: &str) -> bool {
+    let there = files::read(&dir.join(CONFIG), files::CONFIG_LIMIT);
+    there.is_ok_and(|there| there == config.as_bytes())
+}
+
 fn unwritable(path: &Path, e: &io::Error) -> Error {
     Error::output(path, format!("cannot write this file: {e}"))
 }
 
 /// The manifest of a folder; `null` if there is none.
 fn manifest(dir: &Path) -> serde_json::Value {
-    let manifest = fs::read(dir.join(MANIFEST)).unwrap_or_default();
+    let manifest = files::read(&dir.join(MANIFEST), files::CONFIG_LIMIT).unwrap_or_default();
     serde_json::from_slice(&manifest).unwrap_or_default()
 }
 

@@ -1,9 +1,9 @@
 //! `manifest.json`: config, inputs and versions that made the results beside it.
 
 use crate::experiment::{Counts, Failure, Input, Source, Tuned};
+use crate::files;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
-use std::fs;
 use std::path::Path;
 use std::time::SystemTime;
 
@@ -73,7 +73,7 @@ pub struct MadeFrom {
 impl MadeFrom {
     /// Reads those of a folder; empty where a run has not ended.
     pub fn read(dir: &Path) -> Self {
-        let manifest = fs::read(dir.join(MANIFEST)).unwrap_or_default();
+        let manifest = files::read(&dir.join(MANIFEST), files::CONFIG_LIMIT).unwrap_or_default();
         serde_json::from_slice(&manifest).unwrap_or_default()
     }
 

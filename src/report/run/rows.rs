@@ -1,8 +1,8 @@
 //! The file of a run's records, JSON Lines: appended as they come, read again when it goes on.
 
-use crate::error::Error;
+use crate::error::{Error, reason};
 use crate::experiment::Record;
-use crate::files::write_atomically;
+use crate::files::{self, write_atomically};
 use std::fs::{File, OpenOptions, TryLockError};
 use std::io::{self, BufRead, BufReader, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
@@ -31,6 +31,10 @@ impl RowFile {
             let message = format!("cannot write to this folder: {e}; choose another with -o");
             Error::output(dir, message)
         };
+        // A pipe would open, and have no end.
+        if path.exists() {
+            files::open(&path).map_err(failed)?;
+        }
         let mut options = OpenOptions::new();
         let file = options.read(true).append(true).create(true).open(&path);
         let file = file.map_err(failed)?;
@@ -58,7 +62,7 @@ impl RowFile {
 
     /// The records of a file that nobody writes.
     pub fn read_from<R: Record>(path: &Path) -> Result<Vec<R>, Error> {
-        let file = File::open(path);
+        let file = files::open(path);
         let mut file =
             file.map_err(|e| Error::data(path, format!("cannot read this file: {e}")))?;
         read(path, &mut file).map(|(rows, _)| rows)
@@ -170,8 +174,9 @@ fn read<R: Record>(path: &Path, file: &mut File) -> Result<(Vec<R>, u64), Error>
     for (i, line) in text.lines().enumerate() {
         let row = serde_json::from_str(line).map_err(|e| {
             let message = format!(
-                "line {} is no record of this kind of run ({e}); allowed: the {} of one, or another folder with -o",
+                "line {} is no record of this kind of run ({}); allowed: the {} of one, or another folder with -o",
                 i + 1,
+                reason(e),
                 R::FILE
             );
             Error::data(path, message)

@@ -8,6 +8,7 @@ use super::super::convention::Conventions;
 use super::super::format::ScheduleFormat;
 use super::{FileError, RowHash, WORDS};
 use crate::error::{excerpt, meant};
+use rustc_hash::FxHashSet;
 use serde::de::{Deserialize, DeserializeOwned, Deserializer, MapAccess, Visitor};
 use serde_json::{Map, Value};
 use std::fmt::{self, Formatter};
@@ -208,21 +209,27 @@ impl Table {
         // What is allowed may depend on what there is.
         self.columns = ours.map_err(|message| self.error(line, message))?;
         let known = allowed(self)?;
-        for i in 0..self.columns.len() {
-            let (column, label) = (&self.columns[i], &self.labels[i]);
-            if !column.is_empty() && self.columns[..i].contains(column) {
+        // There may be as many as a line has room for.
+        let names: FxHashSet<&str> = known.iter().map(String::as_str).collect();
+        let (mut seen, mut over) = (FxHashSet::default(), Vec::new());
+        for (i, (column, label)) in self.columns.iter().zip(&self.labels).enumerate() {
+            if column.is_empty() {
+                continue;
+            }
+            if !seen.insert(column) {
                 let column = excerpt(column);
                 return Err(self.error(line, format!("column {column:?} is there twice")));
             }
-            if column.is_empty() || known.contains(column) {
+            if names.contains(column.as_str()) {
                 continue;
             }
             if conventions.columns.is_empty() || column != label {
                 let message = self.unknown(column, &known);
                 return Err(self.error(line, message));
             }
-            self.columns[i].clear();
+            over.push(i);
         }
+        over.into_iter().for_each(|i| self.columns[i].clear());
         Ok(())
     }
 

@@ -2,6 +2,8 @@
 //! precision, the lowest byte first.
 
 use super::{About, Prior};
+use crate::error::reason;
+use crate::files;
 use half::f16;
 use nalgebra::DMatrix;
 use std::io::{self, Error, ErrorKind};
@@ -25,11 +27,7 @@ impl Prior {
     /// If it cannot be read, is of another version, or was changed.
     pub fn read(path: &Path) -> io::Result<Self> {
         let refuse = |why: &str| Error::new(ErrorKind::InvalidData, why.to_owned());
-        if std::fs::metadata(path)?.len() > MOST {
-            return Err(refuse("it is too large"));
-        }
-        let bytes = std::fs::read(path)?;
-        Self::decode(&bytes).map_err(|why| refuse(&why))
+        Self::decode(&files::read(path, MOST)?).map_err(|why| refuse(&why))
     }
 
     pub(super) fn decode(bytes: &[u8]) -> Result<Self, String> {
@@ -47,7 +45,7 @@ impl Prior {
                 version.gonio_prior
             ));
         }
-        let about: About = serde_json::from_slice(line).map_err(|e| e.to_string())?;
+        let about: About = serde_json::from_slice(line).map_err(reason)?;
         if hash(&about, body) != about.blake3 {
             return Err("it was changed or cut".into());
         }

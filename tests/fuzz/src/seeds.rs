@@ -1,0 +1,303 @@
+//! Files to begin with, as the project's own writers write them.
+
+use gonio::acquisition;
+use gonio::brdf::{Brdf, Channels, Wavelengths};
+use gonio::experiment::{
+    self, AnyPlan, Event, Experiment, Extent, Known, Observer, Record, Source,
+};
+use gonio::formats::{Format, WriteReadings, WriteSchedule, WriteTable};
+use gonio::geometry::Symmetry;
+use gonio::instrument::{self, Ideal, Instrument};
+use gonio::lighting;
+use gonio::measurement::{About, Details, Flags, Measurement};
+use gonio::moments;
+use gonio::parametrization::{self, Form, HalfDifference, Parametrization, Spherical};
+use gonio::reconstruct;
+use gonio::registry::{self, Entry};
+use gonio::schedule::{self, Grid, Ratio, SampleSet, Schedule, Sequence};
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+/// Files of the project.
+fn project(name: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+        .join("../..")
+        .join(name)
+}
+
+/// The files of a folder, by name; none if it is not there.
+pub fn files(dir: &Path) -> Vec<PathBuf> {
+    let entries = fs::read_dir(dir).into_iter().flatten().flatten();
+    let mut files: Vec<PathBuf> = entries.map(|e| e.path()).filter(|p| p.is_file()).collect();
+    files.sort();
+    files
+}
+
+/// What is in the files of folders of the project that end so.
+fn texts(dirs: &[&str], ending: &str) -> Vec<Vec<u8>> {
+    let files = dirs.iter().flat_map(|dir| files(&project(dir)));
+    let files = files.filter(|file| file.extension().is_some_and(|e| e == ending));
+    files
+        .map(|file| fs::read(file).expect("a file of the project"))
+        .collect()
+}
+
+fn ggx(channels: Channels) -> Box<dyn Brdf> {
+    let all = experiment::materials();
+    let ggx = all.iter().find(|e| e.kind == "ggx").expect("ggx");
+    let spec = registry::read_text(ggx, "alpha = 0.4").expect("a material");
+    spec.build(channels).expect("a material")
+}
+
+fn schedules() -> Vec<Schedule> {
+    let forms: [Arc<dyn Parametrization>; 2] = [
+        Arc::new(Form::<HalfDifference>::new(Symmetry::FULL)),
+        Arc::new(Form::<Spherical>::new(Symmetry::NONE)),
+    ];
+    let random = schedule::all().into_iter().find(|e| e.kind == "random");
+    let random = registry::read_text(&random.expect("random"), "").expect("a sample set");
+    let sets: [&dyn SampleSet; 2] = [&Grid::default(), &*random];
+    let all = forms
+        .iter()
+        .flat_map(|form| sets.map(|set| set.plan(form, 20, 1)));
+    all.map(|schedule| schedule.expect("20 poses")).collect()
+}
+
+/// Schedules.
+pub fn of_schedules(write: WriteSchedule) -> Vec<Vec<u8>> {
+    let text = |schedule: Schedule| {
+        let mut text = Vec::new();
+        write(&schedule, Sequence::Generated, &mut text).expect("memory");
+        text
+    };
+    schedules().into_iter().map(text).collect()
+}
+
+/// Readings in luminance, colours, and at wavelengths, with uncertainties and without.
+pub fn of_readings(write: WriteReadings) -> Vec<Vec<u8>> {
+    let nm = Wavelengths::new(&[450.0, 550.0]).expect("two wavelengths");
+    let channels = [
+        Channels::Luminance,
+        Channels::Rgb,
+        Channels::Wavelengths(nm),
+    ];
+    let mut texts = Vec::new();
+    for (schedule, channels) in schedules().into_iter().zip(channels.into_iter().cycle()) {
+        let plain = Ideal.measure(&*ggx(channels), &Arc::new(schedule));
+        let detailed = Measurement {
+            details: Some(Details {
+                type_a: plain.values.iter().map(|v| 0.01 * v).collect(),
+                type_b: plain.values.iter().map(|v| 0.02 * v).collect(),
+                flags: vec![Flags::NONE; plain.outcomes.len()],
+            }),
+            ..plain.clone()
+        };
+        for measurement in [plain, detailed] {
+            let mut text = Vec::new();
+            let written = write(
+                &measurement,
+                &About::default(),
+                Sequence::Generated,
+                &mut text,
+            );
+            written.expect("memory");
+            texts.push(text);
+        }
+    }
+    texts
+}
+
+/// A table.
+pub fn of_table(write: WriteTable) -> Vec<Vec<u8>> {
+    let dir = tempfile::tempdir().expect("a folder");
+    let path = dir.path().join("table");
+    write(&*ggx(Channels::Rgb), &path).expect("a table");
+    vec![fs::read(path).expect("a table")]
+}
+
+/// Pictures of the sky in a format, as the libraries write them that read them.
+pub fn of_environment(format: &Format) -> Vec<Vec<u8>> {
+    const SIZE: [usize; 2] = [8, 4];
+    let pixel = |x: usize, y: usize| [0.1 * x as f32, 0.2 * y as f32, 0.3];
+    let dir = tempfile::tempdir().expect("a folder");
+    let path = dir.path().join("picture");
+    match format.name {
+        "exr" => {
+            let at = |x, y| (0.1 * x as f32, 0.2 * y as f32, 0.3_f32);
+            exr::prelude::write_rgb_file(&path, SIZE[0], SIZE[1], at).expect("a picture");
+        }
+        "hdr" => {
+            let pixels =
+                (0..SIZE[0] * SIZE[1]).map(|i| image::Rgb(pixel(i % SIZE[0], i / SIZE[0])));
+            let file = fs::File::create(&path).expect("a file");
+            let encoder = image::codecs::hdr::HdrEncoder::new(file);
+            let pixels: Vec<_> = pixels.collect();
+            encoder
+                .encode(&pixels, SIZE[0], SIZE[1])
+                .expect("a picture");
+        }
+        _ => return Vec::new(),
+    }
+    vec![fs::read(path).expect("a picture")]
+}
+
+/// The head of every small config.
+const SMALL: &str = "budgets = [30]\nmeasures = [\"cosine\"]\n";
+const MATERIAL: &str = "[[material]]\nkind = \"ggx\"\nalpha = 0.4\n";
+const METRICS: &str = "[metrics]\npairs = 200\nmax_pairs = 1\n";
+
+/// A config for each example of a family.
+fn members<T: ?Sized>(family: Vec<Entry<T>>, head: &str, table: &str) -> Vec<Vec<u8>> {
+    let examples = family.iter().flat_map(|e| {
+        let examples = e.examples.iter();
+        examples.map(|example| format!("{head}{table}\nkind = \"{}\"\n{example}\n", e.kind))
+    });
+    examples.map(String::into_bytes).collect()
+}
+
+/// The configs of the project, and one for each member of each family.
+pub fn configs() -> Vec<Vec<u8>> {
+    let mut all = texts(&["configs", "configs/starters"], "toml");
+    let acquisition = format!("{SMALL}{METRICS}{MATERIAL}");
+    let moments = format!("experiment = \"moments\"\n{MATERIAL}");
+    let relations =
+        format!("experiment = \"relations\"\n[relations]\nviews_deg = [30]\n{MATERIAL}");
+    all.extend(members(experiment::materials(), SMALL, "[[material]]"));
+    all.extend(members(
+        parametrization::all(),
+        &acquisition,
+        "[[parametrization]]",
+    ));
+    all.extend(members(schedule::all(), &acquisition, "[[sample_set]]"));
+    all.extend(members(acquisition::all(), &acquisition, "[[sample_set]]"));
+    all.extend(members(
+        reconstruct::all(),
+        &acquisition,
+        "[[reconstruction]]",
+    ));
+    all.extend(members(moments::all(), &moments, "[moments.estimator]"));
+    all.extend(members(lighting::all(), &relations, "[[lighting]]"));
+    all.extend(instruments().into_iter().map(|text| {
+        // The same keys, one table deeper.
+        let text = String::from_utf8(text).expect("a preset");
+        let table: toml::Table = text.parse().expect("a preset");
+        let spec = toml::Table::from_iter([("spec".to_owned(), table.into())]);
+        let list = toml::Table::from_iter([("instrument".to_owned(), vec![spec].into())]);
+        format!("{acquisition}{list}").into_bytes()
+    }));
+    all
+}
+
+/// Files of instruments.
+pub fn instruments() -> Vec<Vec<u8>> {
+    let presets = instrument::presets().into_iter();
+    presets
+        .map(|preset| preset.text.as_bytes().to_vec())
+        .collect()
+}
+
+struct Keep<R>(Vec<R>);
+
+impl<R: Record> Observer<R> for Keep<R> {
+    fn tell(&mut self, event: &Event<'_, R>) -> Result<(), gonio::Error> {
+        if let Event::Made(rows) = event {
+            self.0.extend_from_slice(rows);
+        }
+        Ok(())
+    }
+}
+
+fn records<E: Experiment>(plan: &E) -> Vec<u8> {
+    let mut keep = Keep(Vec::new());
+    plan.run(&Extent::default(), &Known::default(), &mut keep)
+        .expect("a run");
+    let lines = keep
+        .0
+        .iter()
+        .map(|r| serde_json::to_string(r).expect("a record") + "\n");
+    lines.collect::<String>().into_bytes()
+}
+
+/// Records of a run of a kind.
+pub fn of_run(kind: &str) -> Vec<Vec<u8>> {
+    let text = match kind {
+        "acquisition" => format!("{SMALL}{METRICS}{MATERIAL}"),
+        kind => {
+            let light = match kind {
+                "relations" => "[relations]\nviews_deg = [30]\n[[lighting]]\nkind = \"sky\"\n",
+                _ => "",
+            };
+            let few = "[moments]\nviews = 5\n";
+            format!("experiment = \"{kind}\"\n{few}{MATERIAL}{light}")
+        }
+    };
+    let plan = AnyPlan::read(&Source::new("seed", text)).expect("a plan");
+    vec![match plan {
+        AnyPlan::Acquisition(plan) => records(&*plan),
+        AnyPlan::Moments(plan) => records(&*plan),
+        AnyPlan::Relations(plan) => records(&*plan),
+    }]
+}
+
+/// A prior of the smallest lattice, which is 0 everywhere.
+pub fn prior() -> Vec<Vec<u8>> {
+    let grid = Grid {
+        ratio: Some(Ratio::Numbers(vec![6.0, 4.0, 3.0])),
+        ..Grid::default()
+    };
+    let form = parametrization::usual_form(Symmetry::FULL);
+    let nodes = grid.plan(&form, 500, 0).expect("a grid").poses.len();
+    let line = "{\"gonio_prior\":2,\"blake3\":\"\",\"nodes\":500,\"functions\":1,\"scale\":0.1,\"share\":0.1,\
+                \"centres\":2,\"materials\":[]}\n";
+    let mut file = [line.as_bytes(), &vec![0; 2 * (3 * nodes + 2)]].concat();
+    seal_prior(&mut file);
+    vec![file]
+}
+
+/// Makes the hash of a prior true, see its format.
+pub fn seal_prior(file: &mut Vec<u8>) {
+    let end = file.iter().position(|b| *b == b'\n').unwrap_or(file.len());
+    let line: Result<serde_json::Value, _> = serde_json::from_slice(&file[..end]);
+    let Ok(serde_json::Value::Object(mut about)) = line else {
+        return;
+    };
+    about.insert("blake3".into(), "".into());
+    // As the program writes it: keys in their order, numbers as they are.
+    let order = [
+        "gonio_prior",
+        "blake3",
+        "nodes",
+        "functions",
+        "scale",
+        "share",
+        "centres",
+        "materials",
+    ];
+    let mut write = |hash: &str| {
+        about.insert("blake3".into(), hash.into());
+        let parts = order
+            .iter()
+            .filter_map(|key| Some(format!("\"{key}\":{}", about.get(*key)?)));
+        format!("{{{}}}", parts.collect::<Vec<_>>().join(","))
+    };
+    let body = file.get(end + 1..).unwrap_or_default().to_vec();
+    let hash = blake3::Hasher::new()
+        .update(write("").as_bytes())
+        .update(&body)
+        .finalize();
+    *file = [write(&hash.to_hex()).as_bytes(), b"\n", &body].concat();
+}
+
+/// Makes the hash of a schedule true.
+pub fn seal_schedule(file: &mut Vec<u8>) {
+    let Ok(text) = std::str::from_utf8(file) else {
+        return;
+    };
+    let (old, prefix) = ("schedule_hash", "# schedule_hash = ");
+    let lines: Vec<&str> = text.lines().filter(|line| !line.contains(old)).collect();
+    let bare = lines.join("\n") + "\n";
+    if let Ok(read) = schedule::read_schedule(&bare, "seal", &schedule::Assume::default()) {
+        *file = format!("{prefix}\"{}\"\n{bare}", read.hash).into_bytes();
+    }
+}
