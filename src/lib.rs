@@ -79,9 +79,10 @@
 //!
 //! # Features
 //!
-//! `cli` (default): the `gonio` command; it has `pictures` and `schemas`. `pictures`: OpenEXR, PNG, diagrams,
+//! `cli` (default): the `gonio` command; it has `pictures`, `schemas` and `stability`. `pictures`: OpenEXR, PNG, diagrams,
 //! HTML reports, and environment maps from files; it has `experiments`. `experiments`: plans, configs in TOML,
-//! runs, their statistics and tables, presets of instruments. `schemas`: JSON Schemas of files. Without any:
+//! runs, their statistics and tables, presets of instruments. `stability`: the walk over extreme cases. `schemas`:
+//! JSON Schemas of files. Without any:
 //! models, tables, schedules, instruments, measurements and their files, reconstructions, errors, moments.
 //!
 //! # Pages
@@ -89,11 +90,13 @@
 //! [`docs::findings`]: what came out. [`docs::laboratory`]: from a machine to a BRDF, step by step.
 //! [`docs::design`]: why the house stands as it does. [`docs::errata`]: what the papers misprint.
 //! [`docs::parametrizations`]: which coordinates to sample and to reconstruct in.
-//! [`docs::planning`]: which poses to read next. [`docs::relations`]: moments of a slice and of the picture. [`docs::formats`]: files.
+//! [`docs::planning`]: which poses to read next. [`docs::stability`]: what becomes of digits at the edges. [`docs::relations`]: moments of a slice and of the picture. [`docs::formats`]: files.
 //! [`docs::changelog`].
 
 pub mod acquisition;
 pub mod analysis;
+#[cfg(feature = "pictures")]
+pub mod bench;
 pub mod brdf;
 #[cfg(feature = "cli")]
 pub mod cli;
@@ -117,6 +120,8 @@ pub mod registry;
 pub mod report;
 pub mod sampling;
 pub mod schedule;
+#[cfg(feature = "stability")]
+pub mod stability;
 #[cfg(feature = "experiments")]
 pub mod statistics;
 pub mod validation;

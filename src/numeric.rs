@@ -1,6 +1,9 @@
 //! Tolerances and guarded functions, each with its reason.
 
 pub(crate) mod angles;
+#[cfg(any(test, feature = "stability"))]
+pub(crate) mod exact;
+pub(crate) mod powers;
 
 /// Cosine below which a direction counts as *on* the horizon for a real pose.
 ///

@@ -35,31 +35,10 @@ fn specs() -> Vec<Box<dyn BrdfSpec>> {
 
 /// Parameters at the ends of their ranges, where lobes are a micro-radian wide or flat.
 fn extremes() -> Vec<Box<dyn BrdfSpec>> {
-    let mut specs = Vec::new();
-    for alpha in ["1e-6", "1e-5", "10.0", "[1e-6, 10.0]"] {
-        for kind in ["ggx", "beckmann", "ward"] {
-            specs.push(read(&format!("kind = \"{kind}\"\nalpha = {alpha}")));
-        }
-    }
-    for text in [
-        "kind = \"ggx\"\nalpha = 1e-5\nfresnel = { kind = \"dielectric\", ior = 1.0 }",
-        "kind = \"ggx\"\nalpha = 1e-5\nfresnel = { kind = \"conductor\", eta = 1e-3, kappa = 1e3 }",
-        "kind = \"phong\"\nexponent = 1e6",
-        "kind = \"phong\"\nexponent = 0.0",
-        "kind = \"oren-nayar\"\nsigma_deg = 0.0",
-        "kind = \"sheen\"\nalpha = 0.001",
-        "kind = \"retro-reflective\"\nof = { kind = \"ggx\", alpha = 1e-6 }",
-        "kind = \"low-abc\"\na = 1e12\nb = 1e12\nc = 100.0\nior = 1000.0",
-        "kind = \"low-abc\"\na = 1e12\nb = 0.0\nc = 0.0\nior = 1.0",
-        "kind = \"low-abc-smooth\"\na = 1e12\nb = 1e12\nc = 0.0",
-        "kind = \"shifted-gamma\"\nalpha = 1e-7\np = 10.0\nkap = 1e7\nrho_s = 1e3\nf0 = 1e3\nf1 = -1e3\nlambda = 0.0",
-        "kind = \"shifted-gamma\"\nlambda = 0.0\nc = 1e38\nk = 1e5\ntheta0_rad = -10.0",
-        "kind = \"shifted-gamma\"\nlambda = 1e9\nc = 0.0\nk = 1e5\ntheta0_rad = -10.0",
-        "kind = \"shifted-gamma\"\nf0 = -1e3\nf1 = 1e3",
-    ] {
-        specs.push(read(text));
-    }
-    specs
+    gonio::stability::extremes()
+        .iter()
+        .map(|text| read(text))
+        .collect()
 }
 
 fn for_each(specs: Vec<Box<dyn BrdfSpec>>, mut check: impl FnMut(&str, &dyn Brdf)) {

@@ -5,9 +5,9 @@
 
 mod common;
 
-use common::{distance, polar, random_pair};
+use common::{polar, random_pair};
 use glam::{DMat3, DVec3};
-use gonio::geometry::{Direction, DirectionPair, Symmetry, angle_between};
+use gonio::geometry::{Direction, DirectionPair, Symmetry, angle_between, distance};
 use gonio::parametrization::{self, Parametrization, WarpSpec};
 use gonio::sampling::{Random, Sobol};
 use std::collections::BTreeMap;

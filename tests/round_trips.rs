@@ -2,8 +2,8 @@
 
 mod common;
 
-use common::{distance, edge_pairs, polar, random_pair, symmetries, warps};
-use gonio::geometry::{DirectionPair, Symmetry};
+use common::{edge_pairs, polar, random_pair, symmetries, warps};
+use gonio::geometry::{DirectionPair, Symmetry, distance};
 use gonio::parametrization::{self, AxisKind, Parametrization, WarpSpec};
 use gonio::sampling::Random;
 use std::collections::BTreeMap;

@@ -2,8 +2,7 @@
 
 mod common;
 
-use common::distance;
-use gonio::geometry::{DirectionPair, Symmetry};
+use gonio::geometry::{DirectionPair, Symmetry, distance};
 use gonio::numeric::GRAZING_COS;
 use gonio::parametrization::{self, AxisKind, Coords, Parametrization, WarpSpec};
 use gonio::registry;

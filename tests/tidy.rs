@@ -5,7 +5,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// Modules from the bottom of the house to its roof; each uses only earlier ones.
-const ORDER: [&str; 23] = [
+const ORDER: [&str; 25] = [
     "numeric",
     "statistics",
     "error",
@@ -26,8 +26,10 @@ const ORDER: [&str; 23] = [
     "moments",
     "analysis",
     "formats",
+    "stability",
     "experiment",
     "report",
+    "bench",
     "cli",
 ];
 

@@ -123,10 +123,16 @@ impl Brdf for Sheen {
     #[inline]
     fn eval(&self, pair: &DirectionPair, out: &mut [f64]) -> Presence {
         let shape = if let Some((h, _)) = half_above(pair) {
-            let sin2 = (h.x * h.x + h.y * h.y).min(1.0);
+            // sinⁿ at its largest, on the horizon, where a rounding of sin² would count n/2 times.
+            let (sin2, cos2) = (h.x * h.x + h.y * h.y, h.z * h.z);
+            let log = if cos2 < 0.5 {
+                (-cos2).ln_1p()
+            } else {
+                sin2.ln()
+            };
             let (i, o) = (pair.omega_i.cos_theta(), pair.omega_o.cos_theta());
             let visibility = i + o - i * o;
-            sin2.powf(self.half_exponent) / visibility.max(DENOMINATOR_FLOOR)
+            (self.half_exponent * log).exp() / visibility.max(DENOMINATOR_FLOOR)
         } else {
             0.0
         };

@@ -30,6 +30,7 @@ mod schedule;
 mod schema;
 mod shell;
 mod slice;
+mod stability;
 mod subset;
 mod symmetry;
 mod tabulate;
@@ -109,6 +110,8 @@ enum Command {
     Tabulate(tabulate::Tabulate),
     /// What many materials have in common, for planners and reconstructions
     Train(train::Train),
+    /// Every registry at the edges of its domain: errors against their conditioning
+    Stability(stability::Stability),
     /// Measure the program against the clock
     Bench(bench::Bench),
     /// What completes commands and options in a shell
@@ -121,8 +124,9 @@ impl Cli {
     /// The command line of this process; ends it where that is refused, or asks for help.
     pub fn read() -> Self {
         let command = signed(Self::command()).color(color_of(std::env::args_os()));
-        let matches = command.get_matches();
-        Self::from_arg_matches(&matches).unwrap_or_else(|e| e.exit())
+        let matches = command.try_get_matches();
+        let read = matches.and_then(|matches| Self::from_arg_matches(&matches));
+        read.unwrap_or_else(|e| tell(&e))
     }
 
     /// Does what the command line asks for.
@@ -143,6 +147,16 @@ impl Cli {
         });
         done
     }
+}
+
+/// Prints the help that was asked for, or why a command line is refused, and ends the process.
+fn tell(e: &clap::Error) -> ! {
+    if e.use_stderr() {
+        e.exit()
+    }
+    let error = written(Path::new("stdout"), e.print()).err();
+    error.iter().for_each(|error| say_error(error));
+    std::process::exit(error.map_or(0, |error| error.exit_code().into()))
 }
 
 /// The commands with options that take a negative number for a value, and not for another option:
@@ -182,6 +196,7 @@ impl Command {
             Command::Subset(command) => command.run(),
             Command::Tabulate(command) => command.run(),
             Command::Train(command) => command.run(),
+            Command::Stability(command) => command.run(),
             Command::Bench(command) => command.run(),
             Command::Completions(command) => command.run(),
             Command::Man(command) => command.run(),

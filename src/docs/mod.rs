@@ -28,5 +28,8 @@ pub mod parametrizations {}
 #[doc = include_str!("planning.md")]
 pub mod planning {}
 
+#[doc = include_str!("stability.md")]
+pub mod stability {}
+
 #[doc = include_str!("changelog.md")]
 pub mod changelog {}

@@ -123,22 +123,13 @@ pub(crate) fn sin_cos(x: f64) -> (f64, f64) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::numeric::exact::Exact;
     use crate::sampling::Random;
-    use astro_float_num::{BigFloat, Consts, RoundingMode};
-
-    /// Bits of the reference: some 50 digits.
-    const BITS: usize = 192;
-    const NEAREST: RoundingMode = RoundingMode::ToEven;
-
-    fn exactly(x: f64) -> BigFloat {
-        BigFloat::from_f64(x, BITS)
-    }
 
     /// What `got` differs by from the exact number, in units of 2⁻⁵³ of the size that is given.
-    fn off(got: f64, want: &BigFloat, size: f64) -> f64 {
-        let off = exactly(got).sub(want, BITS, NEAREST);
-        let off: f64 = off.to_string().parse().unwrap();
-        (off / size).abs() * 2f64.powi(53)
+    fn off(got: f64, want: &Exact, size: f64) -> f64 {
+        let off = Exact::from(got) - want;
+        (off.to_f64() / size).abs() * 2f64.powi(53)
     }
 
     /// Numbers of all sizes and both signs.
@@ -153,39 +144,24 @@ mod tests {
 
     #[test]
     fn sines_are_good_to_the_last_bits_of_one() {
-        let mut consts = Consts::new().unwrap();
         let quarters = (-40..=40).map(|q| f64::from(q) * FRAC_PI_4);
         for x in numbers(4000, [-300.0, 6.0]).chain(quarters) {
             let (sin, cos) = sin_cos(x);
-            let precise = exactly(x);
-            let want = [
-                precise.sin(BITS, NEAREST, &mut consts),
-                precise.cos(BITS, NEAREST, &mut consts),
-            ];
-            assert!(
-                off(sin, &want[0], x.abs().clamp(1e-300, 1.0)) < 2.0,
-                "sin {x:e}"
-            );
-            assert!(off(cos, &want[1], 1.0) < 2.0, "cos {x:e}");
+            let (s, c) = Exact::from(x).sin_cos();
+            assert!(off(sin, &s, x.abs().clamp(1e-300, 1.0)) < 2.0, "sin {x:e}");
+            assert!(off(cos, &c, 1.0) < 2.0, "cos {x:e}");
         }
     }
 
     #[test]
     fn angles_are_good_to_two_ulp() {
-        let mut consts = Consts::new().unwrap();
-        let pi = consts.pi(BITS, NEAREST);
         let near = |x: f64| [x, x.next_up(), x.next_down()];
         let edges = [0.0, 1.0, TAN_PI_8, 1.0 / TAN_PI_8, 1e-8, 1e-300, 1e300];
         let edges = edges.into_iter().flat_map(near).flat_map(|y| [y, -y]);
         for y in numbers(4000, [-20.0, 20.0]).chain(edges) {
             for x in [1.0, -1.0] {
                 let got = atan2(y, x);
-                let ratio = exactly(y).div(&exactly(x), BITS, NEAREST);
-                let mut want = ratio.atan(BITS, NEAREST, &mut consts);
-                if x < 0.0 {
-                    let turn = if y < 0.0 { pi.neg() } else { pi.clone() };
-                    want = want.add(&turn, BITS, NEAREST);
-                }
+                let want = Exact::atan2(&y.into(), &x.into());
                 let size = if y == 0.0 { 1.0 } else { got.abs() };
                 assert!(off(got, &want, size) < 4.0, "{y:e} {x} {got}");
             }

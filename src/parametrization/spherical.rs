@@ -5,9 +5,9 @@
 //! Degenerate: phi at theta = 0. Every point of the box is above the horizon.
 
 use super::{Azimuth, Chart, Form, ParametrizationSpec, Quantity, Radial, Unit, entry};
-use crate::numeric::angles::{atan2, hypot, sin_cos};
+use crate::numeric::angles::{atan2, hypot, scale, sin_cos};
 use crate::registry::Entry;
-use glam::DVec3;
+use glam::{DVec3, Vec3Swizzles};
 use std::f64::consts::FRAC_PI_2;
 
 /// The spherical chart.
@@ -70,10 +70,10 @@ impl Chart for Spherical {
 
     #[inline(always)]
     fn relative([i, o]: [DVec3; 2]) -> [f64; 3] {
-        // One angle of cross and dot: subtracting two azimuths would lose digits near ±π.
-        let sin = o.x * i.y - o.y * i.x;
-        let cos = i.x * o.x + i.y * o.y;
-        [elevation(i), elevation(o), atan2(sin, cos)]
+        // One angle of cross and dot: subtracting two azimuths would lose digits near ±π. Vectors that were scaled
+        // have the angle between them, and products that do not vanish.
+        let [p, q] = [i, o].map(|v| v.xy() * scale(v.x.abs().max(v.y.abs()))[0]);
+        [elevation(i), elevation(o), atan2(q.perp_dot(p), p.dot(q))]
     }
 
     #[inline(always)]

@@ -7,6 +7,8 @@ mod moments;
 #[cfg(feature = "pictures")]
 pub mod pictures;
 mod run;
+#[cfg(feature = "stability")]
+mod stability;
 #[cfg(feature = "pictures")]
 mod svg;
 
@@ -27,6 +29,11 @@ pub use run::{
     RELATIONS, REPORT, RESULTS, RunFolder, SUMMARY, Status, file_stem, read_rows, schedule_stem,
     slice_name,
 };
+
+#[cfg(all(feature = "stability", feature = "pictures"))]
+pub use stability::stability_html;
+#[cfg(feature = "stability")]
+pub use stability::{broken, stability_table};
 
 #[cfg(feature = "pictures")]
 pub use acquisition::{MaterialPictures, Media, Picture, Studio, study_curves, study_html};

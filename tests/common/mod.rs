@@ -3,7 +3,7 @@
 
 use glam::DVec3;
 use gonio::brdf::{Brdf, Channels};
-use gonio::geometry::{Direction, DirectionPair, Symmetry, angle_between};
+use gonio::geometry::{Direction, DirectionPair, Symmetry};
 use gonio::parametrization::{self, Layout, ParametrizationSpec, WarpSpec};
 use gonio::registry::{self, Entry};
 use gonio::sampling::{Random, cosine_hemisphere};
@@ -70,72 +70,6 @@ pub fn edge_pairs() -> Vec<(String, DirectionPair)> {
         }
     }
     pairs
-}
-
-/// Distance (rad) of two configurations: the larger angle between their directions, the smallest
-/// over everything the symmetry calls equal.
-pub fn distance(a: &DirectionPair, b: &DirectionPair, symmetry: Symmetry) -> f64 {
-    let mut images = vec![*b];
-    if symmetry.reciprocal {
-        images.push(b.swapped());
-    }
-    if symmetry.bilateral {
-        let mirrors: &[DVec3] = if symmetry.isotropic {
-            &[DVec3::new(1.0, -1.0, 1.0)]
-        } else {
-            &[
-                DVec3::new(1.0, -1.0, 1.0),
-                DVec3::new(-1.0, 1.0, 1.0),
-                DVec3::new(-1.0, -1.0, 1.0),
-            ]
-        };
-        for i in 0..images.len() {
-            for &m in mirrors {
-                let flip = |d: Direction| Direction::from_unit(d.vector() * m);
-                images.push(DirectionPair::new(
-                    flip(images[i].omega_i),
-                    flip(images[i].omega_o),
-                ));
-            }
-        }
-    }
-    let plain = |a: &DirectionPair, b: &DirectionPair| {
-        angle_between(a.omega_i.vector(), b.omega_i.vector())
-            .max(angle_between(a.omega_o.vector(), b.omega_o.vector()))
-    };
-    let mut best = f64::INFINITY;
-    for image in &images {
-        if !symmetry.isotropic {
-            best = best.min(plain(a, image));
-            continue;
-        }
-        // Turn the sample so that one of the directions, or half vectors, has the same azimuth.
-        for pick in [
-            |p: &DirectionPair| p.omega_i.vector(),
-            |p: &DirectionPair| p.omega_o.vector(),
-            |p: &DirectionPair| p.half(),
-        ] {
-            best = best.min(plain(a, &turned_to(image, pick(image), pick(a))));
-        }
-    }
-    best
-}
-
-/// The pair turned about n so that the azimuth of `from` becomes that of `to`.
-fn turned_to(pair: &DirectionPair, from: DVec3, to: DVec3) -> DirectionPair {
-    let (f, t) = (from.truncate(), to.truncate());
-    let norm = f.length() * t.length();
-    if norm == 0.0 {
-        return *pair;
-    }
-    let (c, s) = (f.dot(t) / norm, f.perp_dot(t) / norm);
-    let scale = c.hypot(s);
-    let (c, s) = (c / scale, s / scale);
-    let turn = |d: Direction| {
-        let v = d.vector();
-        Direction::from_unit(DVec3::new(c * v.x - s * v.y, s * v.x + c * v.y, v.z))
-    };
-    DirectionPair::new(turn(pair.omega_i), turn(pair.omega_o))
 }
 
 /// Every combination of the three symmetries.

@@ -1,11 +1,11 @@
 //! Readings of others: a file of ours, written in each of their conventions, is the same readings.
 
-use super::common::{distance, random_pair};
+use super::common::random_pair;
 use super::{chain, chord, cuts, measurements, planned, try_read};
 use gonio::brdf::{self, Brdf, Channels};
 use gonio::error::count;
 use gonio::formats::Readings;
-use gonio::geometry::{DirectionPair, Symmetry};
+use gonio::geometry::{DirectionPair, Symmetry, distance};
 use gonio::instrument::{Ideal, Instrument};
 use gonio::measurement::{About, Measurement, retro_peak, write_measurement};
 use gonio::parametrization::{self, Parametrization};

@@ -1,9 +1,9 @@
 //! What is left of a schedule when some of it was read.
 
-use super::common::{distance, random_pair, symmetries};
+use super::common::{random_pair, symmetries};
 use super::{FORMATS, planned};
 use glam::{DMat3, DVec3};
-use gonio::geometry::{Direction, DirectionPair};
+use gonio::geometry::{Direction, DirectionPair, distance};
 use gonio::parametrization;
 use gonio::sampling::Random;
 use gonio::schedule::{Assume, Sequence, read_schedule, unvisited, write_schedule};

@@ -15,7 +15,7 @@
 use crate::brdf::spectrum::{planes, spread};
 use crate::brdf::{Channels, Spectrum};
 use crate::error::ParameterError;
-use crate::numeric::{DENOMINATOR_FLOOR, safe_sqrt};
+use crate::numeric::DENOMINATOR_FLOOR;
 use crate::registry::{self, Entry, ReadError, Table};
 use serde::{Deserialize, Serialize};
 
@@ -264,7 +264,10 @@ fn conductor([e2k2, e2k2_4]: [f64; 2], c: f64) -> f64 {
     let s2 = (1.0 - c2).max(0.0);
     let t0 = e2k2 - s2;
     let a2b2 = (t0 * t0 + e2k2_4).sqrt();
-    let a = safe_sqrt(0.5 * (a2b2 + t0));
+    // a² = (a² + b² + t0)/2, which cancels where t0 < 0: there it is 2η²κ² over the sum with −t0.
+    let sum = a2b2 + t0.abs();
+    let a2 = if t0 < 0.0 { e2k2_4 / sum } else { sum };
+    let a = (0.5 * a2).sqrt();
     let (t1, t2) = (a2b2 + c2, 2.0 * c * a);
     let (t3, t4) = (c2 * a2b2 + s2 * s2, t2 * s2);
     (t1 - t2).max(0.0) * t3 / ((t1 + t2) * (t3 + t4))

@@ -15,6 +15,8 @@ pub(super) mod table;
 
 pub use calibration::calibration;
 pub use findings::study_text;
+#[cfg(all(feature = "pictures", feature = "stability"))]
+pub use html::frame;
 #[cfg(feature = "pictures")]
 pub use html::{MaterialPictures, Media, Picture, html as study_html, study_curves};
 pub use instruments::instruments;

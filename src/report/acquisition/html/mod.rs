@@ -98,6 +98,67 @@ pub fn html(
     let rankings: Vec<Markup> = rankings
         .map(|(i, r)| ranking::table(findings, r, i))
         .collect();
+    let body = page! {
+        (contents(findings, &materials, general, &duels_title))
+        main {
+            section id="verdict" {
+                h2 { "Verdict" }
+                (verdict::section(findings, &looks)?)
+            }
+            section id="ranking" {
+                h2 { "Ranking" }
+                (ranking::legend(findings))
+                @for table in &rankings { (table) }
+            }
+            section id="duels" {
+                h2 { (duels_title) }
+                (duels::section(findings, &looks)?)
+            }
+            @if let Some(curves) = charts::curves(findings, &looks)? {
+                section id="curves" {
+                    h2 { "What an error costs" }
+                    (curves)
+                }
+            }
+            @if !findings.calibrations.is_empty() {
+                section id="calibration" {
+                    h2 { "What was expected" }
+                    p { (LEGEND) }
+                    div.panels { @for chart in charts::calibrated(findings, &looks)? { (chart) } }
+                    @for table in calibration::tables(findings) { (expected(findings, &table)) }
+                }
+            }
+            section id="variance" {
+                h2 { "Which choice matters how much" }
+                (variance(findings))
+            }
+            @if !general.is_empty() {
+                section id="figures" {
+                    h2 { "Coordinates" }
+                    (figures(general))
+                }
+            }
+            section id="materials" {
+                h2 { "Materials" }
+                p {
+                    "Curves: of each sampling the one reconstruction that is best on the material over all "
+                    "budgets, named below. Tables: the best reconstruction of each sampling at each budget, "
+                    "named in the cell; a " b { "★" } " marks the least error of its column."
+                }
+            }
+            @for section in sections? { (section) }
+            section #manifest .page {
+                h2 { "How it was made" }
+                (made_by::section(manifest, &plan.resolved))
+            }
+        }
+    };
+    let heading = if question.is_empty() { title } else { question };
+    Ok(frame(title, heading, body))
+}
+
+/// A page that needs no other file, with a title and a heading.
+pub fn frame(title: &str, heading: &str, body: Markup) -> String {
     let page = page! {
         (DOCTYPE)
         html lang="en" {
@@ -112,66 +173,14 @@ pub fn html(
             body {
                 header {
                     p.kind { "gonio · " (title) }
-                    h1 { @if question.is_empty() { (title) } @else { (question) } }
+                    h1 { (heading) }
                 }
-                (contents(findings, &materials, general, &duels_title))
-                main {
-                    section id="verdict" {
-                        h2 { "Verdict" }
-                        (verdict::section(findings, &looks)?)
-                    }
-                    section id="ranking" {
-                        h2 { "Ranking" }
-                        (ranking::legend(findings))
-                        @for table in &rankings { (table) }
-                    }
-                    section id="duels" {
-                        h2 { (duels_title) }
-                        (duels::section(findings, &looks)?)
-                    }
-                    @if let Some(curves) = charts::curves(findings, &looks)? {
-                        section id="curves" {
-                            h2 { "What an error costs" }
-                            (curves)
-                        }
-                    }
-                    @if !findings.calibrations.is_empty() {
-                        section id="calibration" {
-                            h2 { "What was expected" }
-                            p { (LEGEND) }
-                            div.panels { @for chart in charts::calibrated(findings, &looks)? { (chart) } }
-                            @for table in calibration::tables(findings) { (expected(findings, &table)) }
-                        }
-                    }
-                    section id="variance" {
-                        h2 { "Which choice matters how much" }
-                        (variance(findings))
-                    }
-                    @if !general.is_empty() {
-                        section id="figures" {
-                            h2 { "Coordinates" }
-                            (figures(general))
-                        }
-                    }
-                    section id="materials" {
-                        h2 { "Materials" }
-                        p {
-                            "Curves: of each sampling the one reconstruction that is best on the material over all "
-                            "budgets, named below. Tables: the best reconstruction of each sampling at each budget, "
-                            "named in the cell; a " b { "★" } " marks the least error of its column."
-                        }
-                    }
-                    @for section in sections? { (section) }
-                    section #manifest .page {
-                        h2 { "How it was made" }
-                        (made_by::section(manifest, &plan.resolved))
-                    }
-                }
+                (body)
                 script { (PreEscaped(SCRIPT)) }
             }
         }
     };
-    Ok(page.into_string())
+    page.into_string()
 }
 
 fn contents(

@@ -1,0 +1,107 @@
+//! `gonio stability`.
+
+use super::output::OutputArgs;
+use super::progress::Progress;
+use super::run::stop_on_ctrl_c;
+use super::talk::wrote;
+use super::{ThreadArgs, written};
+use crate::error::{Error, count, excerpt, one_of};
+use crate::files::write_atomically;
+use crate::report::{broken, rows_csv, rows_json, stability_html, stability_table};
+use crate::stability::{self, Extent, Family};
+use clap::{ArgGroup, Args};
+use std::io::Write;
+use std::path::PathBuf;
+use std::sync::atomic::Ordering;
+
+/// Walks every registry over the extreme cases and judges each error by the conditioning of its case
+#[derive(Debug, Args)]
+#[command(after_help = families(), group = ArgGroup::new("files").multiple(true))]
+pub(super) struct Stability {
+    /// Families to walk; all if left out
+    #[arg(value_name = "FAMILY")]
+    families: Vec<String>,
+    /// A part of the cases, in some seconds
+    #[arg(long)]
+    short: bool,
+    /// Write a page with the tables to this file
+    #[arg(long, value_name = "FILE", group = "files")]
+    html: Option<PathBuf>,
+    #[command(flatten)]
+    threads: ThreadArgs,
+    #[command(flatten)]
+    output: OutputArgs,
+}
+
+/// The families, a line each.
+fn families() -> String {
+    let line = |f: &Family| format!("\n  {:<17} {}", f.name, f.summary);
+    let lines: String = stability::all().iter().map(line).collect();
+    format!("Families:{lines}\n\nExit code 6 if a law is broken.")
+}
+
+impl Stability {
+    pub(super) fn run(self) -> Result<(), Error> {
+        self.threads.apply()?;
+        self.output.check()?;
+        self.output.check_also(self.html.as_deref())?;
+        let all = stability::all();
+        let names = || all.iter().map(|f| f.name);
+        if let Some(name) = self.families.iter().find(|f| !names().any(|n| n == *f)) {
+            let (found, allowed) = (excerpt(name), one_of(name, names()));
+            let message = format!("{found:?} is no family; allowed: {allowed}");
+            return Err(Error::config("FAMILY", message));
+        }
+        let extent = if self.short {
+            Extent::Short
+        } else {
+            Extent::Whole
+        };
+        let wanted =
+            |f: &&Family| self.families.is_empty() || self.families.iter().any(|n| n == f.name);
+        let families = all.iter().filter(wanted);
+        let families: Vec<_> = families.map(|f| (f, f.checks(extent))).collect();
+        let laws: usize = families.iter().map(|(_, checks)| checks.len()).sum();
+        let progress = Progress::of(laws as u64, "");
+        let stop = stop_on_ctrl_c()?;
+        let mut findings = Vec::new();
+        for (family, checks) in &families {
+            progress.doing(|| family.name.to_owned());
+            let go_on = || !stop.load(Ordering::SeqCst);
+            findings.extend(stability::run(family, checks, &go_on, &|| {
+                progress.count(1)
+            }));
+        }
+        drop(progress);
+        self.output.write(
+            &findings,
+            |f| stability_table(f),
+            |f, out| rows_csv(f, out),
+            |f, out| rows_json(f, out),
+        )?;
+        if let Some(path) = &self.html {
+            let text = stability_html(&findings);
+            written(
+                path,
+                write_atomically(path, |out| out.write_all(text.as_bytes())),
+            )?;
+            wrote(path);
+        }
+        if findings.len() < laws {
+            let path = self.output.place().to_owned();
+            return Err(Error::Interrupted {
+                rows: findings.len(),
+                path,
+            });
+        }
+        let mut broken = broken(&findings).map(|f| format!("{}: {}", f.member, f.law));
+        match (broken.next(), broken.count()) {
+            (None, _) => Ok(()),
+            (Some(first), 0) => Err(Error::Violation(format!("a law is broken: {first}"))),
+            (Some(first), more) => Err(Error::Violation(format!(
+                "{} are broken; the first: {first}",
+                count(more + 1, "law")
+            ))),
+        }
+    }
+}

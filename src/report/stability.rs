@@ -1,0 +1,124 @@
+//! What a walk over the extreme cases found, for people and for programs.
+
+use super::Columns;
+#[cfg(feature = "pictures")]
+use super::acquisition::frame;
+use crate::error::count;
+use crate::stability::{Finding, Verdict};
+#[cfg(feature = "pictures")]
+use maud::html as page;
+
+/// Characters of a case that a table for people has room for.
+const ROOM: usize = 64;
+
+/// A table for each family, and how many laws hold.
+pub fn stability_table(findings: &[Finding]) -> String {
+    let mut out = String::new();
+    for family in findings.chunk_by(|a, b| a.family == b.family) {
+        let mut columns = Columns::new(
+            "member\tlaw\t>error\t\t>conditioning\t>ratio\t>allowed\t>cases\t>evaluations\t>seconds\t\tworst at",
+        );
+        for f in family {
+            let at: String = f.at.chars().take(ROOM).collect();
+            columns.row(&format!(
+                "{}\t{}\t{:.1e}\t{}\t{:.1e}\t{:.2}\t{}\t{}\t{}\t{:.2}\t{}\t{at}",
+                f.member,
+                f.law,
+                f.error,
+                f.unit,
+                f.conditioning,
+                f.ratio,
+                f.allowed,
+                f.cases,
+                f.evaluations,
+                f.seconds,
+                f.verdict.name(),
+            ));
+        }
+        out += &format!("{}\n{columns}\n", family[0].family);
+    }
+    out + &sentence(findings) + "\n"
+}
+
+/// How many laws hold, and in how many cases.
+fn sentence(findings: &[Finding]) -> String {
+    let cases: u64 = findings.iter().map(|f| f.cases).sum();
+    let broken = broken(findings).count();
+    let held = findings.len() - broken;
+    let of = format!("{held} of {}", count(findings.len(), "law"));
+    match broken {
+        0 => format!("{of} hold in {cases} cases."),
+        _ => format!("{of} hold in {cases} cases; broken: {broken}."),
+    }
+}
+
+/// The findings of laws that do not hold.
+pub fn broken(findings: &[Finding]) -> impl Iterator<Item = &Finding> {
+    findings.iter().filter(|f| f.verdict == Verdict::Broken)
+}
+
+/// A page that needs no other: what does not hold first, then a table for each family.
+#[cfg(feature = "pictures")]
+pub fn stability_html(findings: &[Finding]) -> String {
+    let broken: Vec<&Finding> = broken(findings).collect();
+    let body = page! {
+        main {
+        section id="verdict" {
+            h2 { "Verdict" }
+            p { (sentence(findings)) }
+            p {
+                "An error is judged by the conditioning of its case: what one rounding of the input changes, and one of "
+                "the result. The ratio is the error over the conditioning; of laws that hold or not, the number of "
+                "violations."
+            }
+            @if !broken.is_empty() { (table("broken", broken.iter().copied())) }
+        }
+        @for family in findings.chunk_by(|a, b| a.family == b.family) {
+            section id=(family[0].family) {
+                h2 { (family[0].family) }
+                (table(family[0].family, family.iter()))
+            }
+        }
+        }
+    };
+    frame(
+        "Stability",
+        "What becomes of digits at the edges of every domain?",
+        body,
+    )
+}
+
+#[cfg(feature = "pictures")]
+fn table<'a>(caption: &str, findings: impl Iterator<Item = &'a Finding>) -> maud::Markup {
+    page! {
+        div.wide {
+            table {
+                caption { (caption) }
+                thead {
+                    tr {
+                        @for name in ["member", "law", "error", "conditioning", "ratio", "allowed", "cases", "evaluations", "seconds", "verdict", "worst at"] {
+                            th scope="col" { (name) }
+                        }
+                    }
+                }
+                tbody {
+                    @for f in findings {
+                        tr {
+                            th scope="row" { (f.member) }
+                            td { (f.law) }
+                            td { (format!("{:.1e} {}", f.error, f.unit)) }
+                            td { (format!("{:.1e}", f.conditioning)) }
+                            td { (format!("{:.2}", f.ratio)) }
+                            td { (f.allowed) }
+                            td { (f.cases) }
+                            td { (f.evaluations) }
+                            td { (format!("{:.2}", f.seconds)) }
+                            td { (f.verdict.name()) }
+                            td { (f.at) }
+                        }
+                    }
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,240 @@
+//! Estimators of moments, at every view elevation, on slices with closed forms and on ever narrower lobes.
+
+use super::cases;
+use super::{Check, Extent, Family, Law, ROUNDING, Watch};
+use crate::brdf::{Brdf, Channels, Presence};
+use crate::geometry::{DirectionPair, Symmetry};
+use crate::moments::{self, Channel, Component, Estimator, Order, PeakResolving, Slice};
+use crate::parametrization::view_centered_angles;
+use crate::registry;
+use std::f64::consts::{FRAC_PI_2, PI};
+use std::sync::Arc;
+
+pub(super) const FAMILY: Family = Family {
+    name: "estimators",
+    summary: "moments against closed forms and narrower rules, widths 1 … 1e-6: off by no more than they state",
+    checks,
+};
+
+/// An error over what is stated: 1 is a bound kept, 6 a standard error that a billion of normal ones exceed once.
+const STATED: Law = Law {
+    name: "closed form within the stated uncertainty",
+    unit: "own unit",
+    allowed: 1.0,
+};
+const RANDOM: Law = Law {
+    name: "closed form within six standard errors",
+    unit: "own unit",
+    allowed: 6.0,
+};
+const LOBES: Law = Law {
+    name: "energy of a lobe within both uncertainties",
+    unit: "1/sr rad²",
+    allowed: 1.0,
+};
+const FINITE: Law = Law::strict("finite, or said to be unresolved");
+
+/// View elevations, degrees.
+const VIEWS: [f64; 7] = [0.0, 1e-9, 30.0, 60.0, 85.0, 89.999, 90.0 - 1e-10];
+
+/// A Gaussian of two widths about the mirror direction of a view, on a constant.
+struct Bump {
+    centre: f64,
+    width: [f64; 2],
+    base: f64,
+}
+
+impl Brdf for Bump {
+    fn channels(&self) -> &Channels {
+        &Channels::Luminance
+    }
+    fn symmetry(&self) -> Symmetry {
+        Symmetry::NONE
+    }
+    fn conserves_energy(&self) -> bool {
+        false
+    }
+    fn eval(&self, pair: &DirectionPair, out: &mut [f64]) -> Presence {
+        let [theta, phi] = view_centered_angles(pair.omega_i);
+        let (x, y) = ((theta - self.centre) / self.width[0], phi / self.width[1]);
+        out[0] = self.base + (-0.5 * (x * x + y * y)).exp();
+        Presence::Present
+    }
+}
+
+/// ∫ exp(−t²/(2 width²)) over [−π/2, π/2] of t + centre, and ∫ t exp(…) there.
+fn truncated(centre: f64, width: f64) -> [f64; 2] {
+    let [a, b] = [-FRAC_PI_2 - centre, FRAC_PI_2 - centre].map(|t| t / width);
+    let half = std::f64::consts::FRAC_1_SQRT_2;
+    let share = match (a > 0.0, b < 0.0) {
+        (true, _) => libm::erfc(a * half) - libm::erfc(b * half),
+        (_, true) => libm::erfc(-b * half) - libm::erfc(-a * half),
+        _ => libm::erf(b * half) - libm::erf(a * half),
+    };
+    let bell = |t: f64| (-0.5 * t * t).exp();
+    [
+        width * (FRAC_PI_2).sqrt() * share,
+        width * width * (bell(a) - bell(b)),
+    ]
+}
+
+impl Bump {
+    /// Energy and mean θ of the slice.
+    fn moments(&self) -> [f64; 2] {
+        let [x, first] = truncated(self.centre, self.width[0]);
+        let [y, _] = truncated(0.0, self.width[1]);
+        let energy = self.base * PI * PI + x * y;
+        // The constant has its mean at 0.
+        let mean = (self.centre * x + first) * y / energy;
+        [energy, mean]
+    }
+}
+
+fn estimators() -> Vec<(String, Arc<dyn Estimator>)> {
+    let mut all = Vec::new();
+    for entry in moments::all() {
+        for text in entry.examples {
+            if let Ok(by) = registry::read_text(&entry, text) {
+                all.push((by.label(), Arc::from(by)));
+            }
+        }
+    }
+    all
+}
+
+fn checks(extent: Extent) -> Vec<Check> {
+    let mut checks = Vec::new();
+    for (name, by) in estimators() {
+        let law = match name.starts_with("peak") {
+            true => STATED,
+            false => RANDOM,
+        };
+        for width in extent.of(vec![1.0, 1e-1, 1e-2, 1e-3, 1e-4, 1e-5, 1e-6], 3) {
+            for base in [0.0, 1e-12] {
+                let by = Arc::clone(&by);
+                let member = format!("{name}, width {width:e}, base {base:e}");
+                checks.push(Check::new(member, law, move |watch| {
+                    closed_forms(&*by, width, base, extent, watch);
+                }));
+            }
+        }
+        for alpha in extent.of(
+            vec!["1.0", "0.1", "1e-2", "1e-3", "1e-4", "1e-5", "1e-6"],
+            3,
+        ) {
+            let by = Arc::clone(&by);
+            let member = format!("{name}, ggx {alpha}");
+            checks.push(Check::new(&*member, FINITE, move |watch| {
+                finite(&*by, alpha, extent, watch);
+            }));
+            if name.starts_with("peak") {
+                checks.push(Check::new(member, LOBES, move |watch| {
+                    lobes(alpha, extent, watch)
+                }));
+            }
+        }
+    }
+    checks
+}
+
+fn closed_forms(by: &dyn Estimator, width: f64, base: f64, extent: Extent, watch: &mut Watch) {
+    for degrees in extent.of(VIEWS.to_vec(), 2) {
+        let view = degrees.to_radians();
+        let bump = Bump {
+            centre: -view,
+            width: [width, 2.0 * width],
+            base,
+        };
+        let Ok(slice) = Slice::new(&bump, Channel::Luminance, view) else {
+            watch.holds(false, &degrees);
+            continue;
+        };
+        let got = by.estimate(&slice, Order::MAX, 1);
+        watch.spent(got.evaluations);
+        // Who says that a result is unresolved has kept his word.
+        if got.unresolved.is_some() {
+            watch.holds(true, &format_args!("{degrees}°, unresolved"));
+            continue;
+        }
+        let [energy, mean] = bump.moments();
+        let components = [
+            (Component::ENERGY, energy, energy),
+            (Component { n: 1, m: 0 }, mean, width),
+        ];
+        for (c, want, size) in components {
+            let Some(e) = got.moments.get(c) else {
+                watch.holds(false, &format_args!("{c} at {degrees}°"));
+                continue;
+            };
+            // Closed forms lose a digit or two where the lobe is wider than the square.
+            let conditioning = e.uncertainty + 200.0 * ROUNDING * size.max(want.abs());
+            watch.see(
+                (e.value - want).abs(),
+                conditioning,
+                &format_args!("{c} at {degrees}°"),
+            );
+        }
+    }
+}
+
+fn material(alpha: &str) -> Option<Box<dyn Brdf>> {
+    cases::material(&format!("kind = \"ggx\"\nalpha = {alpha}"))
+}
+
+fn finite(by: &dyn Estimator, alpha: &str, extent: Extent, watch: &mut Watch) {
+    let Some(brdf) = material(alpha) else {
+        return;
+    };
+    for degrees in extent.of(VIEWS.to_vec(), 2) {
+        let Ok(slice) = Slice::new(&*brdf, Channel::Luminance, degrees.to_radians()) else {
+            watch.holds(false, &degrees);
+            continue;
+        };
+        let got = by.estimate(&slice, Order::MAX, 1);
+        watch.spent(got.evaluations);
+        for c in Component::ALL {
+            // A moment that is undefined is not there.
+            let finite = got
+                .moments
+                .get(c)
+                .is_none_or(|e| e.value.is_finite() && e.uncertainty >= 0.0);
+            let known = got.moments.get(c).is_none_or(|e| e.uncertainty.is_finite());
+            watch.holds(
+                finite && (known || got.unresolved.is_some()),
+                &format_args!("{c} at {degrees}°"),
+            );
+        }
+    }
+}
+
+/// The default tolerance and one a thousand times less, which takes other nodes.
+fn lobes(alpha: &str, extent: Extent, watch: &mut Watch) {
+    let Some(brdf) = material(alpha) else {
+        return;
+    };
+    let by = PeakResolving::default();
+    let finer = PeakResolving {
+        tolerance: 1e-3 * by.tolerance,
+        ..by
+    };
+    for degrees in extent.of(VIEWS.to_vec(), 2) {
+        let Ok(slice) = Slice::new(&*brdf, Channel::Luminance, degrees.to_radians()) else {
+            watch.holds(false, &degrees);
+            continue;
+        };
+        let order = Order::new(0).unwrap_or_default();
+        let [got, want] = [&by, &finer].map(|by| by.estimate(&slice, order, 1));
+        watch.spent(got.evaluations + want.evaluations);
+        if let (Some(a), Some(b)) = (
+            got.moments.get(Component::ENERGY),
+            want.moments.get(Component::ENERGY),
+        ) {
+            let conditioning = a.uncertainty + b.uncertainty + ROUNDING * b.value;
+            watch.see(
+                (a.value - b.value).abs(),
+                conditioning,
+                &format_args!("{degrees}°"),
+            );
+        }
+    }
+}

@@ -1,0 +1,276 @@
+//! Every member of every registry at the edges of its domain: mirror-like lobes, grazing, retro-reflection, poles and
+//! seams, one reading, broken tables.
+//!
+//! An error is judged by the conditioning of its case: what one rounding of the input changes, and one of the result.
+//! A coordinate of a pair at the horizon is then allowed to be as wrong as it must, and no coordinate elsewhere is. The
+//! truth is computed with 50 digits, or is a law that needs none. See [`crate::docs::stability`].
+
+mod cases;
+mod charts;
+mod estimators;
+mod files;
+mod instruments;
+mod models;
+mod parametrizations;
+mod planners;
+mod reconstructions;
+mod sample_sets;
+mod tables;
+mod values;
+
+pub use models::extremes;
+
+use rayon::prelude::*;
+use serde::Serialize;
+use std::fmt::Display;
+use std::time::Instant;
+
+/// Relative size of one rounding, 2⁻⁵³.
+pub(crate) const ROUNDING: f64 = f64::EPSILON / 2.0;
+
+/// Number of cases of each check.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Extent {
+    /// A part, in some seconds.
+    Short,
+    /// All of them.
+    Whole,
+}
+
+impl Extent {
+    /// Every case, or of a short run one in `step`, spread over them.
+    fn of<T>(self, cases: Vec<T>, step: usize) -> Vec<T> {
+        match self {
+            Extent::Short => cases.into_iter().step_by(step).collect(),
+            Extent::Whole => cases,
+        }
+    }
+}
+
+/// A family of things that are named in configs or read from files.
+pub struct Family {
+    /// Name, as a command line writes it.
+    pub name: &'static str,
+    /// What is checked of it, a phrase.
+    pub summary: &'static str,
+    checks: fn(Extent) -> Vec<Check>,
+}
+
+/// Every family.
+pub fn all() -> Vec<Family> {
+    vec![
+        parametrizations::FAMILY,
+        models::FAMILY,
+        tables::FAMILY,
+        sample_sets::FAMILY,
+        reconstructions::FAMILY,
+        estimators::FAMILY,
+        instruments::FAMILY,
+        planners::FAMILY,
+        files::FAMILY,
+    ]
+}
+
+impl Family {
+    /// The checks of its members.
+    pub fn checks(&self, extent: Extent) -> Vec<Check> {
+        (self.checks)(extent)
+    }
+}
+
+/// A law of a member, to be checked at many cases.
+pub struct Check {
+    member: String,
+    law: Law,
+    run: Box<dyn Fn(&mut Watch) + Send + Sync>,
+}
+
+/// What is to hold.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Law {
+    /// What is compared, a phrase.
+    name: &'static str,
+    /// Unit of error and conditioning.
+    unit: &'static str,
+    /// Times the conditioning that an error may have.
+    allowed: f64,
+}
+
+impl Law {
+    /// A law that holds or does not: an error is a count.
+    const fn strict(name: &'static str) -> Self {
+        Self {
+            name,
+            unit: "violations",
+            allowed: 0.0,
+        }
+    }
+}
+
+impl Check {
+    fn new(
+        member: impl Into<String>,
+        law: Law,
+        run: impl Fn(&mut Watch) + Send + Sync + 'static,
+    ) -> Self {
+        Self {
+            member: member.into(),
+            law,
+            run: Box::new(run),
+        }
+    }
+
+    /// Runs the check.
+    pub fn run(&self, family: &'static str) -> Finding {
+        let start = Instant::now();
+        let mut watch = Watch::default();
+        (self.run)(&mut watch);
+        let worst = watch.worst.unwrap_or_default();
+        let holds = watch.cases > 0 && worst.ratio <= self.law.allowed;
+        Finding {
+            family,
+            member: self.member.clone(),
+            law: self.law.name,
+            cases: watch.cases,
+            evaluations: watch.evaluations,
+            error: worst.error,
+            unit: self.law.unit,
+            at: worst.at,
+            conditioning: worst.conditioning,
+            ratio: worst.ratio,
+            allowed: self.law.allowed,
+            largest: watch.largest,
+            seconds: start.elapsed().as_secs_f64(),
+            verdict: if holds {
+                Verdict::Holds
+            } else {
+                Verdict::Broken
+            },
+        }
+    }
+}
+
+/// Runs checks on all cores: findings in their order, without those that `go_on` said no to.
+pub fn run(
+    family: &Family,
+    checks: &[Check],
+    go_on: &(dyn Fn() -> bool + Sync),
+    done: &(dyn Fn() + Sync),
+) -> Vec<Finding> {
+    let of = |check: &Check| {
+        let finding = go_on().then(|| check.run(family.name));
+        done();
+        finding
+    };
+    checks.par_iter().filter_map(of).collect()
+}
+
+/// Whether a law holds.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Verdict {
+    /// Every error is within its bound.
+    Holds,
+    /// One is not, or there was no case.
+    Broken,
+}
+
+impl Verdict {
+    /// The word.
+    pub fn name(self) -> &'static str {
+        match self {
+            Verdict::Holds => "holds",
+            Verdict::Broken => "BROKEN",
+        }
+    }
+}
+
+/// What a check found: the case whose error is largest for its conditioning.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Finding {
+    /// Name of the family.
+    pub family: &'static str,
+    /// Name of the member.
+    pub member: String,
+    /// What was compared.
+    pub law: &'static str,
+    /// Number of cases.
+    pub cases: u64,
+    /// Evaluations of the member.
+    pub evaluations: u64,
+    /// Error of the worst case.
+    pub error: f64,
+    /// Unit of errors.
+    pub unit: &'static str,
+    /// The worst case.
+    pub at: String,
+    /// What one rounding changes there; 0 of laws without conditioning.
+    pub conditioning: f64,
+    /// The error over the conditioning; of laws without it the error.
+    pub ratio: f64,
+    /// Largest ratio that is allowed.
+    pub allowed: f64,
+    /// Largest error of all cases.
+    pub largest: f64,
+    /// Wall time, s.
+    pub seconds: f64,
+    /// Whether the law holds.
+    pub verdict: Verdict,
+}
+
+/// A case and its error.
+#[derive(Clone, Debug, Default)]
+struct Worst {
+    error: f64,
+    conditioning: f64,
+    ratio: f64,
+    at: String,
+}
+
+/// Collects the cases of a check.
+#[derive(Default)]
+struct Watch {
+    worst: Option<Worst>,
+    largest: f64,
+    cases: u64,
+    evaluations: u64,
+}
+
+impl Watch {
+    /// A case with its error and conditioning.
+    fn see(&mut self, error: f64, conditioning: f64, at: &dyn Display) {
+        // A NaN is the worst error of all.
+        let error = if error.is_nan() { f64::INFINITY } else { error };
+        // Where a rounding may change everything no error is one.
+        let ratio = match error == 0.0 || conditioning == f64::INFINITY {
+            true => 0.0,
+            false => error / conditioning,
+        };
+        self.keep(error, conditioning, ratio, at);
+    }
+
+    /// A case where a law holds, or not.
+    fn holds(&mut self, holds: bool, at: &dyn Display) {
+        let broken = if holds { 0.0 } else { 1.0 };
+        self.keep(broken, 0.0, broken, at);
+    }
+
+    fn keep(&mut self, error: f64, conditioning: f64, ratio: f64, at: &dyn Display) {
+        self.cases += 1;
+        self.largest = self.largest.max(error);
+        let ratio = if ratio.is_nan() { f64::INFINITY } else { ratio };
+        if self.worst.as_ref().is_none_or(|w| ratio > w.ratio) {
+            self.worst = Some(Worst {
+                error,
+                conditioning,
+                ratio,
+                at: at.to_string(),
+            });
+        }
+    }
+
+    /// So many evaluations were made.
+    fn spent(&mut self, evaluations: usize) {
+        self.evaluations += evaluations as u64;
+    }
+}

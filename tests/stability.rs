@@ -1,0 +1,214 @@
+//! The walk over the extreme cases: every law holds, and a member that is unstable is found.
+
+use glam::DVec3;
+use gonio::brdf::{self, Brdf, BrdfSpec, BuildError, Channels, Presence, Tables};
+use gonio::error::ParameterError;
+use gonio::geometry::{DirectionPair, Symmetry};
+use gonio::parametrization::{self, Azimuth, Chart, Form, Quantity, Radial, Unit};
+use gonio::reconstruct::{self, Interpolant, Readings, Reconstruct, ReconstructError};
+use gonio::registry::{self, Entry};
+use gonio::stability::{self, Extent, Finding, Verdict};
+use serde::{Deserialize, Serialize};
+use std::f64::consts::FRAC_PI_2;
+
+/// Spherical coordinates by the arc cosine, which loses half of the digits at the normal.
+#[derive(Clone, Copy)]
+struct ByArcCosine;
+
+impl Chart for ByArcCosine {
+    const NAME: &'static str = "by-arc-cosine";
+    const RADIAL: [Radial; 2] = [elevation("theta_i"), elevation("theta_o")];
+    const AZIMUTH: [Azimuth; 2] = [AZIMUTH; 2];
+    const RELATIVE: Azimuth = AZIMUTH;
+    const EXCHANGE: bool = true;
+    const NESTED: bool = false;
+    const PEAK_AT_START: bool = false;
+
+    fn absolute([i, o]: [DVec3; 2]) -> [f64; 4] {
+        [i.z.acos(), i.y.atan2(i.x), o.z.acos(), o.y.atan2(o.x)]
+    }
+
+    fn relative(pair: [DVec3; 2]) -> [f64; 3] {
+        let [theta_i, phi_i, theta_o, phi_o] = Self::absolute(pair);
+        let turn = (phi_i - phi_o + 3.0 * std::f64::consts::PI).rem_euclid(std::f64::consts::TAU);
+        [theta_i, theta_o, turn - std::f64::consts::PI]
+    }
+
+    fn inverse([theta_i, phi_i, theta_o, phi_o]: [f64; 4]) -> ([DVec3; 2], bool) {
+        let at = |theta: f64, phi: f64| {
+            DVec3::new(
+                theta.sin() * phi.cos(),
+                theta.sin() * phi.sin(),
+                theta.cos(),
+            )
+        };
+        ([at(theta_i, phi_i), at(theta_o, phi_o)], true)
+    }
+
+    fn lift([theta_i, theta_o, delta]: [f64; 3]) -> [f64; 4] {
+        [theta_i, delta, theta_o, 0.0]
+    }
+
+    fn jacobian([theta_i, _, theta_o, _]: [f64; 4]) -> f64 {
+        theta_i.sin() * theta_o.sin()
+    }
+}
+
+const fn elevation(symbol: &'static str) -> Radial {
+    Radial {
+        symbol,
+        label: symbol,
+        unit: Unit::Radian,
+        max: FRAC_PI_2,
+        quantity: Quantity::Angle,
+    }
+}
+
+const AZIMUTH: Azimuth = Azimuth {
+    symbol: "phi",
+    label: "φ",
+};
+
+/// A model that says it is reciprocal, and is negative at the mirror direction.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Lopsided {}
+
+impl Brdf for Lopsided {
+    fn channels(&self) -> &Channels {
+        &Channels::Luminance
+    }
+    fn symmetry(&self) -> Symmetry {
+        Symmetry::FULL
+    }
+    fn conserves_energy(&self) -> bool {
+        false
+    }
+    fn eval(&self, pair: &DirectionPair, out: &mut [f64]) -> Presence {
+        let straight = pair.half().truncate().length() < 1e-6;
+        out[0] = if straight {
+            -1.0
+        } else {
+            pair.omega_i.cos_theta()
+        };
+        Presence::Present
+    }
+}
+
+impl BrdfSpec for Lopsided {
+    fn resolved(&self) -> registry::Keys {
+        registry::resolved("lopsided", self)
+    }
+    fn label(&self) -> String {
+        "lopsided".into()
+    }
+    fn check(&self, _: &Channels) -> Result<(), BuildError> {
+        Ok(())
+    }
+    fn build(&self, _: Channels) -> Result<Box<dyn Brdf>, BuildError> {
+        Ok(Box::new(self.clone()))
+    }
+    fn tables(&self) -> Tables {
+        Tables::NONE
+    }
+}
+
+/// The mean of the readings over their spread: nothing of readings that are equal.
+#[derive(Debug, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Undefined {}
+
+struct Constant(f64);
+
+impl Interpolant for Constant {
+    fn width(&self) -> usize {
+        1
+    }
+    fn eval(&self, pair: &DirectionPair, out: &mut [f64]) {
+        out[0] = if pair.is_above_horizon() { self.0 } else { 0.0 };
+    }
+}
+
+impl Reconstruct for Undefined {
+    fn resolved(&self) -> registry::Keys {
+        registry::resolved("undefined", self)
+    }
+    fn label(&self) -> String {
+        "undefined".into()
+    }
+    fn needs_grid(&self) -> bool {
+        false
+    }
+    fn check(&self) -> Result<(), ParameterError> {
+        Ok(())
+    }
+    fn interpolate(&self, r: &Readings<'_>) -> Result<Box<dyn Interpolant>, ReconstructError> {
+        let values: Vec<f64> = (0..r.present.len())
+            .filter_map(|i| Some(r.value(i)?[0]))
+            .collect();
+        let mean = values.iter().sum::<f64>() / values.len() as f64;
+        let spread = values.iter().map(|v| (v - mean).abs()).sum::<f64>();
+        Ok(Box::new(Constant(mean * spread / spread)))
+    }
+}
+
+/// What a short walk finds of the members with a name.
+fn walked(family: &str, named: impl Fn(&str) -> bool) -> Vec<Finding> {
+    let families = stability::all();
+    let family = families
+        .iter()
+        .find(|f| f.name == family)
+        .expect("a family");
+    let checks = family.checks(Extent::Short);
+    let found = stability::run(family, &checks, &|| true, &|| {});
+    found.into_iter().filter(|f| named(&f.member)).collect()
+}
+
+#[test]
+fn every_law_holds_and_what_is_unstable_is_found() {
+    for family in stability::all() {
+        for finding in walked(family.name, |_| true) {
+            assert_eq!(finding.verdict, Verdict::Holds, "{finding:#?}");
+            assert!(finding.cases > 0 && finding.ratio <= finding.allowed);
+        }
+    }
+    // Members of a program's own are walked too.
+    parametrization::join(parametrization::entry::<Form<ByArcCosine>>(
+        "digits lost",
+        &[""],
+    ))
+    .unwrap();
+    brdf::join(Entry {
+        kind: "lopsided",
+        summary: "neither reciprocal nor positive",
+        examples: &[""],
+        read: |table| Ok(Box::new(registry::parse::<Lopsided>(table)?)),
+    })
+    .unwrap();
+    reconstruct::join(Entry {
+        kind: "undefined",
+        summary: "0/0",
+        examples: &[""],
+        read: |table| Ok(Box::new(registry::parse::<Undefined>(table)?)),
+    })
+    .unwrap();
+    let broken = |family: &str, member: &str| -> Vec<&'static str> {
+        let found = walked(family, |m| m.starts_with(member));
+        assert!(!found.is_empty(), "{member} was not walked");
+        let broken = found.into_iter().filter(|f| f.verdict == Verdict::Broken);
+        broken.map(|f| f.law).collect()
+    };
+    let lost = broken("parametrizations", "by-arc-cosine");
+    assert!(lost.contains(&"pair, coordinates, pair"), "{lost:?}");
+    let lopsided = broken("models", "lopsided");
+    assert_eq!(
+        lopsided,
+        [
+            "finite, not negative, 0 below the horizon",
+            "declared symmetries"
+        ]
+    );
+    let undefined = broken("reconstructions", "undefined");
+    assert!(undefined.contains(&"finite and not negative, or refused with a reason"));
+    assert!(undefined.contains(&"readings that are equal"));
+}
