@@ -16,10 +16,10 @@ pub(crate) fn excerpt(text: &str) -> Cow<'_, str> {
     }
 }
 
-/// Most characters of what another library says of a file.
+/// Most characters of what another library says of a file, or of a list that the file holds.
 const REASON: usize = 240;
 
-/// What another library says of a file, which may repeat any of it: its start, on one line.
+/// What another library says of a file, or a list that the file holds, as long as it likes: its start, on one line.
 pub(crate) fn reason(why: impl std::fmt::Display) -> String {
     let why: String = why.to_string().chars().take(REASON).collect();
     printable(&why).into_owned()

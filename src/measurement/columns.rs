@@ -107,7 +107,7 @@ impl ValueColumns {
             let mut kinds = vec![Channels::Luminance, Channels::Rgb];
             let spectral = spectral_columns(table, family);
             if let Some(same) = (spectral.windows(2)).find(|w| w[0].0 == w[1].0) {
-                let [a, b] = [same[0], same[1]].map(|c| excerpt(&table.labels[c.1]).into_owned());
+                let [a, b] = [same[0], same[1]].map(|c| table.label(c.1));
                 return Err(refuse(format!(
                     "columns {a} and {b} are of one wavelength; allowed: one column for each"
                 )));
@@ -209,7 +209,7 @@ impl ValueColumns {
         pair: &DirectionPair,
     ) -> Result<f64, FileError> {
         reading_of(value, self.quantity.of_one(pair)).map_err(|e| {
-            let message = format!("{} = {value:e} is no reading", table.labels[column]);
+            let message = format!("{} = {value:e} is no reading", table.label(column));
             table.row_error(row, message).because(e)
         })
     }
@@ -265,7 +265,7 @@ impl ValueColumns {
             for (&column, out) in columns.iter().flatten().zip(out) {
                 let value = table.number(row, column).unwrap_or(0.0);
                 if value < 0.0 {
-                    let name = &table.labels[column];
+                    let name = table.label(column);
                     let message = format!("{name} = {value}: allowed is a number from 0");
                     return Err(table.row_error(row, message));
                 }
@@ -284,7 +284,7 @@ impl ValueColumns {
 
 /// The wavelengths of a column that has one a row.
 fn row_wavelengths(table: &Table, column: usize) -> Result<Wavelengths, FileError> {
-    let name = &table.labels[column];
+    let name = table.label(column);
     let (mut nm, mut all) = (Vec::new(), None);
     for row in 0..table.lines.len() {
         let Some(value) = table.number(row, column) else {

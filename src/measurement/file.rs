@@ -364,7 +364,7 @@ fn used(
         None => Ok(1.0),
         Some(value) if value >= 1.0 && value.fract() == 0.0 => Ok(value),
         Some(value) => {
-            let name = &table.labels[column];
+            let name = table.label(column);
             let message = format!("{name} = {value}: allowed is a whole number from 1");
             Err(table.row_error(row, message))
         }

@@ -55,7 +55,7 @@ impl Angles {
         good: impl Fn(f64) -> bool,
         allowed: [&str; 2],
     ) -> Result<f64, FileError> {
-        let name = &table.labels[self.column];
+        let name = table.label(self.column);
         let Some(angle) = table.number(row, self.column) else {
             return Err(table.row_error(row, format!("{name} is empty or NaN")));
         };

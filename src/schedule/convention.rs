@@ -1,7 +1,7 @@
 //! Conventions of files that others wrote: names and units of their columns, where they count
 //! azimuths from, what they call a value.
 
-use crate::error::excerpt;
+use crate::error::{excerpt, reason};
 use crate::geometry::DirectionPair;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::PI;
@@ -203,7 +203,7 @@ impl Conventions {
         for (i, (ours, theirs)) in self.columns.iter().enumerate() {
             let option = format!("--columns {}={}", excerpt(ours), excerpt(theirs));
             if !columns.contains(theirs) {
-                let there = columns.join(", ");
+                let there = reason(columns.join(", "));
                 return Err(format!(
                     "{option}: there is no such column; allowed: {there}"
                 ));

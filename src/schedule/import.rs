@@ -480,7 +480,9 @@ fn positions(table: &Table) -> Result<(Vec<String>, Vec<Positions>), FileError> 
         let mut at = [0.0; MAX_AXES];
         for ((at, &column), name) in at.iter_mut().zip(&columns).zip(&axes) {
             let Some(degrees) = table.number(row, column) else {
-                return Err(table.row_error(row, format!("the position of {name} is empty")));
+                return Err(
+                    table.row_error(row, format!("the position of {} is empty", excerpt(name)))
+                );
             };
             *at = degrees.to_radians();
         }

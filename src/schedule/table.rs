@@ -11,7 +11,7 @@ mod write;
 pub(crate) use read::Table;
 pub(crate) use write::{Cell, Sheet};
 
-use crate::error::{Cause, Error};
+use crate::error::{Cause, Error, printable};
 
 /// Columns that hold whole numbers.
 pub(crate) const WHOLE: [&str; 3] = ["index", "block", "attempt"];
@@ -42,7 +42,7 @@ impl FileError {
         Self {
             name: name.into(),
             line: Some(line),
-            message: message.into(),
+            message: printable(&message.into()).into_owned(),
             source: None,
             is_cut: false,
         }
@@ -53,7 +53,7 @@ impl FileError {
         Self {
             name: name.into(),
             line: None,
-            message: message.into(),
+            message: printable(&message.into()).into_owned(),
             source: None,
             is_cut: false,
         }

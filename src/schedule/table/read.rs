@@ -7,10 +7,11 @@
 use super::super::convention::Conventions;
 use super::super::format::ScheduleFormat;
 use super::{FileError, RowHash, WORDS};
-use crate::error::{excerpt, meant};
+use crate::error::{excerpt, meant, reason};
 use rustc_hash::FxHashSet;
 use serde::de::{Deserialize, DeserializeOwned, Deserializer, MapAccess, Visitor};
 use serde_json::{Map, Value};
+use std::borrow::Cow;
 use std::fmt::{self, Formatter};
 
 /// The key of the first line of JSON Lines.
@@ -98,6 +99,11 @@ impl Table {
     /// An error about a row.
     pub fn row_error(&self, row: usize, message: impl Into<String>) -> FileError {
         FileError::at(&self.name, self.lines[row], message)
+    }
+
+    /// The name of a column in the file, as messages repeat it.
+    pub fn label(&self, column: usize) -> Cow<'_, str> {
+        excerpt(&self.labels[column])
     }
 
     /// Position of a column.
@@ -322,7 +328,7 @@ impl Table {
             // Programs that know no empty cell write NaN.
             Ok(value) if value.is_finite() || value.is_nan() => Ok(value),
             _ => {
-                let (column, cell) = (&self.labels[column], excerpt(cell));
+                let (column, cell) = (self.label(column), excerpt(cell));
                 let message = format!("{column} = {cell}: allowed is a finite number");
                 Err(self.error(line, message))
             }
@@ -402,8 +408,8 @@ impl Table {
     ) -> Result<(), FileError> {
         self.lines.push(line);
         for d in 0..self.columns.len() {
-            let column = &self.labels[d];
-            let Some(value) = object.remove(column) else {
+            let column = self.label(d);
+            let Some(value) = object.remove(&self.labels[d]) else {
                 return Err(self.error(line, format!("{column} is missing")));
             };
             let number = match (&value, self.columns[d] == WORDS) {
@@ -432,7 +438,7 @@ impl Table {
         }
         match object.keys().next() {
             Some(stray) => {
-                let (stray, known) = (excerpt(stray), self.labels.join(", "));
+                let (stray, known) = (excerpt(stray), reason(self.labels.join(", ")));
                 let message =
                     format!("{stray:?} is no column of the rows before; allowed: {known}");
                 Err(self.error(line, message))

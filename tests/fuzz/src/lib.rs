@@ -27,6 +27,7 @@ use gonio::reconstruct::Prior;
 use gonio::report::{MadeFrom, RunFolder, read_rows};
 use gonio::schedule::{AngleUnit, Assume, Azimuth, Conventions, Quantity, Schedule};
 use std::error::Error;
+use std::f64::consts::PI;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
@@ -255,10 +256,10 @@ pub fn all() -> Vec<Target> {
     all.push(Target {
         seal: seeds::seal_prior,
         ..Target::new("prior".into(), "input.gonio", seeds::prior, |path| {
-            Ok(drop(Prior::read(path).map_err(|e| {
-                // As its users do, who name the file.
-                std::io::Error::other(format!("{}: {e}", path.display()))
-            })?))
+            let named = |e| std::io::Error::other(format!("{}: {e}", path.display()));
+            // As its users do, who name the file.
+            Prior::read(path).map(drop).map_err(named)?;
+            Ok(())
         })
     });
     all.push(records::<Row>("acquisition"));
@@ -286,7 +287,7 @@ fn pairs() -> Vec<DirectionPair> {
     let mut pairs = Vec::new();
     for i in 0..12 {
         for j in 0..12 {
-            for phi in [0.0, 1.0, 3.14159, -2.0] {
+            for phi in [0.0, 1.0, PI, -2.0] {
                 let [i, o] = [i, j].map(|n| f64::from(n) * 0.1428);
                 pairs.push(DirectionPair::from_spherical(i, 0.3, o, 0.3 + phi));
             }
