@@ -3,7 +3,7 @@
 mod common;
 
 use common::{edge_pairs, polar, random_pair, symmetries, warps};
-use gonio::geometry::{DirectionPair, Symmetry, distance};
+use gonio::geometry::{Direction, DirectionPair, Symmetry, distance};
 use gonio::parametrization::{self, AxisKind, Parametrization, WarpSpec};
 use gonio::sampling::Random;
 use std::collections::BTreeMap;
@@ -113,6 +113,32 @@ fn random_pairs_come_back_under_every_symmetry_and_warp() {
                 p.name(),
                 p.symmetry()
             );
+        }
+    }
+}
+
+/// One direction on the horizon and the other just above it, both on the same side: the back vector is upright and as
+/// long as the half vector is high, so that rounding alone decides whether both are above the horizon. A rounding of
+/// the coordinates, which moves h_z² by 2⁻⁵², moves the pair by that over the height; no root of it may be left.
+#[test]
+fn upright_back_vectors_at_the_horizon_keep_their_digits() {
+    let random = Random::new(6);
+    for name in ["hybrid", "stark"] {
+        let entry = parametrization::find(name).unwrap();
+        for symmetry in [Symmetry::NONE, Symmetry::FULL] {
+            let p = entry.form(symmetry);
+            for height in [1e-6, 1e-5, 1e-4, 1e-3] {
+                for i in 0..1_000 {
+                    let [azimuth, low, ..]: [f64; 4] = random.point(i);
+                    let phi = TAU * azimuth;
+                    let omega_i = Direction::from_spherical(FRAC_PI_2 - 1e-12 * low, phi);
+                    let omega_o = Direction::from_spherical(FRAC_PI_2 - height, phi);
+                    let pair = DirectionPair::new(omega_i, omega_o);
+                    let error = round_trip(&*p, &pair, "upright");
+                    let allowed = 16.0 * f64::EPSILON / height;
+                    assert!(error <= allowed, "{name} {pair:?}: {error:e} > {allowed:e}");
+                }
+            }
         }
     }
 }

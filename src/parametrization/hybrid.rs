@@ -70,29 +70,23 @@ impl Chart for Hybrid {
         let hz2 = (1.0 - k_norm) * (1.0 + k_norm) - h_bar * h_bar;
         // k ⟂ h: k̂ ∝ (h_z, −|h_bar| cos delta) in the plane of n and k_bar.
         let down = h_bar * sin_cos(phi_h - phi_k).1;
-        let back = |h_z: f64| {
-            let norm = hypot(h_z, down);
-            // h_z = 0 and h_bar ⟂ k_bar, or h = 0: k lies in the tangent plane.
-            let tangent = norm == 0.0;
-            let [sin_k, cos_k] = if tangent {
-                [1.0, 0.0]
-            } else {
-                [h_z / norm, -down / norm]
-            };
-            [k_norm * sin_k, k_norm * cos_k]
-        };
-        // Both directions are above the horizon, so |k_z| ≤ h_z; refuse a point only if no h_z
-        // within rounding allows it. Written so that NaN fails.
+        // Both directions are above the horizon, so |k_z| = |k| |down| / sqrt(h_z² + down²) ≤ h_z: from this h_z on.
+        let down_size = down.abs();
+        let sum = down_size + hypot(down_size, 2.0 * k_norm);
+        let lowest = k_norm * (2.0 * down_size / sum.max(f64::MIN_POSITIVE)).sqrt();
+        // Refuse a point only if no h_z within rounding allows it. Written so that NaN fails.
         let highest = safe_sqrt(hz2 + HEIGHT_SQUARED_SLACK);
-        let above = (hz2 >= -HEIGHT_SQUARED_SLACK)
-            & (back(highest)[1].abs() <= highest + HEIGHT_SQUARED_SLACK);
-        let h_z = safe_sqrt(hz2);
-        let [k_bar, k_z] = back(h_z);
-        // Lifted back to the horizon it keeps its length; elsewhere the root would lose digits where k is upright.
-        let below = k_z.abs() > h_z;
-        let lifted = safe_sqrt((k_norm - h_z) * (k_norm + h_z));
-        let k_bar = if below { lifted } else { k_bar };
-        let k_z = k_z.max(-h_z).min(h_z);
+        let above = (hz2 >= -HEIGHT_SQUARED_SLACK) & (lowest <= highest + HEIGHT_SQUARED_SLACK);
+        let h_z = safe_sqrt(hz2).max(lowest);
+        let norm = hypot(h_z, down);
+        // h_z = 0 and h_bar ⟂ k_bar, or h = 0: k lies in the tangent plane.
+        let [sin_k, cos_k] = if norm == 0.0 {
+            [1.0, 0.0]
+        } else {
+            [h_z / norm, -down / norm]
+        };
+        let k_z = (k_norm * cos_k).max(-h_z).min(h_z);
+        let k_bar = k_norm * sin_k;
         let h = polar(h_bar, phi_h).extend(h_z);
         let k = polar(k_bar, phi_k).extend(k_z);
         ([h + k, h - k], above)
