@@ -453,11 +453,15 @@ impl Compare {
             count(measurement.readings(), "reading"),
             coordinates.join(" ")
         );
-        let text = pictures.svg(&title)?;
+        let mut bytes = Vec::new();
+        pictures
+            .write_png(&mut bytes)
+            .map_err(|e| Error::Internal(format!("cannot draw: {e}")))?;
+        let text = pictures.svg(&title, &bytes)?;
         self.folder.make()?;
         print(&format!("{title}\n{}\n", pictures.errors()))?;
         write(&svg, |out| out.write_all(text.as_bytes()))?;
-        write(&png, |out| pictures.write_png(out))?;
+        write(&png, |out| out.write_all(&bytes))?;
         write(&exr, |out| pictures.write_exr(out))
     }
 }

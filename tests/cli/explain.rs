@@ -211,20 +211,29 @@ impl<'a> Part<'a> {
             let azimuths = [0.0, 30.0, 60.0, 90.0];
             let draw = |brdf: &dyn Brdf| _ = BrdfSlices::new(brdf, &entries, &azimuths, 128);
             counts.asks("pictures", &material, asked(&*material.brdf, draw));
-            for c in 0..entries.len() {
-                let schedule = self.schedule(c, 0, spec.budget, plan.seeds[0]);
-                let measured = Ideal.measure(&*material.brdf, &schedule);
-                counts.add("pictures.poses", schedule.poses.len());
-                counts.add("pictures.readings", measured.readings());
-                counts.asks("pictures", &material, schedule.poses.len());
-                let copy = method.reconstruct(&measured).unwrap();
-                counts.add("pictures.reconstructions", 1);
-                let draw = |truth: &dyn Brdf, copy: &dyn Brdf| {
-                    _ = Comparison::new(truth, copy, &*light, spec.resolution, spec.samples);
-                };
-                let of_truth = asked(&*material.brdf, |truth| draw(truth, &*copy));
-                counts.asks("pictures", &material, of_truth);
-                let of_copy = asked(&*copy, |copy| draw(&*material.brdf, copy));
+            let copies: Vec<Box<dyn Brdf>> = (0..entries.len())
+                .map(|c| {
+                    let schedule = self.schedule(c, 0, spec.budget, plan.seeds[0]);
+                    let measured = Ideal.measure(&*material.brdf, &schedule);
+                    counts.add("pictures.poses", schedule.poses.len());
+                    counts.add("pictures.readings", measured.readings());
+                    counts.asks("pictures", &material, schedule.poses.len());
+                    counts.add("pictures.reconstructions", 1);
+                    method.reconstruct(&measured).unwrap()
+                })
+                .collect();
+            let copies: Vec<&dyn Brdf> = copies.iter().map(|copy| &**copy).collect();
+            let draw = |truth: &dyn Brdf, copies: &[&dyn Brdf]| {
+                _ = Comparison::all(truth, copies, &*light, spec.resolution, spec.samples);
+            };
+            let of_truth = asked(&*material.brdf, |truth| draw(truth, &copies));
+            counts.asks("pictures", &material, of_truth);
+            for i in 0..copies.len() {
+                let of_copy = asked(copies[i], |copy| {
+                    let mut copies = copies.clone();
+                    copies[i] = copy;
+                    draw(&*material.brdf, &copies);
+                });
                 counts.add("pictures.evaluated", of_copy);
             }
         }

@@ -304,16 +304,17 @@ pub fn overview() -> String {
         ),
     ];
     let light = SkySpec::default().build().unwrap();
-    let brdfs = [&*truth, &*copies[0].brdf, &*copies[1].brdf];
-    let ([original, first, second], _) = render_spheres(brdfs, &*light, SPHERE, 256);
+    let brdfs = [&*copies[0].brdf, &*copies[1].brdf];
+    let spheres = render_spheres(&*truth, &brdfs, &*light, SPHERE, 256);
+    let original = &spheres[0].images[0];
     let white = original.white();
     let mut drawing = Drawing::default();
     instrument(&mut drawing, &*truth);
     drawing.heading([497.0, 24.0], "2. It is read on a grid");
     drawing.heading([690.0, 24.0], "3. A copy is made");
-    for (copy, (image, y)) in copies.iter().zip([(first, 112.0), (second, 302.0)]) {
+    for ((copy, sphere), y) in copies.iter().zip(&spheres).zip([112.0, 302.0]) {
         poses(&mut drawing, [497.0, y], copy);
-        drawing.sphere([690.0, y], &image, white);
+        drawing.sphere([690.0, y], &sphere.images[1], white);
         let n = copy.poses.poses.len();
         let uniform = format!("{n} readings, uniform in");
         drawing.middle([497.0, y + 86.0], 12.5, &uniform);
@@ -321,7 +322,7 @@ pub fn overview() -> String {
         drawing.middle([690.0, y + 86.0], 12.5, &format!("nrmse {:.3}", copy.nrmse));
     }
     drawing.heading([873.0, 118.0], "The material");
-    drawing.sphere([873.0, 207.0], &original, white);
+    drawing.sphere([873.0, 207.0], original, white);
     drawing.middle([873.0, 293.0], 12.5, "GGX, α = 0.05");
     format!(
         "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"960\" height=\"414\" viewBox=\"0 0 960 414\" \

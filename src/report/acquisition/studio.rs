@@ -5,8 +5,7 @@ use super::html::{MaterialPictures, Media, Picture};
 use crate::brdf::Brdf;
 use crate::error::Error;
 use crate::experiment::{
-    Coordinates, Material, Plan, Preview, RESULTS_REVISION, Router, Row, Shard, Share, Stage,
-    preview,
+    Coordinates, Material, Plan, RESULTS_REVISION, Router, Row, Shard, Share, Stage, preview,
 };
 use crate::lighting::Lighting;
 use crate::parametrization::{ParametrizationSpec, find};
@@ -14,6 +13,7 @@ use crate::reconstruct::PriorFile;
 use crate::registry::Entry;
 use crate::report::pictures::{BrdfSlices, Comparison, hemispheres_svg, test_functions_svg};
 use crate::report::run::{Below, RunFolder, file_stem};
+use rayon::prelude::*;
 use std::io::{self, Cursor, Write};
 
 /// Azimuths of slices, degrees, as in the figures of Barla et al. (2015).
@@ -26,7 +26,7 @@ const THETA_O_DEG: [f64; 3] = [10.0, 40.0, 70.0];
 const RESOLUTION: usize = 128;
 
 /// Raised when pictures look different: a folder that is gone on with holds no two looks.
-const LOOK: u32 = 2;
+const LOOK: u32 = 3;
 
 const HEMISPHERES: &str = "hemispheres.svg";
 const FUNCTIONS: &str = "functions.svg";
@@ -227,43 +227,62 @@ impl<'a> Studio<'a> {
                 slices.svg(&title).map(String::into_bytes)
             })?;
         }
-        for i in self.drawn() {
-            let coordinates = &self.plan.parametrizations[i];
+        let drawn = self.drawn();
+        let names = drawn.iter().map(|&i| {
+            let sampled = sampled(&self.plan.parametrizations[i]);
+            format!("{stem}.{sampled}")
+        });
+        let names: Vec<_> = names.collect();
+        if names
+            .iter()
+            .all(|name| folder.has(Below::Pictures, &format!("{name}.svg")))
+        {
+            return Ok(());
+        }
+        let ledger = folder.ledger().within(Stage::Pictures);
+        let mut shown = Vec::new();
+        for (i, name) in drawn.into_iter().zip(names) {
             if cancelled() {
                 return Ok(());
             }
-            let label = coordinates.label();
-            let ledger = folder.ledger().within(Stage::Pictures);
-            let name = format!("{stem}.{}", sampled(coordinates));
-            if folder.has(Below::Pictures, &format!("{name}.svg")) {
-                continue;
-            }
-            // Too few readings for a schedule of this symmetry: there is nothing to show.
             let router = self.router.get_or_insert_with(|| Router::counting(&ledger));
-            let Some(Preview { brdf: copy, method }) =
-                preview(self.plan, material, brdf, i, router)?
-            else {
-                continue;
-            };
-            let spec = &self.plan.pictures;
-            let (side, samples) = (spec.resolution, spec.samples);
-            let copy = ledger.reconstruction(&*copy, Stage::Pictures);
-            let made = Comparison::new(brdf, &copy, &*self.lighting, side, samples);
-            let title = format!(
-                "{}, {label}, {method} of at most {}{}",
-                material.name,
-                spec.budget,
-                self.by()
-            );
-            folder.write_picture(&format!("{name}.exr"), || {
-                encoded(|out| made.write_exr(out))
-            })?;
-            folder.write_picture(&format!("{name}.png"), || {
-                encoded(|out| made.write_png(out))
-            })?;
-            folder.write_picture(&format!("{name}.svg"), || {
-                made.svg(&title).map(String::into_bytes)
-            })?;
+            // Too few readings for a schedule of this symmetry: there is nothing to show.
+            if let Some(preview) = preview(self.plan, material, brdf, i, router)? {
+                shown.push((name, &self.plan.parametrizations[i], preview));
+            }
+        }
+        // All by the same points, also where some are in the folder: a run that was stopped draws the same.
+        let copies = shown.iter().map(|(_, _, preview)| {
+            let copy: &dyn Brdf = &*preview.brdf;
+            ledger.reconstruction(copy, Stage::Pictures)
+        });
+        let copies: Vec<_> = copies.collect();
+        let copies: Vec<&dyn Brdf> = copies.iter().map(|copy| copy as _).collect();
+        let spec = &self.plan.pictures;
+        let (side, samples) = (spec.resolution, spec.samples);
+        let all = Comparison::all(brdf, &copies, &*self.lighting, side, samples);
+        let files = shown
+            .par_iter()
+            .zip(all)
+            .map(|((name, coordinates, preview), made)| {
+                let title = format!(
+                    "{}, {}, {} of at most {}{}",
+                    material.name,
+                    coordinates.label(),
+                    preview.method,
+                    spec.budget,
+                    self.by()
+                );
+                let exr = encoded(|out| made.write_exr(out))?;
+                let png = encoded(|out| made.write_png(out))?;
+                let svg = made.svg(&title, &png)?.into_bytes();
+                // What is looked for is the last.
+                Ok([("exr", exr), ("png", png), ("svg", svg)]
+                    .map(|(end, bytes)| (format!("{name}.{end}"), bytes)))
+            });
+        let files: Vec<_> = files.collect::<Result<_, Error>>()?;
+        for (name, bytes) in files.into_iter().flatten() {
+            folder.write_picture(&name, || Ok(bytes))?;
         }
         Ok(())
     }

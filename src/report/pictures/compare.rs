@@ -7,7 +7,7 @@
 
 use super::bar::{NO_DATA, bar};
 use super::plot::{FRAME, text};
-use super::render::render_spheres;
+use super::render::{SpherePair, render_spheres};
 use crate::brdf::Brdf;
 use crate::lighting::Lighting;
 use crate::numeric::luminance;
@@ -52,8 +52,28 @@ impl Comparison {
         resolution: usize,
         samples: usize,
     ) -> Self {
-        let brdfs = [truth, reconstruction];
-        let (mut images, left_out) = render_spheres(brdfs, lighting, resolution, samples);
+        let mut one = Self::all(truth, &[reconstruction], lighting, resolution, samples);
+        one.remove(0)
+    }
+
+    /// The same of several reconstructions, all by the same points.
+    pub fn all(
+        truth: &dyn Brdf,
+        reconstructions: &[&dyn Brdf],
+        lighting: &dyn Lighting,
+        resolution: usize,
+        samples: usize,
+    ) -> Vec<Self> {
+        let pairs = render_spheres(truth, reconstructions, lighting, resolution, samples);
+        pairs.into_iter().map(Self::of).collect()
+    }
+
+    fn of(
+        SpherePair {
+            mut images,
+            left_out,
+        }: SpherePair,
+    ) -> Self {
         let unknown: Vec<bool> = left_out.iter().map(|share| *share > UNKNOWN).collect();
         let share = |i: usize| images[0].coverage(i);
         let covered: f64 = (0..unknown.len()).map(share).sum();
@@ -179,18 +199,15 @@ impl Comparison {
         write_channels([self.truth.resolution; 2], list, out)
     }
 
-    /// The PNG with names and errors around it, and the scale of differences: their luminance over the
+    /// `png`, which is what [`write_png`](Self::write_png) writes, with names and errors around it, and the scale of differences: their luminance over the
     /// truth's white, signed, by its logarithm. The scale is the same for all comparisons, so that pictures
     /// beside each other rank what they show.
     ///
     /// # Errors
     /// [`Error::Internal`](crate::Error::Internal) if drawing fails, which it should not.
-    pub fn svg(&self, title: &str) -> Result<String, crate::Error> {
+    pub fn svg(&self, title: &str, png: &[u8]) -> Result<String, crate::Error> {
         const SIDE: f64 = 256.0;
         const TOP: f64 = 66.0;
-        let mut png = Vec::new();
-        self.write_png(&mut png)
-            .map_err(|e| crate::Error::Internal(format!("cannot draw: {e}")))?;
         let scale = SIDE / self.truth.resolution as f64;
         let size = self.size().map(|v| v as f64 * scale);
         Canvas::draw([size[0] + 32.0, TOP + size[1] + 104.0], |canvas| {
@@ -202,7 +219,7 @@ impl Comparison {
             for (i, name) in names.into_iter().enumerate() {
                 text(canvas, [place_of(i), 52.0], name, 13.0, false);
             }
-            canvas.image([16.0, TOP], size, &png);
+            canvas.image([16.0, TOP], size, png);
             // White is a difference too: where none is the sphere still ends.
             let rim = (0..=120).map(|i| {
                 let (s, c) = (TAU * f64::from(i) / 120.0).sin_cos();
@@ -378,15 +395,18 @@ mod tests {
 
     #[test]
     fn plates_quote_the_errors() {
-        let svg = compare(0.5, 0.2).svg("half").unwrap();
+        let plate = |darker: f64, title: &str| {
+            let made = compare(0.5, darker);
+            let mut png = Vec::new();
+            made.write_png(&mut png).unwrap();
+            made.svg(title, &png).unwrap()
+        };
+        let svg = plate(0.2, "half");
         assert!(svg.contains("nrmse 0.6000") && svg.contains("reconstruction"));
         // The scale is drawn, with its numbers, and is that of any other comparison.
         let numbers = |svg: &str| ["−1", "−0.01", "0.1"].map(|n| svg.contains(&format!("\n{n}\n")));
         assert_eq!(svg.matches("<image").count(), 2);
         assert_eq!(numbers(&svg), [true; 3]);
-        assert_eq!(
-            numbers(&compare(0.5, 0.499).svg("near").unwrap()),
-            [true; 3]
-        );
+        assert_eq!(numbers(&plate(0.499, "near")), [true; 3]);
     }
 }

@@ -11,10 +11,10 @@ pub(super) struct Distribution {
     /// 1 − cos γ at the edges of the rings, from 0 to 2.
     edges: Vec<f64>,
     sectors: usize,
-    /// Cumulative probability of the rings: of all before each, then of all.
-    rings: Vec<f64>,
-    /// Cumulative probability of the sectors of each ring: `sectors + 1` numbers per ring.
-    in_ring: Vec<f64>,
+    /// Cumulative probability of the rings.
+    rings: Steps,
+    /// That of the sectors of each ring.
+    in_ring: Vec<Steps>,
     /// Density of each cell, sr⁻¹.
     density: Vec<f64>,
 }
@@ -31,16 +31,14 @@ impl Distribution {
                 *weight = angle(cell / sectors);
             }
         }
-        let mut in_ring = Vec::with_capacity(count * (sectors + 1));
-        let mut sums = Vec::with_capacity(count);
-        for ring in weights.chunks_exact(sectors) {
-            let sum: f64 = ring.iter().sum();
-            sums.push(sum);
-            cumulate(ring, sum, &mut in_ring);
-        }
+        let of_rings = weights.chunks_exact(sectors);
+        let sums: Vec<f64> = of_rings.clone().map(|ring| ring.iter().sum()).collect();
         let total: f64 = sums.iter().sum();
-        let mut rings = Vec::with_capacity(count + 1);
-        cumulate(&sums, total, &mut rings);
+        let rings = Steps::new(&sums, total);
+        let in_ring = of_rings
+            .zip(&sums)
+            .map(|(ring, sum)| Steps::new(ring, *sum));
+        let in_ring = in_ring.collect();
         let cells = weights.iter().enumerate();
         let density = cells.map(|(cell, w)| w / (total * angle(cell / sectors)));
         Self {
@@ -54,9 +52,8 @@ impl Distribution {
 
     /// A direction from two numbers in `[0, 1)`, and its density.
     pub fn sample(&self, [u, v]: [f64; 2]) -> (DVec3, f64) {
-        let (ring, s) = picked(&self.rings, u);
-        let first = ring * (self.sectors + 1);
-        let (sector, t) = picked(&self.in_ring[first..first + self.sectors + 1], v);
+        let (ring, s) = self.rings.picked(u);
+        let (sector, t) = self.in_ring[ring].picked(v);
         let c = self.edges[ring] + s * (self.edges[ring + 1] - self.edges[ring]);
         let (sin_phi, cos_phi) = (TAU * (sector as f64 + t) / self.sectors as f64).sin_cos();
         let sin = (c * (2.0 - c)).max(0.0).sqrt();
@@ -83,28 +80,55 @@ impl Distribution {
     }
 }
 
-/// 0, and the sums of the first weights, over the sum of all.
-fn cumulate(weights: &[f64], total: f64, out: &mut Vec<f64>) {
-    let mut sum = 0.0;
-    out.push(0.0);
-    for weight in weights {
-        sum += weight;
-        out.push(if total > 0.0 { sum / total } else { 0.0 });
-    }
+/// A cumulative distribution.
+struct Steps {
+    /// 0, and the sums of the first weights, over the sum of all.
+    sums: Vec<f64>,
+    /// Where a search for each of as many even parts of [0, 1) begins (Chen and Asau 1974).
+    guide: Vec<u32>,
 }
 
-/// The step of a cumulative distribution that `u` falls on, and where on it.
-fn picked(sums: &[f64], u: f64) -> (usize, f64) {
-    // Steps of no height are never picked: u lies below the next sum, or is past the last.
-    let inner = &sums[1..sums.len() - 1];
-    let step = inner.partition_point(|s| *s <= u);
-    let height = sums[step + 1] - sums[step];
-    let t = if height > 0.0 {
-        (u - sums[step]) / height
-    } else {
-        0.5
-    };
-    (step, t.clamp(0.0, 1.0))
+impl Steps {
+    fn new(weights: &[f64], total: f64) -> Self {
+        let mut sum = 0.0;
+        let mut sums = vec![0.0];
+        for weight in weights {
+            sum += weight;
+            sums.push(if total > 0.0 { sum / total } else { 0.0 });
+        }
+        let n = weights.len();
+        let mut step = 0;
+        let guide = (0..n).map(|part| {
+            while step + 1 < n && sums[step + 1] <= part as f64 / n as f64 {
+                step += 1;
+            }
+            step as u32
+        });
+        let guide = guide.collect();
+        Self { sums, guide }
+    }
+
+    /// The step that `u` falls on, and where on it.
+    fn picked(&self, u: f64) -> (usize, f64) {
+        // Steps of no height are never picked: u lies below the next sum, or is past the last.
+        let n = self.guide.len();
+        let sums = &self.sums;
+        let mut step = self.guide[((u * n as f64) as usize).min(n - 1)] as usize;
+        while step + 1 < n && sums[step + 1] <= u {
+            step += 1;
+        }
+        // Rounding of the part may have begun too far on.
+        while step > 0 && sums[step] > u {
+            step -= 1;
+        }
+        let height = sums[step + 1] - sums[step];
+        let t = if height > 0.0 {
+            (u - sums[step]) / height
+        } else {
+            0.5
+        };
+        (step, t.clamp(0.0, 1.0))
+    }
 }
 
 #[cfg(test)]

@@ -19,7 +19,7 @@ pub use compare::Comparison;
 pub use functions::test_functions_svg;
 pub use hemispheres::hemispheres_svg;
 pub use lobe::{FlatSlice, Radius, slice_svg};
-pub use render::{render_sphere, render_spheres};
+pub use render::{SpherePair, render_sphere, render_spheres};
 pub use slice::{RESOLUTION, THETA_O_DEG, write_slice};
 pub use slices::BrdfSlices;
 pub use sphere::{FilterEllipse, SphereImage, sphere_svg};

@@ -11,7 +11,7 @@
 //! Points are scrambled Sobol points, scrambled anew for each pixel.
 
 use super::distribution::Distribution;
-use crate::brdf::{Brdf, Channels, Presence};
+use crate::brdf::{Brdf, Presence};
 use crate::geometry::{Direction, DirectionPair};
 use crate::lighting::Lighting;
 use crate::numeric::luminance;
@@ -49,30 +49,83 @@ pub fn render_sphere(
     resolution: usize,
     samples: usize,
 ) -> SphereImage {
-    let ([image], _) = render_spheres([brdf], lighting, resolution, samples);
-    image
+    let pixels = render(&[brdf], lighting, resolution, samples);
+    image(resolution, &pixels, |p| p[0].images[0])
 }
 
-/// The spheres of several BRDFs, as [`render_sphere`] draws them, but by the same points: where
-/// BRDFs agree pictures agree to the last digit, and noise hides no difference. Pairs that one of
-/// them has no data for are left out of all. Second is, for each pixel, the share of the light on
-/// it (luminance times cos θ_i) that is left out; 0 beside the sphere and in darkness.
-pub fn render_spheres<const N: usize>(
-    brdfs: [&dyn Brdf; N],
+/// The spheres of a BRDF and of a copy of it.
+pub struct SpherePair {
+    /// The BRDF, then its copy.
+    pub images: [SphereImage; 2],
+    /// For each pixel, the share of the light on it (luminance times cos θ_i) that is left out of both, as one of
+    /// them has no data there; 0 beside the sphere and in darkness.
+    pub left_out: Vec<f64>,
+}
+
+/// The spheres of a BRDF beside each of its copies, as [`render_sphere`] draws them, but all by the same points:
+/// where BRDFs agree pictures agree to the last digit, and noise hides no difference. Pairs that the BRDF or a copy
+/// has no data for are left out of both.
+pub fn render_spheres(
+    brdf: &dyn Brdf,
+    copies: &[&dyn Brdf],
     lighting: &dyn Lighting,
     resolution: usize,
     samples: usize,
-) -> ([SphereImage; N], Vec<f64>) {
-    let resolution = resolution.clamp(1, 4096);
+) -> Vec<SpherePair> {
+    let all: Vec<_> = [brdf].into_iter().chain(copies.iter().copied()).collect();
+    let pixels = render(&all, lighting, resolution, samples);
+    let beside = |copy: usize| SpherePair {
+        images: [0, 1].map(|i| image(resolution, &pixels, |p| p[copy].images[i])),
+        left_out: pixels
+            .iter()
+            .map(|p| p.as_ref().map_or(0.0, |p| p[copy].left_out))
+            .collect(),
+    };
+    (1..all.len()).map(beside).collect()
+}
+
+/// The picture of a number of each pixel.
+fn image(
+    resolution: usize,
+    pixels: &[Option<Vec<Seen>>],
+    of: impl Fn(&[Seen]) -> [f64; 3],
+) -> SphereImage {
+    SphereImage {
+        resolution: clamped(resolution),
+        pixels: pixels.iter().map(|p| p.as_deref().map(&of)).collect(),
+    }
+}
+
+fn clamped(resolution: usize) -> usize {
+    resolution.clamp(1, 4096)
+}
+
+/// The first of some BRDFs and another (or itself) in a pixel, by the light that both have data for.
+#[derive(Clone, Copy, Default)]
+struct Seen {
+    images: [[f64; 3]; 2],
+    /// Share of the light that is left out.
+    left_out: f64,
+}
+
+/// The pixels of a sphere: the first BRDF beside each of them, itself too; `None` beside the sphere.
+fn render(
+    brdfs: &[&dyn Brdf],
+    lighting: &dyn Lighting,
+    resolution: usize,
+    samples: usize,
+) -> Vec<Option<Vec<Seen>>> {
+    let resolution = clamped(resolution);
     let points = samples.clamp(2, 1 << 16).div_ceil(2) as u64;
     let light = light_table(lighting);
     let views = (0..VIEWS).into_par_iter();
     let lobes: Vec<_> = views
-        .map(|i| lobe_table(&brdfs, FRAC_PI_2 * (i as f64 + 0.5) / VIEWS as f64))
+        .map(|i| lobe_table(brdfs, FRAC_PI_2 * (i as f64 + 0.5) / VIEWS as f64))
         .collect();
-    let rows = (0..resolution).into_par_iter().map(|row| {
+    let rows = (0..resolution).into_par_iter().flat_map_iter(|row| {
         let mut shader = Shader::new(brdfs, lighting, &light);
-        let pixels = (row * resolution..(row + 1) * resolution).map(|pixel| {
+        let lobes = &lobes;
+        (row * resolution..(row + 1) * resolution).map(move |pixel| {
             let (places, _) = places(resolution, pixel);
             // The parts of a pixel on the edge share its points, but for the few that each needs.
             let points = match places.len() {
@@ -80,7 +133,8 @@ pub fn render_spheres<const N: usize>(
                 1 => points,
                 n => points.div_ceil(n as u64).max(points.min(8)),
             };
-            let mut sum = ([[0.0; 3]; N], 0.0);
+            let mut sum = vec![Seen::default(); shader.brdfs.len()];
+            let share = 1.0 / places.len() as f64;
             for (part, [x, y]) in places.iter().enumerate() {
                 let theta_o = x.hypot(*y).asin();
                 let nearest = (theta_o / FRAC_PI_2 * VIEWS as f64) as usize;
@@ -89,25 +143,12 @@ pub fn render_spheres<const N: usize>(
                     omega_o: view_centered(theta_o, 0.0),
                 };
                 let seed = (pixel + part * resolution * resolution) as u64;
-                let found = shader.pixel(&lobe, &Frame::at(*x, *y), seed, points);
-                let share = 1.0 / places.len() as f64;
-                for (sum, found) in sum.0.iter_mut().flatten().zip(found.0.iter().flatten()) {
-                    *sum += share * found;
-                }
-                sum.1 += share * found.1;
+                shader.pixel(&lobe, &Frame::at(*x, *y), seed, points, share, &mut sum);
             }
             Some(sum)
-        });
-        pixels.collect::<Vec<_>>()
+        })
     });
-    let rows: Vec<_> = rows.collect();
-    let pixels = rows.concat();
-    let images = std::array::from_fn(|i| SphereImage {
-        resolution,
-        pixels: pixels.iter().map(|p| p.map(|(all, _)| all[i])).collect(),
-    });
-    let left_out = pixels.iter().map(|p| p.map_or(0.0, |(_, share)| share));
-    (images, left_out.collect())
+    rows.collect()
 }
 
 /// Distribution of light directions by luminance times solid angle.
@@ -211,22 +252,23 @@ fn to_mirror(d: DVec3, omega_o: Direction) -> DVec3 {
 }
 
 /// Shading of pixels, with buffers that a row of pixels shares.
-struct Shader<'a, const N: usize> {
-    brdfs: [&'a dyn Brdf; N],
+struct Shader<'a> {
+    brdfs: &'a [&'a dyn Brdf],
     lighting: &'a dyn Lighting,
     light: &'a Distribution,
     pairs: Vec<DirectionPair>,
     /// Direction towards the light in the light's frame, and cos θ_i over twice the mean density.
     towards: Vec<(Direction, f64)>,
     radiance: Vec<[f64; 3]>,
+    /// What is reflected of each light, by the first BRDF and by another.
+    reflected: [Vec<[f64; 3]>; 2],
     values: Vec<f64>,
-    presence: Vec<Presence>,
-    /// True where every BRDF has data.
-    known: Vec<bool>,
+    /// Where the first BRDF has data, and another.
+    presence: [Vec<Presence>; 2],
 }
 
-impl<'a, const N: usize> Shader<'a, N> {
-    fn new(brdfs: [&'a dyn Brdf; N], lighting: &'a dyn Lighting, light: &'a Distribution) -> Self {
+impl<'a> Shader<'a> {
+    fn new(brdfs: &'a [&'a dyn Brdf], lighting: &'a dyn Lighting, light: &'a Distribution) -> Self {
         Self {
             brdfs,
             lighting,
@@ -234,21 +276,59 @@ impl<'a, const N: usize> Shader<'a, N> {
             pairs: Vec::new(),
             towards: Vec::new(),
             radiance: Vec::new(),
+            reflected: Default::default(),
             values: Vec::new(),
-            presence: Vec::new(),
-            known: Vec::new(),
+            presence: Default::default(),
         }
     }
 
-    /// Radiance of a pixel under each BRDF, and the share of the light from directions where one of
-    /// them has no data.
+    /// Adds a share of a place of the sphere under each BRDF.
     fn pixel(
         &mut self,
         lobe: &Lobe<'_>,
         frame: &Frame,
         seed: u64,
         points: u64,
-    ) -> ([[f64; 3]; N], f64) {
+        share: f64,
+        to: &mut [Seen],
+    ) {
+        self.look(lobe, frame, seed, points);
+        for (i, to) in to.iter_mut().enumerate() {
+            self.reflect(i);
+            let mut seen = Seen::default();
+            let [mut all, mut left_out] = [0.0; 2];
+            for (at, light) in self.radiance.iter().enumerate() {
+                let light = luminance(*light);
+                all += light;
+                // The first is beside itself.
+                let beside = [0, i.min(1)];
+                if beside
+                    .iter()
+                    .all(|&b| self.presence[b][at] == Presence::Present)
+                {
+                    for (image, b) in seen.images.iter_mut().zip(beside) {
+                        for (sum, v) in image.iter_mut().zip(self.reflected[b][at]) {
+                            *sum += v;
+                        }
+                    }
+                } else {
+                    left_out += light;
+                }
+            }
+            for (to, seen) in to
+                .images
+                .iter_mut()
+                .flatten()
+                .zip(seen.images.as_flattened())
+            {
+                *to += share * seen;
+            }
+            to.left_out += share * if all > 0.0 { left_out / all } else { 0.0 };
+        }
+    }
+
+    /// Draws directions of light, and their radiance.
+    fn look(&mut self, lobe: &Lobe<'_>, frame: &Frame, seed: u64, points: u64) {
         let omega_o = lobe.omega_o;
         self.pairs.clear();
         self.towards.clear();
@@ -275,53 +355,26 @@ impl<'a, const N: usize> Shader<'a, N> {
             self.radiance
                 .push(light.map(|v| v * weight / points as f64));
         }
-        let n = self.pairs.len();
-        self.known.clear();
-        self.known.resize(n, true);
-        self.values.clear();
-        self.presence.resize(n, Presence::Missing);
-        let mut start = 0;
-        for brdf in self.brdfs {
-            self.presence.fill(Presence::Missing);
-            let end = start + brdf.channels().count() * n;
-            self.values.resize(end, 0.0);
-            brdf.eval_batch(&self.pairs, &mut self.values[start..], &mut self.presence);
-            for (known, presence) in self.known.iter_mut().zip(&self.presence) {
-                *known &= *presence == Presence::Present;
-            }
-            start = end;
-        }
-        let [mut all, mut left_out] = [0.0; 2];
-        for (light, known) in self.radiance.iter().zip(&self.known) {
-            all += luminance(*light);
-            left_out += if *known { 0.0 } else { luminance(*light) };
-        }
-        let share = if all > 0.0 { left_out / all } else { 0.0 };
-        let mut start = 0;
-        let reflected = self.brdfs.map(|brdf| {
-            let channels = brdf.channels();
-            let end = start + channels.count() * n;
-            let values = &self.values[start..end];
-            start = end;
-            self.reflected(values, channels)
-        });
-        (reflected, share)
     }
 
-    /// What a BRDF of these values makes of the light of a pixel.
-    fn reflected(&self, values: &[f64], channels: &Channels) -> [f64; 3] {
-        let mut sum = [0.0; 3];
-        let values = values.chunks_exact(channels.count());
-        let found = self.radiance.iter().zip(values);
-        for ((light, f), known) in found.zip(&self.known) {
-            if *known {
-                let f = channels.rgb(f);
-                for channel in 0..3 {
-                    sum[channel] += f[channel] * light[channel];
-                }
-            }
-        }
-        sum
+    /// What a BRDF makes of the light, and where it has data.
+    fn reflect(&mut self, brdf: usize) {
+        let to = brdf.min(1);
+        let brdf = self.brdfs[brdf];
+        let channels = brdf.channels();
+        let n = self.pairs.len();
+        self.values.resize(channels.count() * n, 0.0);
+        let presence = &mut self.presence[to];
+        presence.clear();
+        presence.resize(n, Presence::Missing);
+        brdf.eval_batch(&self.pairs, &mut self.values, presence);
+        let values = self.values.chunks_exact(channels.count());
+        let reflected = self.radiance.iter().zip(values).map(|(light, f)| {
+            let f = channels.rgb(f);
+            std::array::from_fn(|c| f[c] * light[c])
+        });
+        self.reflected[to].clear();
+        self.reflected[to].extend(reflected);
     }
 
     /// A direction drawn with a density that is the sum of both tables'.

@@ -5,6 +5,7 @@ use super::{Media, Picture};
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use maud::{Markup, PreEscaped, Render, html};
+use rayon::prelude::*;
 
 /// What a PNG inside a page begins with.
 const PNG: &str = "data:image/png;base64,";
@@ -12,23 +13,25 @@ const PNG: &str = "data:image/png;base64,";
 /// Figures side by side. Their letters take the colour of the page; what is a picture in them keeps its
 /// own, as it has a meaning.
 pub(super) fn figures(pictures: &[Picture]) -> Markup {
-    html! {
-        div.panels {
-            @for picture in pictures {
-                figure.plate {
-                    @match &picture.media {
-                        Media::Svg(text) => { div.wide { (inline(text, &picture.alt)) } }
-                        Media::Png(bytes) => {
-                            @let small = shrunk(bytes);
-                            @let file = small.as_deref().unwrap_or(bytes);
-                            img alt=(picture.alt)
-                                src={ (PNG) (STANDARD.encode(file)) };
-                        }
+    let plates = pictures.par_iter().map(|picture| {
+        html! {
+            figure.plate {
+                @match &picture.media {
+                    Media::Svg(text) => { div.wide { (inline(text, &picture.alt)) } }
+                    Media::Png(bytes) => {
+                        @let small = shrunk(bytes);
+                        @let file = small.as_deref().unwrap_or(bytes);
+                        img alt=(picture.alt)
+                            src={ (PNG) (STANDARD.encode(file)) };
                     }
-                    figcaption { (picture.caption) }
                 }
+                figcaption { (picture.caption) }
             }
         }
+    });
+    let plates: Vec<Markup> = plates.collect();
+    html! {
+        div.panels { @for plate in &plates { (plate) } }
     }
 }
 

@@ -78,7 +78,7 @@ fn least(picture: &RgbaImage) -> Option<Vec<u8>> {
         let mut encoder = Encoder::new(&mut file, picture.width(), picture.height());
         encoder.set_color(color);
         encoder.set_depth(BitDepth::Eight);
-        encoder.set_compression(Compression::High);
+        encoder.set_compression(Compression::Balanced);
         encoder.set_filter(filter);
         if color == ColorType::Indexed {
             encoder.set_palette(
