@@ -95,6 +95,10 @@ impl Brdf for Lambert {
     }
 
     #[inline]
+    fn is_mirrored(&self) -> bool {
+        true
+    }
+
     fn eval(&self, pair: &DirectionPair, out: &mut [f64]) -> Presence {
         let on = f64::from(u8::from(pair.is_above_horizon()));
         for (out, value) in out.iter_mut().zip(&self.value) {

@@ -77,6 +77,12 @@ pub trait Brdf: Send + Sync {
     /// True if the directional albedo is at most 1 for every view, by construction.
     fn conserves_energy(&self) -> bool;
 
+    /// True if its values are the same, to rounding, mirrored through the plane of tangent and normal. A formula can
+    /// promise it; a measured table that is bilateral is so as well as it was measured.
+    fn is_mirrored(&self) -> bool {
+        false
+    }
+
     /// Writes the value of each channel to `out` (length `channels().count()`).
     fn eval(&self, pair: &DirectionPair, out: &mut [f64]) -> Presence;
 

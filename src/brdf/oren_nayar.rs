@@ -131,6 +131,10 @@ impl Brdf for OrenNayar {
     }
 
     #[inline]
+    fn is_mirrored(&self) -> bool {
+        true
+    }
+
     fn eval(&self, pair: &DirectionPair, out: &mut [f64]) -> Presence {
         let shape = if pair.is_above_horizon() {
             let (i, o) = (pair.omega_i.vector(), pair.omega_o.vector());

@@ -150,6 +150,10 @@ impl Brdf for RetroReflective {
         self.of.conserves_energy()
     }
 
+    fn is_mirrored(&self) -> bool {
+        self.of.is_mirrored()
+    }
+
     fn eval(&self, pair: &DirectionPair, out: &mut [f64]) -> Presence {
         self.of.eval(&turned_pair(pair), out)
     }

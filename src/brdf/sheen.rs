@@ -121,6 +121,10 @@ impl Brdf for Sheen {
     }
 
     #[inline]
+    fn is_mirrored(&self) -> bool {
+        true
+    }
+
     fn eval(&self, pair: &DirectionPair, out: &mut [f64]) -> Presence {
         let shape = if let Some((h, _)) = half_above(pair) {
             // sinⁿ at its largest, on the horizon, where a rounding of sin² would count n/2 times.

@@ -246,6 +246,10 @@ impl Brdf for ShiftedGamma {
     }
 
     #[inline]
+    fn is_mirrored(&self) -> bool {
+        true
+    }
+
     fn eval(&self, pair: &DirectionPair, out: &mut [f64]) -> Presence {
         let Some((h, cos_d)) = half_above(pair) else {
             out.fill(0.0);

@@ -213,6 +213,10 @@ impl Brdf for Sum {
             && self.components.iter().all(|(_, f)| f.conserves_energy())
     }
 
+    fn is_mirrored(&self) -> bool {
+        self.components.iter().all(|(_, f)| f.is_mirrored())
+    }
+
     fn eval(&self, pair: &DirectionPair, out: &mut [f64]) -> Presence {
         out.fill(0.0);
         let mut values = ChannelValues::from_elem(0.0, out.len());

@@ -141,6 +141,10 @@ impl Brdf for Ward {
     }
 
     #[inline]
+    fn is_mirrored(&self) -> bool {
+        true
+    }
+
     fn eval(&self, pair: &DirectionPair, out: &mut [f64]) -> Presence {
         let Some((h, _)) = half_above(pair) else {
             out.fill(0.0);

@@ -45,6 +45,10 @@ impl<F: Fn(&[f64], &[Presence]) + Send + Sync> Brdf for Watched<'_, F> {
         self.brdf.conserves_energy()
     }
 
+    fn is_mirrored(&self) -> bool {
+        self.brdf.is_mirrored()
+    }
+
     fn eval(&self, pair: &DirectionPair, out: &mut [f64]) -> Presence {
         let presence = self.brdf.eval(pair, out);
         (self.seen)(out, &[presence]);

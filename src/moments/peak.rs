@@ -9,7 +9,7 @@
 //! looks at finitely many values can promise more.
 
 use super::component::{Component, Estimate, Moments, Order};
-use super::cubature::{Cell, EVALUATIONS, Rectangle};
+use super::cubature::{Cell, EVALUATIONS, Rectangle, Workspace};
 use super::estimator::{Estimator, SliceMoments, Unresolved};
 use super::slice::{Batch, Slice};
 use super::tally::{Tally, powers, shifted};
@@ -78,7 +78,7 @@ impl Estimator for PeakResolving {
     }
 
     fn estimate(&self, slice: &Slice<'_>, order: Order, _seed: u64) -> SliceMoments {
-        let mut batch = Batch::default();
+        let mut work = Workspace::default();
         let mut peaks = Vec::new();
         let theta_o = slice.theta_o();
         peaks.extend(Peak::find(slice, -theta_o));
@@ -86,9 +86,9 @@ impl Estimator for PeakResolving {
             // Only a peak or a ridge of its own: the flank of the mirror peak falls on one side.
             peaks.extend(Peak::find(slice, theta_o).filter(|p| p.on_both_sides));
         }
-        let cells = mesh(&peaks)
+        let cells = mesh(&peaks, slice.is_mirrored())
             .into_iter()
-            .map(|r| Cell::new(slice, order, r, &mut batch))
+            .map(|r| Cell::new(slice, order, r, &mut work))
             .collect();
         let mut balance = Balance::new(cells, order, self.tolerance);
         let mut evaluations = balance.cells.len() * EVALUATIONS + 2 * Peak::EVALUATIONS;
@@ -106,10 +106,10 @@ impl Estimator for PeakResolving {
                 break;
             }
             for (i, axis) in worst {
-                let cell = balance.cells[i];
-                let [below, above] = cell.rectangle.cut(axis, cell.centre[axis]);
-                balance.replace(i, Cell::new(slice, order, below, &mut batch));
-                balance.add(Cell::new(slice, order, above, &mut batch));
+                let rectangle = balance.cells[i].rectangle;
+                let [below, above] = rectangle.cut(axis, rectangle.centre()[axis]);
+                balance.replace(i, Cell::new(slice, order, below, &mut work));
+                balance.add(Cell::new(slice, order, above, &mut work));
                 evaluations += 2 * EVALUATIONS;
             }
         }
@@ -174,10 +174,10 @@ impl Peak {
 /// 1.6°.
 const COARSE: f64 = FRAC_PI_2 / 6.0;
 
-/// Rectangles that cover the square and shrink towards the peaks.
-fn mesh(peaks: &[Peak]) -> Vec<Rectangle> {
+/// Rectangles that cover the square, or its half at φ ≥ 0, and shrink towards the peaks.
+fn mesh(peaks: &[Peak], half: bool) -> Vec<Rectangle> {
     let mut whole = vec![Rectangle {
-        lo: [-FRAC_PI_2; 2],
+        lo: [-FRAC_PI_2, if half { 0.0 } else { -FRAC_PI_2 }],
         hi: [FRAC_PI_2; 2],
     }];
     let mut cut = |axis: usize, at: f64| {
@@ -283,13 +283,17 @@ impl Balance {
             tolerance,
             refreshed: 0,
         };
-        balance.refresh();
+        balance.carry();
         balance
     }
 
     /// Carries every error over again, with the moments of all cells there are now.
     fn refresh(&mut self) {
         self.propagation = Propagation::new(&self.cells, self.order);
+        self.carry();
+    }
+
+    fn carry(&mut self) {
         self.refreshed = self.cells.len();
         (self.errors, self.shares) = self.cells.iter().map(|c| self.errors_of(c)).unzip();
     }
@@ -389,10 +393,7 @@ impl Balance {
             (area / VIEW_CENTERED_AREA).clamp(0.0, 1.0)
         };
         let missing_share = share(|c| c.missing);
-        let nothing = cells.iter().all(|c| {
-            let area = c.rectangle.width(0) * c.rectangle.width(1);
-            c.missing > area * (1.0 - 1e-12)
-        });
+        let nothing = cells.iter().all(|c| c.missing > c.area * (1.0 - 1e-12));
         let mut moments = Moments::default();
         if !nothing {
             let values = self.propagation.tally.values();

@@ -144,6 +144,11 @@ impl<'a> Slice<'a> {
         self.diffuse
     }
 
+    /// True if its values at φ and −φ are the same: the plane of the view mirrors the material.
+    pub(super) fn is_mirrored(&self) -> bool {
+        self.brdf.is_mirrored()
+    }
+
     /// Evaluates the directions of a batch.
     pub fn evaluate(&self, batch: &mut Batch) {
         let channels = self.brdf.channels();
@@ -155,8 +160,8 @@ impl<'a> Slice<'a> {
             .eval_batch(&batch.pairs, &mut batch.raw, &mut batch.presence);
         batch.values.clear();
         batch.kinds.clear();
-        for (raw, presence) in batch.raw.chunks_exact(n).zip(&batch.presence) {
-            let value = self.channel.of(channels, raw) - self.diffuse;
+        let mut tell = |value: f64, presence| {
+            let value = value - self.diffuse;
             // A value that breaks the promise of `Brdf` (finite, ≥ 0) would spoil every sum; it is
             // left out like a missing one.
             let (value, kind) = match presence {
@@ -169,6 +174,13 @@ impl<'a> Slice<'a> {
             };
             batch.values.push(value);
             batch.kinds.push(kind);
+        };
+        let raw = batch.raw.chunks_exact(n).zip(&batch.presence);
+        if *channels == Channels::Luminance {
+            // Most often, and no choice at every value.
+            raw.for_each(|(raw, &presence)| tell(raw[0], presence));
+        } else {
+            raw.for_each(|(raw, &presence)| tell(self.channel.of(channels, raw), presence));
         }
     }
 

@@ -24,18 +24,44 @@ fn at(n: usize, m: usize) -> usize {
 /// Moments moved to another origin: `sums[(n, m)]` is Σ w x^n y^m, and the new origin is
 /// at (−dx, −dy) of the old, Σ w (x + dx)^n (y + dy)^m.
 pub(super) fn shifted(sums: &[f64; 15], order: Order, dx: f64, dy: f64) -> [f64; 15] {
-    let (px, py) = (powers(dx), powers(dy));
-    let mut out = [0.0; 15];
-    for Component { n, m } in order.components() {
-        let mut sum = 0.0;
-        for i in 0..=n {
-            let mut row = 0.0;
-            for j in 0..=m {
-                row += BINOMIAL[m][j] * py[m - j] * sums[at(i, j)];
+    // Known when compiled, loops become straight sums.
+    match order.get() {
+        0 => *sums,
+        1 => shifted_to::<1>(sums, dx, dy),
+        2 => shifted_to::<2>(sums, dx, dy),
+        3 => shifted_to::<3>(sums, dx, dy),
+        _ => shifted_to::<4>(sums, dx, dy),
+    }
+}
+
+fn shifted_to<const ORDER: usize>(sums: &[f64; 15], dx: f64, dy: f64) -> [f64; 15] {
+    // (x + d)^n in powers of x.
+    let expanded = |d: f64| {
+        let powers = powers(d);
+        let mut of = [[0.0; 5]; 5];
+        for n in 0..=ORDER {
+            for i in 0..=n {
+                of[n][i] = BINOMIAL[n][i] * powers[n - i];
             }
-            sum += BINOMIAL[n][i] * px[n - i] * row;
         }
-        out[at(n, m)] = sum;
+        of
+    };
+    let (in_x, in_y) = (expanded(dx), expanded(dy));
+    // Along y, then along x.
+    let (mut along, mut out) = ([0.0; 15], [0.0; 15]);
+    for n in 0..=ORDER {
+        for m in 0..=ORDER - n {
+            for j in 0..=m {
+                along[at(n, m)] += in_y[m][j] * sums[at(n, j)];
+            }
+        }
+    }
+    for n in 0..=ORDER {
+        for m in 0..=ORDER - n {
+            for i in 0..=n {
+                out[at(n, m)] += in_x[n][i] * along[at(i, m)];
+            }
+        }
     }
     out
 }

@@ -25,6 +25,9 @@ impl Brdf for Times<'_> {
     fn conserves_energy(&self) -> bool {
         false
     }
+    fn is_mirrored(&self) -> bool {
+        self.0.is_mirrored()
+    }
     fn eval(&self, pair: &DirectionPair, out: &mut [f64]) -> Presence {
         let presence = self.0.eval(pair, out);
         out.iter_mut().for_each(|v| *v *= self.1);

@@ -246,6 +246,10 @@ impl<D: Distribution> Brdf for Microfacet<D> {
     }
 
     #[inline]
+    fn is_mirrored(&self) -> bool {
+        true
+    }
+
     fn eval(&self, pair: &DirectionPair, out: &mut [f64]) -> Presence {
         let [facets, cos_d] = self.facets(pair.vectors());
         self.fresnel.scale(&[cos_d], &[facets], out);
