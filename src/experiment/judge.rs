@@ -21,7 +21,7 @@ use rayon::prelude::*;
 use std::sync::{Arc, Mutex, PoisonError};
 
 /// Candidates up to which the values of a truth are kept; beyond they are evaluated again.
-const KEPT: usize = 1 << 17;
+const KEPT: usize = 1 << 18;
 
 /// Members of a group whose reconstructions are asked what they expect between two looks for a stop.
 const TOGETHER: usize = 8;

@@ -29,6 +29,12 @@ const FEWEST: usize = 2 * PER_COPY.get();
 /// Smallest cubes of a copy: the range of a coordinate is about 1.
 const SMALLEST: f64 = 1e-3;
 
+/// Dimensions of an embedding, the most there are.
+const MOST: usize = 4;
+
+/// What rounding may add to a squared distance.
+const WIDER: f64 = 1.0 + 1e-9;
+
 /// Points whose neighbours tell spacing and layout.
 const PROBES: usize = 128;
 
@@ -56,11 +62,24 @@ impl<const K: usize> Nearest<K> {
 
     /// Numbers and squared distances of the `k` nearest points, nearest first.
     #[inline]
-    fn find_many(&self, x: &[f64; K], k: NonZeroUsize, mut visit: impl FnMut(usize, f64)) {
+    fn find_many(&self, x: &[f64; K], k: NonZeroUsize, visit: impl FnMut(usize, f64)) {
+        self.find_within(f64::INFINITY, x, k, visit);
+    }
+
+    /// The same, of points up to a squared distance.
+    #[inline]
+    fn find_within(
+        &self,
+        most: f64,
+        x: &[f64; K],
+        k: NonZeroUsize,
+        mut visit: impl FnMut(usize, f64),
+    ) {
         let found = self
             .0
             .query(x)
             .nearest_n::<SquaredEuclidean<f64>>(k)
+            .within::<SquaredEuclidean<f64>>(most)
             .execute();
         for item in found {
             visit(item.item as usize, item.distance);
@@ -100,6 +119,8 @@ pub(super) struct Found {
     pub distance2: Vec<f64>,
     /// Where they are from.
     pub reach: Reach,
+    /// The point that was looked about before, of the same cloud, and the distance of the farthest of its nearest.
+    before: Option<([f64; MOST], f64)>,
     /// A buffer: those of one thinner copy.
     of_copy: Vec<usize>,
 }
@@ -120,6 +141,16 @@ impl Found {
     fn push(&mut self, i: usize, d2: f64) {
         self.index.push(i);
         self.distance2.push(d2);
+    }
+
+    /// Goes over to another cloud.
+    pub fn restart(&mut self) {
+        self.before = None;
+    }
+
+    /// Goes on from another search in the same cloud.
+    pub fn follow(&mut self, other: &Found) {
+        self.before = other.before;
     }
 
     /// Distance of the farthest.
@@ -171,7 +202,18 @@ impl<const K: usize> Cloud<K> {
     pub fn find(&self, x: &[f64; K], k: NonZeroUsize, found: &mut Found) {
         found.index.clear();
         found.distance2.clear();
-        self.tree.find_many(x, k, |i, d2| found.push(i, d2));
+        // Points that follow each other lie near each other: the nearest of the one are within reach of the next.
+        let most = found.before.map_or(f64::INFINITY, |(at, reach)| {
+            let way2: f64 = at.iter().zip(x).map(|(a, b)| (a - b) * (a - b)).sum();
+            (reach + way2.sqrt()).powi(2) * WIDER
+        });
+        self.tree.find_within(most, x, k, |i, d2| found.push(i, d2));
+        let reach = found.distance2.get(k.get() - 1).copied();
+        found.before = reach.map(|d2| {
+            let mut at = [0.0; MOST];
+            at[..K].copy_from_slice(x);
+            (at, d2.sqrt())
+        });
         found.reach = Reach::Nearest;
         if fills_space(&self.points, &found.index) {
             return;

@@ -129,10 +129,18 @@ impl<const K: usize> ScatteredRule<K> for Shepard {
         Found::default()
     }
 
-    #[inline]
-    fn interpolate(&self, cloud: &Cloud<K>, x: &[f64; K], found: &mut Found, out: &mut [f64]) {
-        cloud.find(x, self.neighbours, found);
-        Self::mean(self.power, cloud, found, out);
+    fn interpolate(
+        &self,
+        cloud: &Cloud<K>,
+        queries: &[[f64; K]],
+        found: &mut Found,
+        out: &mut [f64],
+    ) {
+        found.restart();
+        for (x, out) in queries.iter().zip(out.chunks_exact_mut(cloud.channels)) {
+            cloud.find(x, self.neighbours, found);
+            Self::mean(self.power, cloud, found, out);
+        }
     }
 }
 
@@ -150,7 +158,12 @@ impl Shepard {
                 1.0
             } else {
                 // (d/d_nearest)^−power; 0 if the nearest is at distance 0.
-                (d2 / nearest).powf(exponent)
+                let ratio = d2 / nearest;
+                if exponent == -1.0 {
+                    1.0 / ratio
+                } else {
+                    ratio.powf(exponent)
+                }
             };
             total += w;
             for (out, y) in out.iter_mut().zip(cloud.value(i)) {

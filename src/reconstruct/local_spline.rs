@@ -31,16 +31,11 @@
 use super::cloud::{Cloud, Found, Reach, covariance};
 use super::inverse_distance::Shepard;
 use super::scattered::ScatteredRule;
+use super::spline_block::{Block, LANES, MOST, SMALLEST_PIVOT, Solve, Weighted, biharmonic};
 use super::transform::Values;
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
+use pulp::Arch;
 use std::num::NonZeroUsize;
-
-/// Polynomials of the 4-D embedding, the most there are.
-const MOST: usize = 5;
-
-/// A pivot below this share of the neighbourhood's size determines no slope: rounding of the embedded
-/// coordinates is 1e-16 of 1 (1e-9 near poles of other coordinates than the schedule's).
-const SMALLEST_PIVOT: f64 = 1e-6;
 
 /// Share of the largest variance above which neighbours that are flat determine a direction.
 const DETERMINED: f64 = 0.02;
@@ -91,13 +86,13 @@ trait Kernel {
     fn of(r2: f64) -> f64;
 }
 
-/// φ(r) = r² ln r, as ½ r² ln r²; 0 at 0.
+/// φ(r) = r² ln r.
 struct Biharmonic;
 
 impl Kernel for Biharmonic {
     #[inline]
     fn of(r2: f64) -> f64 {
-        if r2 > 0.0 { 0.5 * r2 * r2.ln() } else { 0.0 }
+        biharmonic(r2)
     }
 }
 
@@ -148,11 +143,13 @@ pub(super) struct Scratch<const K: usize> {
     /// A weight per neighbour.
     weights: Vec<f64>,
     /// Smallest and largest value of the neighbours, per channel.
-    ranges: Vec<[f64; 2]>,
+    ranges: [Vec<f64>; 2],
     /// The values of one channel.
     values: Vec<f64>,
     /// Variance of each neighbour.
     noise: Vec<f64>,
+    /// Queries that wait for others to be solved with.
+    block: Option<Box<Block<K>>>,
 }
 
 impl<const K: usize> ScatteredRule<K> for Local {
@@ -173,30 +170,44 @@ impl<const K: usize> ScatteredRule<K> for Local {
             matrix: Vec::new(),
             of_free: Vec::new(),
             weights: Vec::new(),
-            ranges: Vec::new(),
+            ranges: Default::default(),
             values: Vec::new(),
             noise: Vec::new(),
+            block: None,
         })
     }
 
     fn interpolate(
         &self,
         cloud: &Cloud<K>,
-        x: &[f64; K],
+        queries: &[[f64; K]],
         scratch: &mut Self::Scratch,
         out: &mut [f64],
     ) {
         let s = &mut **scratch;
-        cloud.find(x, self.neighbours, &mut s.found);
-        let nearest = s.found.index[0];
-        let at_reading = s.found.distance2[0].sqrt() <= AT_READING * s.found.size();
-        if at_reading && cloud.noise(nearest) == 0.0 {
-            out.copy_from_slice(cloud.value(nearest));
-        } else if s.weigh(cloud, x) {
-            self.combine(cloud, x, s, out);
-        } else {
-            Shepard::mean(2.0, cloud, &s.found, out);
+        let mut block = s.block.take().unwrap_or_else(|| Box::new(Block::new()));
+        s.found.restart();
+        let width = cloud.channels;
+        for (slot, x) in queries.iter().enumerate() {
+            cloud.find(x, self.neighbours, &mut s.found);
+            let nearest = s.found.index[0];
+            let at_reading = s.found.distance2[0].sqrt() <= AT_READING * s.found.size();
+            let out_of = slot * width..(slot + 1) * width;
+            if at_reading && cloud.noise(nearest) == 0.0 {
+                out[out_of].copy_from_slice(cloud.value(nearest));
+                continue;
+            }
+            if s.found.reach != Reach::Nearest || !block.suits(s.found.index.len()) {
+                self.alone(cloud, x, s, &mut out[out_of]);
+                continue;
+            }
+            block.take(slot, cloud, x, &mut s.found);
+            if block.taken == LANES {
+                self.solve(cloud, queries, &mut block, s, out);
+            }
         }
+        self.solve(cloud, queries, &mut block, s, out);
+        s.block = Some(block);
     }
 }
 
@@ -209,6 +220,48 @@ impl Local {
         }
     }
 
+    /// Interpolates by the neighbours of a scratch.
+    fn alone<const K: usize>(
+        &self,
+        cloud: &Cloud<K>,
+        x: &[f64; K],
+        s: &mut Scratch<K>,
+        out: &mut [f64],
+    ) {
+        if s.weigh(cloud, x) {
+            self.combine(cloud, x, s, out);
+        } else {
+            Shepard::mean(2.0, cloud, &s.found, out);
+        }
+    }
+
+    /// Interpolates at the queries of a block, and empties it.
+    fn solve<const K: usize>(
+        &self,
+        cloud: &Cloud<K>,
+        x: &[[f64; K]],
+        block: &mut Block<K>,
+        s: &mut Scratch<K>,
+        out: &mut [f64],
+    ) {
+        if block.taken == 0 {
+            return;
+        }
+        let sizes = Arch::new().dispatch(Solve(block));
+        let largest = largest_weights(cloud, Reach::Nearest);
+        for lane in 0..std::mem::take(&mut block.taken) {
+            let slot = block.slots[lane];
+            let out = &mut out[slot * cloud.channels..(slot + 1) * cloud.channels];
+            std::mem::swap(&mut s.found, &mut block.found[lane]);
+            if sizes[lane] <= largest {
+                block.weights(lane, &mut s.weights);
+                self.combine(cloud, &x[slot], s, out);
+            } else {
+                self.alone(cloud, &x[slot], s, out);
+            }
+        }
+    }
+
     /// Σ weight · value, kept near the range of the values.
     fn combine<const K: usize>(
         &self,
@@ -217,19 +270,18 @@ impl Local {
         s: &mut Scratch<K>,
         out: &mut [f64],
     ) {
-        out.fill(0.0);
-        s.ranges.clear();
-        s.ranges
-            .resize(out.len(), [f64::INFINITY, f64::NEG_INFINITY]);
-        for (&i, &w) in s.found.index.iter().zip(&s.weights) {
-            for ((out, range), &y) in out.iter_mut().zip(&mut s.ranges).zip(cloud.value(i)) {
-                *out += w * y;
-                *range = [range[0].min(y), range[1].max(y)];
-            }
-        }
+        Arch::new().dispatch(Weighted {
+            cloud,
+            index: &s.found.index,
+            weights: &s.weights,
+            ranges: &mut s.ranges,
+            out,
+        });
         let in_space = s.found.reach == Reach::Nearest && !cloud.is_in_sheets();
         let mut is_inside = None;
-        for (channel, (out, &[low, high])) in out.iter_mut().zip(&s.ranges).enumerate() {
+        let [lows, highs] = &s.ranges;
+        let ranges = lows.iter().zip(highs);
+        for (channel, (out, (&low, &high))) in out.iter_mut().zip(ranges).enumerate() {
             let reach = match s.found.reach {
                 Reach::Flat => 0.0,
                 Reach::Nearest | Reach::Far => OVERSHOOT * (high - low),
@@ -258,15 +310,20 @@ impl Local {
     }
 }
 
+/// Largest sum of the sizes of the weights that is taken of neighbours that were found so far away.
+fn largest_weights<const K: usize>(cloud: &Cloud<K>, reach: Reach) -> f64 {
+    match reach {
+        Reach::Nearest if !cloud.is_in_sheets() => LARGEST_OF_SPACE,
+        reach => LARGEST_WEIGHTS[reach as usize],
+    }
+}
+
 impl<const K: usize> Scratch<K> {
     /// Finds the weights of the neighbours; false if there are none.
     fn weigh(&mut self, cloud: &Cloud<K>, x: &[f64; K]) -> bool {
         self.localise(cloud, x);
         self.eliminate();
-        self.largest = match self.found.reach {
-            Reach::Nearest if !cloud.is_in_sheets() => LARGEST_OF_SPACE,
-            reach => LARGEST_WEIGHTS[reach as usize],
-        };
+        self.largest = largest_weights(cloud, self.found.reach);
         let found = if self.lagrange.len() == K + 1 {
             self.solve::<Biharmonic>()
         } else {

@@ -37,6 +37,7 @@ mod nearest;
 mod predictive;
 mod scattered;
 mod sheets;
+mod spline_block;
 mod thin_plate;
 mod transform;
 mod uncertainty;

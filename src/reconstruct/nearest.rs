@@ -127,8 +127,15 @@ impl<const K: usize> ScatteredRule<K> for First {
 
     fn scratch(&self) {}
 
-    #[inline]
-    fn interpolate(&self, cloud: &Cloud<K>, x: &[f64; K], _scratch: &mut (), out: &mut [f64]) {
-        out.copy_from_slice(cloud.value(cloud.nearest(x)));
+    fn interpolate(
+        &self,
+        cloud: &Cloud<K>,
+        queries: &[[f64; K]],
+        _scratch: &mut (),
+        out: &mut [f64],
+    ) {
+        for (x, out) in queries.iter().zip(out.chunks_exact_mut(cloud.channels)) {
+            out.copy_from_slice(cloud.value(cloud.nearest(x)));
+        }
     }
 }

@@ -17,7 +17,9 @@ use super::{ReconstructError, ReconstructionCoordinates, STRETCH, STRETCH_OF_SHE
 use crate::geometry::DirectionPair;
 use crate::parametrization::{Coords, Layout, Parametrization};
 use crate::schedule::{Pose, Schedule};
+use pulp::Arch;
 use rayon::prelude::*;
+use smallvec::SmallVec;
 use std::f64::consts::{PI, TAU};
 use std::num::NonZeroUsize;
 use std::sync::Arc;
@@ -267,11 +269,11 @@ pub(super) trait ScatteredRule<const K: usize>: Send + Sync {
     /// Fresh buffers.
     fn scratch(&self) -> Self::Scratch;
 
-    /// Writes the transformed value of each channel at point `x`.
+    /// Writes the transformed value of each channel at each of some points, point after point.
     fn interpolate(
         &self,
         cloud: &Cloud<K>,
-        x: &[f64; K],
+        queries: &[[f64; K]],
         scratch: &mut Self::Scratch,
         out: &mut [f64],
     );
@@ -297,16 +299,37 @@ impl<R: ScatteredRule<K>, const K: usize> ScatteredInterpolant<R, K> {
         }
     }
 
-    #[inline]
-    fn value(&self, pair: &DirectionPair, c: &Coords, scratch: &mut R::Scratch, out: &mut [f64]) {
-        if !pair.is_above_horizon() {
-            out.fill(0.0);
-            return;
-        }
-        let x = self.readings.embedding.point(c);
+    /// Values at pairs with these coordinates.
+    fn values(
+        &self,
+        pairs: &[DirectionPair],
+        coords: &[Coords],
+        scratch: &mut R::Scratch,
+        out: &mut [f64],
+    ) {
+        let width = self.width();
+        let above = |i: &usize| pairs[*i].is_above_horizon();
+        let above: SmallVec<[usize; BATCH]> = (0..pairs.len()).filter(above).collect();
+        let queries = above
+            .iter()
+            .map(|&i| self.readings.embedding.point(&coords[i]));
+        let queries: SmallVec<[[f64; K]; BATCH]> = queries.collect();
+        let values = &mut out[..above.len() * width];
         self.rule
-            .interpolate(&self.readings.cloud, &x, scratch, out);
-        self.transform.inverse_all(out);
+            .interpolate(&self.readings.cloud, &queries, scratch, values);
+        Arch::new().dispatch(|| self.transform.inverse_all(values));
+        if above.len() < pairs.len() {
+            // From the last on, so that none is written over before it is moved.
+            let mut next = above.len();
+            for i in (0..pairs.len()).rev() {
+                if next > 0 && above[next - 1] == i {
+                    next -= 1;
+                    out.copy_within(next * width..(next + 1) * width, i * width);
+                } else {
+                    out[i * width..(i + 1) * width].fill(0.0);
+                }
+            }
+        }
     }
 }
 
@@ -317,20 +340,23 @@ impl<R: ScatteredRule<K>, const K: usize> Interpolant for ScatteredInterpolant<R
 
     fn eval(&self, pair: &DirectionPair, out: &mut [f64]) {
         let coords = self.readings.embedding.parametrization.forward(pair);
-        self.value(pair, &coords, &mut self.rule.scratch(), out);
+        self.values(
+            std::slice::from_ref(pair),
+            &[coords],
+            &mut self.rule.scratch(),
+            out,
+        );
     }
 
     fn eval_batch(&self, pairs: &[DirectionPair], out: &mut [f64]) {
-        let n = self.readings.cloud.channels;
+        let n = self.width();
         let mut scratch = self.rule.scratch();
         let mut coords = [[0.0; 4]; BATCH];
         for (pairs, out) in pairs.chunks(BATCH).zip(out.chunks_mut(BATCH * n)) {
             let coords = &mut coords[..pairs.len()];
             let parametrization = &self.readings.embedding.parametrization;
             parametrization.forward_batch(pairs, coords);
-            for ((pair, coords), out) in pairs.iter().zip(coords).zip(out.chunks_exact_mut(n)) {
-                self.value(pair, coords, &mut scratch, out);
-            }
+            self.values(pairs, coords, &mut scratch, out);
         }
     }
 }

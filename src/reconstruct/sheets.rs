@@ -319,7 +319,7 @@ impl SheetInterpolant {
         let [on_low, on_high] = values;
         let on = |sheet: &Sheet, value: &mut [f64], scratch: &mut Box<Scratch<2>>| {
             let x = place(pair, sheet.theta);
-            self.rule.interpolate(&sheet.cloud, &x, scratch, value);
+            self.rule.interpolate(&sheet.cloud, &[x], scratch, value);
         };
         on(&self.sheets[low], on_low, scratch);
         if t == 0.0 {

@@ -256,7 +256,9 @@ where
                         } else {
                             Presence::Missing
                         };
-                        *out = value.map(|v| if shown { v } else { 0.0 });
+                        for (out, v) in out.iter_mut().zip(value) {
+                            *out = if shown { v } else { 0.0 };
+                        }
                     }
                 }
                 Interpolation::Trilinear => {
@@ -310,7 +312,8 @@ impl Cell<1> for [f64; 1] {
 impl Cell<3> for [f64; 3] {
     #[inline(always)]
     fn is_data(&self) -> bool {
-        self.map(is_data) == [true; 3]
+        let [r, g, b] = *self;
+        is_data(r) & is_data(g) & is_data(b)
     }
 
     #[inline(always)]
@@ -358,21 +361,25 @@ where
 {
     let n_phi = grid.dims()[2];
     let last = THETA_CELLS - 1;
-    let [h, d, phi] = whole.map(|i| i as usize);
+    let [h, d, phi] = whole;
+    let [h, d, phi] = [h as usize, d as usize, phi as usize];
     let [f_h, f_d, f_phi] = part;
     let next = if phi + 1 < n_phi { phi + 1 } else { 0 };
     let (h_next, d_next) = ((h + 1).min(last), (d + 1).min(last));
     let corners = [[h, d], [h, d_next], [h_next, d], [h_next, d_next]];
     let (g_h, g_d, g_phi) = (1.0 - f_h, 1.0 - f_d, 1.0 - f_phi);
     let row_weights = [g_h * g_d, g_h * f_d, f_h * g_d, f_h * f_d];
-    let nodes = corners.map(|[h, d]| {
+    let mut nodes = [[[0.0; N]; 2]; 4];
+    for (nodes, [h, d]) in nodes.iter_mut().zip(corners) {
         let cells = if h == 0 {
             [grid.cells() + d; 2]
         } else {
-            [phi, next].map(|phi| grid.index([h, d, phi]))
+            [grid.index([h, d, phi]), grid.index([h, d, next])]
         };
-        cells.map(|i| table[i])
-    });
+        for (node, cell) in nodes.iter_mut().zip(cells) {
+            *node = table[cell];
+        }
+    }
 
     // Away from the horizon every node holds data, and one predictable branch replaces eight
     // choices and a division.
