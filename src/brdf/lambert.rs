@@ -94,11 +94,11 @@ impl Brdf for Lambert {
         true
     }
 
-    #[inline]
     fn is_mirrored(&self) -> bool {
         true
     }
 
+    #[inline]
     fn eval(&self, pair: &DirectionPair, out: &mut [f64]) -> Presence {
         let on = f64::from(u8::from(pair.is_above_horizon()));
         for (out, value) in out.iter_mut().zip(&self.value) {

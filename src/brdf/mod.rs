@@ -77,8 +77,9 @@ pub trait Brdf: Send + Sync {
     /// True if the directional albedo is at most 1 for every view, by construction.
     fn conserves_energy(&self) -> bool;
 
-    /// True if its values are the same, to rounding, mirrored through the plane of tangent and normal. A formula can
-    /// promise it; a measured table that is bilateral is so as well as it was measured.
+    /// True if values and their presence are the same, to rounding, mirrored through the plane of tangent and normal: then
+    /// moments of a slice take its half at φ ≥ 0, and those that are odd in φ are 0. A formula can promise it. A measured
+    /// table cannot, whatever [`symmetry`](Self::symmetry) it is read with. A wrapper asks what is in it.
     fn is_mirrored(&self) -> bool {
         false
     }

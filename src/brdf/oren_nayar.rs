@@ -130,11 +130,11 @@ impl Brdf for OrenNayar {
         self.conserves_energy
     }
 
-    #[inline]
     fn is_mirrored(&self) -> bool {
         true
     }
 
+    #[inline]
     fn eval(&self, pair: &DirectionPair, out: &mut [f64]) -> Presence {
         let shape = if pair.is_above_horizon() {
             let (i, o) = (pair.omega_i.vector(), pair.omega_o.vector());

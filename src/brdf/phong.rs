@@ -139,11 +139,11 @@ impl Brdf for Phong {
         self.conserves_energy
     }
 
-    #[inline]
     fn is_mirrored(&self) -> bool {
         true
     }
 
+    #[inline]
     fn eval(&self, pair: &DirectionPair, out: &mut [f64]) -> Presence {
         let Some((h, _)) = half_above(pair) else {
             out.fill(0.0);

@@ -120,11 +120,11 @@ impl Brdf for Sheen {
         false
     }
 
-    #[inline]
     fn is_mirrored(&self) -> bool {
         true
     }
 
+    #[inline]
     fn eval(&self, pair: &DirectionPair, out: &mut [f64]) -> Presence {
         let shape = if let Some((h, _)) = half_above(pair) {
             // sinⁿ at its largest, on the horizon, where a rounding of sin² would count n/2 times.

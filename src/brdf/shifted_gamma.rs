@@ -245,11 +245,11 @@ impl Brdf for ShiftedGamma {
         false
     }
 
-    #[inline]
     fn is_mirrored(&self) -> bool {
         true
     }
 
+    #[inline]
     fn eval(&self, pair: &DirectionPair, out: &mut [f64]) -> Presence {
         let Some((h, cos_d)) = half_above(pair) else {
             out.fill(0.0);

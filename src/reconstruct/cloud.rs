@@ -32,6 +32,10 @@ const SMALLEST: f64 = 1e-3;
 /// Dimensions of an embedding, the most there are.
 const MOST: usize = 4;
 
+/// Neighbours up to which the order of equally near ones is that of the tree, whatever is known before: more are sorted
+/// by rules that depend on what else is in the list.
+const MOST_IN_ORDER: NonZeroUsize = NonZeroUsize::MIN.saturating_add(31);
+
 /// What rounding may add to a squared distance.
 const WIDER: f64 = 1.0 + 1e-9;
 
@@ -203,9 +207,11 @@ impl<const K: usize> Cloud<K> {
         found.index.clear();
         found.distance2.clear();
         // Points that follow each other lie near each other: the nearest of the one are within reach of the next.
-        let most = found.before.map_or(f64::INFINITY, |(at, reach)| {
+        let before = found.before.filter(|_| k <= MOST_IN_ORDER);
+        let most = before.map_or(f64::INFINITY, |(at, reach)| {
             let way2: f64 = at.iter().zip(x).map(|(a, b)| (a - b) * (a - b)).sum();
-            (reach + way2.sqrt()).powi(2) * WIDER
+            // Squares of tiny distances are 0.
+            ((reach + way2.sqrt()).powi(2) * WIDER).max(f64::MIN_POSITIVE)
         });
         self.tree.find_within(most, x, k, |i, d2| found.push(i, d2));
         let reach = found.distance2.get(k.get() - 1).copied();

@@ -245,11 +245,11 @@ impl<D: Distribution> Brdf for Microfacet<D> {
         true
     }
 
-    #[inline]
     fn is_mirrored(&self) -> bool {
         true
     }
 
+    #[inline]
     fn eval(&self, pair: &DirectionPair, out: &mut [f64]) -> Presence {
         let [facets, cos_d] = self.facets(pair.vectors());
         self.fresnel.scale(&[cos_d], &[facets], out);

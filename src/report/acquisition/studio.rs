@@ -233,10 +233,8 @@ impl<'a> Studio<'a> {
             format!("{stem}.{sampled}")
         });
         let names: Vec<_> = names.collect();
-        if names
-            .iter()
-            .all(|name| folder.has(Below::Pictures, &format!("{name}.svg")))
-        {
+        let is_there = |name: &String| folder.has(Below::Pictures, &format!("{name}.svg"));
+        if names.iter().all(is_there) {
             return Ok(());
         }
         let ledger = folder.ledger().within(Stage::Pictures);
@@ -250,6 +248,9 @@ impl<'a> Studio<'a> {
             if let Some(preview) = preview(self.plan, material, brdf, i, router)? {
                 shown.push((name, &self.plan.parametrizations[i], preview));
             }
+        }
+        if cancelled() || shown.iter().all(|(name, ..)| is_there(name)) {
+            return Ok(());
         }
         // All by the same points, also where some are in the folder: a run that was stopped draws the same.
         let copies = shown.iter().map(|(_, _, preview)| {

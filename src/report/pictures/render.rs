@@ -182,7 +182,7 @@ fn light_table(lighting: &dyn Lighting) -> Distribution {
 }
 
 /// Distribution of light directions about the mirror direction of a view: f_r cos θ_i times solid
-/// angle.
+/// angle, of the first BRDF and, as often, of the others.
 fn lobe_table(brdfs: &[&dyn Brdf], theta_o: f64) -> Distribution {
     const FIRST: f64 = 1e-7;
     let widest = 4f64.to_radians();
@@ -211,14 +211,27 @@ fn lobe_table(brdfs: &[&dyn Brdf], theta_o: f64) -> Distribution {
         (edges[ring + 1] - edges[ring]) * TAU / SECTORS as f64
     };
     let mut weights = vec![0.0; cells.len()];
-    for brdf in brdfs {
+    for (b, brdf) in brdfs.iter().enumerate() {
         let n = brdf.channels().count();
         let mut values = vec![0.0; n * pairs.len()];
         let mut presence = vec![Presence::Missing; pairs.len()];
         brdf.eval_batch(&pairs, &mut values, &mut presence);
-        for ((&i, f), presence) in above.iter().zip(values.chunks_exact(n)).zip(presence) {
-            if presence == Presence::Present {
-                weights[i] += brdf.channels().luminance(f) * cells[i].z * angle(i);
+        let found = above.iter().zip(values.chunks_exact(n)).zip(presence);
+        let of = found.map(|((&i, f), presence)| match presence {
+            Presence::Present => brdf.channels().luminance(f) * cells[i].z * angle(i),
+            Presence::Missing => 0.0,
+        });
+        let of: Vec<f64> = of.collect();
+        let total: f64 = of.iter().sum();
+        // Half is the first's, whatever the others are like: it is looked at beside each of them.
+        let share = match (b, brdfs.len() - 1) {
+            (_, 0) => 1.0,
+            (0, _) => 0.5,
+            (_, others) => 0.5 / others as f64,
+        };
+        if total > 0.0 {
+            for (&i, of) in above.iter().zip(of) {
+                weights[i] += share / total * of;
             }
         }
     }
