@@ -453,10 +453,7 @@ impl Compare {
             count(measurement.readings(), "reading"),
             coordinates.join(" ")
         );
-        let mut bytes = Vec::new();
-        pictures
-            .write_png(&mut bytes)
-            .map_err(|e| Error::Internal(format!("cannot draw: {e}")))?;
+        let bytes = pictures.png()?;
         let text = pictures.svg(&title, &bytes)?;
         self.folder.make()?;
         print(&format!("{title}\n{}\n", pictures.errors()))?;

@@ -275,7 +275,7 @@ impl<'a> Studio<'a> {
                     self.by()
                 );
                 let exr = encoded(|out| made.write_exr(out))?;
-                let png = encoded(|out| made.write_png(out))?;
+                let png = made.png()?;
                 let svg = made.svg(&title, &png)?.into_bytes();
                 // What is looked for is the last.
                 Ok([("exr", exr), ("png", png), ("svg", svg)]

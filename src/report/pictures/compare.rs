@@ -136,13 +136,13 @@ impl Comparison {
         [3 * side + 2 * GAP, side]
     }
 
-    /// Writes truth, reconstruction and difference side by side as PNG: the first two over the
+    /// Truth, reconstruction and difference side by side as a PNG file: the first two over the
     /// truth's white, the third from blue (too dark) over white to red (too bright), on the one scale that
     /// all comparisons have: see [`svg`](Self::svg). Hatched in all: no data; beside the spheres it is transparent.
     ///
     /// # Errors
-    /// Whatever `out` reports.
-    pub fn write_png(&self, out: &mut impl Write) -> io::Result<()> {
+    /// [`Error::Internal`](crate::Error::Internal) if it cannot be encoded, which it should be.
+    pub fn png(&self) -> Result<Vec<u8>, crate::Error> {
         let side = self.truth.resolution;
         let white = self.truth.white();
         // Stripes as wide on a small sphere as on a large one.
@@ -166,7 +166,10 @@ impl Comparison {
                 );
             }
         }
-        write_rgba(&bytes, self.size()[0], out)
+        let mut file = Vec::new();
+        write_rgba(&bytes, self.size()[0], &mut file)
+            .map_err(|e| crate::Error::Internal(format!("cannot draw: {e}")))?;
+        Ok(file)
     }
 
     /// Writes one OpenEXR file with the layers `truth`, `reconstruction` and `difference`
@@ -199,7 +202,7 @@ impl Comparison {
         write_channels([self.truth.resolution; 2], list, out)
     }
 
-    /// `png`, which is what [`write_png`](Self::write_png) writes, with names and errors around it, and the scale of differences: their luminance over the
+    /// `png`, which is what [`png`](Self::png) returns, with names and errors around it, and the scale of differences: their luminance over the
     /// truth's white, signed, by its logarithm. The scale is the same for all comparisons, so that pictures
     /// beside each other rank what they show.
     ///
@@ -348,8 +351,7 @@ mod tests {
             assert!((found.without_data - ring).abs() < 0.04, "{found:?}");
             let said = found.errors();
             assert!(said.ends_with("% without data"), "{said}");
-            let mut png = Vec::new();
-            found.write_png(&mut png).unwrap();
+            let png = found.png().unwrap();
             let picture = image::load_from_memory(&png).unwrap().into_rgba8();
             // The leftmost pixels of the sphere.
             for x in [0, 64 + 8, 2 * (64 + 8)] {
@@ -378,8 +380,7 @@ mod tests {
     #[test]
     fn pictures_lie_side_by_side() {
         let darker = compare(0.5, 0.2);
-        let mut png = Vec::new();
-        darker.write_png(&mut png).unwrap();
+        let png = darker.png().unwrap();
         let picture = image::load_from_memory(&png).unwrap().into_rgba8();
         assert_eq!(picture.dimensions(), (3 * 24 + 16, 24));
         let at = |x: u32| picture.get_pixel(x, 8).0;
@@ -397,9 +398,7 @@ mod tests {
     fn plates_quote_the_errors() {
         let plate = |darker: f64, title: &str| {
             let made = compare(0.5, darker);
-            let mut png = Vec::new();
-            made.write_png(&mut png).unwrap();
-            made.svg(title, &png).unwrap()
+            made.svg(title, &made.png().unwrap()).unwrap()
         };
         let svg = plate(0.2, "half");
         assert!(svg.contains("nrmse 0.6000") && svg.contains("reconstruction"));

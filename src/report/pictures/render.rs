@@ -81,7 +81,7 @@ pub fn render_spheres(
             .map(|p| p.as_ref().map_or(0.0, |p| p[copy].left_out))
             .collect(),
     };
-    (1..all.len()).map(beside).collect()
+    (0..copies.len()).map(beside).collect()
 }
 
 /// The picture of a number of each pixel.
@@ -100,7 +100,7 @@ fn clamped(resolution: usize) -> usize {
     resolution.clamp(1, 4096)
 }
 
-/// The first of some BRDFs and another (or itself) in a pixel, by the light that both have data for.
+/// The first of some BRDFs and another in a pixel, or itself, by the light that both have data for.
 #[derive(Clone, Copy, Default)]
 struct Seen {
     images: [[f64; 3]; 2],
@@ -108,7 +108,7 @@ struct Seen {
     left_out: f64,
 }
 
-/// The pixels of a sphere: the first BRDF beside each of them, itself too; `None` beside the sphere.
+/// The pixels of a sphere: the first BRDF beside each of the others, alone beside itself; `None` beside the sphere.
 fn render(
     brdfs: &[&dyn Brdf],
     lighting: &dyn Lighting,
@@ -133,7 +133,7 @@ fn render(
                 1 => points,
                 n => points.div_ceil(n as u64).max(points.min(8)),
             };
-            let mut sum = vec![Seen::default(); shader.brdfs.len()];
+            let mut sum = vec![Seen::default(); (shader.brdfs.len() - 1).max(1)];
             let share = 1.0 / places.len() as f64;
             for (part, [x, y]) in places.iter().enumerate() {
                 let theta_o = x.hypot(*y).asin();
@@ -306,15 +306,19 @@ impl<'a> Shader<'a> {
         to: &mut [Seen],
     ) {
         self.look(lobe, frame, seed, points);
+        self.reflect(0);
         for (i, to) in to.iter_mut().enumerate() {
-            self.reflect(i);
+            // Alone it is beside itself.
+            let other = (i + 1).min(self.brdfs.len() - 1);
+            if other > 0 {
+                self.reflect(other);
+            }
+            let beside = [0, other.min(1)];
             let mut seen = Seen::default();
             let [mut all, mut left_out] = [0.0; 2];
             for (at, light) in self.radiance.iter().enumerate() {
                 let light = luminance(*light);
                 all += light;
-                // The first is beside itself.
-                let beside = [0, i.min(1)];
                 if beside
                     .iter()
                     .all(|&b| self.presence[b][at] == Presence::Present)
