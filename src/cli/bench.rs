@@ -118,7 +118,9 @@ impl Bench {
             )?;
         }
         if told.is_stopped() {
-            let path = self.output.clone().unwrap_or_else(|| "stdout".into());
+            // The folder is made with the first file.
+            let folder = self.output.clone().filter(|dir| count > 0 && dir.exists());
+            let path = folder.unwrap_or_else(|| "stdout".into());
             return Err(Error::Interrupted { rows: count, path });
         }
         Ok(())

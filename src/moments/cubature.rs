@@ -125,13 +125,14 @@ impl Cell {
             let at = |x| f64::sin_cos(centre[axis] + half[axis] * x);
             *nodes.entry(ends).or_insert_with(|| RULE.nodes.map(at))
         });
-        batch.clear();
-        for (st, ct) in thetas {
-            for (sp, cp) in phis {
-                let m = DVec3::new(st * cp, sp, ct * cp);
-                batch.push(slice, Direction::from_unit(m));
+        let mut lights = [[Direction::NORMAL; NODES]; NODES];
+        for (row, (st, ct)) in lights.iter_mut().zip(thetas) {
+            for (light, (sp, cp)) in row.iter_mut().zip(phis) {
+                *light = Direction::from_unit(DVec3::new(st * cp, sp, ct * cp));
             }
         }
+        batch.clear();
+        batch.extend(slice, lights.as_flattened());
         slice.evaluate(batch);
         let area = half[0] * half[1];
         let mut cell = Self {

@@ -158,29 +158,38 @@ impl<'a> Slice<'a> {
         batch.presence.resize(len, Presence::Missing);
         self.brdf
             .eval_batch(&batch.pairs, &mut batch.raw, &mut batch.presence);
-        batch.values.clear();
-        batch.kinds.clear();
-        let mut tell = |value: f64, presence| {
-            let value = value - self.diffuse;
+        batch.values.resize(len, 0.0);
+        batch.kinds.resize(len, Kind::Missing);
+        let tell = |value: f64, presence| {
             // A value that breaks the promise of `Brdf` (finite, ≥ 0) would spoil every sum; it is
             // left out like a missing one.
-            let (value, kind) = match presence {
-                Presence::Missing => (0.0, Kind::Missing),
-                Presence::Present if !(value + self.diffuse >= 0.0 && value.is_finite()) => {
-                    (0.0, Kind::Missing)
-                }
-                Presence::Present if value < 0.0 => (0.0, Kind::Clamped),
-                Presence::Present => (value, Kind::Value),
-            };
-            batch.values.push(value);
-            batch.kinds.push(kind);
+            let is_there = presence == Presence::Present && value >= 0.0 && value.is_finite();
+            let rest = value - self.diffuse;
+            match (is_there, rest >= 0.0) {
+                (true, true) => (rest, Kind::Value),
+                (true, false) => (0.0, Kind::Clamped),
+                (false, _) => (0.0, Kind::Missing),
+            }
         };
-        let raw = batch.raw.chunks_exact(n).zip(&batch.presence);
         if *channels == Channels::Luminance {
-            // Most often, and no choice at every value.
-            raw.for_each(|(raw, &presence)| tell(raw[0], presence));
+            batch.values.copy_from_slice(&batch.raw);
         } else {
-            raw.for_each(|(raw, &presence)| tell(self.channel.of(channels, raw), presence));
+            for (value, raw) in batch.values.iter_mut().zip(batch.raw.chunks_exact(n)) {
+                *value = self.channel.of(channels, raw);
+            }
+        }
+        // Most often all are values, and none needs a choice.
+        let are_there = batch.presence.iter();
+        let are_there = are_there.fold(true, |all, p| all & (*p == Presence::Present));
+        let is_value = |v: &f64| (*v >= self.diffuse) & (*v < f64::INFINITY);
+        if are_there && batch.values.iter().fold(true, |all, v| all & is_value(v)) {
+            batch.values.iter_mut().for_each(|v| *v -= self.diffuse);
+            batch.kinds.fill(Kind::Value);
+            return;
+        }
+        let told = batch.values.iter_mut().zip(&mut batch.kinds);
+        for ((value, kind), &presence) in told.zip(&batch.presence) {
+            (*value, *kind) = tell(*value, presence);
         }
     }
 
@@ -213,6 +222,17 @@ impl Batch {
     #[inline]
     pub fn push(&mut self, slice: &Slice<'_>, omega_i: Direction) {
         self.pairs.push(DirectionPair::new(omega_i, slice.omega_o));
+    }
+
+    /// Adds light directions.
+    #[inline]
+    pub fn extend(&mut self, slice: &Slice<'_>, lights: &[Direction]) {
+        let before = self.pairs.len();
+        let both = DirectionPair::new(slice.omega_o, slice.omega_o);
+        self.pairs.resize(before + lights.len(), both);
+        for (pair, light) in self.pairs[before..].iter_mut().zip(lights) {
+            pair.omega_i = *light;
+        }
     }
 
     /// Values of the last evaluation (sr⁻¹, ≥ 0), one per direction.

@@ -8,62 +8,50 @@
 
 use super::component::{Component, Order};
 
-const BINOMIAL: [[f64; 5]; 5] = [
-    [1.0, 0.0, 0.0, 0.0, 0.0],
-    [1.0, 1.0, 0.0, 0.0, 0.0],
-    [1.0, 2.0, 1.0, 0.0, 0.0],
-    [1.0, 3.0, 3.0, 1.0, 0.0],
-    [1.0, 4.0, 6.0, 4.0, 1.0],
-];
-
 #[inline]
-fn at(n: usize, m: usize) -> usize {
+const fn at(n: usize, m: usize) -> usize {
     Component { n, m }.index()
 }
+
+/// The steps of a move along an angle, 0 for θ: a sum and the next lower one along it. Each sum grows by the distance
+/// times the lower one; all steps together make the powers of (x + d) (Shaw, Traub 1974).
+const fn steps(axis: usize) -> [(usize, usize); 20] {
+    let mut steps = [(0, 0); 20];
+    let (mut round, mut next) = (1, 0);
+    while round <= 4 {
+        let mut degree = 4;
+        while degree >= round {
+            let mut other = 0;
+            while other + degree <= 4 {
+                steps[next] = if axis == 0 {
+                    (at(degree, other), at(degree - 1, other))
+                } else {
+                    (at(other, degree), at(other, degree - 1))
+                };
+                other += 1;
+                next += 1;
+            }
+            degree -= 1;
+        }
+        round += 1;
+    }
+    steps
+}
+
+const ALONG: [[(usize, usize); 20]; 2] = [steps(0), steps(1)];
 
 /// Moments moved to another origin: `sums[(n, m)]` is Σ w x^n y^m, and the new origin is
 /// at (−dx, −dy) of the old, Σ w (x + dx)^n (y + dy)^m.
 pub(super) fn shifted(sums: &[f64; 15], order: Order, dx: f64, dy: f64) -> [f64; 15] {
-    // Known when compiled, loops become straight sums.
-    match order.get() {
-        0 => *sums,
-        1 => shifted_to::<1>(sums, dx, dy),
-        2 => shifted_to::<2>(sums, dx, dy),
-        3 => shifted_to::<3>(sums, dx, dy),
-        _ => shifted_to::<4>(sums, dx, dy),
+    let mut sums = *sums;
+    for (sum, lower) in ALONG[1] {
+        sums[sum] += dy * sums[lower];
     }
-}
-
-fn shifted_to<const ORDER: usize>(sums: &[f64; 15], dx: f64, dy: f64) -> [f64; 15] {
-    // (x + d)^n in powers of x.
-    let expanded = |d: f64| {
-        let powers = powers(d);
-        let mut of = [[0.0; 5]; 5];
-        for n in 0..=ORDER {
-            for i in 0..=n {
-                of[n][i] = BINOMIAL[n][i] * powers[n - i];
-            }
-        }
-        of
-    };
-    let (in_x, in_y) = (expanded(dx), expanded(dy));
-    // Along y, then along x.
-    let (mut along, mut out) = ([0.0; 15], [0.0; 15]);
-    for n in 0..=ORDER {
-        for m in 0..=ORDER - n {
-            for j in 0..=m {
-                along[at(n, m)] += in_y[m][j] * sums[at(n, j)];
-            }
-        }
+    for (sum, lower) in ALONG[0] {
+        sums[sum] += dx * sums[lower];
     }
-    for n in 0..=ORDER {
-        for m in 0..=ORDER - n {
-            for i in 0..=n {
-                out[at(n, m)] += in_x[n][i] * along[at(i, m)];
-            }
-        }
-    }
-    out
+    sums[order.count()..].fill(0.0);
+    sums
 }
 
 /// 1, x, … x⁴.
