@@ -134,7 +134,9 @@ fn keys(rows: &[Row]) -> HashSet<RowKey> {
 }
 
 fn known(rows: &[Row]) -> Known<Row> {
-    rows.iter().map(|r| (r.key.clone(), r.clone())).collect()
+    rows.iter()
+        .map(|r| (r.key.clone(), r.clone().into()))
+        .collect()
 }
 
 /// Without what depends on the clock of this computer, in the order of results.

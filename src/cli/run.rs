@@ -11,7 +11,7 @@ use super::talk::{detail, note};
 use super::{ConfigArgs, SeedArgs, ThreadArgs, print};
 use crate::error::{Error, count_are};
 use crate::experiment::{
-    AnyPlan, Experiment, Extent, Known, Observer, Record, RowKey, Shard, Source, Summary, Tuned,
+    AnyPlan, Experiment, Extent, Observer, Record, RowKey, Shard, Source, Summary, Tuned,
     material_key,
 };
 use crate::report::{MadeBy, MadeFrom, Manifest, Outcome, RunFolder, read_rows};
@@ -19,7 +19,7 @@ use clap::Args;
 use consumers::{Consumers, Files};
 use explain::Explained;
 use std::cell::RefCell;
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -50,7 +50,7 @@ pub(super) struct Run {
     #[arg(long)]
     list: bool,
     /// Memory for materials and their readings, in megabytes; results do not depend on it
-    #[arg(long, value_name = "MB", default_value_t = 512, value_parser = clap::value_parser!(u32).range(1..))]
+    #[arg(long, value_name = "MB", default_value_t = 256, value_parser = clap::value_parser!(u32).range(1..))]
     memory: u32,
     /// Print what was done, how often and in how many seconds, and what was left out and why
     #[arg(long)]
@@ -305,7 +305,7 @@ fn list<E: Experiment>(plan: &E, shard: Option<Shard>, dir: &Path) -> Result<(),
     } else {
         Vec::new()
     };
-    let known: Known<E::Record> = rows.into_iter().map(|r| (r.key().to_owned(), r)).collect();
+    let known: HashSet<&str> = rows.iter().map(|r| r.key()).collect();
     let expected = plan.expected(shard);
     let mut keys: HashMap<usize, RowKey> = HashMap::new();
     let (mut out, mut done, mut jobs) = (String::new(), 0, 0);
@@ -316,7 +316,7 @@ fn list<E: Experiment>(plan: &E, shard: Option<Shard>, dir: &Path) -> Result<(),
             entry.insert(material_key(&plan.materials()[material]).unwrap_or_default());
         }
         let mine: Vec<RowKey> = job.iter().map(|e| e.key(&keys[&material])).collect();
-        let is_done = mine.iter().all(|k| known.contains_key(k));
+        let is_done = mine.iter().all(|k| known.contains(k.as_str()));
         done += usize::from(is_done);
         jobs += 1;
         let word = if is_done { "done" } else { "open" };

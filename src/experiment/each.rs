@@ -97,7 +97,7 @@ fn materials<E: PerMaterial>(
         };
         for (place, key) in keys.into_iter().enumerate() {
             if let Some(old) = known.get(&key) {
-                teller.complete(&[old])?;
+                teller.complete(&[old.as_ref()])?;
             } else if let (Some(brdf), Some(shared)) = (&brdf, &shared) {
                 let of = Of {
                     material,

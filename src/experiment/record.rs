@@ -10,9 +10,10 @@ use serde::de::DeserializeOwned;
 use std::collections::HashMap;
 use std::fmt;
 use std::str::FromStr;
+use std::sync::Arc;
 
 /// Records from earlier runs, by key.
-pub type Known<R> = HashMap<RowKey, R>;
+pub type Known<R> = HashMap<RowKey, Arc<R>>;
 
 /// A finished piece of an experiment: one line of its file; a run goes on from those it finds.
 pub trait Record: Serialize + DeserializeOwned + Clone {

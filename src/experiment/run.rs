@@ -372,7 +372,7 @@ impl<'a> Runner<'a> {
         for identity in members.iter().filter_map(|m| m.identity) {
             for key in tasks.iter().flat_map(|t| t.keys(identity)) {
                 let row = made.get(key.as_str()).copied();
-                all.extend(row.or_else(|| self.known.get(&key)));
+                all.extend(row.or_else(|| self.known.get(&key).map(Arc::as_ref)));
             }
         }
         self.teller.complete(&all)

@@ -1,7 +1,5 @@
 //! Analysis of variance: the share of the variance that each factor explains.
 
-mod balanced;
-
 use nalgebra::DMatrix;
 use std::ops::Range;
 
@@ -38,8 +36,13 @@ pub struct Shares {
 /// missing combinations, unlike type III, and does not depend on an order, unlike type I.
 ///
 /// `None` with fewer than two rows, rows of different lengths, a value that is not finite, or values
-/// all equal. Cost: rows · factors² on balanced data; else rows · factors⁴ / 4 + factors² · columns³
-/// / 12, where columns is about the number of cells of all two-way tables.
+/// all equal.
+///
+/// A factor is *crossed* where each of its levels has the same rows of the others. What is constant along it and what
+/// differs are orthogonal: terms without it see the means over its levels; it and its pairs see the deviations from
+/// these, a fit by single factors for each level. Cost: rows · factors² where all factors are crossed; of those that
+/// are not, rows · factors⁴ / 4 + factors² · columns³ / 12, where columns is about the number of cells of all two-way
+/// tables.
 pub fn variance_shares(rows: &[(&[usize], f64)]) -> Option<Shares> {
     let factors = rows.first()?.0.len();
     let whole = |(levels, value): &(&[usize], f64)| levels.len() == factors && value.is_finite();
@@ -54,9 +57,8 @@ pub fn variance_shares(rows: &[(&[usize], f64)]) -> Option<Shares> {
         return None;
     }
     let levels = Levels::new(rows);
-    let squares = balanced::squares(rows, &levels, mean);
-    let squares = squares.unwrap_or_else(|| Design::new(rows, &levels, mean).squares());
-    let Squares { mains, pairs, rest } = squares;
+    let values: Vec<f64> = rows.iter().map(|(_, v)| v - mean).collect();
+    let Squares { mains, pairs, rest } = Squares::new(&levels, values);
     let share = |taken: f64| taken.max(0.0) / total;
     let mains: Vec<f64> = mains.into_iter().map(share).collect();
     let pairs = pairs.into_iter().map(|(a, b, taken)| (a, b, share(taken)));
@@ -78,6 +80,52 @@ struct Squares {
     mains: Vec<f64>,
     pairs: Vec<(usize, usize, f64)>,
     rest: f64,
+}
+
+impl Squares {
+    /// Of values whose mean is 0.
+    fn new(levels: &Levels, values: Vec<f64>) -> Self {
+        let Some(Crossed { factor, order }) = levels.crossed() else {
+            return Design::new(levels, &[values], true).squares();
+        };
+        let count = levels.counts[factor];
+        let each = order.len() / count;
+        let mut means = vec![0.0; each];
+        for of_level in order.chunks_exact(each) {
+            for (mean, &row) in means.iter_mut().zip(of_level) {
+                *mean += values[row] / count as f64;
+            }
+        }
+        let deviations = order.chunks_exact(each).map(|of_level| {
+            let deviation = |(row, mean): (&usize, &f64)| values[*row] - mean;
+            of_level.iter().zip(&means).map(deviation).collect()
+        });
+        let deviations: Vec<Vec<f64>> = deviations.collect();
+        let others = levels.without(factor, &order[..each]);
+        let own = deviations.iter().map(|d| d.iter().sum::<f64>().powi(2));
+        let own = own.sum::<f64>() / each as f64;
+        let with_others = Design::new(&others, &deviations, false).squares();
+        let mut squares = Self::new(&others, means);
+        let rows = count as f64;
+        squares.mains.iter_mut().for_each(|main| *main *= rows);
+        squares.mains[factor] = own;
+        for (a, b, taken) in &mut squares.pairs {
+            *taken = match (*a == factor, *b == factor) {
+                (true, _) => with_others.mains[*b],
+                (_, true) => with_others.mains[*a],
+                _ => *taken * rows,
+            };
+        }
+        squares.rest = squares.rest * rows + with_others.rest;
+        squares
+    }
+}
+
+/// A factor whose levels have the same rows of the others.
+struct Crossed {
+    factor: usize,
+    /// Its rows, level after level, those of each in the same order.
+    order: Vec<usize>,
 }
 
 /// The levels of every row, counted from 0 without gaps.
@@ -109,9 +157,43 @@ impl Levels {
         }
     }
 
-    /// The levels of each row; none if there are no factors.
-    fn rows(&self, factors: usize) -> impl Iterator<Item = &[usize]> {
-        self.places.chunks_exact(factors.max(1))
+    /// The levels of a row.
+    fn row(&self, row: usize) -> &[usize] {
+        let factors = self.counts.len();
+        &self.places[row * factors..(row + 1) * factors]
+    }
+
+    /// The crossed factor of most levels.
+    fn crossed(&self) -> Option<Crossed> {
+        let rows = self.places.len() / self.counts.len().max(1);
+        let mut factors: Vec<usize> = (0..self.counts.len()).collect();
+        factors.retain(|f| self.counts[*f] > 1 && rows.is_multiple_of(self.counts[*f]));
+        factors.sort_by_key(|f| std::cmp::Reverse(self.counts[*f]));
+        factors.into_iter().find_map(|factor| {
+            let each = rows / self.counts[factor];
+            let others = |row: usize| {
+                let (before, rest) = self.row(row).split_at(factor);
+                (before, &rest[1..])
+            };
+            let mut order: Vec<usize> = (0..rows).collect();
+            order.sort_by_key(|&row| (self.row(row)[factor], others(row), row));
+            let is_crossed = (0..rows).all(|i| {
+                let at = self.row(order[i])[factor];
+                at == i / each && others(order[i]) == others(order[i % each])
+            });
+            is_crossed.then_some(Crossed { factor, order })
+        })
+    }
+
+    /// Some of the rows, and one level of a factor for all.
+    fn without(&self, factor: usize, rows: &[usize]) -> Self {
+        let mut counts = self.counts.clone();
+        counts[factor] = 1;
+        let mut places: Vec<usize> = rows.iter().flat_map(|&r| self.row(r)).copied().collect();
+        for row in places.chunks_exact_mut(counts.len()) {
+            row[factor] = 0;
+        }
+        Self { counts, places }
     }
 }
 
@@ -132,19 +214,22 @@ impl Term {
 /// The normal equations of all terms at once.
 struct Design {
     terms: Vec<Term>,
-    /// Products of all columns: the constant, those of the terms, and last the values.
+    /// Products of all columns: the constant, those of the terms, and last those of values.
     gram: DMatrix<f64>,
+    /// The first column of values.
+    values: usize,
 }
 
 impl Design {
     /// A factor of L levels has L − 1 columns, 1 on their level and 0 elsewhere; a pair has the
-    /// products of theirs.
-    fn new(rows: &[(&[usize], f64)], levels: &Levels, mean: f64) -> Self {
+    /// products of theirs. Each of several columns of values has one per row.
+    fn new(levels: &Levels, values: &[Vec<f64>], with_pairs: bool) -> Self {
         let factors = levels.counts.len();
         let mut terms = vec![];
         let mut next = 1;
         let mains = (0..factors).map(|f| (f, f));
-        let pairs = (0..factors).flat_map(|b| (0..b).map(move |a| (a, b)));
+        let paired = if with_pairs { factors } else { 0 };
+        let pairs = (0..paired).flat_map(|b| (0..b).map(move |a| (a, b)));
         for (first, second) in mains.chain(pairs) {
             let mut count = levels.counts[first] - 1;
             if first != second {
@@ -158,10 +243,11 @@ impl Design {
                 columns,
             });
         }
-        let mut gram = DMatrix::zeros(next + 1, next + 1);
+        let all = next + values.len();
+        let mut gram = DMatrix::zeros(all, all);
         let mut entries = vec![];
-        for (i, (_, value)) in rows.iter().enumerate() {
-            let places = &levels.places[i * factors..(i + 1) * factors];
+        for row in 0..values[0].len() {
+            let places = levels.row(row);
             entries.clear();
             entries.push((0, 1.0));
             for term in &terms {
@@ -177,30 +263,35 @@ impl Design {
                 };
                 entries.push((term.columns.start + column, 1.0));
             }
-            entries.push((next, value - mean));
+            entries.extend((next..).zip(values.iter().map(|of| of[row])));
             for &(i, x) in &entries {
                 for &(j, y) in &entries {
                     gram[(i, j)] += x * y;
                 }
             }
         }
-        Self { terms, gram }
+        Self {
+            terms,
+            gram,
+            values: next,
+        }
     }
 
     /// Sums of squares by which each term lowers the residual of the others.
     fn squares(&self) -> Squares {
         let all = || self.terms.iter();
-        let mains = all().filter(|t| t.first == t.second).map(|main| {
-            let a = main.first;
-            let others = all().filter(|t| !t.has(a));
-            let (without, with) = self.residuals(others, [main]);
+        let taken = |term: &Term, others: &dyn Fn(&&Term) -> bool| {
+            // A factor of one level takes nothing.
+            if term.columns.is_empty() {
+                return 0.0;
+            }
+            let (without, with) = self.residuals(all().filter(others), [term]);
             without - with
-        });
-        let pairs = all().filter(|t| t.first != t.second).map(|pair| {
-            let others = all().filter(|t| *t != pair);
-            let (without, with) = self.residuals(others, [pair]);
-            (pair.first, pair.second, without - with)
-        });
+        };
+        let mains = all().filter(|t| t.first == t.second);
+        let mains = mains.map(|main| taken(main, &|t| !t.has(main.first)));
+        let pairs = all().filter(|t| t.first != t.second);
+        let pairs = pairs.map(|pair| (pair.first, pair.second, taken(pair, &|t| *t != pair)));
         Squares {
             mains: mains.collect(),
             pairs: pairs.collect(),
@@ -219,17 +310,19 @@ impl Design {
         let some = columns.len();
         columns.extend(more.into_iter().flat_map(|t| t.columns.clone()));
         let last = columns.len();
-        columns.push(self.gram.nrows() - 1);
-        let mut left = self.gram.select_rows(&columns).select_columns(&columns);
+        columns.extend(self.values..self.gram.nrows());
+        let all = columns.len();
+        let mut left = DMatrix::from_fn(all, all, |i, j| self.gram[(columns[i], columns[j])]);
         let size = left.diagonal();
-        let mut without = left[(last, last)];
+        let residual = |left: &DMatrix<f64>| (last..all).map(|v| left[(v, v)]).sum();
+        let mut without = residual(&left);
         // Gauss's elimination leaves in the corner what the columns so far do not explain.
         for k in 0..last {
             let pivot = left[(k, k)];
             if pivot > ALIASED * size[k] {
                 // The lower triangle is enough.
                 let (done, mut ahead) = left.columns_range_pair_mut(k, k + 1..);
-                for i in k + 1..=last {
+                for i in k + 1..all {
                     let factor = done[i] / pivot;
                     if factor != 0.0 {
                         let mut column = ahead.column_mut(i - k - 1);
@@ -239,10 +332,10 @@ impl Design {
                 }
             }
             if k + 1 == some {
-                without = left[(last, last)];
+                without = residual(&left);
             }
         }
-        (without, left[(last, last)])
+        (without, residual(&left))
     }
 }
 
@@ -352,33 +445,57 @@ mod tests {
                 *l = 1000 - 13 * *l;
             }
         }
-        let check = |rows: &[(Vec<usize>, f64)]| {
-            let rows = borrowed(rows);
-            let mean = rows.iter().map(|(_, v)| v).sum::<f64>() / rows.len() as f64;
-            let levels = Levels::new(&rows);
-            let told = super::balanced::squares(&rows, &levels, mean)?;
-            let fitted = Design::new(&rows, &levels, mean).squares();
-            let all = |s: &Squares| {
-                let pairs = s.pairs.iter().map(|p| p.2);
-                let mains = s.mains.iter().copied();
-                mains.chain(pairs).chain([s.rest]).collect::<Vec<f64>>()
-            };
-            let total: f64 = rows.iter().map(|(_, v)| (v - mean).powi(2)).sum();
-            let (told, fitted) = (all(&told), all(&fitted));
-            assert_eq!(told.len(), fitted.len());
-            for (t, f) in told.iter().zip(&fitted) {
-                // Elimination loses a few digits of a hundred columns.
-                assert!((t - f).abs() < 1e-12 * total, "{told:?} {fitted:?}");
-            }
-            Some(())
-        };
-        assert!(check(&rows).is_some());
+        assert!(agrees_with_least_squares(&rows));
         // A row too many, one too few, and one in the place of another are gaps.
+        let is_crossed =
+            |rows: &[(Vec<usize>, f64)]| Levels::new(&borrowed(rows)).crossed().is_some();
+        assert!(is_crossed(&rows));
         let mut more = rows.clone();
         more.push(rows[7].clone());
-        assert!(check(&more).is_none() && check(&rows[1..]).is_none());
+        assert!(!is_crossed(&more) && !is_crossed(&rows[1..]));
         rows[3].0 = rows[4].0.clone();
-        assert!(check(&rows).is_none());
+        assert!(!is_crossed(&rows));
+    }
+
+    #[test]
+    fn a_factor_crossed_with_others_that_have_gaps() {
+        // Only the second factor is crossed; the others lack combinations, have some twice, and one is named by another.
+        let value = |l: &[usize]| {
+            let k = (l[0] + 5 * l[1] + 15 * l[2]) as f64;
+            (k * k).sin() + 0.5 * l[0] as f64 - 0.3 * (l[1] * l[2]) as f64
+        };
+        let mut rows = balanced(&[5, 7, 4, 2], value);
+        rows.retain(|(l, _)| (3 * l[0] + 5 * l[2] + l[3]) % 4 != 0);
+        let again = rows.iter().filter(|(l, _)| l[0] == 2);
+        let again: Vec<_> = again.map(|(l, v)| (l.clone(), v + v.cos())).collect();
+        rows.extend(again);
+        for (levels, _) in &mut rows {
+            levels.push(9 - levels[2]);
+        }
+        let levels = Levels::new(&borrowed(&rows));
+        assert_eq!(levels.crossed().map(|c| c.factor), Some(1));
+        assert!(agrees_with_least_squares(&rows));
+    }
+
+    /// True if the sums of squares are those of one fit by all terms at once.
+    fn agrees_with_least_squares(rows: &[(Vec<usize>, f64)]) -> bool {
+        let rows = borrowed(rows);
+        let mean = rows.iter().map(|(_, v)| v).sum::<f64>() / rows.len() as f64;
+        let values: Vec<f64> = rows.iter().map(|(_, v)| v - mean).collect();
+        let levels = Levels::new(&rows);
+        let fitted = Design::new(&levels, std::slice::from_ref(&values), true).squares();
+        let total: f64 = values.iter().map(|v| v * v).sum();
+        let told = Squares::new(&levels, values);
+        let all = |s: &Squares| {
+            let pairs = s.pairs.iter().map(|p| p.2);
+            let mains = s.mains.iter().copied();
+            mains.chain(pairs).chain([s.rest]).collect::<Vec<f64>>()
+        };
+        let (told, fitted) = (all(&told), all(&fitted));
+        assert_eq!(told.len(), fitted.len());
+        // Elimination loses a few digits of a hundred columns.
+        let is_near = |(t, f): (&f64, &f64)| (t - f).abs() < 1e-12 * total;
+        told.iter().zip(&fitted).all(is_near)
     }
 
     #[test]

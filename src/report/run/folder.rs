@@ -35,6 +35,7 @@ use std::collections::{BTreeSet, HashMap};
 use std::fs::{self, File};
 use std::io::{self, BufWriter, ErrorKind, Write};
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use toml::Table;
 
 /// The resolved config of a run.
@@ -110,7 +111,7 @@ impl Below {
 pub struct RunFolder<R> {
     dir: PathBuf,
     file: RowFile,
-    rows: Vec<R>,
+    rows: Vec<Arc<R>>,
     /// Finished files, relative to the folder.
     files: BTreeSet<String>,
     /// True if pictures of earlier runs are drawn again.
@@ -233,7 +234,7 @@ impl<R: Record> RunFolder<R> {
     /// The records that are there, by key.
     pub fn known(&self) -> Known<R> {
         let all = self.rows.iter();
-        all.map(|r| (r.key().to_owned(), r.clone())).collect()
+        all.map(|r| (r.key().to_owned(), Arc::clone(r))).collect()
     }
 
     /// Appends records and hands them to the system, so that a crash of the program loses none of
@@ -249,7 +250,7 @@ impl<R: Record> RunFolder<R> {
             // They are of fewer records now, and shall not look whole.
             remove(fs::remove_file(self.dir.join(name))).map_err(|e| self.failed(&e))?;
         }
-        self.rows.extend_from_slice(rows);
+        self.rows.extend(rows.iter().cloned().map(Arc::new));
         self.file.append(rows).map_err(|e| self.failed(&e))
     }
 
@@ -398,11 +399,12 @@ impl<R: Record> RunFolder<R> {
 }
 
 /// The records of some keys, in their order, and the others; of several of one key the last.
-fn sorted<'r, R: Record>(rows: &'r [R], keys: &[RowKey]) -> (Vec<&'r R>, Vec<&'r R>) {
-    let mut by_key: HashMap<&str, &R> = rows.iter().map(|r| (r.key(), r)).collect();
+fn sorted<'r, R: Record>(rows: &'r [Arc<R>], keys: &[RowKey]) -> (Vec<&'r R>, Vec<&'r R>) {
+    let rows = rows.iter().map(Arc::as_ref);
+    let mut by_key: HashMap<&str, &R> = rows.clone().map(|r| (r.key(), r)).collect();
     let mine = keys.iter().filter_map(|k| by_key.remove(k.as_str()));
     let mine = mine.collect();
-    let others = rows.iter().filter(|r| {
+    let others = rows.filter(|r| {
         let last = by_key.get(r.key());
         last.is_some_and(|&last| std::ptr::eq(last, *r))
     });

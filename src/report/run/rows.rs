@@ -6,6 +6,7 @@ use crate::files::{self, write_atomically};
 use std::fs::{File, OpenOptions, TryLockError};
 use std::io::{self, BufRead, BufReader, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use std::sync::mpsc::{self, RecvTimeoutError, Sender};
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
@@ -52,8 +53,9 @@ impl RowFile {
     }
 
     /// The records that are there; what a crash left of a line after them is cut off.
-    pub fn read<R: Record>(&mut self) -> Result<Vec<R>, Error> {
-        let (rows, whole) = read(&self.path, &mut self.file)?;
+    pub fn read<R: Record>(&mut self) -> Result<Vec<Arc<R>>, Error> {
+        let mut rows = Vec::new();
+        let whole = read(&self.path, &self.file, |row| rows.push(Arc::new(row)))?;
         self.file
             .set_len(whole)
             .map_err(|e| Error::output(&self.path, format!("cannot write this file: {e}")))?;
@@ -63,9 +65,10 @@ impl RowFile {
     /// The records of a file that nobody writes.
     pub fn read_from<R: Record>(path: &Path) -> Result<Vec<R>, Error> {
         let file = files::open(path);
-        let mut file =
-            file.map_err(|e| Error::data(path, format!("cannot read this file: {e}")))?;
-        read(path, &mut file).map(|(rows, _)| rows)
+        let file = file.map_err(|e| Error::data(path, format!("cannot read this file: {e}")))?;
+        let mut rows = Vec::new();
+        read(path, &file, |row| rows.push(row))?;
+        Ok(rows)
     }
 
     /// Drops all records, of whatever version; a file that holds something else is left alone.
@@ -145,45 +148,38 @@ fn write_lines<'a, R: Record + 'a>(
     Ok(())
 }
 
-/// The records of a file, and the length of its complete lines, bytes.
-fn read<R: Record>(path: &Path, file: &mut File) -> Result<(Vec<R>, u64), Error> {
+/// Takes each record of a file; the length of its complete lines, bytes.
+fn read<R: Record>(path: &Path, mut file: &File, mut take: impl FnMut(R)) -> Result<u64, Error> {
     let unreadable =
         |e: &dyn std::fmt::Display| Error::data(path, format!("cannot read this file: {e}"));
-    let mut bytes = Vec::new();
-    let read = file
-        .seek(SeekFrom::Start(0))
-        .and_then(|_| file.read_to_end(&mut bytes));
-    read.map_err(|e| unreadable(&e))?;
+    let wrong = |what: &dyn std::fmt::Display| {
+        let allowed = format!("the {} of one, or another folder with -o", R::FILE);
+        Error::data(path, format!("{what}; allowed: {allowed}"))
+    };
+    file.seek(SeekFrom::Start(0)).map_err(|e| unreadable(&e))?;
+    let mut file = BufReader::new(file);
+    let (mut line, mut whole) = (Vec::new(), 0);
+    for number in 1.. {
+        line.clear();
+        let length = file.read_until(b'\n', &mut line);
+        let length = length.map_err(|e| unreadable(&e))?;
+        if line.last() != Some(&b'\n') {
+            break;
+        }
+        let text = std::str::from_utf8(&line).map_err(|e| unreadable(&e))?;
+        take(serde_json::from_str(text).map_err(|e| {
+            let kind = "is no record of this kind of run";
+            wrong(&format_args!("line {number} {kind} ({})", reason(e)))
+        })?);
+        whole += length as u64;
+    }
     // A crash may have cut a line anywhere, also inside a character; one of the machine may have
-    // left zeros where a line was to be.
-    while bytes.last() == Some(&0) {
-        bytes.pop();
+    // left zeros where a line was to be. What is left of a line must be one of ours: others' files are not cut.
+    let first = line.iter().find(|byte| **byte != 0);
+    match first {
+        None | Some(b'{') => Ok(whole),
+        Some(_) => Err(wrong(&"its last line is no record of a run")),
     }
-    let end = bytes.iter().rposition(|b| *b == b'\n');
-    let whole = end.map_or(0, |end| end + 1);
-    // What is left of a line must be one of ours: others' files are not cut.
-    if !matches!(bytes.get(whole), None | Some(b'{')) {
-        let message = format!(
-            "its last line is no record of a run; allowed: the {} of one, or another folder with -o",
-            R::FILE
-        );
-        return Err(Error::data(path, message));
-    }
-    let text = std::str::from_utf8(&bytes[..whole]).map_err(|e| unreadable(&e))?;
-    let mut rows = Vec::new();
-    for (i, line) in text.lines().enumerate() {
-        let row = serde_json::from_str(line).map_err(|e| {
-            let message = format!(
-                "line {} is no record of this kind of run ({}); allowed: the {} of one, or another folder with -o",
-                i + 1,
-                reason(e),
-                R::FILE
-            );
-            Error::data(path, message)
-        })?;
-        rows.push(row);
-    }
-    Ok((rows, whole as u64))
 }
 
 /// Writes a file to the disk now and then, beside the work.
