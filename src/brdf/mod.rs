@@ -241,6 +241,7 @@ fn built_in() -> Vec<Entry<dyn BrdfSpec>> {
         sum::ENTRY,
         measured::MERL,
         measured::UTIA,
+        measured::RGL,
         measured::TABULATED,
     ]
 }

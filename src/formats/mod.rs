@@ -12,6 +12,7 @@ mod choice;
 mod merl;
 mod panorama;
 mod readings;
+mod rgl;
 mod sheet;
 mod utia;
 
@@ -187,6 +188,7 @@ pub fn all() -> Vec<Format> {
         alta::FORMAT,
         merl::FORMAT,
         utia::FORMAT,
+        rgl::FORMAT,
         panorama::EXR,
         panorama::HDR,
     ]

@@ -1,12 +1,14 @@
 //! Measured tables, and materials converted into tables.
 
 pub mod merl;
+pub mod rgl;
 mod tabulated;
 pub mod utia;
 
 pub use tabulated::TabulatedSpec;
 
 pub(super) use merl::ENTRY as MERL;
+pub(super) use rgl::ENTRY as RGL;
 pub(super) use tabulated::ENTRY as TABULATED;
 pub(super) use utia::ENTRY as UTIA;
 

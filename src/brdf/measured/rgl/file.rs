@@ -1,0 +1,301 @@
+//! The fields of a table, and their checks.
+//!
+//! ```text
+//! description  u8 [n]                 text
+//! jacobian     u8 [1]                 1: values are to be multiplied by ndf / (4 sigma)
+//! phi_i        f32 [P]                azimuths of the light, rad; P ≤ 2: isotropic
+//! theta_i      f32 [T]                its elevations, rad
+//! ndf          f32 [a, b]             distribution of normals, rows phi, columns theta
+//! sigma        f32 [c, d]             projected area of the micro-surface towards the light, same axes
+//! vndf         f32 [P, T, e, f]       distribution of visible normals, up to a factor
+//! luminance    f32 [P, T, n, n]       density of samples in what vndf makes uniform
+//! rgb          f32 [P, T, 3, n, n]    f_r cos theta_o 4 sigma / ndf, or
+//! spectra      f32 [P, T, L, n, n]    the same at
+//! wavelengths  f32 [L]                nm
+//! ```
+
+use super::tensor::{self, Field, Numbers, Tensor};
+use super::warp::Grids;
+use crate::files;
+use std::f32::consts::PI;
+use std::io::{self, BufReader, Read, Seek, Write};
+use std::path::Path;
+
+/// Reason why a table could not be read or written. Messages do not name the file; callers do.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum RglError {
+    /// The system reported an error, or the file ends within its header.
+    #[error("cannot read or write this RGL table: {0}")]
+    Io(#[from] io::Error),
+    /// The first bytes are those of another kind of file.
+    #[error("not a tensor file: its first bytes are not \"tensor_file\", 0, and version 1.0")]
+    NotATensorFile,
+    /// A field is not as a table has it.
+    #[error("the field \"{name}\" {what}")]
+    Field {
+        /// Its name.
+        name: String,
+        /// What is wrong, and what is allowed.
+        what: String,
+    },
+    /// A BRDF without any value above 0 has no distribution of normals.
+    #[error("an RGL table holds no BRDF that is 0, or not known, everywhere")]
+    Black,
+}
+
+impl RglError {
+    pub(super) fn field(name: &str, what: impl Into<String>) -> Self {
+        Self::Field {
+            name: name.into(),
+            what: what.into(),
+        }
+    }
+}
+
+/// What a table holds for each incidence.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Colours {
+    /// Linear R, G, B.
+    Rgb,
+    /// One value at each of these wavelengths, nm.
+    Wavelengths(Vec<f32>),
+}
+
+impl Colours {
+    /// Grids of an incidence.
+    pub fn count(&self) -> usize {
+        match self {
+            Colours::Rgb => 3,
+            Colours::Wavelengths(nm) => nm.len(),
+        }
+    }
+}
+
+/// The fields of a table.
+#[derive(Clone, Debug)]
+pub struct Fields {
+    /// Text about the material.
+    pub description: String,
+    /// True if values are multiplied by ndf / (4 sigma).
+    pub jacobian: bool,
+    /// Azimuths of the light, rad.
+    pub phi_i: Vec<f32>,
+    /// Elevations of the light, rad.
+    pub theta_i: Vec<f32>,
+    /// Distribution of normals, one grid.
+    pub ndf: Grids,
+    /// Projected area, one grid.
+    pub sigma: Grids,
+    /// Visible normals, a grid an incidence.
+    pub vndf: Grids,
+    /// Density of samples, a grid an incidence.
+    pub luminance: Grids,
+    /// A grid an incidence and colour.
+    pub values: Grids,
+    /// What the colours are.
+    pub colours: Colours,
+}
+
+/// The largest P of a table that turns with the light.
+pub const MOST_OF_ISOTROPIC: usize = 2;
+
+/// The header of a table.
+pub struct Head<R> {
+    input: R,
+    fields: Vec<Field>,
+}
+
+/// Opens a file and reads its header.
+///
+/// # Errors
+/// [`RglError`].
+pub fn open(path: &Path) -> Result<Head<BufReader<std::fs::File>>, RglError> {
+    let file = files::open(path)?;
+    let length = file.metadata()?.len();
+    Head::read(BufReader::new(file), length)
+}
+
+impl<R: Read + Seek> Head<R> {
+    /// Reads the header of `length` bytes.
+    ///
+    /// # Errors
+    /// [`RglError`].
+    pub fn read(mut input: R, length: u64) -> Result<Self, RglError> {
+        let fields = tensor::head(&mut input, length)?;
+        Ok(Self { input, fields })
+    }
+
+    fn has(&self, name: &str) -> bool {
+        self.fields.iter().any(|f| f.name == name)
+    }
+
+    /// A field of a number of dimensions.
+    fn field(&self, name: &str, dimensions: usize) -> Result<&Field, RglError> {
+        let field = self.fields.iter().find(|f| f.name == name);
+        let field = field.ok_or_else(|| RglError::field(name, "is missing"))?;
+        match field.shape.len() == dimensions && !field.shape.contains(&0) {
+            true => Ok(field),
+            false => {
+                let what = format!("is {:?}; allowed: {dimensions} dimensions", field.shape);
+                Err(RglError::field(name, what))
+            }
+        }
+    }
+
+    fn bytes(&mut self, name: &str) -> Result<Vec<u8>, RglError> {
+        match self.field(name, 1)?.clone().load(&mut self.input)?.numbers {
+            Numbers::Bytes(bytes) => Ok(bytes),
+            Numbers::Floats(_) => Err(RglError::field(name, "is of f32; allowed: u8")),
+        }
+    }
+
+    /// Finite numbers, none below `least`.
+    fn floats(
+        &mut self,
+        name: &str,
+        dimensions: usize,
+        least: f32,
+    ) -> Result<(Vec<usize>, Vec<f32>), RglError> {
+        let Tensor { shape, numbers, .. } = self
+            .field(name, dimensions)?
+            .clone()
+            .load(&mut self.input)?;
+        let Numbers::Floats(floats) = numbers else {
+            return Err(RglError::field(name, "is of u8; allowed: f32"));
+        };
+        let wrong = floats.iter().position(|v| !v.is_finite() || *v < least);
+        match wrong {
+            None => Ok((shape, floats)),
+            Some(i) => {
+                let what = format!(
+                    "holds {} at place {i}; allowed: finite numbers from {least} on",
+                    floats[i]
+                );
+                Err(RglError::field(name, what))
+            }
+        }
+    }
+
+    /// Ascending numbers within a range.
+    fn nodes(&mut self, name: &str, [low, high]: [f32; 2]) -> Result<Vec<f32>, RglError> {
+        let (_, nodes) = self.floats(name, 1, f32::MIN)?;
+        let ascends = nodes.is_sorted_by(|a, b| a < b);
+        match ascends && nodes.iter().all(|v| (low..=high).contains(v)) {
+            true => Ok(nodes),
+            false => {
+                let what = format!("does not ascend within [{low}, {high}]");
+                Err(RglError::field(name, what))
+            }
+        }
+    }
+
+    /// Azimuths of the light, rad.
+    ///
+    /// # Errors
+    /// [`RglError`].
+    pub fn phi_i(&mut self) -> Result<Vec<f32>, RglError> {
+        // A turn and a little: it may begin anywhere.
+        self.nodes("phi_i", [-2.01 * PI, 2.01 * PI])
+    }
+
+    /// What the colours are.
+    ///
+    /// # Errors
+    /// [`RglError`].
+    pub fn colours(&mut self) -> Result<Colours, RglError> {
+        if !self.has("spectra") {
+            return Ok(Colours::Rgb);
+        }
+        let nm = self.nodes("wavelengths", [1.0, 1e6])?;
+        Ok(Colours::Wavelengths(nm))
+    }
+
+    /// Grids of which there are so many.
+    fn grids(&mut self, name: &str, before: &[usize], least: f32) -> Result<Grids, RglError> {
+        let (shape, values) = self.floats(name, before.len() + 2, least)?;
+        let (found, size) = shape.split_at(before.len());
+        if found != before || size.iter().any(|n| *n < 2) {
+            let what = format!("is {shape:?}; allowed: {before:?} and two numbers of at least 2");
+            return Err(RglError::field(name, what));
+        }
+        let size = [size[1], size[0]];
+        Ok(Grids { size, values })
+    }
+
+    /// All fields.
+    ///
+    /// # Errors
+    /// [`RglError`].
+    pub fn load(mut self) -> Result<Fields, RglError> {
+        let description = match self.has("description") {
+            true => String::from_utf8_lossy(&self.bytes("description")?).into_owned(),
+            false => String::new(),
+        };
+        let jacobian = match self.has("jacobian") {
+            true => self.bytes("jacobian")? != [0],
+            false => true,
+        };
+        let phi_i = self.phi_i()?;
+        let theta_i = self.nodes("theta_i", [0.0, 1.001 * PI / 2.0])?;
+        let colours = self.colours()?;
+        let incidences = [phi_i.len(), theta_i.len()];
+        let ndf = self.grids("ndf", &[], 0.0)?;
+        let sigma = self.grids("sigma", &[], 0.0)?;
+        let vndf = self.grids("vndf", &incidences, 0.0)?;
+        let luminance = self.grids("luminance", &incidences, 0.0)?;
+        let of_colours = [incidences[0], incidences[1], colours.count()];
+        let name = match colours {
+            Colours::Rgb => "rgb",
+            Colours::Wavelengths(_) => "spectra",
+        };
+        let values = self.grids(name, &of_colours, f32::MIN)?;
+        Ok(Fields {
+            description,
+            jacobian,
+            phi_i,
+            theta_i,
+            ndf,
+            sigma,
+            vndf,
+            luminance,
+            values,
+            colours,
+        })
+    }
+}
+
+impl Fields {
+    /// Writes a file.
+    ///
+    /// # Errors
+    /// Those of `out`.
+    pub fn write(&self, out: &mut impl Write) -> io::Result<()> {
+        let incidences = [self.phi_i.len(), self.theta_i.len()];
+        let grids = |name: &str, before: &[usize], grids: &Grids| {
+            let shape = [before, &[grids.size[1], grids.size[0]]].concat();
+            Tensor::floats(name, &shape, grids.values.clone())
+        };
+        let of_colours = [&incidences[..], &[self.colours.count()]].concat();
+        let list =
+            |name: &str, numbers: &[f32]| Tensor::floats(name, &[numbers.len()], numbers.into());
+        let mut tensors = vec![
+            Tensor::bytes("description", self.description.as_bytes()),
+            Tensor::bytes("jacobian", &[u8::from(self.jacobian)]),
+            list("phi_i", &self.phi_i),
+            list("theta_i", &self.theta_i),
+            grids("ndf", &[], &self.ndf),
+            grids("sigma", &[], &self.sigma),
+            grids("vndf", &incidences, &self.vndf),
+            grids("luminance", &incidences, &self.luminance),
+        ];
+        match &self.colours {
+            Colours::Rgb => tensors.push(grids("rgb", &of_colours, &self.values)),
+            Colours::Wavelengths(nm) => {
+                tensors.push(list("wavelengths", nm));
+                tensors.push(grids("spectra", &of_colours, &self.values));
+            }
+        }
+        tensor::write(&tensors, out)
+    }
+}

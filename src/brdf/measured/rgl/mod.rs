@@ -1,0 +1,264 @@
+//! Tables of the RGL database (Dupuy and Jakob 2018), as Mitsuba 3 (`measured`), pbrt-v4 and the loader of the
+//! database read them.
+//!
+//! An incidence ω_i holds grids over the unit square that the half vector m is mapped to: u = √(2 θ_m / π),
+//! v = (φ_m + π) / 2π, φ_m against the azimuth of the light where the table is isotropic. A map that makes the visible
+//! normals uniform ([`warp`]) turns (u, v) into the place in the grids of values, f_r cos θ_o · 4σ(ω_i) / D(m), so that a
+//! lobe of any width has nodes. Between incidences grids and distributions are weighted linearly. [`mod@file`] has
+//! the fields.
+//!
+//! Beyond the last elevation of the light nothing was measured, and nothing is made up: the pair is
+//! [`Presence::Missing`]. (Mitsuba goes on with the last.) Of the sensor every direction above the horizon is known.
+//! Values below 0 count as 0.
+//!
+//! The database turns with the sample: light is ω_i, sensor ω_o. No reciprocity is declared.
+
+pub mod file;
+mod spec;
+pub mod tensor;
+pub mod warp;
+mod write;
+
+pub use file::{Fields, RglError};
+pub use spec::{ENTRY, RglSpec};
+pub use write::{LEVELS, Level, table_pairs, tabulate, write_rgl_file};
+
+use super::Channels;
+use crate::brdf::{Brdf, Presence};
+use crate::geometry::{Direction, DirectionPair, Symmetry};
+use crate::numeric;
+use file::{Colours, MOST_OF_ISOTROPIC};
+use glam::DVec3;
+use std::f64::consts::{FRAC_2_PI, FRAC_PI_2, PI, TAU};
+use warp::{Densities, Grids, Weighted};
+
+/// Distance (rad) beyond the last elevation of the light within which it counts as on it: the nodes are `f32`.
+const SLACK: f64 = 1e-6;
+
+/// An RGL table as a BRDF.
+#[derive(Clone, Debug)]
+pub struct Rgl {
+    channels: Channels,
+    phi_i: Vec<f64>,
+    theta_i: Vec<f64>,
+    /// 1: the table holds the whole circle of φ_i; 2 and 4: a half and a quarter of it.
+    reduction: u32,
+    jacobian: bool,
+    ndf: Grids,
+    sigma: Grids,
+    vndf: Densities,
+    /// A grid an incidence and channel.
+    values: Grids,
+}
+
+/// u from an elevation (rad) and back.
+fn u_of(theta: f64) -> f64 {
+    (theta * FRAC_2_PI).sqrt()
+}
+
+/// An elevation (rad) from u.
+fn theta_of(u: f64) -> f64 {
+    FRAC_PI_2 * u * u
+}
+
+/// v from an azimuth (rad).
+fn v_of(phi: f64) -> f64 {
+    let v = (phi + PI) / TAU;
+    v - v.floor()
+}
+
+/// The density of (u, v) that belongs to one a steradian of m is this many times that: dω / (du dv).
+fn jacobian(u: f64, sin_theta: f64) -> f64 {
+    2.0 * PI * PI * u * sin_theta
+}
+
+/// The nodes around a place, and their weights; those beyond an end have the end's.
+fn around(nodes: &[f64], x: f64) -> [(usize, f64); 2] {
+    let Some(last) = nodes.len().checked_sub(2) else {
+        return [(0, 1.0), (0, 0.0)];
+    };
+    let low = nodes
+        .partition_point(|n| *n < x)
+        .saturating_sub(1)
+        .min(last);
+    let t = ((x - nodes[low]) / (nodes[low + 1] - nodes[low])).clamp(0.0, 1.0);
+    [(low, 1.0 - t), (low + 1, t)]
+}
+
+impl Rgl {
+    /// The table of some fields, for a scene in `channels`.
+    ///
+    /// # Errors
+    /// [`RglError::Field`] of a distribution that is 0, and of channels that the table does not hold.
+    pub fn new(fields: Fields, channels: Channels) -> Result<Self, RglError> {
+        let vndf = Densities::new(fields.vndf);
+        let vndf = vndf.ok_or_else(|| RglError::field("vndf", "is 0 for an incidence"))?;
+        if !fields.sigma.values.iter().all(|s| *s > 0.0) && fields.jacobian {
+            return Err(RglError::field(
+                "sigma",
+                "holds 0; allowed: numbers above it",
+            ));
+        }
+        let phi_i: Vec<f64> = fields.phi_i.iter().map(|v| f64::from(*v)).collect();
+        let reduction = match phi_i[..] {
+            [first, .., last] if phi_i.len() > MOST_OF_ISOTROPIC => {
+                (TAU / (last - first)).round() as u32
+            }
+            _ => 1,
+        };
+        let values = in_channels(fields.values, &fields.colours, &channels)?;
+        Ok(Self {
+            channels,
+            theta_i: fields.theta_i.iter().map(|v| f64::from(*v)).collect(),
+            phi_i,
+            reduction,
+            jacobian: fields.jacobian,
+            ndf: fields.ndf,
+            sigma: fields.sigma,
+            vndf,
+            values,
+        })
+    }
+
+    fn is_isotropic(&self) -> bool {
+        self.phi_i.len() <= MOST_OF_ISOTROPIC
+    }
+
+    /// The incidences around one.
+    fn incidences(&self, theta_i: f64, phi_i: f64) -> Weighted {
+        let mut all = Weighted::new();
+        for (p, a) in around(&self.phi_i, phi_i) {
+            for (t, b) in around(&self.theta_i, theta_i) {
+                if a * b > 0.0 {
+                    all.push((p * self.theta_i.len() + t, a * b));
+                }
+            }
+        }
+        all
+    }
+
+    /// Writes f_r; false where there is no data.
+    fn look_up(&self, pair: &DirectionPair, out: &mut [f64]) -> bool {
+        out.fill(0.0);
+        if !pair.is_above_horizon() {
+            return true;
+        }
+        let [light, sensor] = self.folded(pair);
+        let theta_i = light.theta();
+        if self
+            .theta_i
+            .last()
+            .is_none_or(|last| theta_i > last + SLACK)
+        {
+            return false;
+        }
+        let phi_i = light.phi();
+        // Above the horizon the two are never opposite.
+        let Some(m) = Direction::try_new(light.vector() + sensor.vector()) else {
+            return true;
+        };
+        let turned = if self.is_isotropic() {
+            m.phi() - phi_i
+        } else {
+            m.phi()
+        };
+        let place = [u_of(m.theta()), v_of(turned)];
+        let incidences = self.incidences(theta_i, phi_i);
+        let (uniform, _) = self.vndf.uniform(&incidences, place);
+        let mut factor = 1.0 / sensor.cos_theta();
+        if self.jacobian {
+            let sigma = self.sigma.one([u_of(theta_i), v_of(phi_i)]);
+            factor *= self.ndf.one(place) / (4.0 * sigma);
+        }
+        let count = out.len();
+        for (channel, out) in out.iter_mut().enumerate() {
+            let value = factor * self.values.at(&incidences, [channel, count], uniform);
+            *out = value.clamp(0.0, f64::MAX);
+        }
+        true
+    }
+
+    /// Light and sensor, mirrored into the part of the circle of φ_i that is held.
+    fn folded(&self, pair: &DirectionPair) -> [Direction; 2] {
+        if self.reduction < 2 {
+            return [pair.omega_i, pair.omega_o];
+        }
+        let light = pair.omega_i.vector();
+        // Towards −π … 0, or −π … −π/2.
+        let y = -1.0_f64.copysign(light.y);
+        let x = match self.reduction {
+            4 => -1.0_f64.copysign(light.x),
+            _ => y,
+        };
+        let mirror = DVec3::new(x, y, 1.0);
+        [pair.omega_i, pair.omega_o].map(|d| Direction::from_unit(d.vector() * mirror))
+    }
+}
+
+/// The grids of the channels of a scene.
+fn in_channels(grids: Grids, colours: &Colours, channels: &Channels) -> Result<Grids, RglError> {
+    let held = colours.count();
+    let [w, h] = grids.size;
+    // A channel is a sum of some of the held grids.
+    let parts: Vec<Vec<(usize, f64)>> = match (colours, channels) {
+        (Colours::Rgb, Channels::Rgb) => return Ok(grids),
+        (Colours::Rgb, Channels::Luminance) => {
+            vec![numeric::LUMINANCE.into_iter().enumerate().collect()]
+        }
+        (Colours::Wavelengths(nm), Channels::Wavelengths(wanted)) => {
+            let nm: Vec<f64> = nm.iter().map(|v| f64::from(*v)).collect();
+            let between = |x: &f64| {
+                around(&nm, *x)
+                    .into_iter()
+                    .filter(|(_, w)| *w > 0.0)
+                    .collect()
+            };
+            wanted.nm().iter().map(between).collect()
+        }
+        (Colours::Rgb, Channels::Wavelengths(_)) => {
+            let what = "is missing: the table holds R, G, B; allowed: a scene in luminance or rgb";
+            return Err(RglError::field("spectra", what));
+        }
+        (Colours::Wavelengths(_), _) => {
+            let what = "is missing: the table holds wavelengths; allowed: a scene of some of them";
+            return Err(RglError::field("rgb", what));
+        }
+    };
+    let mut values = Vec::with_capacity(grids.values.len() / held * parts.len());
+    for incidence in grids.values.chunks_exact(held * w * h) {
+        for parts in &parts {
+            let sum = |i: usize| {
+                let sum = parts
+                    .iter()
+                    .map(|(g, weight)| weight * f64::from(incidence[g * w * h + i]));
+                sum.sum::<f64>() as f32
+            };
+            values.extend((0..w * h).map(sum));
+        }
+    }
+    Ok(Grids { values, ..grids })
+}
+
+impl Brdf for Rgl {
+    fn channels(&self) -> &Channels {
+        &self.channels
+    }
+
+    fn symmetry(&self) -> Symmetry {
+        Symmetry {
+            isotropic: self.is_isotropic(),
+            ..Symmetry::NONE
+        }
+    }
+
+    fn conserves_energy(&self) -> bool {
+        false
+    }
+
+    fn eval(&self, pair: &DirectionPair, out: &mut [f64]) -> Presence {
+        match self.look_up(pair, out) {
+            true => Presence::Present,
+            false => Presence::Missing,
+        }
+    }
+}

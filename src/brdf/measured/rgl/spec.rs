@@ -1,0 +1,112 @@
+//! An RGL file as a config names it.
+
+use super::super::label_of;
+use super::file::{self, Colours, MOST_OF_ISOTROPIC};
+use super::{Rgl, RglError};
+use crate::brdf::{Brdf, BrdfSpec, BuildError, Channels, Favours, Tables};
+use crate::error::ParameterError;
+use crate::geometry::Symmetry;
+use crate::registry::{self, Entry};
+use serde::{Deserialize, Serialize};
+use std::path::PathBuf;
+
+const KIND: &str = "rgl";
+
+/// The registry entry. No examples: those must build on every machine, and this kind needs a file.
+pub const ENTRY: Entry<dyn BrdfSpec> = Entry {
+    kind: KIND,
+    summary: "measured table of the RGL database, the .bsdf file at `path`; R, G, B or wavelengths",
+    examples: &[],
+    read: |table| Ok(Box::new(registry::parse::<RglSpec>(table)?)),
+};
+
+/// An RGL file, as a config writes it.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct RglSpec {
+    /// The file.
+    pub path: PathBuf,
+}
+
+impl RglSpec {
+    /// A file.
+    pub fn of(path: PathBuf) -> Self {
+        Self { path }
+    }
+
+    fn data_error(&self, e: &RglError) -> BuildError {
+        BuildError::Data {
+            path: self.path.clone(),
+            message: e.to_string(),
+        }
+    }
+
+    fn suits(&self, colours: &Colours, channels: &Channels) -> Result<(), ParameterError> {
+        let refused =
+            |allowed: String| Err(ParameterError::new("path", self.path.display(), allowed));
+        match (colours, channels.wavelengths()) {
+            (Colours::Rgb, None) => Ok(()),
+            (Colours::Rgb, Some(_)) => refused(
+                "a material known by wavelength in a scene of wavelengths: this table holds R, G, B"
+                    .into(),
+            ),
+            (Colours::Wavelengths(nm), wanted) => {
+                let ends = [nm[0], nm[nm.len() - 1]].map(f64::from);
+                let within = |w: &crate::brdf::Wavelengths| {
+                    w.nm().iter().all(|nm| (ends[0]..=ends[1]).contains(nm))
+                };
+                match wanted.is_some_and(within) {
+                    true => Ok(()),
+                    false => refused(format!(
+                        "with channels = {{ wavelengths_nm = … }} from {} to {} nm: this table holds wavelengths",
+                        ends[0], ends[1]
+                    )),
+                }
+            }
+        }
+    }
+}
+
+impl BrdfSpec for RglSpec {
+    fn resolved(&self) -> registry::Keys {
+        registry::resolved(KIND, self)
+    }
+
+    fn label(&self) -> String {
+        label_of(&self.path, KIND)
+    }
+
+    fn check(&self, channels: &Channels) -> Result<(), BuildError> {
+        let colours = file::open(&self.path).and_then(|mut head| head.colours());
+        Ok(self.suits(&colours.map_err(|e| self.data_error(&e))?, channels)?)
+    }
+
+    fn symmetry(&self, _channels: &Channels) -> Result<Symmetry, BuildError> {
+        let phi_i = file::open(&self.path).and_then(|mut head| head.phi_i());
+        let phi_i = phi_i.map_err(|e| self.data_error(&e))?;
+        Ok(Symmetry {
+            isotropic: phi_i.len() <= MOST_OF_ISOTROPIC,
+            ..Symmetry::NONE
+        })
+    }
+
+    fn favours(&self) -> Favours {
+        Favours::HalfDifferenceTable
+    }
+
+    fn build(&self, channels: Channels) -> Result<Box<dyn Brdf>, BuildError> {
+        self.check(&channels)?;
+        let fields = file::open(&self.path).and_then(|head| head.load());
+        let table = fields.and_then(|fields| Rgl::new(fields, channels));
+        Ok(Box::new(table.map_err(|e| self.data_error(&e))?))
+    }
+
+    fn tables(&self) -> Tables {
+        let length = std::fs::metadata(&self.path).map_or(0, |file| file.len() as usize);
+        Tables {
+            files: vec![self.path.clone()],
+            // Distributions are held beside the normals that they are of.
+            channel_bytes: 3 * length,
+        }
+    }
+}

@@ -1,0 +1,227 @@
+//! The container: named arrays, little-endian, each in the order of C.
+//!
+//! ```text
+//! "tensor_file\0", u8 1, u8 0, u32 fields
+//! field  u16 length of the name, name, u16 dimensions, u8 type, u64 offset of the data, u64[dimensions] shape
+//! data   each array at its offset
+//! ```
+//!
+//! Types are 1 u8, 2 i8, 3 u16, … 8 i64, 9 f16, 10 f32, 11 f64; the two that a table needs are read.
+
+use super::RglError;
+use std::io::{self, Read, Seek, SeekFrom, Write};
+
+const MAGIC: &[u8; 12] = b"tensor_file\0";
+const VERSION: [u8; 2] = [1, 0];
+const U8: u8 = 1;
+const F32: u8 = 10;
+
+/// Sizes of the types in bytes, from 1 on.
+const SIZES: [u64; 11] = [1, 1, 2, 2, 4, 4, 8, 8, 2, 4, 8];
+
+/// Arrays begin at multiples of this.
+const ALIGNED: usize = 8;
+
+/// The numbers of an array.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Numbers {
+    /// Bytes.
+    Bytes(Vec<u8>),
+    /// Single precision.
+    Floats(Vec<f32>),
+}
+
+/// A named array.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Tensor {
+    /// Its name.
+    pub name: String,
+    /// Length of each dimension.
+    pub shape: Vec<usize>,
+    /// Its numbers, the last dimension fastest.
+    pub numbers: Numbers,
+}
+
+impl Tensor {
+    /// An array of floats.
+    pub fn floats(name: &str, shape: &[usize], numbers: Vec<f32>) -> Self {
+        debug_assert_eq!(shape.iter().product::<usize>(), numbers.len());
+        Self {
+            name: name.into(),
+            shape: shape.into(),
+            numbers: Numbers::Floats(numbers),
+        }
+    }
+
+    /// A list of bytes.
+    pub fn bytes(name: &str, bytes: &[u8]) -> Self {
+        Self {
+            name: name.into(),
+            shape: vec![bytes.len()],
+            numbers: Numbers::Bytes(bytes.into()),
+        }
+    }
+}
+
+/// An array of a file: where it is, and what.
+#[derive(Clone, Debug)]
+pub struct Field {
+    /// Its name.
+    pub name: String,
+    /// Length of each dimension.
+    pub shape: Vec<usize>,
+    kind: u8,
+    offset: u64,
+    count: usize,
+}
+
+fn number<const N: usize>(input: &mut impl Read) -> Result<u64, RglError> {
+    let mut bytes = [0; 8];
+    input.read_exact(&mut bytes[..N])?;
+    Ok(u64::from_le_bytes(bytes))
+}
+
+/// The arrays of a file of `length` bytes, from its start; all lie within it.
+///
+/// # Errors
+/// [`RglError::NotATensorFile`], [`RglError::Field`] and those of `input`.
+pub fn head(input: &mut impl Read, length: u64) -> Result<Vec<Field>, RglError> {
+    let mut magic = [0; MAGIC.len() + VERSION.len()];
+    if length < magic.len() as u64 {
+        return Err(RglError::NotATensorFile);
+    }
+    input.read_exact(&mut magic)?;
+    if !magic.starts_with(MAGIC) || !magic.ends_with(&VERSION) {
+        return Err(RglError::NotATensorFile);
+    }
+    let mut fields = Vec::new();
+    let mut left = length;
+    for _ in 0..number::<4>(input)? {
+        let mut name = vec![0; number::<2>(input)? as usize];
+        input.read_exact(&mut name)?;
+        let name = String::from_utf8_lossy(&name).into_owned();
+        let dimensions = number::<2>(input)?;
+        let kind = number::<1>(input)? as u8;
+        let offset = number::<8>(input)?;
+        let mut shape = Vec::new();
+        for _ in 0..dimensions {
+            shape.push(number::<8>(input)?);
+        }
+        let Some(size) = SIZES.get(usize::from(kind).wrapping_sub(1)) else {
+            return Err(RglError::field(
+                &name,
+                format!("has the type {kind}; allowed: 1 to 11"),
+            ));
+        };
+        let count = shape.iter().try_fold(1_u64, |n, d| n.checked_mul(*d));
+        let end = |count: u64| count.checked_mul(*size)?.checked_add(offset);
+        let Some(count) = count.filter(|n| end(*n).is_some_and(|end| end <= length)) else {
+            let found = format!("{shape:?} from byte {offset} on");
+            return Err(RglError::field(
+                &name,
+                format!("is {found}, beyond the {length} bytes of the file"),
+            ));
+        };
+        // Arrays that lie over each other would hold more than the file.
+        let Some(rest) = left.checked_sub(count * size) else {
+            return Err(RglError::field(
+                &name,
+                "and those before it hold more than the file does",
+            ));
+        };
+        left = rest;
+        fields.push(Field {
+            name,
+            // Not longer than the file, if it is not empty.
+            shape: shape
+                .iter()
+                .map(|d| usize::try_from(*d).unwrap_or(0))
+                .collect(),
+            kind,
+            offset,
+            count: count as usize,
+        });
+    }
+    Ok(fields)
+}
+
+impl Field {
+    /// Its numbers, bytes or floats.
+    ///
+    /// # Errors
+    /// [`RglError::Field`] of another type, and those of `input`.
+    pub fn load(&self, input: &mut (impl Read + Seek)) -> Result<Tensor, RglError> {
+        input.seek(SeekFrom::Start(self.offset))?;
+        let numbers = match self.kind {
+            U8 => {
+                let mut bytes = vec![0; self.count];
+                input.read_exact(&mut bytes)?;
+                Numbers::Bytes(bytes)
+            }
+            F32 => {
+                let mut bytes = vec![0; 4 * self.count];
+                input.read_exact(&mut bytes)?;
+                let floats = bytes.as_chunks().0.iter();
+                Numbers::Floats(floats.map(|b| f32::from_le_bytes(*b)).collect())
+            }
+            kind => {
+                let what = format!("has the type {kind}; allowed: {U8} (u8) and {F32} (f32)");
+                return Err(RglError::field(&self.name, what));
+            }
+        };
+        Ok(Tensor {
+            name: self.name.clone(),
+            shape: self.shape.clone(),
+            numbers,
+        })
+    }
+}
+
+/// Writes arrays in their order.
+///
+/// # Errors
+/// Those of `out`.
+pub fn write(tensors: &[Tensor], out: &mut impl Write) -> io::Result<()> {
+    let of_field = |t: &Tensor| 2 + t.name.len() + 2 + 1 + 8 + 8 * t.shape.len();
+    let mut next = MAGIC.len() + VERSION.len() + 4 + tensors.iter().map(of_field).sum::<usize>();
+    let mut head = Vec::with_capacity(next);
+    head.extend(MAGIC);
+    head.extend(VERSION);
+    head.extend((tensors.len() as u32).to_le_bytes());
+    let mut offsets = Vec::new();
+    for tensor in tensors {
+        next = next.next_multiple_of(ALIGNED);
+        offsets.push(next);
+        let (kind, length) = match &tensor.numbers {
+            Numbers::Bytes(bytes) => (U8, bytes.len()),
+            Numbers::Floats(floats) => (F32, 4 * floats.len()),
+        };
+        head.extend((tensor.name.len() as u16).to_le_bytes());
+        head.extend(tensor.name.as_bytes());
+        head.extend((tensor.shape.len() as u16).to_le_bytes());
+        head.push(kind);
+        head.extend((next as u64).to_le_bytes());
+        let shape = tensor.shape.iter();
+        head.extend(shape.flat_map(|d| (*d as u64).to_le_bytes()));
+        next += length;
+    }
+    out.write_all(&head)?;
+    let mut done = head.len();
+    for (tensor, offset) in tensors.iter().zip(offsets) {
+        out.write_all(&[0; ALIGNED][..offset - done])?;
+        done = offset;
+        match &tensor.numbers {
+            Numbers::Bytes(bytes) => {
+                out.write_all(bytes)?;
+                done += bytes.len();
+            }
+            Numbers::Floats(floats) => {
+                for float in floats {
+                    out.write_all(&float.to_le_bytes())?;
+                }
+                done += 4 * floats.len();
+            }
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,412 @@
+//! Any BRDF as an RGL file.
+//!
+//! The distribution of normals D is read off the BRDF: f_r · 4 cos θ_i cos θ_o, averaged over theta_d =
+//! [`PROFILE_DEG`] at phi_d = 90°, where neither retro-reflection nor grazing dominates. It only places nodes: values
+//! are divided by the very function that the reader multiplies. Visible normals are D max(0, m·ω_i), and a hundredth
+//! of a uniform density, so that every part of the hemisphere has some nodes.
+//!
+//! Nodes below the horizon hold 0, and those without data hold the value of their neighbour: a reader knows neither
+//! numbers below 0 nor holes.
+
+use super::file::{Colours, Fields, RglError};
+use super::warp::{Densities, Grids, Weighted};
+use super::{jacobian, theta_of, u_of, v_of};
+use crate::brdf::{Brdf, Presence};
+use crate::files;
+use crate::geometry::{Direction, DirectionPair};
+use glam::DVec3;
+use rayon::prelude::*;
+use std::f64::consts::{PI, TAU};
+use std::path::Path;
+
+/// Differences of elevation (degrees) of the profile.
+const PROFILE_DEG: [f64; 4] = [10.0, 20.0, 30.0, 40.0];
+
+/// Nodes of distributions along each axis.
+const NORMALS: usize = 128;
+
+/// Nodes of distributions along φ of an isotropic table.
+const NORMALS_OF_ISOTROPIC: usize = 2;
+
+/// Share of a uniform density among the normals and the visible ones: values are divided by the former, and must not vary
+/// where the latter leave few nodes.
+const UNIFORM: f64 = 1e-2;
+
+/// Density at which the visible normals of every (u, v) are raised, as a share of the mean. Their own falls with u³ at the
+/// normal, where a cell of nodes would reach ten degrees.
+const RAISED: f64 = 0.1;
+
+/// Smallest density of samples, as a share of the mean.
+const LEAST_SAMPLES: f64 = 1e-3;
+
+/// The last elevation of the light, degrees.
+const LAST_DEG: f64 = 89.9;
+
+/// Number of nodes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Level {
+    /// Along each axis of the grid of an incidence.
+    pub nodes: usize,
+    /// Elevations of the light.
+    pub elevations: usize,
+    /// Its azimuths over the whole circle, if the BRDF is not isotropic.
+    pub azimuths: usize,
+}
+
+/// Those that a tolerance chooses from.
+pub const LEVELS: [Level; 4] = [
+    Level::new(32, 16, 17),
+    Level::new(64, 32, 25),
+    Level::new(128, 64, 33),
+    Level::new(256, 128, 49),
+];
+
+impl Level {
+    const fn new(nodes: usize, elevations: usize, azimuths: usize) -> Self {
+        Self {
+            nodes,
+            elevations,
+            azimuths,
+        }
+    }
+}
+
+/// What is known of a BRDF before it is tabulated.
+struct Surface<'a> {
+    brdf: &'a dyn Brdf,
+    ndf: Grids,
+}
+
+/// Some luminances of a BRDF, `None` without data.
+fn luminances(brdf: &dyn Brdf, pairs: &[DirectionPair]) -> Vec<Option<f64>> {
+    let channels = brdf.channels();
+    let n = channels.count();
+    let mut values = vec![0.0; n * pairs.len()];
+    let mut presence = vec![Presence::Missing; pairs.len()];
+    brdf.eval_batch(pairs, &mut values, &mut presence);
+    let all = values.chunks_exact(n).zip(presence);
+    all.map(|(v, p)| {
+        (p == Presence::Present)
+            .then(|| channels.luminance(v))
+            .filter(|v| v.is_finite())
+    })
+    .collect()
+}
+
+impl<'a> Surface<'a> {
+    fn new(brdf: &'a dyn Brdf) -> Result<Self, RglError> {
+        let rows = match brdf.symmetry().isotropic {
+            true => NORMALS_OF_ISOTROPIC,
+            false => NORMALS,
+        };
+        let node = |i: usize| {
+            let (row, column) = (i / NORMALS, i % NORMALS);
+            let phi = TAU * row as f64 / (rows - 1) as f64 - PI;
+            (theta_of(column as f64 / (NORMALS - 1) as f64), phi)
+        };
+        let profile = |i: usize| {
+            let (theta_h, phi_h) = node(i);
+            let h = Direction::from_spherical(theta_h, phi_h).vector();
+            // Across the plane of normal and half vector.
+            let across = DVec3::new(-phi_h.sin(), phi_h.cos(), 0.0);
+            let pairs = PROFILE_DEG.map(|deg| {
+                let (sin, cos) = deg.to_radians().sin_cos();
+                let towards = |side: f64| Direction::from_unit(cos * h + side * sin * across);
+                DirectionPair::new(towards(1.0), towards(-1.0))
+            });
+            let found = luminances(brdf, &pairs);
+            let known = found
+                .iter()
+                .zip(&pairs)
+                .filter(|(_, p)| p.is_above_horizon());
+            let known = known.filter_map(|(v, p)| {
+                Some((*v)? * 4.0 * p.omega_i.cos_theta() * p.omega_o.cos_theta())
+            });
+            let known: Vec<f64> = known.collect();
+            known.iter().sum::<f64>() / known.len().max(1) as f64
+        };
+        let mut normals: Vec<f64> = (0..rows * NORMALS).into_par_iter().map(profile).collect();
+        let largest = normals.iter().copied().fold(0.0, f64::max);
+        if !(largest > 0.0 && largest.is_finite()) {
+            return Err(RglError::Black);
+        }
+        // Projected onto the surface they have area 1, and uniform ones 1 / 2π a steradian.
+        let projected = |(i, d): (usize, &f64)| {
+            let u = (i % NORMALS) as f64 / (NORMALS - 1) as f64;
+            let (sin, cos) = node(i).0.sin_cos();
+            d * cos * jacobian(u, sin)
+        };
+        let area: f64 = normals.iter().enumerate().map(projected).sum();
+        let area = area / normals.len() as f64;
+        let density = |d: f64| (d / area).max(UNIFORM / TAU);
+        normals.iter_mut().for_each(|d| *d = density(*d));
+        Ok(Self {
+            brdf,
+            ndf: Grids {
+                size: [NORMALS, rows],
+                values: normals.iter().map(|v| *v as f32).collect(),
+            },
+        })
+    }
+}
+
+impl Surface<'_> {
+    /// Density of normals at (u, v).
+    fn normals(&self, place: [f64; 2]) -> f64 {
+        self.ndf.one(place)
+    }
+
+    /// Projected area of the micro-surface towards a direction: ∫ D(m) max(0, m·ω) dω_m, by midpoints.
+    fn area(&self, towards: DVec3) -> f64 {
+        const STEPS: usize = 2 * NORMALS;
+        let step = 1.0 / STEPS as f64;
+        let mut sum = 0.0;
+        for i in 0..STEPS {
+            let u = (i as f64 + 0.5) * step;
+            let (sin, cos) = theta_of(u).sin_cos();
+            for j in 0..STEPS {
+                let v = (j as f64 + 0.5) * step;
+                let (s, c) = (TAU * v - PI).sin_cos();
+                let facing = towards.dot(DVec3::new(sin * c, sin * s, cos)).max(0.0);
+                sum += self.normals([u, v]) * facing * jacobian(u, sin);
+            }
+        }
+        sum * step * step
+    }
+
+    /// The area for every elevation, and the azimuths of some rows.
+    fn areas(&self, rows: usize) -> Grids {
+        let area = |i: usize| {
+            let theta = theta_of((i % NORMALS) as f64 / (NORMALS - 1) as f64);
+            let phi = TAU * (i / NORMALS) as f64 / (rows - 1) as f64 - PI;
+            self.area(Direction::from_spherical(theta, phi).vector()) as f32
+        };
+        // An isotropic surface is the same from every azimuth.
+        let own = if self.brdf.symmetry().isotropic {
+            1
+        } else {
+            rows
+        };
+        let values: Vec<f32> = (0..own * NORMALS).into_par_iter().map(area).collect();
+        Grids {
+            size: [NORMALS, rows],
+            values: values.repeat(rows / own),
+        }
+    }
+
+    /// Visible normals towards a light, up to a factor.
+    fn visible(&self, light: DVec3) -> Vec<f32> {
+        let step = 1.0 / (NORMALS - 1) as f64;
+        let nodes = (0..NORMALS * NORMALS).map(|i| {
+            let [u, v] = [i % NORMALS, i / NORMALS].map(|k| k as f64 * step);
+            let m = normal([u, v]);
+            let j = jacobian(u, theta_of(u).sin());
+            [self.normals([u, v]) * light.dot(m).max(0.0) * j, j]
+        });
+        let nodes: Vec<[f64; 2]> = nodes.collect();
+        let means = [0, 1].map(|k| nodes.iter().map(|n| n[k]).sum::<f64>() / nodes.len() as f64);
+        let density =
+            |[visible, j]: &[f64; 2]| RAISED + (visible / means[0]).max(UNIFORM * j / means[1]);
+        nodes.iter().map(|n| density(n) as f32).collect()
+    }
+}
+
+/// The direction at (u, v).
+fn normal([u, v]: [f64; 2]) -> DVec3 {
+    Direction::from_spherical(theta_of(u), TAU * v - PI).vector()
+}
+
+/// Tabulates a BRDF. R, G and B of one in luminance are equal. Runs on rayon's threads; the result does not depend on
+/// their number.
+///
+/// # Errors
+/// [`RglError::Black`].
+pub fn tabulate(brdf: &dyn Brdf, level: Level) -> Result<Fields, RglError> {
+    let surface = Surface::new(brdf)?;
+    let is_isotropic = brdf.symmetry().isotropic;
+    let steps = |from: f64, to: f64, count: usize| -> Vec<f32> {
+        let at = |i: usize| from + (to - from) * i as f64 / (count - 1) as f64;
+        (0..count).map(|i| at(i) as f32).collect()
+    };
+    let theta_i = steps(0.0, LAST_DEG.to_radians(), level.elevations);
+    let (phi_i, rows) = match is_isotropic {
+        true => (vec![0.0], NORMALS_OF_ISOTROPIC),
+        false => (steps(-PI, PI, level.azimuths), level.azimuths),
+    };
+    let colours = match brdf.channels().wavelengths() {
+        Some(w) => Colours::Wavelengths(w.nm().iter().map(|nm| *nm as f32).collect()),
+        None => Colours::Rgb,
+    };
+    let light = |i: usize| {
+        let [phi, theta] = [phi_i[i / theta_i.len()], theta_i[i % theta_i.len()]].map(f64::from);
+        Direction::from_spherical(theta, phi)
+    };
+    let incidences = 0..phi_i.len() * theta_i.len();
+    let sigma = surface.areas(rows);
+    let visible = incidences.clone().into_par_iter();
+    let visible: Vec<Vec<f32>> = visible
+        .map(|i| surface.visible(light(i).vector()))
+        .collect();
+    let vndf = Grids {
+        size: [NORMALS; 2],
+        values: visible.concat(),
+    };
+    let densities = Densities::new(vndf.clone()).ok_or(RglError::Black)?;
+    let grids = incidences.into_par_iter().map(|i| {
+        let incidence = Incidence {
+            surface: &surface,
+            densities: &densities,
+            grid: i,
+            light: light(i),
+            area: sigma.one([u_of(light(i).theta()), v_of(light(i).phi())]),
+            nodes: level.nodes,
+            colours: colours.count(),
+        };
+        incidence.grids(is_isotropic && theta_i[i % theta_i.len()] == 0.0)
+    });
+    let grids: Vec<[Vec<f32>; 2]> = grids.collect();
+    let all = |k: usize| Grids {
+        size: [level.nodes; 2],
+        values: grids.iter().flat_map(|g| &g[k]).copied().collect(),
+    };
+    Ok(Fields {
+        description: concat!("tabulated by gonio ", env!("CARGO_PKG_VERSION")).into(),
+        jacobian: true,
+        values: all(0),
+        luminance: all(1),
+        ndf: surface.ndf.clone(),
+        theta_i,
+        phi_i,
+        sigma,
+        vndf,
+        colours,
+    })
+}
+
+/// Pairs that [`tabulate`] evaluates.
+pub fn table_pairs(brdf: &dyn Brdf, level: Level) -> u64 {
+    let (rows, azimuths) = match brdf.symmetry().isotropic {
+        true => (NORMALS_OF_ISOTROPIC, 1),
+        false => (NORMALS, level.azimuths),
+    };
+    let profile = rows * NORMALS * PROFILE_DEG.len();
+    (profile + azimuths * level.elevations * level.nodes.pow(2)) as u64
+}
+
+/// One incidence of a table.
+struct Incidence<'a> {
+    surface: &'a Surface<'a>,
+    densities: &'a Densities,
+    /// Its number among the densities.
+    grid: usize,
+    light: Direction,
+    /// Projected area towards the light.
+    area: f64,
+    nodes: usize,
+    colours: usize,
+}
+
+impl Incidence<'_> {
+    /// The grids of values, colour after colour, and that of the density of samples. At normal incidence of an isotropic
+    /// surface nothing depends on the azimuth: `average` takes the mean over it.
+    fn grids(&self, average: bool) -> [Vec<f32>; 2] {
+        let brdf = self.surface.brdf;
+        let (n, channels) = (self.nodes, brdf.channels().count());
+        let own = Weighted::from_elem((self.grid, 1.0), 1);
+        let step = 1.0 / (n - 1) as f64;
+        let light = self.light.vector();
+        let (mut pairs, mut factors) = (Vec::with_capacity(n * n), Vec::with_capacity(n * n));
+        for i in 0..n * n {
+            let place = [i % n, i / n].map(|k| k as f64 * step);
+            let place = self.densities.place(self.grid, place);
+            let m = normal(place);
+            let facing = light.dot(m);
+            let sensor = 2.0 * facing * m - light;
+            let sensor = Direction::try_new(sensor).unwrap_or(Direction::NORMAL);
+            let (_, density) = self.densities.uniform(&own, place);
+            let j = jacobian(place[0], theta_of(place[0]).sin());
+            pairs.push(DirectionPair::new(self.light, sensor));
+            // Those of values and of the density of samples.
+            let cosine = sensor.cos_theta();
+            factors.push((facing > 0.0 && cosine > 0.0).then(|| {
+                let value = cosine * 4.0 * self.area / self.surface.normals(place);
+                [value, cosine * 4.0 * facing * j / density]
+            }));
+        }
+        let mut found = vec![0.0; channels * n * n];
+        let mut presence = vec![Presence::Missing; n * n];
+        brdf.eval_batch(&pairs, &mut found, &mut presence);
+        let mut values = vec![f64::NAN; self.colours * n * n];
+        let mut samples = vec![f64::NAN; n * n];
+        for (i, (found, factors)) in found.chunks_exact(channels).zip(&factors).enumerate() {
+            let Some([value, sample]) = factors else {
+                samples[i] = 0.0;
+                values
+                    .iter_mut()
+                    .skip(i)
+                    .step_by(n * n)
+                    .for_each(|v| *v = 0.0);
+                continue;
+            };
+            if presence[i] == Presence::Missing {
+                continue;
+            }
+            samples[i] = brdf.channels().luminance(found) * sample;
+            for (c, slot) in values.iter_mut().skip(i).step_by(n * n).enumerate() {
+                *slot = found[c.min(channels - 1)] * value;
+            }
+        }
+        for grid in values.chunks_exact_mut(n * n).chain([&mut samples[..]]) {
+            fill(grid, n);
+            if average {
+                flatten(grid, n);
+            }
+        }
+        let mean = samples.iter().sum::<f64>() / (n * n) as f64;
+        let least = if mean > 0.0 {
+            LEAST_SAMPLES * mean
+        } else {
+            1.0
+        };
+        let single = |v: f64| v.min(f64::from(f32::MAX)) as f32;
+        [
+            values.into_iter().map(single).collect(),
+            samples.into_iter().map(|s| single(s.max(least))).collect(),
+        ]
+    }
+}
+
+/// Gives nodes that are not finite the value of the next along the row, else of the row before; 0 if there is none.
+fn fill(grid: &mut [f64], n: usize) {
+    let mut before = vec![0.0; n];
+    for row in grid.chunks_exact_mut(n) {
+        let known: Vec<usize> = (0..n).filter(|i| row[*i].is_finite()).collect();
+        for i in 0..n {
+            if !row[i].is_finite() {
+                let nearest = known.iter().min_by_key(|k| k.abs_diff(i));
+                row[i] = nearest.map_or(before[i], |k| row[*k]);
+            }
+        }
+        before.copy_from_slice(row);
+    }
+}
+
+/// Gives every row the mean of all.
+fn flatten(grid: &mut [f64], n: usize) {
+    for column in 0..n {
+        let mean = grid.iter().skip(column).step_by(n).sum::<f64>() / n as f64;
+        grid.iter_mut()
+            .skip(column)
+            .step_by(n)
+            .for_each(|v| *v = mean);
+    }
+}
+
+/// Writes a file that appears whole or not at all.
+///
+/// # Errors
+/// As [`tabulate`], and those of the file.
+pub fn write_rgl_file(brdf: &dyn Brdf, level: Level, path: &Path) -> Result<(), RglError> {
+    let fields = tabulate(brdf, level)?;
+    Ok(files::write_atomically(path, |out| fields.write(out))?)
+}

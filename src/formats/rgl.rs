@@ -1,0 +1,20 @@
+//! Tables of the RGL database, Mitsuba and pbrt.
+
+use super::{Format, TableError};
+use crate::brdf::measured::rgl::{LEVELS, RglError, RglSpec, table_pairs, write_rgl_file};
+
+/// Tables that follow the visible normals, isotropic or not.
+pub const FORMAT: Format = Format {
+    name: "rgl",
+    extensions: &["bsdf"],
+    summary: "over visible normals, for Mitsuba and pbrt; R, G, B or wavelengths",
+    read_table: Some(|path| Box::new(RglSpec::of(path))),
+    write_table: Some(|brdf, path| {
+        write_rgl_file(brdf, LEVELS[1], path).map_err(|e| match e {
+            RglError::Io(e) => TableError::Io(e),
+            e => TableError::Unsuited(e.into()),
+        })
+    }),
+    table_pairs: Some(|brdf| table_pairs(brdf, LEVELS[1])),
+    ..Format::NONE
+};
