@@ -120,8 +120,8 @@ mod tests {
             let progress = Progress::hidden();
             let watched = progress.watches(&brdf);
             let path = dir.path().join(format.name);
-            format.write_table.unwrap()(&watched, &path).unwrap();
-            let said = format.table_pairs.unwrap()(&brdf);
+            format.write_table.unwrap()(&watched, 0, &path).unwrap();
+            let said = format.table_pairs.unwrap()(&brdf, 0);
             assert_eq!(progress.counted(), said, "{}", format.name);
         }
     }

@@ -244,7 +244,7 @@ impl Reconstruct {
                 .check(&covered, common_uncertainty(&measurement))?;
             // What this asked for is no cell of the table.
             covered.forget();
-            tabulate::write(table, &covered, path, || "--output".into())?;
+            tabulate::write(table, 0, &covered, path, || "--output".into())?;
             print(&shares(&covered))?;
         }
         if let Some(path) = &self.picture {

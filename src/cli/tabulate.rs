@@ -8,6 +8,7 @@ use crate::brdf::{Brdf, Channels, Presence, Watched};
 use crate::error::Error;
 use crate::experiment::{Material, Plan, Source};
 use crate::formats::{Format, TableError, WRITE_TABLE};
+use crate::metrics::{self, Errors, Measure, MetricsSpec};
 use clap::Args;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -33,6 +34,10 @@ pub(super) struct Tabulate {
     /// Replace a file that exists
     #[arg(long)]
     force: bool,
+    /// Largest error (nrmse, of cosine and of lobe pairs): a format that has sizes takes a larger one until it is met, and
+    /// the exit code is 6 if none meets it
+    #[arg(long, value_name = "NRMSE", value_parser = tolerance)]
+    tolerance: Option<f64>,
     #[command(flatten)]
     energy: EnergyArgs,
 }
@@ -49,7 +54,79 @@ impl Tabulate {
         let brdf = build(material, channels(&source, &plan, material)?)?;
         self.energy.check(&*brdf, 0.0)?;
         let name = || format!("--material {}", material.name);
-        write(format, &*brdf, &self.output, name)
+        let mut size = 0;
+        loop {
+            write(format, size, &*brdf, &self.output, name)?;
+            let Some(errors) = TableErrors::of(format, &*brdf, &self.output)? else {
+                return Ok(());
+            };
+            print(&errors.told())?;
+            let Some(tolerance) = self.tolerance.filter(|t| !errors.are_within(*t)) else {
+                return Ok(());
+            };
+            size += 1;
+            if size == format.table_sizes {
+                return Err(Error::Violation(format!(
+                    "the table errs by {}; asked: at most {tolerance}, and this format has no finer table",
+                    errors.largest()
+                )));
+            }
+        }
+    }
+}
+
+fn tolerance(text: &str) -> Result<f64, String> {
+    let number = text.parse().ok().filter(|t| *t > 0.0 && *t <= 1.0);
+    number.ok_or_else(|| "a number in (0, 1]".into())
+}
+
+/// Errors of a table against what it was made of, at the usual test pairs.
+struct TableErrors([(Measure, Errors); 2]);
+
+impl TableErrors {
+    /// Reads a table back; `None` of a format that is not read.
+    fn of(format: Format, brdf: &dyn Brdf, path: &Path) -> Result<Option<Self>, Error> {
+        let Some(read) = format.read_table else {
+            return Ok(None);
+        };
+        let channels = brdf.channels().clone();
+        let failed = |e: &dyn std::fmt::Display| Error::data(path, e);
+        let table = read(path.into()).build(channels).map_err(|e| failed(&e))?;
+        let spec = MetricsSpec::default();
+        let mut all = Measure::USUAL.map(|measure| (measure, Errors::default()));
+        for (measure, errors) in &mut all {
+            let pairs = metrics::test_pairs(*measure, &spec).map_err(|e| failed(&e))?;
+            let [truth, table] = [brdf, &*table].map(|brdf| metrics::evaluate(brdf, &pairs));
+            *errors = metrics::compare(&pairs, &truth, &table);
+        }
+        Ok(Some(Self(all)))
+    }
+
+    /// The largest nrmse; 0 of a black BRDF.
+    fn largest(&self) -> f64 {
+        let all = self.0.iter().filter_map(|(_, e)| e.nrmse);
+        all.fold(0.0, f64::max)
+    }
+
+    fn are_within(&self, tolerance: f64) -> bool {
+        self.largest() <= tolerance
+    }
+
+    fn told(&self) -> String {
+        let number = |x: Option<f64>| x.map_or("none".into(), |x| format!("{x:.4}"));
+        let of = |(measure, e): &(Measure, Errors)| {
+            let lost = e.pairs_unreconstructed;
+            format!(
+                "errors of the table, {} pairs: nrmse {}, log_relative {}, energy {}; without data {} of the {} that have some\n",
+                measure.name(),
+                number(e.nrmse),
+                number(e.log_relative),
+                number(e.energy),
+                lost,
+                e.pairs + lost
+            )
+        };
+        self.0.iter().map(of).collect()
     }
 }
 
@@ -63,16 +140,17 @@ fn channels(source: &Source, plan: &Plan, material: &Material) -> Result<Channel
     })
 }
 
-/// Writes a BRDF as a table; `place` is who chose it.
+/// Writes a BRDF as a table of some size; `place` is who chose it.
 pub(super) fn write(
     format: Format,
+    size: usize,
     brdf: &dyn Brdf,
     path: &Path,
     place: impl FnOnce() -> String,
 ) -> Result<(), Error> {
     let table = WRITE_TABLE.function(&format);
     let table = table.map_err(|e| Error::output(path, e))?;
-    let pairs = format.table_pairs.map_or(0, |pairs| pairs(brdf));
+    let pairs = format.table_pairs.map_or(0, |pairs| pairs(brdf, size));
     let progress = Progress::of(pairs, "tabulates");
     // Bits of the largest value so far: those of positive numbers stand in their order.
     let largest = AtomicU64::new(0);
@@ -84,7 +162,7 @@ pub(super) fn write(
         largest.fetch_max(most.to_bits(), Ordering::Relaxed);
         progress.count(presence.len() as u64);
     });
-    table(&brdf, path).map_err(|e| match e {
+    table(&brdf, size, path).map_err(|e| match e {
         TableError::Io(_) => Error::output(path, e),
         TableError::Unsuited(_) => Error::config(place(), e),
     })?;

@@ -31,8 +31,8 @@ use std::path::{Path, PathBuf};
 /// The material that a table is.
 pub type ReadTable = fn(PathBuf) -> Box<dyn BrdfSpec>;
 
-/// Tabulates a BRDF into a file, which is there as a whole or not at all.
-pub type WriteTable = fn(&dyn Brdf, &Path) -> Result<(), TableError>;
+/// Tabulates a BRDF into a file, which is there as a whole or not at all, at one of the sizes of the format, 0 the usual.
+pub type WriteTable = fn(&dyn Brdf, usize, &Path) -> Result<(), TableError>;
 
 /// Text, its name in messages, and what is taken for granted.
 pub type ReadSchedule = fn(&str, &str, &Assume) -> Result<ScheduleFile, FileError>;
@@ -87,8 +87,10 @@ pub struct Format {
     pub read_table: Option<ReadTable>,
     /// Writes the table of a BRDF.
     pub write_table: Option<WriteTable>,
-    /// The number of pairs that the table of a BRDF holds.
-    pub table_pairs: Option<fn(&dyn Brdf) -> u64>,
+    /// The number of pairs that the table of a BRDF is made of, by its size.
+    pub table_pairs: Option<fn(&dyn Brdf, usize) -> u64>,
+    /// Sizes of its tables, each finer than the one before.
+    pub table_sizes: usize,
     /// Reads a schedule.
     pub read_schedule: Option<ReadSchedule>,
     /// Writes a schedule.
@@ -111,6 +113,7 @@ impl Format {
         read_table: None,
         write_table: None,
         table_pairs: None,
+        table_sizes: 1,
         read_schedule: None,
         write_schedule: None,
         read_readings: None,

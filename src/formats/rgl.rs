@@ -9,12 +9,13 @@ pub const FORMAT: Format = Format {
     extensions: &["bsdf"],
     summary: "over visible normals, for Mitsuba and pbrt; R, G, B or wavelengths",
     read_table: Some(|path| Box::new(RglSpec::of(path))),
-    write_table: Some(|brdf, path| {
-        write_rgl_file(brdf, LEVELS[1], path).map_err(|e| match e {
+    write_table: Some(|brdf, size, path| {
+        write_rgl_file(brdf, LEVELS[size], path).map_err(|e| match e {
             RglError::Io(e) => TableError::Io(e),
             e => TableError::Unsuited(e.into()),
         })
     }),
-    table_pairs: Some(|brdf| table_pairs(brdf, LEVELS[1])),
+    table_pairs: Some(|brdf, size| table_pairs(brdf, LEVELS[size])),
+    table_sizes: LEVELS.len(),
     ..Format::NONE
 };

@@ -9,12 +9,12 @@ pub const FORMAT: Format = Format {
     extensions: &["bin"],
     summary: "anisotropic, over elevations to 75° and azimuths",
     read_table: Some(|path| Box::new(UtiaSpec::of(path))),
-    write_table: Some(|brdf, path| {
+    write_table: Some(|brdf, _, path| {
         write_utia_file(brdf, path).map_err(|e| match e {
             UtiaError::Io(e) => TableError::Io(e),
             e => TableError::Unsuited(e.into()),
         })
     }),
-    table_pairs: Some(|_| NODES as u64),
+    table_pairs: Some(|_, _| NODES as u64),
     ..Format::NONE
 };

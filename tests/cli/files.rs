@@ -401,14 +401,14 @@ fn bad_input_is_refused_with_its_line() {
             "allowed: csv, json-lines",
         ),
         (
-            &["reconstruct", "r.csv", "-o", "x.bsdf"],
+            &["reconstruct", "r.csv", "-o", "x.ssdd"],
             2,
-            "allowed: .binary, .bin, or --format",
+            "allowed: .binary, .bin, .bsdf, or --format",
         ),
         (
-            &["tabulate", "c.toml", "-o", "x.bsdf"],
+            &["tabulate", "c.toml", "-o", "x.ssdd"],
             2,
-            "allowed: .binary, .bin, or --format",
+            "allowed: .binary, .bin, .bsdf, or --format",
         ),
     ] {
         let sentence = bench.refused(args, code);

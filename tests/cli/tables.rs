@@ -472,3 +472,58 @@ fn readings_are_a_material_of_commands_and_of_runs() {
     );
     assert!(said.contains("material[0].file = moved.csv"), "{said}");
 }
+
+#[test]
+fn a_table_says_how_far_off_it_is() {
+    let bench = Bench::new();
+    let config = |alpha: f64| {
+        let text =
+            format!("channels = \"luminance\"\n\n[[material]]\nkind = \"ggx\"\nalpha = {alpha}\n");
+        fs::write(bench.path("c.toml"), text).unwrap();
+    };
+    let nrmse = |out: &str| -> Vec<f64> {
+        let lines = out.lines().filter_map(|l| l.split_once(": nrmse "));
+        lines
+            .map(|(_, rest)| rest.split(',').next().unwrap().parse().unwrap())
+            .collect()
+    };
+    config(0.3);
+    let told = bench.good(&["tabulate", "c.toml", "-o", "t.bsdf"]);
+    let usual = fs::metadata(bench.path("t.bsdf")).unwrap().len();
+    let [cosine, lobe] = nrmse(&told)[..] else {
+        panic!("{told}");
+    };
+    assert!(cosine > 0.0 && cosine < 2e-3 && lobe < 2e-3, "{told}");
+    // Half of what it is asks for the next size, and gets a quarter.
+    let half = format!("{}", 0.5 * cosine.max(lobe));
+    let finer = [
+        "tabulate",
+        "c.toml",
+        "-o",
+        "t.bsdf",
+        "--force",
+        "--tolerance",
+        &half,
+    ];
+    let told = bench.good(&finer);
+    assert_eq!(nrmse(&told).len(), 4, "{told}");
+    assert!(fs::metadata(bench.path("t.bsdf")).unwrap().len() > 4 * usual);
+    // A format of one size says that it is too far off.
+    config(0.01);
+    let merl = [
+        "tabulate",
+        "c.toml",
+        "-o",
+        "t.binary",
+        "--tolerance",
+        "1e-6",
+        "-q",
+    ];
+    let sentence = bench.refused(&merl, 6);
+    assert!(sentence.contains("asked: at most 0.000001"), "{sentence}");
+    let sentence = bench.refused(
+        &["tabulate", "c.toml", "-o", "u.bsdf", "--tolerance", "0"],
+        2,
+    );
+    assert!(sentence.contains("a number in (0, 1]"), "{sentence}");
+}

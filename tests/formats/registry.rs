@@ -140,7 +140,7 @@ fn every_table_is_read_by_what_wrote_it() {
     let truth = truth.build(Channels::Luminance).unwrap();
     for format in WRITE_TABLE.formats() {
         let path = dir.path().join(format!("a.{}", format.extension()));
-        WRITE_TABLE.choose(None, &path).unwrap()(&*truth, &path).unwrap();
+        WRITE_TABLE.choose(None, &path).unwrap()(&*truth, 0, &path).unwrap();
         let spec = READ_TABLE.function(&format).unwrap()(path.clone());
         spec.check(&Channels::Luminance).unwrap();
         let again = brdf::read(toml::de::DeTable::parse(&spec.resolved().to_string()).unwrap());
@@ -148,7 +148,9 @@ fn every_table_is_read_by_what_wrote_it() {
         let table = spec.build(Channels::Luminance).unwrap();
         let pair = gonio::geometry::DirectionPair::from_spherical(0.4, 0.1, 0.9, 2.0);
         let [a, b] = [&truth, &table].map(|brdf| brdf.luminance(&pair).unwrap());
-        assert!((a - b).abs() < 1e-14, "{format:?}: {a} {b}");
+        // A format of several sizes is as near as they are fine.
+        let most = if format.table_sizes == 1 { 1e-14 } else { 1e-3 };
+        assert!((a - b).abs() < most, "{format:?}: {a} {b}");
     }
 }
 

@@ -112,7 +112,7 @@ pub fn of_readings(write: WriteReadings) -> Vec<Vec<u8>> {
 pub fn of_table(write: WriteTable) -> Vec<Vec<u8>> {
     let dir = tempfile::tempdir().expect("a folder");
     let path = dir.path().join("table");
-    write(&*ggx(Channels::Rgb), &path).expect("a table");
+    write(&*ggx(Channels::Rgb), 0, &path).expect("a table");
     vec![fs::read(path).expect("a table")]
 }
 

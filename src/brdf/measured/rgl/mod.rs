@@ -13,13 +13,15 @@
 //!
 //! The database turns with the sample: light is ω_i, sensor ω_o. No reciprocity is declared.
 
+mod error;
 pub mod file;
 mod spec;
 pub mod tensor;
 pub mod warp;
 mod write;
 
-pub use file::{Fields, RglError};
+pub use error::RglError;
+pub use file::Fields;
 pub use spec::{ENTRY, RglSpec};
 pub use write::{LEVELS, Level, table_pairs, tabulate, write_rgl_file};
 

@@ -3,7 +3,7 @@
 use super::super::label_of;
 use super::file::{self, Colours, MOST_OF_ISOTROPIC};
 use super::{Rgl, RglError};
-use crate::brdf::{Brdf, BrdfSpec, BuildError, Channels, Favours, Tables};
+use crate::brdf::{Brdf, BrdfSpec, BuildError, Channels, Favours, Tables, Wavelengths};
 use crate::error::ParameterError;
 use crate::geometry::Symmetry;
 use crate::registry::{self, Entry};
@@ -52,9 +52,10 @@ impl RglSpec {
             ),
             (Colours::Wavelengths(nm), wanted) => {
                 let ends = [nm[0], nm[nm.len() - 1]].map(f64::from);
-                let within = |w: &crate::brdf::Wavelengths| {
-                    w.nm().iter().all(|nm| (ends[0]..=ends[1]).contains(nm))
-                };
+                // They are of single precision.
+                let [low, high] = [ends[0] * (1.0 - 1e-7), ends[1] * (1.0 + 1e-7)];
+                let within =
+                    |w: &Wavelengths| w.nm().iter().all(|nm| (low..=high).contains(nm));
                 match wanted.is_some_and(within) {
                     true => Ok(()),
                     false => refused(format!(

@@ -8,7 +8,8 @@
 //! Nodes below the horizon hold 0, and those without data hold the value of their neighbour: a reader knows neither
 //! numbers below 0 nor holes.
 
-use super::file::{Colours, Fields, RglError};
+use super::RglError;
+use super::file::{Colours, Fields};
 use super::warp::{Densities, Grids, Weighted};
 use super::{jacobian, theta_of, u_of, v_of};
 use crate::brdf::{Brdf, Presence};
@@ -53,9 +54,8 @@ pub struct Level {
     pub azimuths: usize,
 }
 
-/// Those that a tolerance chooses from.
-pub const LEVELS: [Level; 4] = [
-    Level::new(32, 16, 17),
+/// Those that a tolerance chooses from, the usual one first.
+pub const LEVELS: [Level; 3] = [
     Level::new(64, 32, 25),
     Level::new(128, 64, 33),
     Level::new(256, 128, 49),

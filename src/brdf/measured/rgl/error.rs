@@ -1,0 +1,35 @@
+//! What may be wrong with a table.
+
+use std::io;
+
+/// Reason why a table could not be read or written. Messages do not name the file; callers do.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum RglError {
+    /// The system reported an error, or the file ends within its header.
+    #[error("cannot read or write this RGL table: {0}")]
+    Io(#[from] io::Error),
+    /// The first bytes are those of another kind of file.
+    #[error("not a tensor file: its first bytes are not \"tensor_file\", 0, and version 1.0")]
+    NotATensorFile,
+    /// A field is not as a table has it.
+    #[error("the field \"{name}\" {what}")]
+    Field {
+        /// Its name.
+        name: String,
+        /// What is wrong, and what is allowed.
+        what: String,
+    },
+    /// A BRDF without any value above 0 has no distribution of normals.
+    #[error("an RGL table holds no BRDF that is 0, or not known, everywhere")]
+    Black,
+}
+
+impl RglError {
+    pub(super) fn field(name: &str, what: impl Into<String>) -> Self {
+        Self::Field {
+            name: name.into(),
+            what: what.into(),
+        }
+    }
+}
