@@ -40,8 +40,8 @@ pub struct Shares {
 ///
 /// A factor is *crossed* where each of its levels has the same rows of the others. What is constant along it and what
 /// differs are orthogonal: terms without it see the means over its levels; it and its pairs see the deviations from
-/// these, a fit by single factors for each level. Cost: rows · factors² where all factors are crossed; of those that
-/// are not, rows · factors⁴ / 4 + factors² · columns³ / 12, where columns is about the number of cells of all two-way
+/// these, a fit by single factors for each level. Cost: rows · factors² and for each level of a crossed factor
+/// factors · columns³ / 3 of the single factors; of those that are not crossed, rows · factors⁴ / 4 + factors² · columns³ / 12, where columns is about the number of cells of all two-way
 /// tables.
 pub fn variance_shares(rows: &[(&[usize], f64)]) -> Option<Shares> {
     let factors = rows.first()?.0.len();
@@ -86,7 +86,7 @@ impl Squares {
     /// Of values whose mean is 0.
     fn new(levels: &Levels, values: Vec<f64>) -> Self {
         let Some(Crossed { factor, order }) = levels.crossed() else {
-            return Design::new(levels, &[values], true).squares();
+            return Design::new(levels, &values, true).squares();
         };
         let count = levels.counts[factor];
         let each = order.len() / count;
@@ -104,19 +104,28 @@ impl Squares {
         let others = levels.without(factor, &order[..each]);
         let own = deviations.iter().map(|d| d.iter().sum::<f64>().powi(2));
         let own = own.sum::<f64>() / each as f64;
-        let with_others = Design::new(&others, &deviations, false).squares();
+        // Fits of different levels have nothing to do with each other.
+        let mut with_others = vec![0.0; levels.counts.len()];
+        let mut rest = 0.0;
+        for deviation in &deviations {
+            let of_level = Design::new(&others, deviation, false).squares();
+            rest += of_level.rest;
+            for (sum, taken) in with_others.iter_mut().zip(of_level.mains) {
+                *sum += taken;
+            }
+        }
         let mut squares = Self::new(&others, means);
         let rows = count as f64;
         squares.mains.iter_mut().for_each(|main| *main *= rows);
         squares.mains[factor] = own;
         for (a, b, taken) in &mut squares.pairs {
             *taken = match (*a == factor, *b == factor) {
-                (true, _) => with_others.mains[*b],
-                (_, true) => with_others.mains[*a],
+                (true, _) => with_others[*b],
+                (_, true) => with_others[*a],
                 _ => *taken * rows,
             };
         }
-        squares.rest = squares.rest * rows + with_others.rest;
+        squares.rest = squares.rest * rows + rest;
         squares
     }
 }
@@ -214,16 +223,14 @@ impl Term {
 /// The normal equations of all terms at once.
 struct Design {
     terms: Vec<Term>,
-    /// Products of all columns: the constant, those of the terms, and last those of values.
+    /// Products of all columns: the constant, those of the terms, and last the values.
     gram: DMatrix<f64>,
-    /// The first column of values.
-    values: usize,
 }
 
 impl Design {
     /// A factor of L levels has L − 1 columns, 1 on their level and 0 elsewhere; a pair has the
-    /// products of theirs. Each of several columns of values has one per row.
-    fn new(levels: &Levels, values: &[Vec<f64>], with_pairs: bool) -> Self {
+    /// products of theirs.
+    fn new(levels: &Levels, values: &[f64], with_pairs: bool) -> Self {
         let factors = levels.counts.len();
         let mut terms = vec![];
         let mut next = 1;
@@ -243,10 +250,9 @@ impl Design {
                 columns,
             });
         }
-        let all = next + values.len();
-        let mut gram = DMatrix::zeros(all, all);
+        let mut gram = DMatrix::zeros(next + 1, next + 1);
         let mut entries = vec![];
-        for row in 0..values[0].len() {
+        for (row, value) in values.iter().enumerate() {
             let places = levels.row(row);
             entries.clear();
             entries.push((0, 1.0));
@@ -263,18 +269,14 @@ impl Design {
                 };
                 entries.push((term.columns.start + column, 1.0));
             }
-            entries.extend((next..).zip(values.iter().map(|of| of[row])));
+            entries.push((next, *value));
             for &(i, x) in &entries {
                 for &(j, y) in &entries {
                     gram[(i, j)] += x * y;
                 }
             }
         }
-        Self {
-            terms,
-            gram,
-            values: next,
-        }
+        Self { terms, gram }
     }
 
     /// Sums of squares by which each term lowers the residual of the others.
@@ -310,12 +312,11 @@ impl Design {
         let some = columns.len();
         columns.extend(more.into_iter().flat_map(|t| t.columns.clone()));
         let last = columns.len();
-        columns.extend(self.values..self.gram.nrows());
+        columns.push(self.gram.nrows() - 1);
         let all = columns.len();
         let mut left = DMatrix::from_fn(all, all, |i, j| self.gram[(columns[i], columns[j])]);
         let size = left.diagonal();
-        let residual = |left: &DMatrix<f64>| (last..all).map(|v| left[(v, v)]).sum();
-        let mut without = residual(&left);
+        let mut without = left[(last, last)];
         // Gauss's elimination leaves in the corner what the columns so far do not explain.
         for k in 0..last {
             let pivot = left[(k, k)];
@@ -332,10 +333,10 @@ impl Design {
                 }
             }
             if k + 1 == some {
-                without = residual(&left);
+                without = left[(last, last)];
             }
         }
-        (without, residual(&left))
+        (without, left[(last, last)])
     }
 }
 
@@ -483,7 +484,7 @@ mod tests {
         let mean = rows.iter().map(|(_, v)| v).sum::<f64>() / rows.len() as f64;
         let values: Vec<f64> = rows.iter().map(|(_, v)| v - mean).collect();
         let levels = Levels::new(&rows);
-        let fitted = Design::new(&levels, std::slice::from_ref(&values), true).squares();
+        let fitted = Design::new(&levels, &values, true).squares();
         let total: f64 = values.iter().map(|v| v * v).sum();
         let told = Squares::new(&levels, values);
         let all = |s: &Squares| {

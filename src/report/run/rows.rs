@@ -167,7 +167,7 @@ fn read<R: Record>(path: &Path, mut file: &File, mut take: impl FnMut(R)) -> Res
             break;
         }
         let text = std::str::from_utf8(&line).map_err(|e| unreadable(&e))?;
-        take(serde_json::from_str(text).map_err(|e| {
+        take(serde_json::from_str(text.trim_end()).map_err(|e| {
             let kind = "is no record of this kind of run";
             wrong(&format_args!("line {number} {kind} ({})", reason(e)))
         })?);

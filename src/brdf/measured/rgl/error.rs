@@ -6,12 +6,15 @@ use std::io;
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum RglError {
-    /// The system reported an error, or the file ends within its header.
+    /// The system reported an error.
     #[error("cannot read or write this RGL table: {0}")]
     Io(#[from] io::Error),
     /// The first bytes are those of another kind of file.
     #[error("not a tensor file: its first bytes are not \"tensor_file\", 0, and version 1.0")]
     NotATensorFile,
+    /// The file is shorter than its header.
+    #[error("not a tensor file: it ends within its header")]
+    Cut,
     /// A field is not as a table has it.
     #[error("the field \"{name}\" {what}")]
     Field {

@@ -103,10 +103,13 @@ impl<R: Read + Seek> Head<R> {
     fn field(&self, name: &str, dimensions: usize) -> Result<&Field, RglError> {
         let field = self.fields.iter().find(|f| f.name == name);
         let field = field.ok_or_else(|| RglError::field(name, "is missing"))?;
-        match field.shape.len() == dimensions && !field.shape.contains(&0) {
+        let may_be_empty = name == "description";
+        match field.shape.len() == dimensions && (may_be_empty || !field.shape.contains(&0)) {
             true => Ok(field),
             false => {
-                let what = format!("is {:?}; allowed: {dimensions} dimensions", field.shape);
+                let shape = &field.shape;
+                let what =
+                    format!("is {shape:?}; allowed: {dimensions} dimensions, none of them 0");
                 Err(RglError::field(name, what))
             }
         }
@@ -137,10 +140,11 @@ impl<R: Read + Seek> Head<R> {
         match wrong {
             None => Ok((shape, floats)),
             Some(i) => {
-                let what = format!(
-                    "holds {} at place {i}; allowed: finite numbers from {least} on",
-                    floats[i]
-                );
+                let allowed = match least {
+                    f32::MIN => "finite numbers".into(),
+                    least => format!("finite numbers from {least} on"),
+                };
+                let what = format!("holds {} at place {i}; allowed: {allowed}", floats[i]);
                 Err(RglError::field(name, what))
             }
         }
@@ -164,8 +168,24 @@ impl<R: Read + Seek> Head<R> {
     /// # Errors
     /// [`RglError`].
     pub fn phi_i(&mut self) -> Result<Vec<f32>, RglError> {
-        // A turn and a little: it may begin anywhere.
-        self.nodes("phi_i", [-2.01 * PI, 2.01 * PI])
+        let nodes = self.nodes("phi_i", [-2.01 * PI, 2.01 * PI])?;
+        let is_held = match nodes[..] {
+            [first, .., last] if nodes.len() > MOST_OF_ISOTROPIC => {
+                let parts = 2.0 * PI / (last - first);
+                let is_part = [1.0, 2.0, 4.0]
+                    .iter()
+                    .any(|n| (parts / n - 1.0).abs() < 1e-3);
+                is_part && (first + PI).abs() < 1e-3
+            }
+            _ => true,
+        };
+        match is_held {
+            true => Ok(nodes),
+            false => {
+                let what = "is no circle, half or quarter of one from -π on";
+                Err(RglError::field("phi_i", what))
+            }
+        }
     }
 
     /// What the colours are.

@@ -11,7 +11,8 @@
 //! [`Presence::Missing`]. (Mitsuba goes on with the last.) Of the sensor every direction above the horizon is known.
 //! Values below 0 count as 0.
 //!
-//! The database turns with the sample: light is ω_i, sensor ω_o. No reciprocity is declared.
+//! Light is ω_i, sensor ω_o; no reciprocity is declared. A table of one or two azimuths of the light is isotropic, and
+//! the first of them is read. Of one that holds half or a quarter of the circle pairs are mirrored into it.
 
 mod error;
 pub mod file;
@@ -154,13 +155,18 @@ impl Rgl {
         {
             return false;
         }
-        let phi_i = light.phi();
+        let phi_i = match self.is_isotropic() {
+            true => self.phi_i[0],
+            // Their circle begins at −π, which `phi` calls π.
+            false if self.reduction >= 2 && light.phi() > 0.0 => -PI,
+            false => light.phi(),
+        };
         // Above the horizon the two are never opposite.
         let Some(m) = Direction::try_new(light.vector() + sensor.vector()) else {
             return true;
         };
         let turned = if self.is_isotropic() {
-            m.phi() - phi_i
+            m.phi() - light.phi()
         } else {
             m.phi()
         };
@@ -169,7 +175,7 @@ impl Rgl {
         let (uniform, _) = self.vndf.uniform(&incidences, place);
         let mut factor = 1.0 / sensor.cos_theta();
         if self.jacobian {
-            let sigma = self.sigma.one([u_of(theta_i), v_of(phi_i)]);
+            let sigma = self.sigma.one([u_of(theta_i), (phi_i + PI) / TAU]);
             factor *= self.ndf.one(place) / (4.0 * sigma);
         }
         let count = out.len();

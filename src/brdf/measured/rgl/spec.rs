@@ -92,7 +92,7 @@ impl BrdfSpec for RglSpec {
     }
 
     fn favours(&self) -> Favours {
-        Favours::HalfDifferenceTable
+        Favours::Neither
     }
 
     fn build(&self, channels: Channels) -> Result<Box<dyn Brdf>, BuildError> {
@@ -104,10 +104,11 @@ impl BrdfSpec for RglSpec {
 
     fn tables(&self) -> Tables {
         let length = std::fs::metadata(&self.path).map_or(0, |file| file.len() as usize);
+        let colours = file::open(&self.path).and_then(|mut head| head.colours());
         Tables {
             files: vec![self.path.clone()],
             // Distributions are held beside the normals that they are of.
-            channel_bytes: 3 * length,
+            channel_bytes: 2 * length / colours.map_or(1, |c| c.count()),
         }
     }
 }

@@ -77,20 +77,28 @@ pub struct Field {
 
 fn number<const N: usize>(input: &mut impl Read) -> Result<u64, RglError> {
     let mut bytes = [0; 8];
-    input.read_exact(&mut bytes[..N])?;
+    fill(input, &mut bytes[..N])?;
     Ok(u64::from_le_bytes(bytes))
+}
+
+/// Bytes of the header.
+fn fill(input: &mut impl Read, bytes: &mut [u8]) -> Result<(), RglError> {
+    input.read_exact(bytes).map_err(|e| match e.kind() {
+        io::ErrorKind::UnexpectedEof => RglError::Cut,
+        _ => RglError::Io(e),
+    })
 }
 
 /// The arrays of a file of `length` bytes, from its start; all lie within it.
 ///
 /// # Errors
-/// [`RglError::NotATensorFile`], [`RglError::Field`] and those of `input`.
+/// [`RglError::NotATensorFile`], [`RglError::Cut`], [`RglError::Field`] and those of `input`.
 pub fn head(input: &mut impl Read, length: u64) -> Result<Vec<Field>, RglError> {
     let mut magic = [0; MAGIC.len() + VERSION.len()];
     if length < magic.len() as u64 {
         return Err(RglError::NotATensorFile);
     }
-    input.read_exact(&mut magic)?;
+    fill(input, &mut magic)?;
     if !magic.starts_with(MAGIC) || !magic.ends_with(&VERSION) {
         return Err(RglError::NotATensorFile);
     }
@@ -98,7 +106,7 @@ pub fn head(input: &mut impl Read, length: u64) -> Result<Vec<Field>, RglError> 
     let mut left = length;
     for _ in 0..number::<4>(input)? {
         let mut name = vec![0; number::<2>(input)? as usize];
-        input.read_exact(&mut name)?;
+        fill(input, &mut name)?;
         let name = String::from_utf8_lossy(&name).into_owned();
         let dimensions = number::<2>(input)?;
         let kind = number::<1>(input)? as u8;

@@ -53,9 +53,7 @@ impl Grids {
         }
         sum
     }
-}
 
-impl Grids {
     /// The value of the only grid at a place of the square.
     #[inline]
     pub fn one(&self, place: [f64; 2]) -> f64 {
@@ -111,12 +109,6 @@ impl Densities {
             along_x,
             up_to,
         })
-    }
-
-    /// The density at a place.
-    pub fn at(&self, grids: &Weighted, place: [f64; 2]) -> f64 {
-        let scaled = grids.iter().map(|(g, w)| (*g, w * self.scale[*g]));
-        self.grids.at(&scaled.collect::<Weighted>(), [0, 1], place)
     }
 
     /// Where a place of the square is in the uniform one, and the density there.

@@ -11,7 +11,7 @@
 use super::RglError;
 use super::file::{Colours, Fields};
 use super::warp::{Densities, Grids, Weighted};
-use super::{jacobian, theta_of, u_of, v_of};
+use super::{jacobian, theta_of, u_of};
 use crate::brdf::{Brdf, Presence};
 use crate::files;
 use crate::geometry::{Direction, DirectionPair};
@@ -42,6 +42,12 @@ const LEAST_SAMPLES: f64 = 1e-3;
 
 /// The last elevation of the light, degrees.
 const LAST_DEG: f64 = 89.9;
+
+/// Azimuths of the sensor at which data is looked for.
+const LOOKS: usize = 12;
+
+/// Steps of the search for the last elevation that has data: to 1e-7 rad.
+const BISECTIONS: usize = 24;
 
 /// Number of nodes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -228,7 +234,7 @@ pub fn tabulate(brdf: &dyn Brdf, level: Level) -> Result<Fields, RglError> {
         let at = |i: usize| from + (to - from) * i as f64 / (count - 1) as f64;
         (0..count).map(|i| at(i) as f32).collect()
     };
-    let theta_i = steps(0.0, LAST_DEG.to_radians(), level.elevations);
+    let theta_i = steps(0.0, last_light(brdf), level.elevations);
     let (phi_i, rows) = match is_isotropic {
         true => (vec![0.0], NORMALS_OF_ISOTROPIC),
         false => (steps(-PI, PI, level.azimuths), level.azimuths),
@@ -237,6 +243,12 @@ pub fn tabulate(brdf: &dyn Brdf, level: Level) -> Result<Fields, RglError> {
         Some(w) => Colours::Wavelengths(w.nm().iter().map(|nm| *nm as f32).collect()),
         None => Colours::Rgb,
     };
+    if let Colours::Wavelengths(nm) = &colours
+        && !nm.is_sorted_by(|a, b| a < b)
+    {
+        let what = "would hold two that are one in single precision";
+        return Err(RglError::field("wavelengths", what));
+    }
     let light = |i: usize| {
         let [phi, theta] = [phi_i[i / theta_i.len()], theta_i[i % theta_i.len()]].map(f64::from);
         Direction::from_spherical(theta, phi)
@@ -258,16 +270,32 @@ pub fn tabulate(brdf: &dyn Brdf, level: Level) -> Result<Fields, RglError> {
             densities: &densities,
             grid: i,
             light: light(i),
-            area: sigma.one([u_of(light(i).theta()), v_of(light(i).phi())]),
+            area: sigma.one([
+                u_of(light(i).theta()),
+                (f64::from(phi_i[i / theta_i.len()]) + PI) / TAU,
+            ]),
             nodes: level.nodes,
             colours: colours.count(),
         };
         incidence.grids(is_isotropic && theta_i[i % theta_i.len()] == 0.0)
     });
-    let grids: Vec<[Vec<f32>; 2]> = grids.collect();
+    let grids: Vec<Option<[Vec<f32>; 2]>> = grids.collect();
+    // An incidence without data is that of the next elevation, or azimuth, that has some.
+    let known: Vec<usize> = (0..grids.len()).filter(|i| grids[*i].is_some()).collect();
+    let step = theta_i.len();
+    let way =
+        |a: usize, b: usize| step * (a / step).abs_diff(b / step) + (a % step).abs_diff(b % step);
+    let mut held = Vec::new();
+    for i in 0..grids.len() {
+        let nearest = known.iter().min_by_key(|k| way(**k, i));
+        held.extend(nearest.and_then(|k| grids[*k].as_ref()));
+    }
+    if held.is_empty() {
+        return Err(RglError::Black);
+    }
     let all = |k: usize| Grids {
         size: [level.nodes; 2],
-        values: grids.iter().flat_map(|g| &g[k]).copied().collect(),
+        values: held.iter().flat_map(|g| &g[k]).copied().collect(),
     };
     Ok(Fields {
         description: concat!("tabulated by gonio ", env!("CARGO_PKG_VERSION")).into(),
@@ -283,13 +311,46 @@ pub fn tabulate(brdf: &dyn Brdf, level: Level) -> Result<Fields, RglError> {
     })
 }
 
-/// Pairs that [`tabulate`] evaluates.
+/// The last elevation of the light (rad) at which a BRDF has data, at most [`LAST_DEG`]: tables end before the horizon,
+/// and nothing is made up beyond.
+fn last_light(brdf: &dyn Brdf) -> f64 {
+    let has_data = |theta: f64| {
+        let sensors = (0..LOOKS).flat_map(|k| {
+            let phi = TAU * k as f64 / LOOKS as f64;
+            let light = Direction::from_spherical(theta, 0.3 * phi);
+            let at = |deg: f64| Direction::from_spherical(deg.to_radians(), phi);
+            PROFILE_DEG.map(|deg| DirectionPair::new(light, at(deg)))
+        });
+        let pairs: Vec<DirectionPair> = sensors.collect();
+        luminances(brdf, &pairs).iter().any(Option::is_some)
+    };
+    let whole = LAST_DEG.to_radians();
+    if has_data(whole) {
+        return whole;
+    }
+    let (mut known, mut unknown) = (0.0, whole);
+    for _ in 0..BISECTIONS {
+        let middle = 0.5 * (known + unknown);
+        match has_data(middle) {
+            true => known = middle,
+            false => unknown = middle,
+        }
+    }
+    // The node is in single precision, and must not round beyond.
+    if known > 0.0 {
+        known * (1.0 - 1e-6)
+    } else {
+        whole
+    }
+}
+
+/// Pairs that [`tabulate`] evaluates of a BRDF that has data towards the horizon.
 pub fn table_pairs(brdf: &dyn Brdf, level: Level) -> u64 {
     let (rows, azimuths) = match brdf.symmetry().isotropic {
         true => (NORMALS_OF_ISOTROPIC, 1),
         false => (NORMALS, level.azimuths),
     };
-    let profile = rows * NORMALS * PROFILE_DEG.len();
+    let profile = (rows * NORMALS + LOOKS) * PROFILE_DEG.len();
     (profile + azimuths * level.elevations * level.nodes.pow(2)) as u64
 }
 
@@ -307,9 +368,9 @@ struct Incidence<'a> {
 }
 
 impl Incidence<'_> {
-    /// The grids of values, colour after colour, and that of the density of samples. At normal incidence of an isotropic
-    /// surface nothing depends on the azimuth: `average` takes the mean over it.
-    fn grids(&self, average: bool) -> [Vec<f32>; 2] {
+    /// The grids of values, colour after colour, and that of the density of samples; `None` without data. At normal
+    /// incidence of an isotropic surface nothing depends on the azimuth: `average` takes the mean over it.
+    fn grids(&self, average: bool) -> Option<[Vec<f32>; 2]> {
         let brdf = self.surface.brdf;
         let (n, channels) = (self.nodes, brdf.channels().count());
         let own = Weighted::from_elem((self.grid, 1.0), 1);
@@ -326,41 +387,36 @@ impl Incidence<'_> {
             let (_, density) = self.densities.uniform(&own, place);
             let j = jacobian(place[0], theta_of(place[0]).sin());
             pairs.push(DirectionPair::new(self.light, sensor));
-            // Those of values and of the density of samples.
-            let cosine = sensor.cos_theta();
-            factors.push((facing > 0.0 && cosine > 0.0).then(|| {
-                let value = cosine * 4.0 * self.area / self.surface.normals(place);
-                [value, cosine * 4.0 * facing * j / density]
-            }));
+            // Those of values and of the density of samples; 0 below the horizon.
+            let cosine = match facing > 0.0 {
+                true => sensor.cos_theta().max(0.0),
+                false => 0.0,
+            };
+            let value = cosine * 4.0 * self.area / self.surface.normals(place);
+            factors.push([value, cosine * 4.0 * facing * j / density]);
         }
         let mut found = vec![0.0; channels * n * n];
         let mut presence = vec![Presence::Missing; n * n];
         brdf.eval_batch(&pairs, &mut found, &mut presence);
-        let mut values = vec![f64::NAN; self.colours * n * n];
-        let mut samples = vec![f64::NAN; n * n];
-        for (i, (found, factors)) in found.chunks_exact(channels).zip(&factors).enumerate() {
-            let Some([value, sample]) = factors else {
-                samples[i] = 0.0;
-                values
-                    .iter_mut()
-                    .skip(i)
-                    .step_by(n * n)
-                    .for_each(|v| *v = 0.0);
-                continue;
-            };
-            if presence[i] == Presence::Missing {
-                continue;
-            }
-            samples[i] = brdf.channels().luminance(found) * sample;
+        let of = |i: usize| &found[channels * i..channels * (i + 1)];
+        let is_known = |i: usize| {
+            let is_seen = factors[i][0] > 0.0 && presence[i] == Presence::Present;
+            is_seen && of(i).iter().all(|v| v.is_finite())
+        };
+        let sources = sources(n, &is_known)?;
+        let mut values = vec![0.0; self.colours * n * n];
+        let mut samples = vec![0.0; n * n];
+        for (i, (&source, [value, sample])) in sources.iter().zip(&factors).enumerate() {
+            samples[i] = brdf.channels().luminance(of(source)) * sample;
             for (c, slot) in values.iter_mut().skip(i).step_by(n * n).enumerate() {
-                *slot = found[c.min(channels - 1)] * value;
+                *slot = of(source)[c.min(channels - 1)] * value;
             }
         }
-        for grid in values.chunks_exact_mut(n * n).chain([&mut samples[..]]) {
-            fill(grid, n);
-            if average {
-                flatten(grid, n);
-            }
+        if average {
+            let grids = values.chunks_exact_mut(n * n);
+            grids
+                .chain([&mut samples[..]])
+                .for_each(|grid| flatten(grid, n));
         }
         let mean = samples.iter().sum::<f64>() / (n * n) as f64;
         let least = if mean > 0.0 {
@@ -369,26 +425,28 @@ impl Incidence<'_> {
             1.0
         };
         let single = |v: f64| v.min(f64::from(f32::MAX)) as f32;
-        [
+        Some([
             values.into_iter().map(single).collect(),
             samples.into_iter().map(|s| single(s.max(least))).collect(),
-        ]
+        ])
     }
 }
 
-/// Gives nodes that are not finite the value of the next along the row, else of the row before; 0 if there is none.
-fn fill(grid: &mut [f64], n: usize) {
-    let mut before = vec![0.0; n];
-    for row in grid.chunks_exact_mut(n) {
-        let known: Vec<usize> = (0..n).filter(|i| row[*i].is_finite()).collect();
-        for i in 0..n {
-            if !row[i].is_finite() {
-                let nearest = known.iter().min_by_key(|k| k.abs_diff(i));
-                row[i] = nearest.map_or(before[i], |k| row[*k]);
-            }
-        }
-        before.copy_from_slice(row);
-    }
+/// For each node of a grid that whose f_r it has: its own if that is known, else that of the nearest in its row, else of
+/// the nearest row that has one; `None` if no node is known.
+fn sources(n: usize, is_known: &dyn Fn(usize) -> bool) -> Option<Vec<usize>> {
+    let rows: Vec<Vec<usize>> = (0..n)
+        .map(|row| (n * row..n * (row + 1)).filter(|i| is_known(*i)).collect())
+        .collect();
+    let known: Vec<usize> = (0..n).filter(|row| !rows[*row].is_empty()).collect();
+    let nearest = |i: usize| {
+        let row = known.iter().min_by_key(|row| row.abs_diff(i / n))?;
+        rows[*row]
+            .iter()
+            .min_by_key(|k| (**k % n).abs_diff(i % n))
+            .copied()
+    };
+    (0..n * n).map(nearest).collect()
 }
 
 /// Gives every row the mean of all.
