@@ -1,5 +1,6 @@
 //! What may be wrong with a table.
 
+use crate::error::excerpt;
 use std::io;
 
 /// Reason why a table could not be read or written. Messages do not name the file; callers do.
@@ -31,7 +32,8 @@ pub enum RglError {
 impl RglError {
     pub(super) fn field(name: &str, what: impl Into<String>) -> Self {
         Self::Field {
-            name: name.into(),
+            // A damaged file may have any name.
+            name: excerpt(name).into_owned(),
             what: what.into(),
         }
     }

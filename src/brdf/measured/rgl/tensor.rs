@@ -19,6 +19,9 @@ const F32: u8 = 10;
 /// Sizes of the types in bytes, from 1 on.
 const SIZES: [u64; 11] = [1, 1, 2, 2, 4, 4, 8, 8, 2, 4, 8];
 
+/// Dimensions of an array, at most: a table has five.
+const MOST_DIMENSIONS: u64 = 8;
+
 /// Arrays begin at multiples of this.
 const ALIGNED: usize = 8;
 
@@ -111,6 +114,10 @@ pub fn head(input: &mut impl Read, length: u64) -> Result<Vec<Field>, RglError> 
         let dimensions = number::<2>(input)?;
         let kind = number::<1>(input)? as u8;
         let offset = number::<8>(input)?;
+        if dimensions > MOST_DIMENSIONS {
+            let what = format!("has {dimensions} dimensions; allowed: {MOST_DIMENSIONS}");
+            return Err(RglError::field(&name, what));
+        }
         let mut shape = Vec::new();
         for _ in 0..dimensions {
             shape.push(number::<8>(input)?);
