@@ -217,7 +217,7 @@ fn beyond_the_last_light_there_is_no_data() {
     assert_eq!(at(FRAC_PI_2 + 0.1, 0.2), Some(0.0));
 }
 
-/// Without reciprocity and other help: a table that is cut to a part of the circle is the whole one.
+/// A table that is cut to a part of the circle is the whole one, also at the seams.
 #[test]
 fn half_and_quarter_circles_are_mirrored() {
     let truth = material("ggx", "alpha = [0.1, 0.4]", Channels::Luminance);
