@@ -9,6 +9,11 @@ mi = pytest.importorskip("mitsuba")
 
 COUNT = 1000
 HIGHEST = np.radians(80)
+NEEDLE = '''kind = "sum"
+component = [
+    { weight = 1, brdf = { kind = "lambert", albedo = 0.3 } },
+    { weight = 0.02, brdf = { kind = "ggx", alpha = 0.01 } },
+]'''
 
 def directions(rng, mirrors=None, width=None):
     """COUNT directions up to 80°, cosine-distributed, or around the mirror directions of others."""
@@ -59,10 +64,12 @@ def truth(gonio, folder, config, light, sensor, *options):
     return np.array([[float(row[n]) for n in names] for row in rows])
 
 
-def values(table, light, sensor):
-    """f_r by Mitsuba, (pairs, 3)."""
+def values(table, light, sensor, nm=None):
+    """f_r by Mitsuba, (pairs, 3) or at wavelengths."""
     bsdf = mi.load_dict({"type": "measured", "filename": str(table)})
     si, context = mi.SurfaceInteraction3f(), mi.BSDFContext()
+    if nm is not None:
+        si.wavelengths = nm
     found = []
     for i, o in zip(light, sensor):
         si.wi = mi.Vector3f(i)
@@ -87,7 +94,13 @@ def scene(folder, material):
     return config
 
 
-@pytest.fixture(scope="module", autouse=True)
+def written(gonio, folder, config, *options):
+    table = folder / "table.bsdf"
+    gonio("tabulate", config, "-o", table, *options)
+    return table
+
+
+@pytest.fixture(autouse=True)
 def variant():
     mi.set_variant("scalar_rgb")
 
@@ -95,10 +108,77 @@ def variant():
 @pytest.mark.parametrize("alpha", [1.0, 0.3, 0.1])
 def test_a_written_table_has_the_values(gonio, tmp_path, alpha):
     config = scene(tmp_path, f'kind = "ggx"\nalpha = {alpha}')
-    table = tmp_path / "table.bsdf"
-    gonio("tabulate", config, "-o", table)
+    table = written(gonio, tmp_path, config)
     light, sensor = pairs(alpha)
     exact = truth(gonio, tmp_path, config, light, sensor, "--set", "channels=rgb")
     found = errors(exact, values(table, light, sensor), light)
     for nrmse, median in found:
         assert nrmse < 2e-3 and median < 1e-3
+
+
+@pytest.mark.parametrize(
+    "material, width",
+    [
+        ('kind = "ggx"\nalpha = [0.2, 0.5]', 0.3),
+        (NEEDLE, 0.02),
+    ],
+)
+def test_both_read_the_same(gonio, tmp_path, material, width):
+    """Brushed metal, and a needle on a matte base: gonio and Mitsuba see one table."""
+    table = written(gonio, tmp_path, scene(tmp_path, material))
+    config = scene(tmp_path, f'kind = "rgl"\npath = "{table}"')
+    light, sensor = pairs(width)
+    ours = truth(gonio, tmp_path, config, light, sensor, "--set", "channels=rgb")
+    theirs = values(table, light, sensor)
+    assert np.all(np.abs(ours - theirs) <= 1e-4 * np.abs(ours) + 1e-7 * ours.max())
+
+
+def test_wavelengths_are_read_in_spectral_variants(gonio, tmp_path):
+    nm = [400, 450, 500, 550, 600, 650, 700]
+    material = '''kind = "sum"
+component = [
+    { weight = 1, brdf = { kind = "lambert", albedo = { nm = [400, 700], values = [0.1, 0.5] } } },
+    { weight = 0.4, brdf = { kind = "ggx", alpha = 0.3 } },
+]'''
+    channels = ("--set", f"channels={{ wavelengths_nm = {nm} }}")
+    config = scene(tmp_path, material)
+    table = written(gonio, tmp_path, config, *channels)
+    light, sensor = pairs(0.3)
+    exact = truth(gonio, tmp_path, config, light, sensor, *channels)
+    mi.set_variant("scalar_spectral")
+    # Four wavelengths are asked at once.
+    found = values(table, light, sensor, nm[1:5])
+    for nrmse, median in errors(exact[:, 1:5], found, light):
+        assert nrmse < 2e-3 and median < 1e-3
+
+
+@pytest.mark.parametrize("degrees", [5, 30, 60, 80])
+def test_samples_have_the_density_that_is_said(gonio, tmp_path, degrees):
+    """Pearson's chi-square test of Mitsuba, 64 x 64 densities in a cell of its histogram."""
+    try:
+        mi.set_variant("llvm_ad_rgb")
+    except ImportError as e:
+        pytest.skip(f"no LLVM for Mitsuba: {e}"[:120])
+    import drjit as dr
+    from mitsuba.chi2 import ChiSquareTest, SphericalDomain
+
+    table = written(gonio, tmp_path, scene(tmp_path, 'kind = "ggx"\nalpha = 0.3'))
+    bsdf, context = mi.load_dict({"type": "measured", "filename": str(table)}), mi.BSDFContext()
+    theta = np.radians(degrees)
+    light = [float(np.sin(theta)), 0.0, float(np.cos(theta))]
+
+    def interaction(count):
+        si = dr.zeros(mi.SurfaceInteraction3f, count)
+        si.wi = mi.Vector3f(light)
+        return si
+
+    def sample(u):
+        drawn, weight = bsdf.sample(context, interaction(dr.width(u)), u[0], mi.Point2f(u[1], u[2]))
+        # Those below the horizon have no weight.
+        return drawn.wo, dr.select(dr.max(weight) > 0, 1.0, 0.0)
+
+    def pdf(sensor):
+        return bsdf.pdf(context, interaction(dr.width(sensor)), sensor)
+
+    test = ChiSquareTest(SphericalDomain(), sample, pdf, sample_dim=3, res=51, ires=64)
+    assert test.run(0.01), test.messages

@@ -2,8 +2,8 @@
 //!
 //! The distribution of normals D is read off the BRDF: f_r · 4 cos θ_i cos θ_o, averaged over theta_d =
 //! [`PROFILE_DEG`] at phi_d = 90°, where neither retro-reflection nor grazing dominates. It only places nodes: values
-//! are divided by the very function that the reader multiplies. Visible normals are D max(0, m·ω_i), and a hundredth
-//! of a uniform density, so that every part of the hemisphere has some nodes.
+//! are divided by the very function that the reader multiplies. Nodes are denser by the root of the visible normals,
+//! D max(0, m·ω_i), and nowhere sparse: in proportion to them, a needle on a matte base would leave the base no nodes.
 //!
 //! Nodes below the horizon hold 0, and those without data hold the value of their neighbour: a reader knows neither
 //! numbers below 0 nor holes.
@@ -33,9 +33,9 @@ const NORMALS_OF_ISOTROPIC: usize = 2;
 /// where the latter leave few nodes.
 const UNIFORM: f64 = 1e-2;
 
-/// Density at which the visible normals of every (u, v) are raised, as a share of the mean. Their own falls with u³ at the
-/// normal, where a cell of nodes would reach ten degrees.
-const RAISED: f64 = 0.1;
+/// Density by which that of every (u, v) is raised, as a share of the mean. That of the visible normals falls with u³ at
+/// the normal, where a cell of nodes would reach ten degrees.
+const RAISED: f64 = 0.3;
 
 /// Smallest density of samples, as a share of the mean.
 const LEAST_SAMPLES: f64 = 1e-3;
@@ -83,20 +83,9 @@ struct Surface<'a> {
     ndf: Grids,
 }
 
-/// Some luminances of a BRDF, `None` without data.
-fn luminances(brdf: &dyn Brdf, pairs: &[DirectionPair]) -> Vec<Option<f64>> {
-    let channels = brdf.channels();
-    let n = channels.count();
-    let mut values = vec![0.0; n * pairs.len()];
-    let mut presence = vec![Presence::Missing; pairs.len()];
-    brdf.eval_batch(pairs, &mut values, &mut presence);
-    let all = values.chunks_exact(n).zip(presence);
-    all.map(|(v, p)| {
-        (p == Presence::Present)
-            .then(|| channels.luminance(v))
-            .filter(|v| v.is_finite())
-    })
-    .collect()
+/// The luminance of a pair, `None` without data.
+fn luminance(brdf: &dyn Brdf, pair: &DirectionPair) -> Option<f64> {
+    brdf.luminance(pair).filter(|v| v.is_finite())
 }
 
 impl<'a> Surface<'a> {
@@ -120,13 +109,9 @@ impl<'a> Surface<'a> {
                 let towards = |side: f64| Direction::from_unit(cos * h + side * sin * across);
                 DirectionPair::new(towards(1.0), towards(-1.0))
             });
-            let found = luminances(brdf, &pairs);
-            let known = found
-                .iter()
-                .zip(&pairs)
-                .filter(|(_, p)| p.is_above_horizon());
-            let known = known.filter_map(|(v, p)| {
-                Some((*v)? * 4.0 * p.omega_i.cos_theta() * p.omega_o.cos_theta())
+            let known = pairs.iter().filter(|p| p.is_above_horizon());
+            let known = known.filter_map(|p| {
+                Some(luminance(brdf, p)? * 4.0 * p.omega_i.cos_theta() * p.omega_o.cos_theta())
             });
             let known: Vec<f64> = known.collect();
             known.iter().sum::<f64>() / known.len().max(1) as f64
@@ -200,7 +185,7 @@ impl Surface<'_> {
         }
     }
 
-    /// Visible normals towards a light, up to a factor.
+    /// Density of nodes of the grids of a light, up to a factor.
     fn visible(&self, light: DVec3) -> Vec<f32> {
         let step = 1.0 / (NORMALS - 1) as f64;
         let nodes = (0..NORMALS * NORMALS).map(|i| {
@@ -211,8 +196,9 @@ impl Surface<'_> {
         });
         let nodes: Vec<[f64; 2]> = nodes.collect();
         let means = [0, 1].map(|k| nodes.iter().map(|n| n[k]).sum::<f64>() / nodes.len() as f64);
-        let density =
-            |[visible, j]: &[f64; 2]| RAISED + (visible / means[0]).max(UNIFORM * j / means[1]);
+        let density = |[visible, j]: &[f64; 2]| {
+            RAISED + (visible / means[0]).sqrt().max(UNIFORM * j / means[1])
+        };
         nodes.iter().map(|n| density(n) as f32).collect()
     }
 }
@@ -315,14 +301,13 @@ pub fn tabulate(brdf: &dyn Brdf, level: Level) -> Result<Fields, RglError> {
 /// and nothing is made up beyond.
 fn last_light(brdf: &dyn Brdf) -> f64 {
     let has_data = |theta: f64| {
-        let sensors = (0..LOOKS).flat_map(|k| {
+        let mut pairs = (0..LOOKS).flat_map(|k| {
             let phi = TAU * k as f64 / LOOKS as f64;
             let light = Direction::from_spherical(theta, 0.3 * phi);
             let at = |deg: f64| Direction::from_spherical(deg.to_radians(), phi);
             PROFILE_DEG.map(|deg| DirectionPair::new(light, at(deg)))
         });
-        let pairs: Vec<DirectionPair> = sensors.collect();
-        luminances(brdf, &pairs).iter().any(Option::is_some)
+        pairs.any(|pair| luminance(brdf, &pair).is_some())
     };
     let whole = LAST_DEG.to_radians();
     if has_data(whole) {
