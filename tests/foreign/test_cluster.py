@@ -16,7 +16,7 @@ ROOT = pathlib.Path(__file__).parents[2]
 RECIPES = ROOT / "configs/cluster"
 PARTS = 4
 # The quickstart, of pairs enough that a part takes a second or two: 20 schedules, 4 materials, 2 methods.
-OPTIONS = ["--set", "budgets=[60,90,120,150]", "--set", "metrics={pairs=60000,max_pairs=1}"]
+OPTIONS = ["--set", "budgets=[60,90,120,150]", "--set", "metrics.pairs=60000", "--set", "metrics.max_pairs=1"]
 ROWS = 20 * 4 * 2 * 2
 
 no_slurm = pytest.mark.skipif(missing() is not None, reason=f"no Slurm: {missing()}")
@@ -147,3 +147,57 @@ def test_the_failure_of_a_node_costs_its_task_and_no_other(slurm, folder, whole)
     assert set(kept) <= set(lines(part(folder, 3)))
     log = (slurm.folder / "slurmctld.log").read_text()
     assert "due to node failure" in log
+
+
+def disturbed(folder, command, environment):
+    """Runs a command, ends part 2 of it as a crash does, and returns what was left; the command has to tell."""
+    environment = {**os.environ, "PATH": PATH, **environment}
+    log = folder / "log"
+    with open(log, "w") as file:
+        job = subprocess.Popen(command, cwd=folder, env=environment, stdout=file, stderr=file)
+    try:
+        process, kept = held(folder, 2, lambda: running(folder, 2))
+        os.kill(process, signal.SIGKILL)
+        assert job.wait(60) != 0, log.read_text()
+    finally:
+        job.kill()
+        for number in range(1, PARTS + 1):
+            for process in running(folder, number):
+                os.kill(process, signal.SIGKILL)
+    assert kept == lines(part(folder, 2)), "what was made stays"
+    others = [lines(part(folder, k)) for k in (1, 3, 4)]
+    assert all(len(o) == ROWS / PARTS for o in others), "no other is stopped"
+    done = subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True, timeout=60)
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert set(kept) <= set(lines(part(folder, 2)))
+    assert [lines(part(folder, k)) for k in (1, 3, 4)] == others, "and none made again"
+
+
+def running(folder, number):
+    """Processes of a part in a folder."""
+    found = []
+    for entry in pathlib.Path("/proc").glob("[0-9]*"):
+        try:
+            words = (entry / "cmdline").read_bytes().split(b"\0")
+            here = os.readlink(entry / "cwd") == str(folder)
+        except OSError:
+            continue
+        if here and words[0].endswith(b"gonio") and f"{number}/{PARTS}".encode() in words:
+            found.append(int(entry.name))
+    return found
+
+
+@needs("parallel")
+def test_gnu_parallel_makes_the_rows_of_a_whole_run(folder, whole):
+    command = ["./parallel.sh", str(PARTS), "quickstart.toml", *OPTIONS]
+    disturbed(folder, command, {"JOBS": str(PARTS)})
+    assert rows(folder / "runs/quickstart") == whole
+
+
+@needs("snakemake")
+def test_snakemake_makes_the_rows_of_a_whole_run(folder, whole):
+    options = "options=" + " ".join(OPTIONS)
+    command = ["snakemake", "--snakefile", "Snakefile", "--cores", str(PARTS), "--keep-going"]
+    command += ["--config", "study=quickstart.toml", f"parts={PARTS}", options]
+    disturbed(folder, command, {"XDG_CACHE_HOME": str(folder / "cache")})
+    assert rows(folder / "runs/quickstart") == whole
