@@ -6,6 +6,7 @@ import shutil
 import signal
 import socket
 import subprocess
+import sys
 import tempfile
 import time
 
@@ -53,6 +54,8 @@ PartitionName=all Nodes=ALL Default=YES MaxTime=INFINITE State=UP
 
 def missing():
     """Why there can be no Slurm here, or None."""
+    if sys.platform != "linux":
+        return "this is no Linux"
     gone = [name for name in PROGRAMS if shutil.which(name) is None]
     if gone:
         return f"no {', '.join(gone)}"
@@ -78,12 +81,12 @@ def free_ports(count):
     return ports
 
 
-def alive(pid):
-    """True unless the process is gone, or dead and not yet waited for."""
+def state(pid):
+    """What a process does, as one letter: R, S, T (stopped), …; Z, also of one that is gone."""
     try:
-        return pathlib.Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0] != "Z"
+        return pathlib.Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0]
     except OSError:
-        return False
+        return "Z"
 
 
 class Slurm:
@@ -181,7 +184,7 @@ class Slurm:
         if path.exists():
             pid = int(path.read_text())
             os.kill(pid, signal.SIGTERM)
-            until(lambda: not alive(pid), 20, f"{file} ends")
+            until(lambda: state(pid) == "Z", 20, f"{file} ends")
 
     def stop(self):
         """Ends all that was started, and removes the folder."""

@@ -10,7 +10,7 @@ import sys
 
 import pytest
 from conftest import GONIO
-from one_node import Slurm, missing, until
+from one_node import Slurm, missing, state, until
 
 ROOT = pathlib.Path(__file__).parents[2]
 RECIPES = ROOT / "configs/cluster"
@@ -19,15 +19,14 @@ PARTS = 4
 OPTIONS = ["--set", "budgets=[60,90,120,150]", "--set", "metrics.pairs=60000", "--set", "metrics.max_pairs=1"]
 ROWS = 20 * 4 * 2 * 2
 
+# Where a user has them: `gonio`, and what is installed beside this Python.
+PATH = os.pathsep.join([str(GONIO.parent), str(pathlib.Path(sys.executable).parent), os.environ["PATH"]])
+
 no_slurm = pytest.mark.skipif(missing() is not None, reason=f"no Slurm: {missing()}")
 
 
 def needs(program):
     return pytest.mark.skipif(shutil.which(program, path=PATH) is None, reason=f"no {program}")
-
-
-# Where a user has them: `gonio`, and what is installed beside this Python.
-PATH = os.pathsep.join([str(GONIO.parent), str(pathlib.Path(sys.executable).parent), os.environ["PATH"]])
 
 
 def rows(folder):
@@ -38,9 +37,10 @@ def rows(folder):
 
 
 def lines(part):
-    """The rows that a part has so far, as they are stored."""
+    """The rows that a part has so far, as they are stored; not one that is half written."""
     file = part / "results.jsonl"
-    return file.read_bytes().splitlines(True) if file.exists() else []
+    found = file.read_bytes().splitlines(True) if file.exists() else []
+    return [line for line in found if line.endswith(b"\n")]
 
 
 def part(folder, number):
@@ -52,6 +52,7 @@ def held(folder, number, processes):
     disturbed: its process, and the rows."""
     process = until(lambda: lines(part(folder, number)) and processes(), 30, f"part {number} has rows")[0]
     os.kill(process, signal.SIGSTOP)
+    until(lambda: state(process) == "T", 10, f"part {number} waits")
     kept = lines(part(folder, number))
     assert 0 < len(kept) < ROWS / PARTS
     return process, kept
