@@ -122,6 +122,30 @@ fn the_commands_of_the_pages_are_commands() {
 }
 
 #[test]
+fn the_recipes_of_a_cluster_use_what_there_is() {
+    let bench = Bench::new();
+    let page = read("src/docs/cluster.md");
+    let mut options = 0;
+    for recipe in fs::read_dir(of_repository("configs/cluster")).unwrap() {
+        let name = recipe.unwrap().file_name().into_string().unwrap();
+        assert!(page.contains(&format!("`{name}`")), "{name}");
+        let recipe = read(&format!("configs/cluster/{name}"));
+        let code = recipe.lines().filter(|l| !l.starts_with('#'));
+        let code = code.collect::<Vec<_>>().join(" ");
+        for command in code.split("gonio ").skip(1) {
+            let words = command.split(['"', ' ']).filter(|w| !w.is_empty());
+            let words: Vec<&str> = words.collect();
+            let help = bench.good(&["help", words[0]]);
+            for option in words.iter().filter(|w| w.starts_with("--")) {
+                assert!(help.contains(option), "{name}: {option}");
+                options += 1;
+            }
+        }
+    }
+    assert!(options >= 12, "only {options} options");
+}
+
+#[test]
 #[ignore = "takes minutes without --release"]
 fn the_findings_on_machines_are_what_is_printed() {
     let bench = Bench::new().with_configs();

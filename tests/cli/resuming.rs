@@ -1,6 +1,6 @@
 //! Runs of every kind go on where they were, in parts or whole, and end the same.
 
-use super::{Bench, MATERIALS, SMALL, assert_same, results};
+use super::{Bench, MATERIALS, SMALL, assert_same, results, timeless};
 use std::fs;
 
 /// A kind of run: its config, the file of its records, how many there are, and of how many jobs.
@@ -145,6 +145,13 @@ fn parts_make_up_the_whole() {
     for kind in kinds() {
         let (bench, _) = whole(&kind);
         let mut rows = 0;
+        // What a part has it has as a table too.
+        let table = kind.records.replace("jsonl", "csv");
+        let lines = |run: &str| -> Vec<String> {
+            let csv = timeless(&bench.read(&format!("{run}/{table}")));
+            csv.lines().skip(1).map(String::from).collect()
+        };
+        let mut of_parts = Vec::new();
         for part in [1, 2] {
             let shard = format!("{part}/2");
             let list = ["run", "c.toml", "--shard", &shard, "--list"];
@@ -158,9 +165,14 @@ fn parts_make_up_the_whole() {
             let records = bench.read(&format!("{folder}/{}", kind.records));
             assert!((1..kind.rows).contains(&records.lines().count()));
             rows += records.lines().count();
+            of_parts.extend(lines(&folder));
             assert!(!bench.path(&folder).join("report.html").exists());
         }
         assert_eq!(rows, kind.rows);
+        let mut of_whole = lines("a");
+        of_whole.sort();
+        of_parts.sort();
+        assert_eq!(of_parts, of_whole);
         let parts = ["runs/c.shard-1-of-2", "runs/c.shard-2-of-2"];
         let merge = [&["merge"], &parts[..], &["-o", "merged"]].concat();
         let output = bench.gonio(&merge);
