@@ -99,9 +99,16 @@ impl<T> Use<T> {
     pub fn open(&self, path: &Path) -> Result<(String, T), Error> {
         let function = |format| self.function(&format).map_err(|e| Error::data(path, e));
         let by_name = of_name(path).filter(|f| f.recognises.is_none());
+        let as_text = by_name.and_then(|f| f.as_text);
         let by_name = by_name.map(function).transpose()?;
-        let text = files::read_text(path, files::TABLE_LIMIT)
-            .map_err(|e| Error::data(path, format!("cannot read this file: {e}")))?;
+        let failed = |e| Error::data(path, format!("cannot read this file: {e}"));
+        let text = match as_text {
+            Some(as_text) => {
+                let bytes = files::read(path, files::TABLE_LIMIT).map_err(failed)?;
+                as_text(&bytes, &path.display().to_string())?
+            }
+            None => files::read_text(path, files::TABLE_LIMIT).map_err(failed)?,
+        };
         let found = match by_name {
             Some(found) => found,
             None => function(of_text(&text).unwrap_or(super::CSV))?,

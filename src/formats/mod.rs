@@ -34,6 +34,9 @@ pub type ReadTable = fn(PathBuf) -> Box<dyn BrdfSpec>;
 /// Tabulates a BRDF into a file, which is there as a whole or not at all, at one of the sizes of the format, 0 the usual.
 pub type WriteTable = fn(&dyn Brdf, usize, &Path) -> Result<(), TableError>;
 
+/// The bytes of a file, and its name in messages.
+pub type AsText = fn(&[u8], &str) -> Result<String, FileError>;
+
 /// Text, its name in messages, and what is taken for granted.
 pub type ReadSchedule = fn(&str, &str, &Assume) -> Result<ScheduleFile, FileError>;
 
@@ -83,6 +86,8 @@ pub struct Format {
     /// Whether a text is of this format. Text has names of every sort, or comes through a pipe; a
     /// format without this is told by its extension alone.
     pub recognises: Option<fn(&str) -> bool>,
+    /// Of a format of poses or readings that is no text: the text that says the same.
+    pub as_text: Option<AsText>,
     /// Reads the table of a BRDF.
     pub read_table: Option<ReadTable>,
     /// Writes the table of a BRDF.
@@ -110,6 +115,7 @@ impl Format {
         extensions: &[],
         summary: "",
         recognises: None,
+        as_text: None,
         read_table: None,
         write_table: None,
         table_pairs: None,
@@ -188,6 +194,8 @@ pub fn all() -> Vec<Format> {
     vec![
         sheet::CSV,
         sheet::JSON_LINES,
+        #[cfg(feature = "arrays")]
+        sheet::NPZ,
         alta::FORMAT,
         merl::FORMAT,
         utia::FORMAT,

@@ -3,6 +3,8 @@
 use super::{Format, Readings};
 use crate::error::{count, count_are};
 use crate::measurement::{Measurement, read_measurement, retro_peak, write_measurement};
+#[cfg(feature = "arrays")]
+use crate::schedule::table::as_lines;
 use crate::schedule::{Assume, FileError, ScheduleFormat, read_schedule, write_schedule};
 use std::f64::consts::FRAC_PI_2;
 
@@ -36,6 +38,24 @@ pub const JSON_LINES: Format = Format {
     read_readings: Some(read),
     write_readings: Some(|measurement, about, sequence, out| {
         write_measurement(measurement, about, sequence, ScheduleFormat::JsonLines, out)
+    }),
+    ..Format::NONE
+};
+
+/// Arrays of NumPy.
+#[cfg(feature = "arrays")]
+pub const NPZ: Format = Format {
+    name: "npz",
+    extensions: &["npz"],
+    summary: "an array of NumPy a column, and unit vectors of light and sensor",
+    as_text: Some(as_lines),
+    read_schedule: Some(read_schedule),
+    write_schedule: Some(|schedule, sequence, out| {
+        write_schedule(schedule, sequence, ScheduleFormat::Arrays, out)
+    }),
+    read_readings: Some(read),
+    write_readings: Some(|measurement, about, sequence, out| {
+        write_measurement(measurement, about, sequence, ScheduleFormat::Arrays, out)
     }),
     ..Format::NONE
 };

@@ -7,6 +7,9 @@ pub enum ScheduleFormat {
     Csv,
     /// One JSON object per line, the first one the header.
     JsonLines,
+    /// An archive of NumPy, an array a column.
+    #[cfg(feature = "arrays")]
+    Arrays,
 }
 
 impl ScheduleFormat {

@@ -5,9 +5,13 @@
 //! that holds the same. Both carry a hash of their rows, so that a row that was cut or changed is
 //! noticed; the hash is of the values, so that both formats of one table have the same.
 
+#[cfg(feature = "arrays")]
+mod arrays;
 mod read;
 mod write;
 
+#[cfg(feature = "arrays")]
+pub(crate) use arrays::as_lines;
 pub(crate) use read::Table;
 pub(crate) use write::{Cell, Sheet};
 

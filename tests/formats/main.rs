@@ -8,13 +8,14 @@ mod alta;
 mod conventions;
 mod lab;
 mod measurements;
+mod npz;
 mod registry;
 mod schedules;
 mod schema;
 mod visited;
 
 use gonio::brdf::{Channels, Wavelengths};
-use gonio::formats::{READ_READINGS, Readings, of_text, read_readings};
+use gonio::formats::{self, READ_READINGS, Readings, of_text, read_readings};
 use gonio::geometry::{DirectionPair, Symmetry};
 use gonio::parametrization::{self, Parametrization, WarpSpec};
 use gonio::schedule::{self, Itinerary, Schedule, ScheduleFormat, Unreachable, Visit};
@@ -36,6 +37,15 @@ fn try_read(text: &str, conventions: Conventions) -> Result<Readings, FileError>
     };
     let read = READ_READINGS.function(&of_text(text).unwrap()).unwrap();
     read_readings(read, text, "m.csv", &assume)
+}
+
+/// The text that bytes of a format stand for.
+fn as_text(name: &str, bytes: &[u8]) -> Result<String, FileError> {
+    let format = formats::all().into_iter().find(|f| f.name == name).unwrap();
+    match format.as_text {
+        Some(as_text) => as_text(bytes, "m"),
+        None => Ok(String::from_utf8(bytes.to_vec()).unwrap()),
+    }
 }
 
 const FORMATS: [ScheduleFormat; 2] = [ScheduleFormat::Csv, ScheduleFormat::JsonLines];

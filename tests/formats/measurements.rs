@@ -77,7 +77,10 @@ pub fn about(measurement: &Measurement, itinerary: &Itinerary) -> About {
 pub fn text(m: &Measurement, about: &About, sequence: Sequence, format: ScheduleFormat) -> String {
     let mut bytes = Vec::new();
     write_measurement(m, about, sequence, format, &mut bytes).unwrap();
-    String::from_utf8(bytes).unwrap()
+    match format {
+        ScheduleFormat::Arrays => super::as_text("npz", &bytes).unwrap(),
+        _ => String::from_utf8(bytes).unwrap(),
+    }
 }
 
 fn read(text: &str) -> MeasurementFile {
@@ -110,7 +113,7 @@ fn a_measurement_comes_back_to_the_bit() {
                     Sequence::Order(&backwards),
                     Sequence::Visits(&itinerary),
                 ] {
-                    for format in FORMATS {
+                    for format in FORMATS.into_iter().chain([ScheduleFormat::Arrays]) {
                         let back = read(&text(&measurement, &about, sequence, format));
                         assert_same(&back.measurement, &measurement);
                         assert_eq!(back.about, about);

@@ -98,8 +98,10 @@ fn every_text_is_recognised_and_read_by_what_wrote_it() {
         let mut bytes = Vec::new();
         WRITE_SCHEDULE.function(&format).unwrap()(&schedule, Sequence::Generated, &mut bytes)
             .unwrap();
-        let written = String::from_utf8(bytes).unwrap();
-        assert_eq!(formats::of_text(&written), Some(format));
+        let written = super::as_text(format.name, &bytes).unwrap();
+        if format.as_text.is_none() {
+            assert_eq!(formats::of_text(&written), Some(format));
+        }
         let read = READ_SCHEDULE.function(&format).unwrap();
         let file = read(&written, "a", &Assume::default()).unwrap();
         // The poses of a lattice are laid out again, to the bit.
@@ -115,8 +117,10 @@ fn every_text_is_recognised_and_read_by_what_wrote_it() {
             &mut bytes,
         )
         .unwrap();
-        let written = String::from_utf8(bytes).unwrap();
-        assert_eq!(formats::of_text(&written), Some(format));
+        let written = super::as_text(format.name, &bytes).unwrap();
+        if format.as_text.is_none() {
+            assert_eq!(formats::of_text(&written), Some(format));
+        }
         let read = READ_READINGS.function(&format).unwrap();
         let readings = read(&written, "a", &Assume::default()).unwrap();
         assert_eq!(readings.measurement.values, measurement.values);

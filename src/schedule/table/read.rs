@@ -68,9 +68,9 @@ impl Table {
         let name_columns = |table: &mut Table, columns, line| {
             table.name_columns(columns, line, conventions, &allowed)
         };
-        match ScheduleFormat::of_text(text) {
-            ScheduleFormat::JsonLines => table.read_json(content, name_columns)?,
-            ScheduleFormat::Csv => table.read_csv(content, name_columns)?,
+        match ScheduleFormat::of_text(text) == ScheduleFormat::JsonLines {
+            true => table.read_json(content, name_columns)?,
+            false => table.read_csv(content, name_columns)?,
         }
         table.keeps_promises(hash_key, conventions.partial, text.ends_with('\n'))?;
         Ok(table)

@@ -47,7 +47,7 @@ impl Sheet<'_> {
         hash.finish()
     }
 
-    fn fill(&self, i: usize, cells: &mut Vec<Cell>) {
+    pub(super) fn fill(&self, i: usize, cells: &mut Vec<Cell>) {
         cells.clear();
         (self.row)(i, cells);
         debug_assert_eq!(cells.len(), self.columns.len());
@@ -69,6 +69,8 @@ impl Sheet<'_> {
         match format {
             ScheduleFormat::Csv => self.write_csv(out),
             ScheduleFormat::JsonLines => self.write_json(out),
+            #[cfg(feature = "arrays")]
+            ScheduleFormat::Arrays => self.write_arrays(out),
         }
     }
 
@@ -102,14 +104,19 @@ impl Sheet<'_> {
         out.flush()
     }
 
-    fn write_json(&self, out: &mut dyn Write) -> io::Result<()> {
+    /// Description, facts and columns, as the first line of JSON Lines holds them.
+    pub(super) fn header(&self) -> Value {
         let mut header = Map::new();
         header.insert("about".into(), json!(self.about));
         header.extend(self.facts.clone());
         let meanings = self.columns.iter();
         let meanings = meanings.map(|(name, meaning)| (name.clone(), json!(meaning)));
         header.insert("columns".into(), Value::Object(meanings.collect()));
-        writeln!(out, "{}", json!({ "header": header }))?;
+        json!({ "header": header })
+    }
+
+    fn write_json(&self, out: &mut dyn Write) -> io::Result<()> {
+        writeln!(out, "{}", self.header())?;
         let mut cells = Vec::new();
         for i in 0..self.rows {
             self.fill(i, &mut cells);

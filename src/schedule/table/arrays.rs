@@ -1,0 +1,366 @@
+//! Tables as archives of NumPy, npz: every column an array.
+//!
+//! The names are those of a CSV, `header` is the text of the header of JSON Lines. Two arrays more are for programs:
+//! `omega_i` and `omega_o`, (rows, 3), unit vectors. A file with them instead of angles is read too.
+
+use super::{Cell, FileError, Sheet, WHOLE, WORDS};
+use crate::error::{excerpt, reason};
+use crate::files::may_unpack;
+use crate::schedule::export::ARMS;
+use npyz::{AutoSerialize, DType, NpyFile, TypeChar, WriterBuilder};
+use serde_json::{Map, Number, Value, json};
+use std::borrow::Cow;
+use std::io::{self, Cursor, Read, Write};
+use zip::write::SimpleFileOptions;
+use zip::{CompressionMethod, ZipArchive, ZipWriter};
+
+/// The array that holds the header, a text.
+const HEADER: &str = "header";
+
+/// Vectors of light and sensor, and the columns that hold their angles.
+const VECTORS: [(&str, [&str; 2]); 2] = [
+    ("omega_i", [ARMS[0], ARMS[1]]),
+    ("omega_o", [ARMS[2], ARMS[3]]),
+];
+
+/// Writes one array.
+fn put<T: npyz::Serialize + ?Sized>(
+    zip: &mut ZipWriter<Cursor<Vec<u8>>>,
+    name: &str,
+    dtype: DType,
+    shape: &[u64],
+    values: &mut dyn Iterator<Item = &T>,
+) -> io::Result<()> {
+    // As numpy.savez does; and no time, so that equal tables are equal files.
+    let options = SimpleFileOptions::default()
+        .compression_method(CompressionMethod::Stored)
+        .last_modified_time(zip::DateTime::default())
+        .large_file(true);
+    zip.start_file(npyz::npz::file_name_from_array_name(name), options)?;
+    let writer = npyz::WriteOptions::new().dtype(dtype).shape(shape);
+    let mut writer = writer.writer(zip).begin_nd()?;
+    for value in values {
+        writer.push(value)?;
+    }
+    writer.finish()
+}
+
+/// The type of a text of `length` characters.
+fn text_type(length: usize) -> DType {
+    // NumPy has no text of length 0.
+    let name = format!("<U{}", length.max(1));
+    DType::Plain(name.parse().expect("the type of a text"))
+}
+
+fn length(text: &str) -> usize {
+    text.chars().count()
+}
+
+impl Sheet<'_> {
+    /// Writes the table as an archive.
+    pub(super) fn write_arrays(&self, out: &mut dyn Write) -> io::Result<()> {
+        let mut zip = ZipWriter::new(Cursor::new(Vec::new()));
+        let header = self.header().to_string();
+        put(
+            &mut zip,
+            HEADER,
+            text_type(length(&header)),
+            &[],
+            &mut [header.as_str()].into_iter(),
+        )?;
+        let mut numbers = vec![Vec::with_capacity(self.rows); self.columns.len()];
+        let mut words = Vec::new();
+        let mut cells = Vec::new();
+        for i in 0..self.rows {
+            self.fill(i, &mut cells);
+            for (column, cell) in numbers.iter_mut().zip(cells.drain(..)) {
+                match cell {
+                    Cell::Empty => column.push(f64::NAN),
+                    Cell::Number(value) => column.push(value),
+                    Cell::Words(text) => words.push(text),
+                }
+            }
+        }
+        let rows = [self.rows as u64];
+        for ((name, _), column) in self.columns.iter().zip(&numbers) {
+            if name == WORDS {
+                let longest = words.iter().map(|w| length(w)).max().unwrap_or(0);
+                let mut all = words.iter().map(String::as_str);
+                put(&mut zip, name, text_type(longest), &rows, &mut all)?;
+            } else if WHOLE.contains(&name.as_str()) && !column.iter().any(|v| v.is_nan()) {
+                let whole: Vec<i64> = column.iter().map(|v| *v as i64).collect();
+                put(
+                    &mut zip,
+                    name,
+                    i64::default_dtype(),
+                    &rows,
+                    &mut whole.iter(),
+                )?;
+            } else {
+                put(
+                    &mut zip,
+                    name,
+                    f64::default_dtype(),
+                    &rows,
+                    &mut column.iter(),
+                )?;
+            }
+        }
+        for (name, angles) in VECTORS {
+            let place = |angle: &str| self.columns.iter().position(|(name, _)| name == angle);
+            let [Some(theta), Some(phi)] = angles.map(place) else {
+                continue;
+            };
+            let vector = |(theta, phi): (&f64, &f64)| {
+                let [(sin, cos), (s, c)] = [theta, phi].map(|a| a.to_radians().sin_cos());
+                [sin * c, sin * s, cos]
+            };
+            let vectors = numbers[theta].iter().zip(&numbers[phi]).flat_map(vector);
+            let vectors: Vec<f64> = vectors.collect();
+            let shape = [rows[0], 3];
+            put(
+                &mut zip,
+                name,
+                f64::default_dtype(),
+                &shape,
+                &mut vectors.iter(),
+            )?;
+        }
+        out.write_all(zip.finish()?.get_ref())?;
+        out.flush()
+    }
+}
+
+/// One array that was read: the rest of its shape, and what it holds, row after row.
+struct Column {
+    name: String,
+    shape: Vec<u64>,
+    values: Values,
+}
+
+enum Values {
+    Numbers(Vec<f64>),
+    Words(Vec<String>),
+}
+
+/// The table of an archive as JSON Lines, which the readers of tables take: line 1 holds the header, if there is one, and
+/// each line after it a row.
+///
+/// # Errors
+/// One sentence: no archive, an array that is not one number or text a row, or of another length than the others.
+pub(crate) fn as_lines(bytes: &[u8], name: &str) -> Result<String, FileError> {
+    let failed = |message: String| FileError::whole(name, message);
+    let columns = columns(bytes).map_err(failed)?;
+    lines(columns).map_err(failed)
+}
+
+fn lines(mut columns: Vec<Column>) -> Result<String, String> {
+    let mut text = String::new();
+    let mut order = Vec::new();
+    if let Some(place) = columns.iter().position(|c| c.name == HEADER) {
+        let Values::Words(words) = columns.swap_remove(place).values else {
+            return Err("the array header holds numbers; allowed: one text".into());
+        };
+        let [words] = &words[..] else {
+            return Err(format!(
+                "the array header holds {} texts; allowed: one",
+                words.len()
+            ));
+        };
+        let header: Value = serde_json::from_str(words).map_err(|e| {
+            format!(
+                "the array header is no JSON object: {}",
+                reason(e.to_string())
+            )
+        })?;
+        if let Some(Value::Object(known)) = header.get(HEADER).and_then(|h| h.get("columns")) {
+            order.extend(known.keys().cloned());
+        }
+        text += &format!("{header}\n");
+    }
+    for (vector, angles) in VECTORS {
+        let Some(place) = columns.iter().position(|c| c.name == vector) else {
+            continue;
+        };
+        let found = columns.swap_remove(place);
+        // Where there are angles they are the same, with all digits.
+        if !columns.iter().any(|c| angles.contains(&c.name.as_str())) {
+            columns.extend(of_vectors(found, angles)?);
+        }
+    }
+    // Those of a header in its order, the others behind them by name.
+    let rank = |c: &Column| {
+        order
+            .iter()
+            .position(|o| *o == c.name)
+            .unwrap_or(usize::MAX)
+    };
+    columns.sort_by(|a, b| (rank(a), &a.name).cmp(&(rank(b), &b.name)));
+    let rows = columns.first().and_then(|c| c.shape.first().copied());
+    let rows = rows.ok_or("there is no array with a row")?;
+    if let Some(other) = columns.iter().find(|c| c.shape != [rows]) {
+        return Err(format!(
+            "the array {:?} has the shape {:?}; allowed: one number or text for each of {rows} rows",
+            excerpt(&other.name),
+            other.shape
+        ));
+    }
+    for row in 0..rows as usize {
+        let mut object = Map::new();
+        for column in &columns {
+            let value = match &column.values {
+                Values::Words(words) => json!(words[row]),
+                Values::Numbers(numbers) => number(numbers[row], &column.name)
+                    .ok_or_else(|| not_finite(&column.name, row, numbers[row]))?,
+            };
+            object.insert(column.name.clone(), value);
+        }
+        text += &Value::Object(object).to_string();
+        text.push('\n');
+    }
+    Ok(text)
+}
+
+fn not_finite(name: &str, row: usize, value: f64) -> String {
+    format!(
+        "the array {:?} holds {value} at row {row}; allowed: finite numbers, and NaN where there is none",
+        excerpt(name)
+    )
+}
+
+/// A cell; `None` of a number that is infinite.
+fn number(value: f64, name: &str) -> Option<Value> {
+    if value.is_nan() {
+        return Some(Value::Null);
+    }
+    match WHOLE.contains(&name) && value.fract() == 0.0 && value >= 0.0 {
+        true => Some(json!(value as u64)),
+        false => Number::from_f64(value).map(Value::Number),
+    }
+}
+
+/// Angles (degrees) of vectors of any length.
+fn of_vectors(found: Column, angles: [&str; 2]) -> Result<[Column; 2], String> {
+    let (Values::Numbers(v), [rows, 3]) = (found.values, &found.shape[..]) else {
+        return Err(format!(
+            "the array {} has the shape {:?}; allowed: three numbers a row",
+            found.name, found.shape
+        ));
+    };
+    let angle = |of: fn(&[f64]) -> f64| v.chunks_exact(3).map(|v| of(v).to_degrees()).collect();
+    let theta: Vec<f64> = angle(|v| v[0].hypot(v[1]).atan2(v[2]));
+    let phi: Vec<f64> = angle(|v| v[1].atan2(v[0]));
+    let column = |name: &str, values| Column {
+        name: name.into(),
+        shape: vec![*rows],
+        values: Values::Numbers(values),
+    };
+    Ok([column(angles[0], theta), column(angles[1], phi)])
+}
+
+fn columns(bytes: &[u8]) -> Result<Vec<Column>, String> {
+    let no_archive = |e: zip::result::ZipError| {
+        let e = reason(e.to_string());
+        format!("this is no archive of NumPy: {e}; allowed: what numpy.savez writes")
+    };
+    let mut zip = ZipArchive::new(Cursor::new(bytes)).map_err(no_archive)?;
+    let mut total = 0u64;
+    let mut columns: Vec<Column> = Vec::new();
+    for i in 0..zip.len() {
+        let file = zip.by_index(i).map_err(no_archive)?;
+        let file_name = file.name().map_err(no_archive)?.into_owned();
+        let name = npyz::npz::array_name_from_file_name(&file_name).ok_or_else(|| {
+            let name = excerpt(&file_name);
+            format!("the archive holds {name:?}; allowed: arrays, files that end in .npy")
+        })?;
+        total = total.saturating_add(file.size());
+        may_unpack(bytes.len() as u64, total).map_err(|e| e.to_string())?;
+        let size = file.size();
+        let mut content = Vec::new();
+        let read = file.take(size).read_to_end(&mut content);
+        read.map_err(|e| told(name, &e))?;
+        if columns.iter().any(|c| c.name == name) {
+            return Err(format!("the array {:?} is there twice", excerpt(name)));
+        }
+        columns.push(array(name, &content)?);
+    }
+    Ok(columns)
+}
+
+fn told(name: &str, e: &dyn std::fmt::Display) -> String {
+    let e = reason(e.to_string());
+    format!("the array {:?} cannot be read: {e}", excerpt(name))
+}
+
+/// The array of a file in an archive.
+fn array(name: &str, content: &[u8]) -> Result<Column, String> {
+    // A header is not longer than the file: the parser would make room for what it promises.
+    let head = match content {
+        [_, _, _, _, _, _, 1, _, a, b, ..] => 10 + usize::from(u16::from_le_bytes([*a, *b])),
+        [_, _, _, _, _, _, _, _, a, b, c, d, ..] => {
+            (u32::from_le_bytes([*a, *b, *c, *d]) as usize).saturating_add(12)
+        }
+        _ => usize::MAX,
+    };
+    let Some(room) = content.len().checked_sub(head) else {
+        return Err(told(name, &"it is cut"));
+    };
+    let npy = NpyFile::new(content).map_err(|e| told(name, &e))?;
+    let shape = npy.shape().to_vec();
+    let dtype = npy.dtype();
+    let held = shape.iter().try_fold(1u64, |a, b| a.checked_mul(*b));
+    let bytes = dtype.num_bytes().map(|b| b as u64);
+    let bytes = held.zip(bytes).and_then(|(n, b)| n.checked_mul(b));
+    let text = match &dtype {
+        DType::Plain(plain) => Some((plain.type_char(), plain.size_field())),
+        _ => None,
+    };
+    let fits = |n: u64| n <= room as u64;
+    if !(held.is_some_and(fits) && bytes.is_none_or(fits)) {
+        return Err(told(name, &"it is cut"));
+    }
+    let is_c = npy.order() == npyz::Order::C || shape.len() < 2;
+    let read = |e: &dyn std::fmt::Display| told(name, e);
+    macro_rules! numbers {
+        ($of:ty) => {{
+            let all = npy.into_vec::<$of>().map_err(|e| read(&e))?;
+            Values::Numbers(all.into_iter().map(|v| v as f64).collect())
+        }};
+    }
+    let values = match text {
+        _ if !is_c => {
+            return Err(told(
+                name,
+                &"it is in Fortran order; allowed: numpy.ascontiguousarray of it",
+            ));
+        }
+        Some((TypeChar::Float, 8)) => numbers!(f64),
+        Some((TypeChar::Float, 4)) => numbers!(f32),
+        Some((TypeChar::Int, 8)) => numbers!(i64),
+        Some((TypeChar::Int, 4)) => numbers!(i32),
+        Some((TypeChar::Int, 2)) => numbers!(i16),
+        Some((TypeChar::Int, 1)) => numbers!(i8),
+        Some((TypeChar::Uint, 8)) => numbers!(u64),
+        Some((TypeChar::Uint, 4)) => numbers!(u32),
+        Some((TypeChar::Uint, 2)) => numbers!(u16),
+        Some((TypeChar::Uint, 1)) => numbers!(u8),
+        Some((TypeChar::UnicodeStr | TypeChar::ByteStr, _)) => {
+            Values::Words(npy.into_vec::<String>().map_err(|e| read(&e))?)
+        }
+        _ => {
+            let held: Cow<'_, str> = dtype.descr().into();
+            return Err(told(
+                name,
+                &format!(
+                    "it holds {}; allowed: integers, f4, f8 and text",
+                    excerpt(&held)
+                ),
+            ));
+        }
+    };
+    Ok(Column {
+        name: name.into(),
+        shape,
+        values,
+    })
+}

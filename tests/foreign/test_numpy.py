@@ -1,0 +1,48 @@
+"""NumPy opens the archives that gonio writes, and gonio those of NumPy."""
+
+import numpy as np
+
+MATERIAL = '[[material]]\nkind = "ggx"\nalpha = 0.3\n'
+
+
+def test_numpy_reads_readings_and_writes_its_own(gonio, tmp_path):
+    config = tmp_path / "scene.toml"
+    config.write_text(MATERIAL)
+    gonio("schedule", config, "--budget", 250, "-o", tmp_path / "poses", "--format", "npz")
+    [poses] = (tmp_path / "poses").glob("*.npz")
+    readings = tmp_path / "readings.npz"
+    gonio("measure", poses, "--config", config, "--instrument", "cornell", "--skip-unreachable", "-o", readings)
+    read = np.load(readings, allow_pickle=False)
+    light, sensor, value = read["omega_i"], read["omega_o"], read["value"]
+    assert light.shape == sensor.shape == (len(value), 3)
+    np.testing.assert_allclose(np.linalg.norm(light, axis=1), 1, atol=1e-15)
+    theta, phi = np.radians(read["theta_i_deg"]), np.radians(read["phi_i_deg"])
+    expected = np.stack([np.sin(theta) * np.cos(phi), np.sin(theta) * np.sin(phi), np.cos(theta)], 1)
+    np.testing.assert_allclose(light, expected, atol=1e-15)
+    known = ~np.isnan(value)
+    assert known.any() and np.all(read["uncertainty"][known] > 0)
+    assert set(read["flags"][~known]) <= {f for f in read["flags"] if f}
+    # The same table as the CSV, to the bit.
+    other = tmp_path / "readings.csv"
+    gonio("measure", poses, "--config", config, "--instrument", "cornell", "--skip-unreachable", "-o", other)
+    lines = [line for line in other.read_text().splitlines() if not line.startswith("#")]
+    column = lines[0].split(",").index("value")
+    cells = [line.split(",")[column] for line in lines[1:]]
+    np.testing.assert_array_equal(value, [float(cell or "nan") for cell in cells])
+
+    # What a program makes: vectors, single precision, packed.
+    mine = tmp_path / "mine.npz"
+    np.savez_compressed(
+        mine, omega_i=light[known].astype("f4"), omega_o=sensor[known] * 3, value=value[known]
+    )
+    copies = [tmp_path / "a.binary", tmp_path / "b.binary"]
+    gonio("reconstruct", mine, "--reconstruction", "nearest", "-o", copies[0])
+    gonio("reconstruct", readings, "--reconstruction", "nearest", "-o", copies[1])
+    assert all(copy.stat().st_size == copies[0].stat().st_size for copy in copies)
+
+
+def test_what_is_no_table_is_refused(gonio, tmp_path):
+    np.savez(tmp_path / "bad.npz", omega_i=np.ones((4, 3)), value=np.ones((4, 2)))
+    gonio("reconstruct", tmp_path / "bad.npz", "-o", tmp_path / "c.binary", code=3)
+    (tmp_path / "text.npz").write_text("theta_i_deg,value\n")
+    gonio("reconstruct", tmp_path / "text.npz", "-o", tmp_path / "c.binary", code=3)

@@ -1,0 +1,174 @@
+//! Archives of NumPy: what a program may write, and what is refused.
+
+use super::as_text;
+use gonio::formats::load_readings;
+use gonio::geometry::Direction;
+use gonio::schedule::Assume;
+use npyz::WriterBuilder;
+use std::io::{Cursor, Write};
+
+/// The header of an array and its bytes.
+fn array(descr: &str, fortran: bool, shape: &str, data: &[u8]) -> Vec<u8> {
+    let fortran = if fortran { "True" } else { "False" };
+    let mut head =
+        format!("{{'descr': '{descr}', 'fortran_order': {fortran}, 'shape': {shape}, }}");
+    while (10 + head.len() + 1) % 64 != 0 {
+        head.push(' ');
+    }
+    head.push('\n');
+    let mut bytes = b"\x93NUMPY\x01\x00".to_vec();
+    bytes.extend((head.len() as u16).to_le_bytes());
+    bytes.extend(head.bytes());
+    bytes.extend(data);
+    bytes
+}
+
+fn numbers(values: &[f64]) -> Vec<u8> {
+    values.iter().flat_map(|v| v.to_le_bytes()).collect()
+}
+
+fn column(values: &[f64]) -> Vec<u8> {
+    array(
+        "<f8",
+        false,
+        &format!("({},)", values.len()),
+        &numbers(values),
+    )
+}
+
+fn archive(files: &[(&str, Vec<u8>)]) -> Vec<u8> {
+    let mut zip = zip::ZipWriter::new(Cursor::new(Vec::new()));
+    let options = zip::write::SimpleFileOptions::default();
+    for (name, bytes) in files {
+        zip.start_file(*name, options).unwrap();
+        zip.write_all(bytes).unwrap();
+    }
+    zip.finish().unwrap().into_inner()
+}
+
+/// Vectors of any length in place of angles, single precision, integers, packed; by another writer of arrays.
+#[test]
+fn vectors_stand_for_angles() {
+    let lights = [[0.0, 0.0, 2.0], [0.3, -0.4, 0.5], [-0.1, 0.2, 0.9]];
+    let sensors = [[0.1f32, 0.0, 1.0], [0.0, 0.5, 0.5], [-0.3, 0.3, 0.1]];
+    let mut values = Vec::new();
+    let options = npyz::WriteOptions::new().default_dtype().shape(&[3]);
+    let mut writer = options.writer(&mut values).begin_nd().unwrap();
+    writer.extend([3u16, 1, 2]).unwrap();
+    writer.finish().unwrap();
+    let single: Vec<u8> = sensors
+        .iter()
+        .flatten()
+        .flat_map(|v| v.to_be_bytes())
+        .collect();
+    let bytes = archive(&[
+        ("value.npy", values),
+        (
+            "omega_i.npy",
+            array("<f8", false, "(3, 3)", &numbers(lights.as_flattened())),
+        ),
+        ("omega_o.npy", array(">f4", false, "(3, 3)", &single)),
+        ("uncertainty.npy", column(&[0.1, 0.2, f64::NAN])),
+    ]);
+    let dir = tempfile::tempdir().unwrap();
+    let path = dir.path().join("mine.npz");
+    std::fs::write(&path, bytes).unwrap();
+    let assume = Assume {
+        otherwise: gonio::geometry::Symmetry::NONE,
+        ..Assume::default()
+    };
+    let readings = load_readings(&path, &assume).unwrap();
+    let m = &readings.measurement;
+    assert_eq!(m.readings(), 3);
+    for (i, value) in [3.0, 1.0, 2.0].into_iter().enumerate() {
+        let place = (0..3).find(|p| m.values[*p] == value).unwrap();
+        let pair = m.schedule.poses[place].pair;
+        let unit = |v: [f64; 3]| Direction::try_new(v.into()).unwrap();
+        assert!(pair.omega_i.vector().distance(unit(lights[i]).vector()) < 1e-14);
+        assert!(
+            pair.omega_o
+                .vector()
+                .distance(unit(sensors[i].map(f64::from)).vector())
+                < 1e-14
+        );
+    }
+}
+
+#[test]
+fn what_is_no_table_is_refused_by_name() {
+    let angles = ["theta_i_deg", "phi_i_deg", "theta_o_deg", "phi_o_deg"];
+    let with = |name: &str, bytes: Vec<u8>| {
+        let names: Vec<String> = angles.iter().map(|a| format!("{a}.npy")).collect();
+        let mut files: Vec<(&str, Vec<u8>)> = names
+            .iter()
+            .map(|n| (n.as_str(), column(&[10.0, 20.0])))
+            .collect();
+        files.push((name, bytes));
+        as_text("npz", &archive(&files))
+    };
+    assert!(with("value.npy", column(&[1.0, f64::NAN])).is_ok());
+    let cases = [
+        ("value.npy", column(&[1.0]), "\"value\""),
+        (
+            "value.npy",
+            column(&[1.0, f64::INFINITY]),
+            "holds inf at row 1",
+        ),
+        ("value.txt", column(&[1.0, 2.0]), "value.txt"),
+        (
+            "theta_i_deg.npy/../value.npy",
+            column(&[1.0, 2.0, 3.0]),
+            "shape [3]",
+        ),
+        (
+            "value.npy",
+            array("<f8", false, "(2, 1)", &numbers(&[1.0, 2.0])),
+            "[2, 1]",
+        ),
+        (
+            "value.npy",
+            array("<f8", false, "(3,)", &numbers(&[1.0, 2.0])),
+            "cut",
+        ),
+        (
+            "value.npy",
+            array(
+                "<f8",
+                false,
+                "(1099511627776, 1099511627776)",
+                &numbers(&[1.0]),
+            ),
+            "value",
+        ),
+        ("value.npy", array("<c16", false, "(1,)", &[0; 16]), "c16"),
+        ("value.npy", array("|O", false, "(2,)", &[0; 16]), "value"),
+        (
+            "omega_i.npy",
+            array("<f8", true, "(2, 3)", &[0; 48]),
+            "Fortran",
+        ),
+        ("header.npy", column(&[1.0, 2.0]), "header"),
+        (
+            "value.npy",
+            b"\x93NUMPY\x02\x00\xff\xff\xff\xff{".to_vec(),
+            "cut",
+        ),
+        ("value.npy", Vec::new(), "value"),
+    ];
+    for (name, bytes, expected) in cases {
+        let told = with(name, bytes).unwrap_err().to_string();
+        assert!(told.contains(expected), "{told}, not {expected}");
+        assert!(told.starts_with("m: ") && !told.contains('\n'), "{told}");
+    }
+    let whole = archive(&[("value.npy", column(&[1.0, 2.0]))]);
+    for cut in [0, 3, 30, whole.len() / 2, whole.len() - 1] {
+        assert!(as_text("npz", &whole[..cut]).is_err());
+    }
+    assert!(as_text("npz", &archive(&[])).is_err());
+    assert!(
+        as_text("npz", b"theta_i_deg,value\n")
+            .unwrap_err()
+            .to_string()
+            .contains("numpy.savez")
+    );
+}
