@@ -28,6 +28,9 @@ pub mod parametrizations {}
 #[doc = include_str!("planning.md")]
 pub mod planning {}
 
+#[doc = include_str!("python.md")]
+pub mod python {}
+
 #[doc = include_str!("stability.md")]
 pub mod stability {}
 
