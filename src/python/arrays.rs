@@ -39,7 +39,7 @@ pub fn numbers<'py>(
             "{name} is a {kind} without numbers; allowed: an array of numbers"
         ))
     })?;
-    Ok(array.extract::<PyReadonlyArrayDyn<'py, f64>>()?)
+    array.extract::<PyReadonlyArrayDyn<'py, f64>>()
 }
 
 /// The numbers of an array in memory's order.
@@ -94,10 +94,14 @@ impl<'py> Directions<'py> {
 
     /// The rows, which another thread may read.
     pub fn rows(&self) -> PyResult<Rows<'_>> {
+        let values = slice(&self.array)?;
+        let count = values.len() / self.width;
         Ok(Rows {
             name: self.name,
-            values: slice(&self.array)?,
+            values,
             width: self.width,
+            count,
+            stride: if count == 1 { 0 } else { self.width },
         })
     }
 }
@@ -108,18 +112,21 @@ pub struct Rows<'a> {
     name: &'static str,
     values: &'a [f64],
     width: usize,
+    count: usize,
+    /// Numbers from one row to the next: none where one row stands for all.
+    stride: usize,
 }
 
 impl Rows<'_> {
     /// Number of directions.
     pub fn len(&self) -> usize {
-        self.values.len() / self.width
+        self.count
     }
 
     /// The direction of a row; the only one of a single row.
+    #[inline]
     pub fn get(&self, row: usize) -> Option<Direction> {
-        let row = if self.len() == 1 { 0 } else { row };
-        let at = row * self.width;
+        let at = row * self.stride;
         match *self.values.get(at..at + self.width)? {
             [x, y, z] => {
                 let v = glam::DVec3::new(x, y, z);

@@ -1,14 +1,16 @@
 //! Instruments, and measuring with them.
 
 use crate::arrays::refused;
-use crate::keys::{of_files, of_keys, parsed, table};
+use crate::keys::{of_files, of_keys, parsed, source, table};
 use crate::material::PyMaterial;
 use crate::measurement::PyMeasurement;
 use crate::schedule::PySchedule;
-use gonio::experiment::{IDEAL, PlannedInstrument, Source, Use, load_instrument};
+use gonio::experiment::{IDEAL, PlannedInstrument, Use, load_instrument};
+use gonio::geometry::Symmetry;
 use gonio::instrument::{self, Bench, Ideal, Instrument};
 use gonio::measurement::{About, Measurement, Outcome};
-use gonio::schedule::{Schedule, Unreachable};
+use gonio::schedule::{Unreachable, Visit};
+use numpy::PyArray1;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use std::path::PathBuf;
@@ -46,7 +48,7 @@ impl PyInstrument {
             None => return Ok(Self { planned: None }),
             Some(spec) => match spec.cast::<PyDict>() {
                 Ok(keys) => {
-                    let source = Source::new("instrument", table(Some(keys))?.to_string());
+                    let source = source("instrument", &table(Some(keys))?);
                     let table = source.table().map_err(of_keys)?;
                     instrument::read_table(table).map_err(|e| of_keys(source.error(e)))?
                 }
@@ -66,6 +68,48 @@ impl PyInstrument {
         })
     }
 
+    /// Its visits to the poses that it can take, in the order of time: a table of pose, block, positions of its axes in degrees, and seconds.
+    fn visits<'py>(&self, py: Python<'py>, schedule: &PySchedule) -> PyResult<Bound<'py, PyDict>> {
+        let (Some(planned), Some(bench)) = (&self.planned, self.bench(0)?) else {
+            return Err(refused(
+                "the ideal instrument has no axes and takes no time; allowed: a machine",
+            ));
+        };
+        check(
+            planned,
+            schedule.schedule.parametrization.symmetry(),
+            "the schedule",
+        )?;
+        let itinerary = py.detach(|| match &schedule.order {
+            Some(order) => bench.plan_given(&schedule.schedule, order),
+            None => bench.plan(&schedule.schedule, planned.use_of.order),
+        });
+        let visits = &itinerary.visits;
+        let all = PyDict::new(py);
+        let floats = |of: &dyn Fn(&Visit) -> f64| PyArray1::from_iter(py, visits.iter().map(of));
+        let whole = |of: fn(&Visit) -> u32| {
+            PyArray1::from_iter(py, visits.iter().map(|v| i64::from(of(v))))
+        };
+        all.set_item("pose", whole(|v| v.pose))?;
+        all.set_item("block", whole(|v| v.block))?;
+        for (i, axis) in itinerary.axes.iter().enumerate() {
+            all.set_item(
+                format!("{axis}_deg"),
+                floats(&|v| v.positions[i].to_degrees()),
+            )?;
+        }
+        let times: [(&str, Time); 4] = [
+            ("move_seconds", |v| v.move_seconds),
+            ("exposure_seconds", |v| v.exposure_seconds),
+            ("seconds", |v| v.seconds),
+            ("at_seconds", |v| v.at_seconds),
+        ];
+        for (name, of) in times {
+            all.set_item(name, floats(&of))?;
+        }
+        Ok(all)
+    }
+
     /// Its name; `ideal` of the one without flaws.
     #[getter]
     fn name(&self) -> &str {
@@ -75,6 +119,15 @@ impl PyInstrument {
     fn __repr__(&self) -> String {
         format!("<gonio.Instrument {}>", self.name())
     }
+}
+
+/// A time of a visit, s.
+type Time = fn(&Visit) -> f64;
+
+/// Refuses what is anisotropic on a machine that cannot turn the sample.
+pub fn check(planned: &PlannedInstrument, symmetry: Symmetry, what: &str) -> PyResult<()> {
+    let checked = planned.check_symmetry(symmetry, what, || "instrument".into());
+    checked.map_err(of_keys)
 }
 
 /// The measurement of these poses alone: a lattice has others, which a file does not list.
@@ -123,10 +176,7 @@ pub fn measure(
         });
         return Ok(PyMeasurement::new(measurement, about(None), None));
     };
-    let folded = Schedule::clone(poses).parametrization.symmetry();
-    planned
-        .check_symmetry(folded, "the schedule", || "instrument".into())
-        .map_err(of_keys)?;
+    check(planned, poses.parametrization.symmetry(), "the schedule")?;
     let Some(bench) = instrument.bench(seed)? else {
         return Err(refused("the ideal instrument has no machine"));
     };

@@ -108,16 +108,21 @@ pub fn named(kind: &str, keys: Option<&Bound<'_, PyDict>>) -> PyResult<Table> {
     Ok(all)
 }
 
+/// The text of keys. A line stands before them: that one is missing is no fault of the first.
+pub fn source(what: &str, keys: &Table) -> Source {
+    Source::new(what, format!("\n{keys}"))
+}
+
 /// The member of a family that these keys name.
 pub fn read<T: ?Sized>(what: &str, family: &[Entry<T>], keys: Table) -> PyResult<Box<T>> {
-    let source = Source::new(what, keys.to_string());
+    let source = source(what, &keys);
     let table = source.table().map_err(of_keys)?;
     registry::read(what, family, table).map_err(|e| of_keys(source.error(e)))
 }
 
 /// A struct of keys.
 pub fn parsed<S: DeserializeOwned>(what: &str, keys: Table) -> PyResult<S> {
-    let source = Source::new(what, keys.to_string());
+    let source = source(what, &keys);
     let table = source.table().map_err(of_keys)?;
     registry::parse(table).map_err(|e| of_keys(source.error(e)))
 }

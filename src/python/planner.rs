@@ -1,8 +1,8 @@
 //! Planners: which poses to read next.
 
 use crate::arrays::refused;
-use crate::instrument::PyInstrument;
-use crate::keys::{named, of_keys, read, symmetry};
+use crate::instrument::{PyInstrument, check};
+use crate::keys::{named, read, symmetry};
 use crate::measurement::PyMeasurement;
 use crate::schedule::PySchedule;
 use gonio::acquisition::{self, Task};
@@ -66,12 +66,11 @@ impl PySuggestion {
         told(py, self.then)
     }
 
-    fn __repr__(&self, py: Python<'_>) -> String {
+    fn __repr__(&self) -> String {
         if self.enough {
             return "<gonio.Suggestion enough>".into();
         }
         let poses = self.schedule.get().schedule.poses.len();
-        _ = py;
         format!("<gonio.Suggestion {}>", gonio::error::count(poses, "pose"))
     }
 }
@@ -114,9 +113,7 @@ pub fn suggest(
     let bench = match instrument {
         Some(instrument) => {
             if let Some(planned) = &instrument.planned {
-                let checked =
-                    planned.check_symmetry(symmetry, "the material", || "instrument".into());
-                checked.map_err(of_keys)?;
+                check(planned, symmetry, "the material")?;
             }
             instrument.bench(seed)?
         }

@@ -1,7 +1,7 @@
 //! Whole experiments: a config in, a table out.
 
 use crate::arrays::refused;
-use crate::keys::{of_files, of_keys, table};
+use crate::keys::{of_files, of_keys, source, table};
 use crate::measurement::warn;
 use crate::table::{columns, of_csv};
 use gonio::Error;
@@ -98,7 +98,7 @@ pub fn run<'py>(
     let of_file = !config.is_instance_of::<PyDict>();
     let refuse = if of_file { of_files } else { of_keys };
     let mut source = match config.cast::<PyDict>() {
-        Ok(keys) => Source::new("config", table(Some(keys))?.to_string()),
+        Ok(keys) => source("config", &table(Some(keys))?),
         Err(_) => {
             let path: PathBuf = config.extract().map_err(|_| {
                 refused(format!(

@@ -119,6 +119,13 @@ def test_the_page_names_everything():
         assert f"`{name}" in page or f".{name}(" in page, name
 
 
+def test_the_page_prints_what_it_says():
+    page = (PACKAGE.parent / "docs/python.md").read_text()
+    example, printed = (page.split(f"```{tag}\n")[1].split("```")[0] for tag in ("python", "text"))
+    done = subprocess.run([sys.executable, "-c", example], capture_output=True, text=True, check=True)
+    assert done.stdout == printed
+
+
 def test_lists_are_those_of_the_command(gonio):
     assert g.__version__ == gonio("--version").split()[-1]
     for kind, of in (("materials", g.materials()), ("parametrizations", g.parametrizations()), ("reconstructions", g.reconstructions())):
@@ -188,6 +195,17 @@ def test_readings_are_those_of_the_command(gonio, tmp_path, machine):
     assert np.array_equal(again.values, m.values, equal_nan=True)
     s = m.schedule
     assert np.array_equal(g.Material("ggx", **GGX).eval(s.omega_i, s.omega_o)[read], m.values[read]) == (machine is None)
+
+
+def test_visits_are_those_of_the_command(gonio, tmp_path):
+    path = config(tmp_path, SCENE)
+    options = ("--parametrization", "hybrid", "--sample-set", "sobol", "--budget", 60, "--instrument", "cornell", "--skip-unreachable")
+    gonio("schedule", path, *options, "-o", tmp_path / "poses.csv")
+    theirs, ours = rows(tmp_path / "poses.csv"), g.Instrument("cornell").visits(g.plan("sobol", 60, "hybrid"))
+    assert set(ours) - {"pose"} <= set(theirs[0]) and 20 < len(theirs) < 60
+    assert np.array_equal(ours["pose"], column(theirs, "index"))
+    for name in set(ours) - {"pose"}:
+        assert np.allclose(ours[name], column(theirs, name), rtol=1e-14, atol=1e-12), name
 
 
 def test_a_copy_is_that_of_the_command(gonio, tmp_path):
@@ -522,7 +540,8 @@ WRONG = [
     (lambda: g.Schedule(UP, [[0, 0, -1.0]]), r"omega_o\[0\] is not above the horizon"),
     (lambda: g.Instrument("cornel"), "cornel.*did you mean cornell"),
     (lambda: g.Instrument("cornell", nose=False), "nose"),
-    (lambda: g.Instrument({"name": "mine"}), "^the key about is missing"),
+    (lambda: g.Instrument({"name": "mine"}), "about"),
+    (lambda: g.Instrument().visits(g.plan("sobol", 9)), "the ideal instrument has no axes"),
     (lambda: g.Instrument(noise=False), "the ideal instrument has no keys"),
     (lambda: g.Measurement(UP, UP, [1.0, 2.0]), r"values has the shape \(2,\); allowed: \(1,\)"),
     (lambda: g.Measurement(UP, UP, [np.inf]), r"values\[0\] is inf"),
