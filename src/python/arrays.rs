@@ -117,29 +117,22 @@ pub struct Rows<'a> {
     stride: usize,
 }
 
-impl Rows<'_> {
+impl<'a> Rows<'a> {
     /// Number of directions.
     pub fn len(&self) -> usize {
         self.count
     }
 
     /// The direction of a row; the only one of a single row.
-    #[inline]
-    pub fn get(&self, row: usize) -> Option<Direction> {
+    fn get(&self, row: usize) -> Option<Direction> {
         let at = row * self.stride;
-        match *self.values.get(at..at + self.width)? {
-            [x, y, z] => {
-                let v = glam::DVec3::new(x, y, z);
-                match (v.length_squared() - 1.0).abs() <= UNIT {
-                    true => Some(Direction::from_unit(v)),
-                    false => Direction::try_new(v),
-                }
-            }
-            [theta, phi] if theta.is_finite() && phi.is_finite() => {
-                Some(Direction::from_spherical(theta, phi))
-            }
-            _ => None,
-        }
+        direction_of(self.values.get(at..at + self.width)?)
+    }
+
+    /// Rows from one on, where they are vectors and no row stands for all.
+    fn vectors(&self, first: usize, count: usize) -> Option<&'a [f64]> {
+        let plain = self.stride == 3;
+        plain.then(|| self.values.get(3 * first..3 * (first + count)))?
     }
 
     /// Every direction.
@@ -160,6 +153,24 @@ impl Rows<'_> {
             self.name,
             values.join(", ")
         )
+    }
+}
+
+/// The direction of a vector, or of angles.
+#[inline]
+fn direction_of(row: &[f64]) -> Option<Direction> {
+    match *row {
+        [x, y, z] => {
+            let v = glam::DVec3::new(x, y, z);
+            match (v.length_squared() - 1.0).abs() <= UNIT {
+                true => Some(Direction::from_unit(v)),
+                false => Direction::try_new(v),
+            }
+        }
+        [theta, phi] if theta.is_finite() && phi.is_finite() => {
+            Some(Direction::from_spherical(theta, phi))
+        }
+        _ => None,
     }
 }
 
@@ -195,6 +206,22 @@ impl<'a> Pairs<'a> {
     /// The pairs from a row on, into a buffer; the row that is none.
     fn read(&self, first: usize, count: usize, out: &mut Vec<DirectionPair>) -> Result<(), usize> {
         out.clear();
+        out.reserve(count);
+        let vectors = |side: &Rows<'a>| side.vectors(first, count);
+        if let (Some(light), Some(sensor)) = (vectors(&self.light), vectors(&self.sensor)) {
+            // The usual case, without a look-up a row.
+            for (i, (a, b)) in light
+                .chunks_exact(3)
+                .zip(sensor.chunks_exact(3))
+                .enumerate()
+            {
+                match (direction_of(a), direction_of(b)) {
+                    (Some(a), Some(b)) => out.push(DirectionPair::new(a, b)),
+                    _ => return Err(first + i),
+                }
+            }
+            return Ok(());
+        }
         for row in first..first + count {
             match (self.light.get(row), self.sensor.get(row)) {
                 (Some(light), Some(sensor)) => out.push(DirectionPair::new(light, sensor)),
