@@ -1,7 +1,7 @@
 //! Instruments, and measuring with them.
 
 use crate::arrays::refused;
-use crate::keys::{of_files, of_keys, parsed, source, table};
+use crate::keys::{self, of_files, of_keys, parsed, source, table};
 use crate::material::PyMaterial;
 use crate::measurement::PyMeasurement;
 use crate::schedule::PySchedule;
@@ -157,7 +157,7 @@ pub fn measure(
     material: &PyMaterial,
     schedule: &PySchedule,
     instrument: Option<&PyInstrument>,
-    seed: u64,
+    #[pyo3(from_py_with = keys::seed)] seed: u64,
 ) -> PyResult<PyMeasurement> {
     let brdf = &*material.brdf;
     let poses = &schedule.schedule;

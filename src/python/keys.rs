@@ -4,7 +4,7 @@ use crate::arrays::refused;
 use gonio::Error;
 use gonio::brdf::{BuildError, Channels};
 use gonio::error::ParameterError;
-use gonio::experiment::Source;
+use gonio::experiment::{MAX_BUDGET, Source};
 use gonio::geometry::Symmetry;
 use gonio::registry::{self, Entry};
 use pyo3::prelude::*;
@@ -174,4 +174,30 @@ pub fn channels(value: Option<&Bound<'_, PyAny>>) -> PyResult<Channels> {
     };
     keys.insert("channels".into(), channels);
     parsed::<ChannelKeys>("channels", keys).map(|keys| keys.channels)
+}
+
+/// A whole number of an argument, from `least` to `most`.
+fn whole(value: &Bound<'_, PyAny>, name: &str, least: u64, most: u64) -> PyResult<u64> {
+    let number = value.extract::<u64>().ok();
+    number
+        .filter(|n| (least..=most).contains(n))
+        .ok_or_else(|| {
+            let allowed = format!("a whole number from {least} to {most}");
+            refused(ParameterError::new(name, value, allowed))
+        })
+}
+
+/// The argument `seed`.
+pub fn seed(value: &Bound<'_, PyAny>) -> PyResult<u64> {
+    whole(value, "seed", 0, u64::MAX)
+}
+
+/// The argument `budget`.
+pub fn budget(value: &Bound<'_, PyAny>) -> PyResult<usize> {
+    Ok(whole(value, "budget", 1, MAX_BUDGET as u64)? as usize)
+}
+
+/// The argument `batch`.
+pub fn batch(value: &Bound<'_, PyAny>) -> PyResult<usize> {
+    Ok(whole(value, "batch", 1, MAX_BUDGET as u64)? as usize)
 }

@@ -1,7 +1,7 @@
 //! Materials: models, tables, and reconstructions.
 
 use crate::arrays::{Directions, Pairs, numbers, refused, rows, shape, slice};
-use crate::keys::{channels, named, of_build, of_files, read, table};
+use crate::keys::{self, channels, named, of_build, of_files, read, table};
 use crate::moments;
 use crate::table::columns;
 use gonio::Error;
@@ -162,7 +162,7 @@ impl PyMaterial {
         py: Python<'py>,
         theta_o: &Bound<'py, PyAny>,
         channel: &str,
-        seed: u64,
+        #[pyo3(from_py_with = keys::seed)] seed: u64,
         estimator: Option<&Bound<'py, PyDict>>,
     ) -> PyResult<Bound<'py, PyDict>> {
         let found = moments::at(py, &*self.brdf, theta_o, channel, seed, estimator)?;
@@ -174,7 +174,7 @@ impl PyMaterial {
     fn profile<'py>(
         &self,
         py: Python<'py>,
-        seed: u64,
+        #[pyo3(from_py_with = keys::seed)] seed: u64,
         keys: Option<&Bound<'py, PyDict>>,
     ) -> PyResult<Bound<'py, PyDict>> {
         let found = moments::profiles(py, &*self.brdf, seed, keys)?;
@@ -188,7 +188,7 @@ impl PyMaterial {
         py: Python<'_>,
         path: PathBuf,
         format: Option<&str>,
-        size: usize,
+        size: i64,
         force: bool,
     ) -> PyResult<()> {
         let unwritable = |e: &dyn std::fmt::Display| of_files(Error::output(&path, e));
@@ -196,13 +196,15 @@ impl PyMaterial {
         let format = named.and_then(|named| WRITE_TABLE.format(named, &path));
         let format = format.map_err(|e| unwritable(&e))?;
         let write = WRITE_TABLE.function(&format).map_err(|e| unwritable(&e))?;
-        if size >= format.table_sizes {
-            let last = format.table_sizes - 1;
-            let name = format.name;
-            return Err(refused(format!(
-                "size = {size}: allowed is a whole number from 0 to {last} for the format {name}"
-            )));
-        }
+        let sizes = format.table_sizes;
+        let size = usize::try_from(size).ok().filter(|s| *s < sizes);
+        let size = size.ok_or_else(|| {
+            refused(format!(
+                "size: allowed is a whole number from 0 to {} for the format {}",
+                sizes - 1,
+                format.name
+            ))
+        })?;
         refuse_existing(&path, force)?;
         py.detach(|| write(&*self.brdf, size, &path))
             .map_err(|e| match e {

@@ -1,7 +1,7 @@
 //! Moments of slices, and their profiles over the view.
 
 use crate::arrays::{list, refused};
-use crate::keys::{parsed, read, table};
+use crate::keys::{self, parsed, read, table};
 use crate::material::PyMaterial;
 use gonio::brdf::Brdf;
 use gonio::error::ParameterError;
@@ -112,7 +112,7 @@ pub fn moment_errors<'py>(
     py: Python<'py>,
     truth: &PyMaterial,
     copy: &PyMaterial,
-    seed: u64,
+    #[pyo3(from_py_with = keys::seed)] seed: u64,
     keys: Option<&Bound<'py, PyDict>>,
 ) -> PyResult<Bound<'py, PyDict>> {
     let [f, g] = [truth, copy].map(|m| profiles(py, &*m.brdf, seed, keys));

@@ -2,7 +2,7 @@
 
 use crate::arrays::refused;
 use crate::instrument::{PyInstrument, check};
-use crate::keys::{named, read, symmetry};
+use crate::keys::{self, named, read, symmetry};
 use crate::measurement::PyMeasurement;
 use crate::schedule::PySchedule;
 use gonio::acquisition::{self, Task};
@@ -84,20 +84,14 @@ impl PySuggestion {
 #[expect(clippy::too_many_arguments, reason = "keywords of Python")]
 pub fn suggest(
     py: Python<'_>,
-    batch: usize,
+    #[pyo3(from_py_with = keys::batch)] batch: usize,
     so_far: Option<&PyMeasurement>,
     planner: &str,
     symmetry: Option<&Bound<'_, PyAny>>,
     instrument: Option<&PyInstrument>,
-    seed: u64,
+    #[pyo3(from_py_with = keys::seed)] seed: u64,
     keys: Option<&Bound<'_, PyDict>>,
 ) -> PyResult<PySuggestion> {
-    let most = gonio::experiment::MAX_BUDGET;
-    if !(1..=most).contains(&batch) {
-        return Err(refused(format!(
-            "batch = {batch}: allowed is a whole number from 1 to {most}"
-        )));
-    }
     let planner = read("planner", &acquisition::all(), named(planner, keys)?)?;
     planner.check(&[]).map_err(refused)?;
     let given = symmetry.map(self::symmetry).transpose()?;

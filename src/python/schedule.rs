@@ -1,7 +1,7 @@
 //! Schedules: which poses are visited.
 
 use crate::arrays::{Directions, Pairs, refused, rows, vectors};
-use crate::keys::{named, of_files, read, symmetry};
+use crate::keys::{self, named, of_files, read, symmetry};
 use crate::material::refuse_existing;
 use crate::parametrization::PyParametrization;
 use gonio::Error;
@@ -192,21 +192,15 @@ pub fn form(
 pub fn plan(
     py: Python<'_>,
     sample_set: &str,
-    budget: usize,
+    #[pyo3(from_py_with = keys::budget)] budget: usize,
     parametrization: Option<&Bound<'_, PyAny>>,
     symmetry: Option<&Bound<'_, PyAny>>,
-    seed: u64,
+    #[pyo3(from_py_with = keys::seed)] seed: u64,
     keys: Option<&Bound<'_, PyDict>>,
 ) -> PyResult<PySchedule> {
     let set = read("sample set", &schedule::all(), named(sample_set, keys)?)?;
     let form = form(py, parametrization, symmetry)?.form;
     set.check(form.axes()).map_err(refused)?;
-    if !(1..=gonio::experiment::MAX_BUDGET).contains(&budget) {
-        let most = gonio::experiment::MAX_BUDGET;
-        return Err(refused(format!(
-            "budget = {budget}: allowed is a whole number from 1 to {most}"
-        )));
-    }
     let schedule = py.detach(|| set.plan(&form, budget, seed));
     Ok(schedule.map_err(refused)?.into())
 }
