@@ -3,7 +3,7 @@
 use crate::arrays::refused;
 use crate::keys::{self, of_files, of_keys, parsed, source, table};
 use crate::material::PyMaterial;
-use crate::measurement::PyMeasurement;
+use crate::measurement::{PyMeasurement, warn};
 use crate::schedule::PySchedule;
 use gonio::experiment::{IDEAL, PlannedInstrument, Use, load_instrument};
 use gonio::geometry::Symmetry;
@@ -161,6 +161,22 @@ pub fn measure(
 ) -> PyResult<PyMeasurement> {
     let brdf = &*material.brdf;
     let poses = &schedule.schedule;
+    let (folded, held) = (poses.parametrization.symmetry(), brdf.symmetry());
+    if folded.and(held) != folded {
+        let words = |symmetry: Symmetry| match symmetry.names().join(", ") {
+            none if none.is_empty() => "without symmetries".into(),
+            names => names,
+        };
+        warn(
+            py,
+            &format!(
+                "the schedule is for materials that are {}; {} is {}",
+                words(folded),
+                material.label,
+                words(held)
+            ),
+        )?;
+    }
     let planned = instrument.and_then(|i| i.planned.as_ref());
     let about = |planned: Option<&PlannedInstrument>| About {
         material: Some(material.label.clone()),
@@ -176,7 +192,7 @@ pub fn measure(
         });
         return Ok(PyMeasurement::new(measurement, about(None), None));
     };
-    check(planned, poses.parametrization.symmetry(), "the schedule")?;
+    check(planned, folded, "the schedule")?;
     let Some(bench) = instrument.bench(seed)? else {
         return Err(refused("the ideal instrument has no machine"));
     };

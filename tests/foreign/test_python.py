@@ -576,6 +576,14 @@ def test_mistakes_are_told_in_one_sentence(call, sentence, tmp_path, monkeypatch
     assert len(text) < 3000 and "\n" not in text and not list(tmp_path.iterdir())
 
 
+def test_doubts_are_warnings():
+    brushed = g.Material("ward", alpha=[0.1, 0.4])
+    with pytest.warns(UserWarning, match="for materials that are isotropic, reciprocal, bilateral; ward.* is reciprocal, bilateral"):
+        g.measure(brushed, g.plan("sobol", 20))
+    s = g.Schedule(g.direction(0.5, [0.0, 1.0]), g.direction(0.2, [0.0, 1.0]), symmetry="reciprocal,bilateral")
+    assert len(set(g.measure(brushed, s).values[:, 0])) == 2
+
+
 def test_files_are_not_replaced_unasked(tmp_path):
     s = g.plan("sobol", 20)
     m = g.measure(g.Material("lambert"), s)
