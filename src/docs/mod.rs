@@ -31,6 +31,9 @@ pub mod planning {}
 #[doc = include_str!("cluster.md")]
 pub mod cluster {}
 
+#[doc = include_str!("python.md")]
+pub mod python {}
+
 #[doc = include_str!("stability.md")]
 pub mod stability {}
 

@@ -144,15 +144,21 @@ impl PlannedInstrument {
     /// [`Error::Config`].
     pub fn load(preset_or_path: &str, order: Order) -> Result<Self, Error> {
         let spec = load(preset_or_path)?;
-        Ok(Self {
+        let use_of = Use {
+            order,
+            ..Use::default()
+        };
+        Ok(Self::new(spec, use_of))
+    }
+
+    /// The instrument of a specification, under its own name.
+    pub fn new(spec: InstrumentSpec, use_of: Use) -> Self {
+        Self {
             name: spec.name.clone(),
             spec,
-            use_of: Use {
-                order,
-                ..Use::default()
-            },
+            use_of,
             preset: None,
-        })
+        }
     }
 
     /// Refuses an anisotropic material on a machine that cannot turn it; `place` is where the

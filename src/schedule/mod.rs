@@ -62,6 +62,24 @@ pub struct Schedule {
 }
 
 impl Schedule {
+    /// Poses that somebody else chose, as those of a table, in their order.
+    pub fn of_pairs(
+        parametrization: Arc<dyn Parametrization>,
+        pairs: impl IntoIterator<Item = DirectionPair>,
+    ) -> Self {
+        let pose = |pair| Pose {
+            coords: parametrization.forward(&pair),
+            pair,
+        };
+        Self {
+            poses: pairs.into_iter().map(pose).collect(),
+            parametrization,
+            sample_set: FROM_FILE.into(),
+            lattice: None,
+            unphysical_share: 0.0,
+        }
+    }
+
     /// True if the poses are those of a table, and nothing says which sample set they are.
     pub fn is_of_others(&self) -> bool {
         self.sample_set == FROM_FILE

@@ -1,0 +1,65 @@
+"""A virtual gonio-reflectometer, with NumPy arrays.
+
+A BRDF goes in, a BRDF comes out: a material, a schedule of poses, an instrument that measures, a reconstruction, and
+how far it is from the truth. Directions are (n, 3) vectors away from the surface, whose normal is z, or (n, 2) angles
+theta and phi in radians; one row stands for all. f_r is in 1/sr, without the cosine, NaN where there is no data.
+Errors are ValueError, with one sentence that names the key, its value and what is allowed.
+"""
+
+from ._gonio import (
+    Instrument,
+    Material,
+    Measurement,
+    Parametrization,
+    Reconstruction,
+    Schedule,
+    Suggestion,
+    __version__,
+    angles,
+    compare,
+    direction,
+    formats,
+    instruments,
+    materials,
+    measure,
+    measures,
+    moment_errors,
+    parametrizations,
+    plan,
+    planners,
+    reconstruct,
+    reconstructions,
+    run,
+    sample_sets,
+    suggest,
+    warps,
+)
+
+__all__ = [
+    "Instrument",
+    "Material",
+    "Measurement",
+    "Parametrization",
+    "Reconstruction",
+    "Schedule",
+    "Suggestion",
+    "__version__",
+    "angles",
+    "compare",
+    "direction",
+    "formats",
+    "instruments",
+    "materials",
+    "measure",
+    "measures",
+    "moment_errors",
+    "parametrizations",
+    "plan",
+    "planners",
+    "reconstruct",
+    "reconstructions",
+    "run",
+    "sample_sets",
+    "suggest",
+    "warps",
+]

@@ -1,0 +1,214 @@
+//! Instruments, and measuring with them.
+
+use crate::arrays::refused;
+use crate::keys::{self, of_files, of_keys, parsed, source, table};
+use crate::material::PyMaterial;
+use crate::measurement::{PyMeasurement, warn};
+use crate::schedule::PySchedule;
+use gonio::experiment::{IDEAL, PlannedInstrument, Use, load_instrument};
+use gonio::geometry::Symmetry;
+use gonio::instrument::{self, Bench, Ideal, Instrument};
+use gonio::measurement::{About, Measurement, Outcome};
+use gonio::schedule::{Unreachable, Visit};
+use numpy::PyArray1;
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+use std::path::PathBuf;
+
+/// A machine that measures; without `spec` the ideal one, whose reading is the BRDF itself.
+///
+/// `spec` is the name of a preset (`instruments()`), the path of an instrument file, or a dictionary of its keys;
+/// `limits`, `apertures` and `noise` false leave that flaw out, `order` is the rule of its visits, `realisation` the
+/// seed of what all its readings share.
+#[pyclass(frozen, name = "Instrument", module = "gonio")]
+pub struct PyInstrument {
+    pub planned: Option<PlannedInstrument>,
+}
+
+impl PyInstrument {
+    /// The machine for a seed; `None`: the ideal one.
+    pub fn bench(&self, seed: u64) -> PyResult<Option<Bench>> {
+        let bench = |p: &PlannedInstrument| p.bench(p.use_of.parts(), seed).map_err(refused);
+        self.planned.as_ref().map(bench).transpose()
+    }
+}
+
+#[pymethods]
+impl PyInstrument {
+    #[new]
+    #[pyo3(signature = (spec = None, **keys))]
+    fn new(spec: Option<&Bound<'_, PyAny>>, keys: Option<&Bound<'_, PyDict>>) -> PyResult<Self> {
+        let use_of: Use = parsed("instrument", table(keys)?)?;
+        let spec = match spec {
+            None if keys.is_some_and(|keys| !keys.is_empty()) => {
+                return Err(refused(
+                    "the ideal instrument has no keys; allowed: the name of a preset, a file or a dictionary before them",
+                ));
+            }
+            None => return Ok(Self { planned: None }),
+            Some(spec) => match spec.cast::<PyDict>() {
+                Ok(keys) => {
+                    let source = source("instrument", &table(Some(keys))?);
+                    let table = source.table().map_err(of_keys)?;
+                    instrument::read_table(table).map_err(|e| of_keys(source.error(e)))?
+                }
+                Err(_) => {
+                    let name: PathBuf = spec.extract().map_err(|_| {
+                        refused(format!(
+                            "spec = {spec}: allowed is a name, a path or a dictionary"
+                        ))
+                    })?;
+                    load_instrument(&name.to_string_lossy()).map_err(of_files)?
+                }
+            },
+        };
+        let planned = PlannedInstrument::new(spec, use_of);
+        Ok(Self {
+            planned: Some(planned),
+        })
+    }
+
+    /// Its visits to the poses that it can take, in the order of time: a table of pose, block, positions of its axes in degrees, and seconds.
+    fn visits<'py>(&self, py: Python<'py>, schedule: &PySchedule) -> PyResult<Bound<'py, PyDict>> {
+        let (Some(planned), Some(bench)) = (&self.planned, self.bench(0)?) else {
+            return Err(refused(
+                "the ideal instrument has no axes and takes no time; allowed: a machine",
+            ));
+        };
+        check(
+            planned,
+            schedule.schedule.parametrization.symmetry(),
+            "the schedule",
+        )?;
+        let itinerary = py.detach(|| match &schedule.order {
+            Some(order) => bench.plan_given(&schedule.schedule, order),
+            None => bench.plan(&schedule.schedule, planned.use_of.order),
+        });
+        let visits = &itinerary.visits;
+        let all = PyDict::new(py);
+        let floats = |of: &dyn Fn(&Visit) -> f64| PyArray1::from_iter(py, visits.iter().map(of));
+        let whole = |of: fn(&Visit) -> u32| {
+            PyArray1::from_iter(py, visits.iter().map(|v| i64::from(of(v))))
+        };
+        all.set_item("pose", whole(|v| v.pose))?;
+        all.set_item("block", whole(|v| v.block))?;
+        for (i, axis) in itinerary.axes.iter().enumerate() {
+            all.set_item(
+                format!("{axis}_deg"),
+                floats(&|v| v.positions[i].to_degrees()),
+            )?;
+        }
+        let times: [(&str, Time); 4] = [
+            ("move_seconds", |v| v.move_seconds),
+            ("exposure_seconds", |v| v.exposure_seconds),
+            ("seconds", |v| v.seconds),
+            ("at_seconds", |v| v.at_seconds),
+        ];
+        for (name, of) in times {
+            all.set_item(name, floats(&of))?;
+        }
+        Ok(all)
+    }
+
+    /// Its name; `ideal` of the one without flaws.
+    #[getter]
+    fn name(&self) -> &str {
+        self.planned.as_ref().map_or(IDEAL, |p| &p.name)
+    }
+
+    fn __repr__(&self) -> String {
+        format!("<gonio.Instrument {}>", self.name())
+    }
+}
+
+/// A time of a visit, s.
+type Time = fn(&Visit) -> f64;
+
+/// Refuses what is anisotropic on a machine that cannot turn the sample.
+pub fn check(planned: &PlannedInstrument, symmetry: Symmetry, what: &str) -> PyResult<()> {
+    let checked = planned.check_symmetry(symmetry, what, || "instrument".into());
+    checked.map_err(of_keys)
+}
+
+/// The measurement of these poses alone: a lattice has others, which a file does not list.
+fn only(mut measurement: Measurement, poses: &[u32], lost: &[(u32, Unreachable)]) -> Measurement {
+    let mut asked = vec![false; measurement.outcomes.len()];
+    for &pose in poses {
+        asked[pose as usize] = true;
+    }
+    for (outcome, asked) in measurement.outcomes.iter_mut().zip(asked) {
+        if !asked {
+            *outcome = Outcome::NotVisited;
+        }
+    }
+    for &(pose, reason) in lost {
+        measurement.outcomes[pose as usize] = Outcome::Unreachable(reason);
+    }
+    measurement
+}
+
+/// What an instrument reads of a material at the poses of a schedule; without one, the ideal instrument.
+///
+/// Poses that it cannot take have the reason in `outcomes` and NaN for values. `seed` is that of the noise.
+#[pyfunction]
+#[pyo3(signature = (material, schedule, instrument = None, *, seed = 1))]
+pub fn measure(
+    py: Python<'_>,
+    material: &PyMaterial,
+    schedule: &PySchedule,
+    instrument: Option<&PyInstrument>,
+    #[pyo3(from_py_with = keys::seed)] seed: u64,
+) -> PyResult<PyMeasurement> {
+    let brdf = &*material.brdf;
+    let poses = &schedule.schedule;
+    let (folded, held) = (poses.parametrization.symmetry(), brdf.symmetry());
+    if folded.and(held) != folded {
+        let words = |symmetry: Symmetry| match symmetry.names().join(", ") {
+            none if none.is_empty() => "without symmetries".into(),
+            names => names,
+        };
+        warn(
+            py,
+            &format!(
+                "the schedule is for materials that are {}; {} is {}",
+                words(folded),
+                material.label,
+                words(held)
+            ),
+        )?;
+    }
+    let planned = instrument.and_then(|i| i.planned.as_ref());
+    let about = |planned: Option<&PlannedInstrument>| About {
+        material: Some(material.label.clone()),
+        instrument: Some(planned.map_or(IDEAL, |i| &i.name).into()),
+        realisation: planned.map(|i| i.realisation(seed)),
+        seed: planned.map(|_| seed),
+        schedule_hash: None,
+    };
+    let (Some(planned), Some(instrument)) = (planned, instrument) else {
+        let measurement = py.detach(|| match &schedule.order {
+            Some(order) => only(Ideal.measure(brdf, poses), order, &schedule.lost),
+            None => Ideal.measure(brdf, poses),
+        });
+        return Ok(PyMeasurement::new(measurement, about(None), None));
+    };
+    check(planned, folded, "the schedule")?;
+    let Some(bench) = instrument.bench(seed)? else {
+        return Err(refused("the ideal instrument has no machine"));
+    };
+    let (measurement, itinerary) = py.detach(|| {
+        let mut itinerary = match &schedule.order {
+            Some(order) => bench.plan_given(poses, order),
+            None => bench.plan(poses, planned.use_of.order),
+        };
+        // What the schedule left out keeps its reason.
+        itinerary.unreachable.extend(&schedule.lost);
+        let measurement = bench.session(&itinerary, seed).measure(brdf, poses);
+        (measurement, itinerary)
+    });
+    Ok(PyMeasurement::new(
+        measurement,
+        about(Some(planned)),
+        Some(itinerary),
+    ))
+}

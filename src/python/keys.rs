@@ -1,0 +1,203 @@
+//! Keys of configs from Python's keyword arguments and dictionaries, and the library's sentences.
+
+use crate::arrays::refused;
+use gonio::Error;
+use gonio::brdf::{BuildError, Channels};
+use gonio::error::ParameterError;
+use gonio::experiment::{MAX_BUDGET, Source};
+use gonio::geometry::Symmetry;
+use gonio::registry::{self, Entry};
+use pyo3::prelude::*;
+use pyo3::types::{PyBool, PyDict, PyFloat, PyInt, PyList, PyString, PyTuple};
+use serde::Deserialize;
+use serde::de::DeserializeOwned;
+use std::path::PathBuf;
+use toml::{Table, Value};
+
+/// Dictionaries in dictionaries, at most: as the reader of configs.
+const DEEPEST: usize = 80;
+
+/// The sentence of an error about keys that have no line: without the place.
+pub fn of_keys(e: Error) -> PyErr {
+    match e {
+        Error::Config { message, .. } | Error::Infeasible { message, .. } => refused(message),
+        e => of_files(e),
+    }
+}
+
+/// The sentence of an error about files, with its place, and with its reason.
+pub fn of_files(e: Error) -> PyErr {
+    let reason = std::error::Error::source(&e).map_or(String::new(), |why| format!(": {why}"));
+    refused(format!("{e}{reason}"))
+}
+
+/// The sentence of a material that cannot be built.
+pub fn of_build(e: BuildError) -> PyErr {
+    refused(e)
+}
+
+/// A dictionary as keys; what is `None` is left out.
+pub fn table(keys: Option<&Bound<'_, PyDict>>) -> PyResult<Table> {
+    keys.map_or(Ok(Table::new()), |keys| within(keys, 0))
+}
+
+fn within(keys: &Bound<'_, PyDict>, depth: usize) -> PyResult<Table> {
+    let mut table = Table::new();
+    for (key, value) in keys {
+        let key: String = key
+            .extract()
+            .map_err(|_| refused(format!("key {key} is no text; allowed: names of keys")))?;
+        if !value.is_none() {
+            let value = of(&key, &value, depth + 1)?;
+            table.insert(key, value);
+        }
+    }
+    Ok(table)
+}
+
+/// A value as a config has it. NumPy's arrays and numbers are what their `tolist` says.
+fn of(key: &str, value: &Bound<'_, PyAny>, depth: usize) -> PyResult<Value> {
+    if depth > DEEPEST {
+        return Err(refused(format!(
+            "{key} is nested too deep; allowed: less than {DEEPEST} dictionaries and lists"
+        )));
+    }
+    if value.is_instance_of::<PyBool>() {
+        return Ok(Value::Boolean(value.extract()?));
+    }
+    if value.is_instance_of::<PyInt>() {
+        let whole = value.extract::<i64>().map_err(|_| {
+            refused(format!(
+                "{key} = {value}: allowed is a whole number of 64 bits"
+            ))
+        });
+        return Ok(Value::Integer(whole?));
+    }
+    if value.is_instance_of::<PyFloat>() {
+        return Ok(Value::Float(value.extract()?));
+    }
+    if value.is_instance_of::<PyString>() {
+        return Ok(Value::String(value.extract()?));
+    }
+    if let Ok(keys) = value.cast::<PyDict>() {
+        return Ok(Value::Table(within(keys, depth)?));
+    }
+    if value.is_instance_of::<PyList>() || value.is_instance_of::<PyTuple>() {
+        let items = value.try_iter()?.map(|item| of(key, &item?, depth + 1));
+        return Ok(Value::Array(items.collect::<PyResult<_>>()?));
+    }
+    if value.hasattr("tolist")? {
+        return of(key, &value.call_method0("tolist")?, depth + 1);
+    }
+    if value.hasattr("__fspath__")? {
+        let path: PathBuf = value.extract()?;
+        return Ok(Value::String(path.to_string_lossy().into_owned()));
+    }
+    let kind = value.get_type().name()?;
+    Err(refused(format!(
+        "{key} is a {kind}; allowed: a number, a text, a path, a list or a dictionary"
+    )))
+}
+
+/// Keys of a member of a family, its `kind` among them.
+pub fn named(kind: &str, keys: Option<&Bound<'_, PyDict>>) -> PyResult<Table> {
+    let mut all = Table::from_iter([("kind".into(), kind.into())]);
+    for (key, value) in table(keys)? {
+        all.entry(key).or_insert(value);
+    }
+    Ok(all)
+}
+
+/// The text of keys. A line stands before them: that one is missing is no fault of the first.
+pub fn source(what: &str, keys: &Table) -> Source {
+    Source::new(what, format!("\n{keys}"))
+}
+
+/// The member of a family that these keys name.
+pub fn read<T: ?Sized>(what: &str, family: &[Entry<T>], keys: Table) -> PyResult<Box<T>> {
+    let source = source(what, &keys);
+    let table = source.table().map_err(of_keys)?;
+    registry::read(what, family, table).map_err(|e| of_keys(source.error(e)))
+}
+
+/// A struct of keys.
+pub fn parsed<S: DeserializeOwned>(what: &str, keys: Table) -> PyResult<S> {
+    let source = source(what, &keys);
+    let table = source.table().map_err(of_keys)?;
+    registry::parse(table).map_err(|e| of_keys(source.error(e)))
+}
+
+/// Symmetries from their names, joined by commas or in a list; `none` has none of them.
+pub fn symmetry(value: &Bound<'_, PyAny>) -> PyResult<Symmetry> {
+    let names: Vec<String> = match value.extract::<String>() {
+        Ok(text) => text.split(',').map(|name| name.trim().to_owned()).collect(),
+        Err(_) => value.extract().map_err(|_| {
+            refused(format!(
+                "symmetry = {value}: allowed is a text or a list of isotropic, reciprocal, bilateral, or none"
+            ))
+        })?,
+    };
+    let mut symmetry = Symmetry::NONE;
+    if names == ["none"] {
+        return Ok(symmetry);
+    }
+    for name in &names {
+        match name.as_str() {
+            "isotropic" => symmetry.isotropic = true,
+            "reciprocal" => symmetry.reciprocal = true,
+            "bilateral" => symmetry.bilateral = true,
+            name => {
+                let allowed = "isotropic, reciprocal, bilateral, or none";
+                return Err(refused(ParameterError::new("symmetry", name, allowed)));
+            }
+        }
+    }
+    Ok(symmetry)
+}
+
+/// The key `channels` of a config.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct ChannelKeys {
+    channels: Channels,
+}
+
+/// Channels: "luminance", "rgb", or wavelengths in nm.
+pub fn channels(value: Option<&Bound<'_, PyAny>>) -> PyResult<Channels> {
+    let Some(value) = value else {
+        return Ok(Channels::Luminance);
+    };
+    let mut keys = Table::new();
+    let channels = match of("channels", value, 0)? {
+        nm @ Value::Array(_) => Value::Table(Table::from_iter([("wavelengths_nm".into(), nm)])),
+        other => other,
+    };
+    keys.insert("channels".into(), channels);
+    parsed::<ChannelKeys>("channels", keys).map(|keys| keys.channels)
+}
+
+/// A whole number of an argument, from `least` to `most`.
+fn whole(value: &Bound<'_, PyAny>, name: &str, least: u64, most: u64) -> PyResult<u64> {
+    let number = value.extract::<u64>().ok();
+    number
+        .filter(|n| (least..=most).contains(n))
+        .ok_or_else(|| {
+            let allowed = format!("a whole number from {least} to {most}");
+            refused(ParameterError::new(name, value, allowed))
+        })
+}
+
+/// The argument `seed`.
+pub fn seed(value: &Bound<'_, PyAny>) -> PyResult<u64> {
+    whole(value, "seed", 0, u64::MAX)
+}
+
+/// The argument `budget`.
+pub fn budget(value: &Bound<'_, PyAny>) -> PyResult<usize> {
+    Ok(whole(value, "budget", 1, MAX_BUDGET as u64)? as usize)
+}
+
+/// The argument `batch`.
+pub fn batch(value: &Bound<'_, PyAny>) -> PyResult<usize> {
+    Ok(whole(value, "batch", 1, MAX_BUDGET as u64)? as usize)
+}

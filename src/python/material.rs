@@ -1,0 +1,277 @@
+//! Materials: models, tables, and reconstructions.
+
+use crate::arrays::{Directions, Pairs, numbers, refused, rows, shape, slice};
+use crate::keys::{self, channels, named, of_build, of_files, read, table};
+use crate::moments;
+use crate::table::columns;
+use gonio::Error;
+use gonio::brdf::{Brdf, Channels, SampleBrdf};
+use gonio::experiment::{ReadingsSpec, materials};
+use gonio::files::destination;
+use gonio::formats::{self, READ_READINGS, READ_TABLE, TableError, WRITE_TABLE};
+use numpy::{PyArray1, PyArray2, PyUntypedArrayMethods};
+use pyo3::prelude::*;
+use pyo3::types::{PyDict, PyType};
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+/// A BRDF: a model by its kind and keys, or a table. `channels` are "luminance", "rgb" or wavelengths in nm.
+///
+/// `Material("ggx", alpha=0.3)` takes the keys of a config; `materials()` lists the kinds.
+#[pyclass(frozen, subclass, name = "Material", module = "gonio")]
+pub struct PyMaterial {
+    pub brdf: Arc<dyn Brdf>,
+    pub label: String,
+}
+
+impl PyMaterial {
+    /// The material of all its keys.
+    fn build(py: Python<'_>, keys: toml::Table, channels: Channels) -> PyResult<Self> {
+        let spec = read("material", &materials(), keys)?;
+        let built = py.detach(|| {
+            spec.check(&channels)?;
+            spec.build(channels)
+        });
+        Ok(Self {
+            brdf: Arc::from(built.map_err(of_build)?),
+            label: spec.label(),
+        })
+    }
+
+    fn sampler(&self) -> PyResult<&dyn SampleBrdf> {
+        self.brdf.as_sample().ok_or_else(|| {
+            refused(format!(
+                "{} cannot draw directions; allowed: models of one lobe (see can_sample)",
+                self.label
+            ))
+        })
+    }
+}
+
+#[pymethods]
+impl PyMaterial {
+    #[new]
+    #[pyo3(signature = (kind, /, *, channels = None, **keys))]
+    fn new(
+        py: Python<'_>,
+        kind: &str,
+        channels: Option<&Bound<'_, PyAny>>,
+        keys: Option<&Bound<'_, PyDict>>,
+    ) -> PyResult<Self> {
+        Self::build(py, named(kind, keys)?, self::channels(channels)?)
+    }
+
+    /// The material of a file: a table in any format that is read, or readings, which are reconstructed.
+    #[classmethod]
+    #[pyo3(signature = (path, *, channels = None, **keys))]
+    fn open(
+        _class: &Bound<'_, PyType>,
+        py: Python<'_>,
+        path: PathBuf,
+        channels: Option<&Bound<'_, PyAny>>,
+        keys: Option<&Bound<'_, PyDict>>,
+    ) -> PyResult<Self> {
+        let format = formats::of_name(&path);
+        let mut all = match format.and_then(|f| f.read_table) {
+            Some(read) => read(path).resolved(),
+            None if format.is_some_and(|f| f.read_readings.is_some()) => ReadingsSpec::of(path),
+            None => {
+                let allowed = [READ_TABLE.extensions("."), READ_READINGS.extensions(".")];
+                let message = format!(
+                    "no format of tables or readings is known by this name; allowed: {}",
+                    allowed.join(", ")
+                );
+                return Err(of_files(Error::data(path, message)));
+            }
+        };
+        all.extend(table(keys)?);
+        Self::build(py, all, self::channels(channels)?)
+    }
+
+    /// f_r in 1/sr without the cosine, (n, channels); NaN where there is no data, 0 below the horizon.
+    fn eval<'py>(
+        &self,
+        py: Python<'py>,
+        omega_i: &Bound<'py, PyAny>,
+        omega_o: &Bound<'py, PyAny>,
+    ) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        let light = Directions::of(omega_i, "omega_i")?;
+        let sensor = Directions::of(omega_o, "omega_o")?;
+        let values = Pairs::new(&light, &sensor)?.values(py, &*self.brdf)?;
+        rows(py, values, self.brdf.channels().count())
+    }
+
+    /// Light directions, (n, 3), for sensor directions from (n, 2) numbers in [0, 1); NaN where a draw is below the horizon.
+    fn sample<'py>(
+        &self,
+        py: Python<'py>,
+        omega_o: &Bound<'py, PyAny>,
+        u: &Bound<'py, PyAny>,
+    ) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        let sampler = self.sampler()?;
+        let sensor = Directions::of(omega_o, "omega_o")?;
+        let sensor = sensor.rows()?.all()?;
+        let u = numbers(u, "u")?;
+        let [n, 2] = *u.shape() else {
+            let shape = shape(&u);
+            return Err(refused(format!("u has the shape {shape}; allowed: (n, 2)")));
+        };
+        if sensor.len() != n && sensor.len() != 1 {
+            let rows = sensor.len();
+            return Err(refused(format!(
+                "omega_o has {rows} rows and u has {n}; allowed: as many, or one direction"
+            )));
+        }
+        let u = slice(&u)?;
+        if let Some(x) = u.iter().find(|x| !(0.0..1.0).contains(*x)) {
+            return Err(refused(format!("u has {x}; allowed: numbers in [0, 1)")));
+        }
+        let drawn = py.detach(|| {
+            let draw = |(i, u): (usize, &[f64])| {
+                let sensor = sensor[if sensor.len() == 1 { 0 } else { i }];
+                let light = sampler.sample(sensor, [u[0], u[1]]);
+                light.map_or([f64::NAN; 3], |light| light.vector().to_array())
+            };
+            u.chunks_exact(2).enumerate().flat_map(draw).collect()
+        });
+        rows(py, drawn, 3)
+    }
+
+    /// Density of `sample` at pairs, per steradian of omega_i, (n,).
+    fn pdf<'py>(
+        &self,
+        py: Python<'py>,
+        omega_i: &Bound<'py, PyAny>,
+        omega_o: &Bound<'py, PyAny>,
+    ) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        let sampler = self.sampler()?;
+        let light = Directions::of(omega_i, "omega_i")?;
+        let sensor = Directions::of(omega_o, "omega_o")?;
+        let values = Pairs::new(&light, &sensor)?.map(py, 1, |pairs, out| {
+            for (pair, out) in pairs.iter().zip(out) {
+                *out = sampler.pdf(pair);
+            }
+        })?;
+        Ok(PyArray1::from_vec(py, values))
+    }
+
+    /// Moments of the slices at view elevations (radians): a column a moment and its uncertainty, NaN where undefined.
+    #[pyo3(signature = (theta_o, *, channel = "luminance", seed = 1, **estimator))]
+    fn moments<'py>(
+        &self,
+        py: Python<'py>,
+        theta_o: &Bound<'py, PyAny>,
+        channel: &str,
+        #[pyo3(from_py_with = keys::seed)] seed: u64,
+        estimator: Option<&Bound<'py, PyDict>>,
+    ) -> PyResult<Bound<'py, PyDict>> {
+        let found = moments::at(py, &*self.brdf, theta_o, channel, seed, estimator)?;
+        columns(py, &moments::objects(&self.label, &[found]))
+    }
+
+    /// Moments over the view: the columns of `gonio moments`. Keys are those of `[moments]` in a config.
+    #[pyo3(signature = (*, seed = 1, **keys))]
+    fn profile<'py>(
+        &self,
+        py: Python<'py>,
+        #[pyo3(from_py_with = keys::seed)] seed: u64,
+        keys: Option<&Bound<'py, PyDict>>,
+    ) -> PyResult<Bound<'py, PyDict>> {
+        let found = moments::profiles(py, &*self.brdf, seed, keys)?;
+        columns(py, &moments::objects(&self.label, &found))
+    }
+
+    /// Writes the BRDF as a table, in the format that the name says; `size` 1, 2, … are finer ones where a format has them.
+    #[pyo3(signature = (path, *, format = None, size = 0, force = false))]
+    fn write(
+        &self,
+        py: Python<'_>,
+        path: PathBuf,
+        format: Option<&str>,
+        size: i64,
+        force: bool,
+    ) -> PyResult<()> {
+        let unwritable = |e: &dyn std::fmt::Display| of_files(Error::output(&path, e));
+        let named = format.map(|name| WRITE_TABLE.named(name)).transpose();
+        let format = named.and_then(|named| WRITE_TABLE.format(named, &path));
+        let format = format.map_err(|e| unwritable(&e))?;
+        let write = WRITE_TABLE.function(&format).map_err(|e| unwritable(&e))?;
+        let sizes = format.table_sizes;
+        let size = usize::try_from(size).ok().filter(|s| *s < sizes);
+        let size = size.ok_or_else(|| {
+            refused(format!(
+                "size: allowed is a whole number from 0 to {} for the format {}",
+                sizes - 1,
+                format.name
+            ))
+        })?;
+        refuse_existing(&path, force)?;
+        py.detach(|| write(&*self.brdf, size, &path))
+            .map_err(|e| match e {
+                TableError::Io(_) => unwritable(&e),
+                e => refused(e),
+            })
+    }
+
+    /// Names of the channels: luminance, or R, G, B, or wavelengths.
+    #[getter]
+    fn channels(&self) -> Vec<String> {
+        channel_names(self.brdf.channels())
+    }
+
+    /// Wavelengths in nm, (channels,); None where channels are luminance or R, G, B.
+    #[getter]
+    fn wavelengths_nm<'py>(&self, py: Python<'py>) -> Option<Bound<'py, PyArray1<f64>>> {
+        let wavelengths = self.brdf.channels().wavelengths()?;
+        Some(PyArray1::from_slice(py, wavelengths.nm()))
+    }
+
+    /// Names of the symmetries that it has by construction.
+    #[getter]
+    fn symmetry(&self) -> Vec<&'static str> {
+        self.brdf.symmetry().names()
+    }
+
+    /// True if it can draw directions: `sample` and `pdf`.
+    #[getter]
+    fn can_sample(&self) -> bool {
+        self.brdf.as_sample().is_some()
+    }
+
+    /// What should be told of it, a sentence each.
+    #[getter]
+    fn remarks(&self) -> Vec<String> {
+        self.brdf.remarks()
+    }
+
+    /// A short name.
+    #[getter]
+    fn label(&self) -> &str {
+        &self.label
+    }
+
+    fn __repr__(&self) -> String {
+        let channels = self.channels().join(", ");
+        format!("<gonio.Material {} ({channels})>", self.label)
+    }
+}
+
+/// Names of channels.
+pub fn channel_names(channels: &Channels) -> Vec<String> {
+    match channels {
+        Channels::Luminance => vec!["luminance".into()],
+        Channels::Rgb => ["r", "g", "b"].map(String::from).to_vec(),
+        Channels::Wavelengths(w) => w.nm().iter().map(|nm| format!("{nm}nm")).collect(),
+    }
+}
+
+/// Refuses to replace a file unless `force`.
+pub fn refuse_existing(path: &Path, force: bool) -> PyResult<()> {
+    let there = destination(path)
+        .map_err(|e| of_files(Error::output(path, format!("cannot write this file: {e}"))))?;
+    if force || !there.exists() {
+        return Ok(());
+    }
+    let message = "this file exists; allowed: another, or force=True to replace it";
+    Err(of_files(Error::output(path, message)))
+}

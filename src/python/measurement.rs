@@ -1,0 +1,369 @@
+//! Measurements: readings with uncertainties and flags.
+
+use crate::arrays::{Directions, Pairs, numbers, refused, rows, shape, slice};
+use crate::keys::{of_files, parsed, symmetry, table};
+use crate::material::{channel_names, refuse_existing};
+use crate::schedule::{PySchedule, form};
+use gonio::Error;
+use gonio::brdf::{Channels, Wavelengths};
+use gonio::files::write_atomically;
+use gonio::formats::{WRITE_READINGS, load_readings};
+use gonio::geometry::Symmetry;
+use gonio::instrument::axis_names;
+use gonio::measurement::{About, Details, Flags, Measurement, Outcome};
+use gonio::numeric::LARGEST_READING;
+use gonio::schedule::{
+    AngleUnit, Assume, Azimuth, Conventions, Itinerary, Quantity, Schedule, Sequence,
+};
+use numpy::{PyArray1, PyArray2, PyUntypedArrayMethods};
+use pyo3::prelude::*;
+use pyo3::types::{PyDict, PyType};
+use serde::Deserialize;
+use std::collections::BTreeMap;
+use std::path::PathBuf;
+use std::sync::Arc;
+
+/// Readings of a material: f_r in 1/sr without the cosine, at the poses of a schedule.
+///
+/// `Measurement(omega_i, omega_o, values, type_a, type_b)` has readings of your own, (n,), (n, 3) for R, G, B, or
+/// (n, wavelengths), with standard uncertainties (k = 1) as wide as the values or as (n,): `type_a` is of what scatters
+/// between readings, `type_b` of what they share. NaN is no reading; readings of one configuration are averaged.
+#[pyclass(frozen, name = "Measurement", module = "gonio")]
+pub struct PyMeasurement {
+    pub measurement: Arc<Measurement>,
+    about: About,
+    itinerary: Option<Itinerary>,
+}
+
+/// How a file by others says what ours say.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Keys {
+    #[serde(default)]
+    columns: BTreeMap<String, String>,
+    angles: Option<AngleUnit>,
+    #[serde(default)]
+    elevation: bool,
+    azimuth: Option<Azimuth>,
+    quantity: Option<Quantity>,
+    #[serde(default)]
+    partial: bool,
+}
+
+/// Numbers of readings: as wide as there are channels, or one for all.
+fn wide(value: &Bound<'_, PyAny>, name: &str, rows: usize, channels: usize) -> PyResult<Vec<f64>> {
+    let array = numbers(value, name)?;
+    match *array.shape() {
+        [n] if n == rows => {
+            let repeated = slice(&array)?.iter();
+            Ok(repeated
+                .flat_map(|&x| std::iter::repeat_n(x, channels))
+                .collect())
+        }
+        [n, width] if n == rows && width == channels => Ok(slice(&array)?.to_vec()),
+        _ => Err(refused(format!(
+            "{name} has the shape {}; allowed: ({rows},) or ({rows}, {channels})",
+            shape(&array)
+        ))),
+    }
+}
+
+impl PyMeasurement {
+    /// A measurement, and where it comes from.
+    pub fn new(measurement: Measurement, about: About, itinerary: Option<Itinerary>) -> Self {
+        Self {
+            measurement: Arc::new(measurement),
+            about,
+            itinerary,
+        }
+    }
+
+    /// Numbers laid out as the values, NaN where there is no reading.
+    fn laid_out<'py>(&self, py: Python<'py>, of: &[f64]) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        let n = self.measurement.channels.count();
+        let mut values = of.to_vec();
+        for (row, outcome) in values.chunks_exact_mut(n).zip(&self.measurement.outcomes) {
+            if *outcome != Outcome::Reading {
+                row.fill(f64::NAN);
+            }
+        }
+        rows(py, values, n)
+    }
+}
+
+#[pymethods]
+impl PyMeasurement {
+    #[new]
+    #[pyo3(signature = (omega_i, omega_o, values, type_a = None, type_b = None, *,
+        wavelengths_nm = None, parametrization = None, symmetry = None))]
+    #[expect(clippy::too_many_arguments, reason = "one a column of readings")]
+    fn of_arrays(
+        py: Python<'_>,
+        omega_i: &Bound<'_, PyAny>,
+        omega_o: &Bound<'_, PyAny>,
+        values: &Bound<'_, PyAny>,
+        type_a: Option<&Bound<'_, PyAny>>,
+        type_b: Option<&Bound<'_, PyAny>>,
+        wavelengths_nm: Option<&Bound<'_, PyAny>>,
+        parametrization: Option<&Bound<'_, PyAny>>,
+        symmetry: Option<&Bound<'_, PyAny>>,
+    ) -> PyResult<Self> {
+        let light = Directions::of(omega_i, "omega_i")?;
+        let sensor = Directions::of(omega_o, "omega_o")?;
+        let pairs = Pairs::new(&light, &sensor)?.visible()?;
+        let array = numbers(values, "values")?;
+        let width = match *array.shape() {
+            [_] => 1,
+            [_, width] => width,
+            _ => 0,
+        };
+        let channels = match wavelengths_nm {
+            Some(nm) => {
+                let nm = crate::arrays::list(nm, "wavelengths_nm")?;
+                Channels::Wavelengths(Wavelengths::new(&nm).map_err(refused)?)
+            }
+            None if width == 1 => Channels::Luminance,
+            None if width == 3 => Channels::Rgb,
+            None => {
+                return Err(refused(format!(
+                    "values have the shape {}; allowed: (n,), (n, 3) for R, G, B, or (n, w) with wavelengths_nm",
+                    shape(&array)
+                )));
+            }
+        };
+        let (rows, n) = (pairs.len(), channels.count());
+        let mut values = wide(values, "values", rows, n)?;
+        let outcomes = values.chunks_exact(n).enumerate().map(|(i, row)| {
+            let missing = row.iter().filter(|x| x.is_nan()).count();
+            if let Some(x) = row.iter().find(|x| x.abs() > LARGEST_READING) {
+                return Err(refused(format!(
+                    "values[{i}] is {x:e} 1/sr; allowed is a reading of at most {LARGEST_READING:e} 1/sr"
+                )));
+            }
+            match missing {
+                0 => Ok(Outcome::Reading),
+                m if m == n => Ok(Outcome::NoData),
+                m => Err(refused(format!(
+                    "values[{i}] is NaN in {m} of {n} channels; allowed: in all or none"
+                ))),
+            }
+        });
+        let outcomes = outcomes.collect::<PyResult<Vec<_>>>()?;
+        values
+            .iter_mut()
+            .filter(|x| x.is_nan())
+            .for_each(|x| *x = 0.0);
+        let uncertainty = |given: Option<&Bound<'_, PyAny>>, name: &str| {
+            let Some(given) = given else {
+                return Ok(vec![0.0; values.len()]);
+            };
+            let mut all = wide(given, name, rows, n)?;
+            for (i, row) in all.chunks_exact_mut(n).enumerate() {
+                match row.iter().find(|u| !(0.0..=LARGEST_READING).contains(*u)) {
+                    _ if outcomes[i] != Outcome::Reading => row.fill(0.0),
+                    None => {}
+                    Some(u) => {
+                        return Err(refused(format!(
+                            "{name}[{i}] is {u}; allowed is a standard uncertainty of 0 to {LARGEST_READING:e} 1/sr"
+                        )));
+                    }
+                }
+            }
+            Ok(all)
+        };
+        let details = match type_a.is_some() || type_b.is_some() {
+            true => Some(Details {
+                type_a: uncertainty(type_a, "type_a")?,
+                type_b: uncertainty(type_b, "type_b")?,
+                flags: vec![Flags::NONE; rows],
+            }),
+            false => None,
+        };
+        let form = form(py, parametrization, symmetry)?.form;
+        let measurement = Measurement {
+            schedule: Arc::new(Schedule::of_pairs(form, pairs)),
+            channels,
+            values,
+            outcomes,
+            details,
+        };
+        let merged = py.detach(|| measurement.merged().0);
+        Ok(Self::new(merged, About::default(), None))
+    }
+
+    /// The readings of a file, or of several of one material: those that gonio wrote, any table of angles and values, or ALTA text.
+    ///
+    /// `columns`, `angles`, `elevation`, `azimuth`, `quantity` and `partial` say how a file by others is read, as the options of
+    /// `gonio reconstruct` do.
+    #[classmethod]
+    #[pyo3(signature = (paths, *, parametrization = None, symmetry = None, **keys))]
+    fn open(
+        _class: &Bound<'_, PyType>,
+        py: Python<'_>,
+        paths: &Bound<'_, PyAny>,
+        parametrization: Option<String>,
+        symmetry: Option<&Bound<'_, PyAny>>,
+        keys: Option<&Bound<'_, PyDict>>,
+    ) -> PyResult<Self> {
+        let paths = match paths.extract::<PathBuf>() {
+            Ok(path) => vec![path],
+            Err(_) => paths.extract::<Vec<PathBuf>>().map_err(|_| {
+                refused(format!(
+                    "paths = {paths}: allowed is a path, or a list of paths"
+                ))
+            })?,
+        };
+        let keys: Keys = parsed("readings", table(keys)?)?;
+        let assume = Assume {
+            parametrization,
+            symmetry: symmetry.map(self::symmetry).transpose()?,
+            otherwise: Symmetry::FULL,
+            axes: axis_names(),
+            conventions: Conventions {
+                columns: keys.columns.into_iter().collect(),
+                angles: keys.angles,
+                elevation: keys.elevation,
+                azimuth: keys.azimuth,
+                quantity: keys.quantity,
+                partial: keys.partial,
+            },
+        };
+        let Some((first, further)) = paths.split_first() else {
+            return Err(refused(
+                "there is no path; allowed: one file of readings or more",
+            ));
+        };
+        let (all, warnings) = py
+            .detach(|| {
+                let read = load_readings(first, &assume)?;
+                let (mut all, mut warnings) = (read.measurement, read.warnings);
+                for path in further {
+                    let read = load_readings(path, &assume)?;
+                    let folded = |m: &Measurement| m.schedule.parametrization.symmetry();
+                    let alike = folded(&all) == folded(&read.measurement);
+                    let both = all.followed_by(&read.measurement).filter(|_| alike);
+                    all = both.ok_or_else(|| {
+                        let message = format!(
+                            "its channels or symmetries are not those of {}; allowed: readings of one material",
+                            first.display()
+                        );
+                        Error::data(path, message)
+                    })?;
+                    warnings.extend(read.warnings);
+                }
+                Ok((all, warnings))
+            })
+            .map_err(of_files)?;
+        for warning in warnings {
+            warn(py, &warning)?;
+        }
+        Ok(Self::new(all, About::default(), None))
+    }
+
+    /// Writes the readings, in the format that the name says: CSV or JSON Lines.
+    #[pyo3(signature = (path, *, format = None, force = false))]
+    fn write(
+        &self,
+        py: Python<'_>,
+        path: PathBuf,
+        format: Option<&str>,
+        force: bool,
+    ) -> PyResult<()> {
+        let unwritable = |e: &dyn std::fmt::Display| of_files(Error::output(&path, e));
+        let named = format.map(|name| WRITE_READINGS.named(name)).transpose();
+        let write = named.and_then(|named| WRITE_READINGS.choose(named, &path));
+        let write = write.map_err(|e| unwritable(&e))?;
+        refuse_existing(&path, force)?;
+        let sequence = Sequence::from(self.itinerary.as_ref());
+        let written = py.detach(|| {
+            write_atomically(&path, |out| {
+                write(&self.measurement, &self.about, sequence, out)
+            })
+        });
+        written.map_err(|e| unwritable(&format_args!("cannot write this file: {e}")))
+    }
+
+    fn __len__(&self) -> usize {
+        self.measurement.outcomes.len()
+    }
+
+    /// f_r in 1/sr, without the cosine, (n, channels); NaN where there is no reading.
+    #[getter]
+    fn values<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        self.laid_out(py, &self.measurement.values)
+    }
+
+    /// Standard uncertainty (k = 1) of what scatters between readings, (n, channels); None if nothing is known of it.
+    #[getter]
+    fn type_a<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyArray2<f64>>>> {
+        let details = self.measurement.details.as_ref();
+        details.map(|d| self.laid_out(py, &d.type_a)).transpose()
+    }
+
+    /// Standard uncertainty (k = 1) of what readings share, (n, channels); None if nothing is known of it.
+    #[getter]
+    fn type_b<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyArray2<f64>>>> {
+        let details = self.measurement.details.as_ref();
+        details.map(|d| self.laid_out(py, &d.type_b)).transpose()
+    }
+
+    /// What is odd about readings: for each flag (saturated, below-noise, clipped) an array (n,) of bool.
+    #[getter]
+    fn flags<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let all = PyDict::new(py);
+        for (flag, name) in Flags::ALL {
+            let set: Vec<bool> = match &self.measurement.details {
+                Some(details) => details.flags.iter().map(|f| f.has(flag)).collect(),
+                None => vec![false; self.measurement.outcomes.len()],
+            };
+            all.set_item(name, PyArray1::from_vec(py, set))?;
+        }
+        Ok(all)
+    }
+
+    /// What became of each pose: reading, no-data, not-visited, or why the instrument cannot take it.
+    #[getter]
+    fn outcomes(&self) -> Vec<&'static str> {
+        let name = |outcome: &Outcome| match outcome {
+            Outcome::Reading => "reading",
+            Outcome::NoData => "no-data",
+            Outcome::NotVisited => "not-visited",
+            Outcome::Unreachable(why) => why.name(),
+        };
+        self.measurement.outcomes.iter().map(name).collect()
+    }
+
+    /// The poses.
+    #[getter]
+    fn schedule(&self) -> PySchedule {
+        PySchedule {
+            schedule: Arc::clone(&self.measurement.schedule),
+            order: None,
+            lost: Vec::new(),
+        }
+    }
+
+    /// Names of the channels: luminance, or R, G, B, or wavelengths.
+    #[getter]
+    fn channels(&self) -> Vec<String> {
+        channel_names(&self.measurement.channels)
+    }
+
+    /// Time that the machine took, s; None where no machine measured.
+    #[getter]
+    fn seconds(&self) -> Option<f64> {
+        self.itinerary.as_ref().map(Itinerary::seconds)
+    }
+
+    fn __repr__(&self) -> String {
+        let readings = gonio::error::count(self.measurement.readings(), "reading");
+        let poses = gonio::error::count(self.measurement.outcomes.len(), "pose");
+        format!("<gonio.Measurement {readings} at {poses}>")
+    }
+}
+
+/// A sentence for whoever looks, as Python's warnings.
+pub fn warn(py: Python<'_>, sentence: &str) -> PyResult<()> {
+    py.import("warnings")?.call_method1("warn", (sentence,))?;
+    Ok(())
+}

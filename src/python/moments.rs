@@ -1,0 +1,126 @@
+//! Moments of slices, and their profiles over the view.
+
+use crate::arrays::{list, refused};
+use crate::keys::{self, parsed, read, table};
+use crate::material::PyMaterial;
+use gonio::brdf::Brdf;
+use gonio::error::ParameterError;
+use gonio::experiment::moments::ProfileRow;
+use gonio::moments::{
+    self, Channel, Estimator, MomentErrors, MomentsSpec, Order, PeakResolving, Profile, Slice,
+};
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+use rayon::prelude::*;
+use serde_json::{Map, Value};
+
+/// An estimator from its keys; those of the default one need not name it.
+fn estimator(keys: toml::Table) -> PyResult<Box<dyn Estimator>> {
+    let estimator: Box<dyn Estimator> = match keys.contains_key("kind") {
+        true => read("estimator", &moments::all(), keys)?,
+        false => Box::new(parsed::<PeakResolving>("estimator", keys)?),
+    };
+    estimator.check().map_err(refused)?;
+    Ok(estimator)
+}
+
+/// The keys of `[moments]`.
+fn settings(keys: Option<&Bound<'_, PyDict>>) -> PyResult<(MomentsSpec, Box<dyn Estimator>)> {
+    let mut keys = table(keys)?;
+    let estimator = match keys.remove("estimator") {
+        None => estimator(toml::Table::new())?,
+        Some(toml::Value::Table(keys)) => self::estimator(keys)?,
+        Some(other) => {
+            return Err(refused(format!(
+                "estimator = {other}; allowed: a dictionary"
+            )));
+        }
+    };
+    let spec: MomentsSpec = parsed("moments", keys)?;
+    spec.check().map_err(refused)?;
+    Ok((spec, estimator))
+}
+
+/// The moments of slices at some views, as a profile of them.
+pub fn at(
+    py: Python<'_>,
+    brdf: &dyn Brdf,
+    theta_o: &Bound<'_, PyAny>,
+    channel: &str,
+    seed: u64,
+    keys: Option<&Bound<'_, PyDict>>,
+) -> PyResult<Profile> {
+    let views = list(theta_o, "theta_o")?;
+    let named = Channel::ALL.into_iter().find(|c| c.name() == channel);
+    let unknown = || refused(ParameterError::new("channel", channel, Channel::names()));
+    let channel = named.ok_or_else(unknown)?;
+    let estimator = estimator(table(keys)?)?;
+    let slices = py.detach(|| {
+        let slice = |theta_o: &f64| {
+            let slice = Slice::new(brdf, channel, *theta_o)?;
+            Ok(estimator.estimate(&slice, Order::MAX, seed))
+        };
+        views
+            .par_iter()
+            .map(slice)
+            .collect::<Result<Vec<_>, ParameterError>>()
+    });
+    Ok(Profile {
+        channel,
+        order: Order::MAX,
+        slices: slices.map_err(refused)?,
+        views,
+        diffuse: 0.0,
+    })
+}
+
+/// Profiles of every channel that is asked for.
+pub fn profiles(
+    py: Python<'_>,
+    brdf: &dyn Brdf,
+    seed: u64,
+    keys: Option<&Bound<'_, PyDict>>,
+) -> PyResult<Vec<Profile>> {
+    let (spec, estimator) = settings(keys)?;
+    let of = |&channel: &Channel| Profile::new(brdf, channel, &spec, &*estimator, seed);
+    let made = py.detach(|| spec.channels.iter().map(of).collect::<Result<_, _>>());
+    made.map_err(refused)
+}
+
+/// Rows of profiles by the names of their columns.
+pub fn objects(material: &str, profiles: &[Profile]) -> Vec<Map<String, Value>> {
+    let rows = profiles.iter().flat_map(|profile| {
+        let views = profile.views.iter().zip(&profile.slices);
+        views.map(move |(&theta_o, slice)| ProfileRow {
+            material,
+            channel: profile.channel,
+            theta_o,
+            slice,
+        })
+    });
+    let objects = rows.map(|row| match row.json() {
+        Value::Object(object) => object,
+        _ => Map::new(),
+    });
+    objects.collect()
+}
+
+/// Errors of the moments of a copy: means over the views, NaN where undefined. Keys are those of `[moments]` in a config.
+#[pyfunction]
+#[pyo3(signature = (truth, copy, *, seed = 1, **keys))]
+pub fn moment_errors<'py>(
+    py: Python<'py>,
+    truth: &PyMaterial,
+    copy: &PyMaterial,
+    #[pyo3(from_py_with = keys::seed)] seed: u64,
+    keys: Option<&Bound<'py, PyDict>>,
+) -> PyResult<Bound<'py, PyDict>> {
+    let [f, g] = [truth, copy].map(|m| profiles(py, &*m.brdf, seed, keys));
+    let (f, g) = (f?, g?);
+    let errors = MomentErrors::between(&f[0], &g[0]);
+    let all = PyDict::new(py);
+    for (quantity, get) in MomentErrors::QUANTITIES {
+        all.set_item(quantity.name, get(&errors).unwrap_or(f64::NAN))?;
+    }
+    Ok(all)
+}

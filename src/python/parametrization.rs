@@ -1,0 +1,199 @@
+//! Coordinates of pairs of directions.
+
+use crate::arrays::{Directions, Pairs, numbers, refused, rows, shape, slice};
+use crate::keys::{named, read, symmetry, table};
+use gonio::geometry::{Direction, Symmetry};
+use gonio::parametrization::{Coords, Parametrization, all};
+use numpy::{PyArray1, PyArray2, PyUntypedArrayMethods};
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+use rayon::prelude::*;
+use std::sync::Arc;
+
+/// Coordinates of pairs of directions, folded by the symmetries of a material; `warp` bends axes.
+///
+/// `Parametrization("half-difference", warp={"theta_h": "square-root"})`; without `symmetry` the form for
+/// materials that are isotropic, reciprocal and bilateral.
+#[pyclass(frozen, name = "Parametrization", module = "gonio")]
+pub struct PyParametrization {
+    pub form: Arc<dyn Parametrization>,
+}
+
+type Arrays<'py> = (Bound<'py, PyArray2<f64>>, Bound<'py, PyArray2<f64>>);
+
+impl PyParametrization {
+    /// A parametrization as it is given to functions: one, or its name.
+    pub fn of(value: &Bound<'_, PyAny>, folded: Option<&Bound<'_, PyAny>>) -> PyResult<Self> {
+        if let Ok(known) = value.cast::<PyParametrization>() {
+            if folded.is_some() {
+                return Err(refused(
+                    "symmetry is that of the parametrization that is given; allowed: its name instead",
+                ));
+            }
+            let form = Arc::clone(&known.get().form);
+            return Ok(Self { form });
+        }
+        let name: String = value.extract().map_err(|_| {
+            refused(format!(
+                "parametrization = {value}: allowed is a name, or a gonio.Parametrization"
+            ))
+        })?;
+        Self::new(&name, folded, None)
+    }
+
+    /// Coordinates in rows as wide as there are axes.
+    fn coordinates(&self, value: &Bound<'_, PyAny>) -> PyResult<Vec<Coords>> {
+        let array = numbers(value, "coordinates")?;
+        let axes = self.form.axes();
+        if array.shape().len() != 2 || array.shape()[1] != axes.len() {
+            let symbols: Vec<_> = axes.iter().map(|a| a.symbol).collect();
+            return Err(refused(format!(
+                "coordinates have the shape {}; allowed: (n, {}), {}",
+                shape(&array),
+                axes.len(),
+                symbols.join(", ")
+            )));
+        }
+        let rows = slice(&array)?.chunks_exact(axes.len());
+        Ok(rows
+            .map(|row| {
+                let mut coords = [0.0; 4];
+                coords[..row.len()].copy_from_slice(row);
+                coords
+            })
+            .collect())
+    }
+}
+
+#[pymethods]
+impl PyParametrization {
+    #[new]
+    #[pyo3(signature = (name, *, symmetry = None, warp = None))]
+    fn new(
+        name: &str,
+        symmetry: Option<&Bound<'_, PyAny>>,
+        warp: Option<&Bound<'_, PyDict>>,
+    ) -> PyResult<Self> {
+        let mut keys = named(name, None)?;
+        let warp = table(warp)?;
+        if !warp.is_empty() {
+            keys.insert("warp".into(), warp.into());
+        }
+        let spec = read("parametrization", &all(), keys)?;
+        let symmetry = symmetry.map_or(Ok(Symmetry::FULL), self::symmetry)?;
+        let form = spec.form(symmetry).map_err(refused)?;
+        Ok(Self { form })
+    }
+
+    /// Coordinates of pairs above the horizon, (n, axes).
+    fn forward<'py>(
+        &self,
+        py: Python<'py>,
+        omega_i: &Bound<'py, PyAny>,
+        omega_o: &Bound<'py, PyAny>,
+    ) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        let light = Directions::of(omega_i, "omega_i")?;
+        let sensor = Directions::of(omega_o, "omega_o")?;
+        let n = self.form.axes().len();
+        let values = Pairs::new(&light, &sensor)?.map(py, n, |pairs, out| {
+            let mut all = vec![[0.0; 4]; pairs.len()];
+            self.form.forward_batch(pairs, &mut all);
+            for (row, coords) in out.chunks_exact_mut(n).zip(all) {
+                row.copy_from_slice(&coords[..n]);
+            }
+        })?;
+        rows(py, values, n)
+    }
+
+    /// Light and sensor directions at coordinates, two arrays (n, 3); NaN where there is no pair above the horizon.
+    fn inverse<'py>(
+        &self,
+        py: Python<'py>,
+        coordinates: &Bound<'py, PyAny>,
+    ) -> PyResult<Arrays<'py>> {
+        let coords = self.coordinates(coordinates)?;
+        let pairs = py.detach(|| {
+            let all = coords.par_iter().map(|c| self.form.inverse(c));
+            all.collect::<Vec<_>>()
+        });
+        let side = |of: fn(&gonio::geometry::DirectionPair) -> Direction| {
+            let vector = |pair: &Option<_>| {
+                let found = pair.as_ref().map(|p| of(p).vector().to_array());
+                found.unwrap_or([f64::NAN; 3])
+            };
+            rows(py, pairs.iter().flat_map(vector).collect(), 3)
+        };
+        Ok((side(|p| p.omega_i)?, side(|p| p.omega_o)?))
+    }
+
+    /// d omega_i d omega_o = J d(coordinates of the form with 4 axes), steradians², (n,); NaN where there is no pair.
+    fn jacobian<'py>(
+        &self,
+        py: Python<'py>,
+        coordinates: &Bound<'py, PyAny>,
+    ) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        let coords = self.coordinates(coordinates)?;
+        let values = py.detach(|| {
+            let at = |c: &Coords| match self.form.inverse(c) {
+                Some(_) => self.form.jacobian(c),
+                None => f64::NAN,
+            };
+            coords.par_iter().map(at).collect::<Vec<_>>()
+        });
+        Ok(PyArray1::from_vec(py, values))
+    }
+
+    /// The representative, inside the ranges of the axes, of the configuration at coordinates, (n, axes); NaN if there is none.
+    fn canonical<'py>(
+        &self,
+        py: Python<'py>,
+        coordinates: &Bound<'py, PyAny>,
+    ) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        let coords = self.coordinates(coordinates)?;
+        let n = self.form.axes().len();
+        let at = |c: &Coords| self.form.canonical(c).unwrap_or([f64::NAN; 4]);
+        let values = py.detach(|| {
+            coords
+                .iter()
+                .flat_map(|c| at(c).into_iter().take(n))
+                .collect()
+        });
+        rows(py, values, n)
+    }
+
+    /// Name in configs.
+    #[getter]
+    fn name(&self) -> &'static str {
+        self.form.name()
+    }
+
+    /// Symbols of the axes.
+    #[getter]
+    fn axes(&self) -> Vec<&'static str> {
+        self.form.axes().iter().map(|a| a.symbol).collect()
+    }
+
+    /// Smallest and largest value of each axis, (axes, 2): radians, or no unit.
+    #[getter]
+    fn ranges<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        let ranges = self.form.axes().iter().flat_map(|a| a.range);
+        rows(py, ranges.collect(), 2)
+    }
+
+    /// The warps, `none`, or e.g. `theta_h:square-root`.
+    #[getter]
+    fn warp(&self) -> String {
+        self.form.warp_name()
+    }
+
+    /// Names of the symmetries that fold the domain.
+    #[getter]
+    fn symmetry(&self) -> Vec<&'static str> {
+        self.form.symmetry().names()
+    }
+
+    fn __repr__(&self) -> String {
+        let axes = self.axes().join(", ");
+        format!("<gonio.Parametrization {} ({axes})>", self.form.name())
+    }
+}

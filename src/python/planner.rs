@@ -1,0 +1,169 @@
+//! Planners: which poses to read next.
+
+use crate::arrays::refused;
+use crate::instrument::{PyInstrument, check};
+use crate::keys::{self, named, read, symmetry};
+use crate::measurement::PyMeasurement;
+use crate::schedule::PySchedule;
+use gonio::acquisition::{self, Task};
+use gonio::geometry::Symmetry;
+use gonio::metrics::Expected;
+use gonio::parametrization::usual_form;
+use gonio::schedule::PlanError;
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+use std::sync::{Mutex, PoisonError};
+
+/// What a planner answers: the next poses, or that the readings are enough.
+#[pyclass(frozen, name = "Suggestion", module = "gonio")]
+pub struct PySuggestion {
+    schedule: Py<PySchedule>,
+    enough: bool,
+    now: Option<(Expected, usize)>,
+    then: Option<(Expected, usize)>,
+}
+
+/// Expected errors, and what those of nine of ten materials are below.
+fn told<'py>(
+    py: Python<'py>,
+    known: Option<(Expected, usize)>,
+) -> PyResult<Option<Bound<'py, PyDict>>> {
+    let Some((expected, readings)) = known else {
+        return Ok(None);
+    };
+    let all = PyDict::new(py);
+    for (quantity, get) in Expected::QUANTITIES {
+        let bound = get(&expected.bound(readings)).unwrap_or(f64::NAN);
+        all.set_item(quantity.name, get(&expected).unwrap_or(f64::NAN))?;
+        all.set_item(format!("{}_bound", quantity.name), bound)?;
+    }
+    Ok(Some(all))
+}
+
+#[pymethods]
+impl PySuggestion {
+    /// The next poses, the most telling first; none if the readings are enough.
+    #[getter]
+    fn schedule(&self, py: Python<'_>) -> Py<PySchedule> {
+        self.schedule.clone_ref(py)
+    }
+
+    /// True if the readings so far have reached the target.
+    #[getter]
+    fn enough(&self) -> bool {
+        self.enough
+    }
+
+    /// Errors (cosine) expected with the readings so far, each with what nine of ten materials are below; None if not known.
+    #[getter]
+    fn now<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyDict>>> {
+        told(py, self.now)
+    }
+
+    /// The same with readings at the next poses too.
+    #[getter]
+    fn then<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyDict>>> {
+        told(py, self.then)
+    }
+
+    fn __repr__(&self) -> String {
+        if self.enough {
+            return "<gonio.Suggestion enough>".into();
+        }
+        let poses = self.schedule.get().schedule.poses.len();
+        format!("<gonio.Suggestion {}>", gonio::error::count(poses, "pose"))
+    }
+}
+
+/// The poses that tell most of a material, given its readings so far: the loop of a laboratory.
+///
+/// `planners()` lists the kinds; the other keys are those of a config, e.g. `target={"nrmse": 0.05}`. With an instrument no pose
+/// is out of its reach. Poses of `so_far` without a reading count as asked for.
+#[pyfunction]
+#[pyo3(signature = (batch, so_far = None, planner = "adaptive", *, symmetry = None, instrument = None, seed = 1, **keys))]
+#[expect(clippy::too_many_arguments, reason = "keywords of Python")]
+pub fn suggest(
+    py: Python<'_>,
+    #[pyo3(from_py_with = keys::batch)] batch: usize,
+    so_far: Option<&PyMeasurement>,
+    planner: &str,
+    symmetry: Option<&Bound<'_, PyAny>>,
+    instrument: Option<&PyInstrument>,
+    #[pyo3(from_py_with = keys::seed)] seed: u64,
+    keys: Option<&Bound<'_, PyDict>>,
+) -> PyResult<PySuggestion> {
+    let planner = read("planner", &acquisition::all(), named(planner, keys)?)?;
+    planner.check(&[]).map_err(refused)?;
+    let given = symmetry.map(self::symmetry).transpose()?;
+    let held = so_far.map(|m| m.measurement.schedule.parametrization.symmetry());
+    let symmetry = match (given, held) {
+        (Some(given), Some(held)) if given != held => {
+            return Err(refused(
+                "symmetry is that of the readings so far; allowed: to leave it out",
+            ));
+        }
+        (given, held) => held.or(given).unwrap_or(Symmetry::FULL),
+    };
+    let bench = match instrument {
+        Some(instrument) => {
+            if let Some(planned) = &instrument.planned {
+                check(planned, symmetry, "the material")?;
+            }
+            instrument.bench(seed)?
+        }
+        None => None,
+    };
+    let stopped = Mutex::new(None);
+    let measured = so_far.map(|m| &m.measurement);
+    let made = py.detach(|| {
+        let go_on = || match Python::attach(|py| py.check_signals()) {
+            Ok(()) => true,
+            Err(e) => {
+                *stopped.lock().unwrap_or_else(PoisonError::into_inner) = Some(e);
+                false
+            }
+        };
+        let asked = measured.map_or(0, |m| m.schedule.poses.len());
+        let task = Task {
+            form: usual_form(symmetry),
+            budget: asked + batch,
+            seed,
+            machine: bench.as_ref().map(|bench| bench.machine()),
+            go_on: &go_on,
+            truth: None,
+        };
+        let nothing;
+        let so_far = match measured {
+            Some(measured) => &**measured,
+            None => {
+                nothing = acquisition::nothing(&task);
+                &nothing
+            }
+        };
+        let enough = planner.is_enough(&task, so_far);
+        let poses = match enough {
+            true => Vec::new(),
+            false => planner.next(&task, so_far, batch)?,
+        };
+        let readings = so_far.readings();
+        let forecast = planner.forecast(&task, so_far, &poses);
+        let count = readings + poses.len();
+        let schedule = acquisition::scheduled(&task, planner.label(), poses);
+        Ok::<_, PlanError>((
+            schedule,
+            enough,
+            forecast.map(|f| (f.now, readings)),
+            forecast.map(|f| (f.then, count)),
+        ))
+    });
+    if let Some(e) = stopped.into_inner().unwrap_or_else(PoisonError::into_inner) {
+        return Err(e);
+    }
+    let (schedule, enough, now, then) = made.map_err(refused)?;
+    Ok(PySuggestion {
+        schedule: Py::new(py, PySchedule::from(schedule))?,
+        enough,
+        now,
+        then,
+    })
+}

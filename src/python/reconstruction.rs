@@ -1,0 +1,134 @@
+//! Reconstructions: a BRDF of readings, and how uncertain it is.
+
+use crate::arrays::{Directions, Pairs, refused};
+use crate::keys::{named, read};
+use crate::material::PyMaterial;
+use crate::measurement::PyMeasurement;
+use gonio::measurement::Measurement;
+use gonio::reconstruct::{
+    Cover, Coverage, Reconstruct, ReconstructError, Replicated, Uncertain, all,
+};
+use gonio::validation::chosen;
+use numpy::PyArray1;
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+use std::sync::{Arc, OnceLock};
+
+/// A BRDF made of readings: a material that knows what it was made of.
+#[pyclass(frozen, extends = PyMaterial, name = "Reconstruction", module = "gonio")]
+pub struct PyReconstruction {
+    measurement: Arc<Measurement>,
+    method: Arc<dyn Reconstruct>,
+    /// With the readings that erred otherwise, or why there is none; made when it is first asked.
+    replicated: OnceLock<Result<Replicated, String>>,
+}
+
+type Types<'py> = (Bound<'py, PyArray1<f64>>, Bound<'py, PyArray1<f64>>);
+
+impl PyReconstruction {
+    fn replicated(&self) -> Result<&Replicated, String> {
+        let made = self.replicated.get_or_init(|| {
+            let made = Replicated::of(&self.measurement, &*self.method);
+            made.map_err(|e| e.to_string())?.ok_or_else(|| {
+                "most readings have no uncertainty; allowed: readings with type_a or type_b".into()
+            })
+        });
+        made.as_ref().map_err(Clone::clone)
+    }
+}
+
+#[pymethods]
+impl PyReconstruction {
+    /// Standard uncertainties (k = 1) of the luminance at pairs that its readings cause, 1/sr: types A and B, each (n,).
+    fn uncertainty<'py>(
+        &self,
+        py: Python<'py>,
+        omega_i: &Bound<'py, PyAny>,
+        omega_o: &Bound<'py, PyAny>,
+    ) -> PyResult<Types<'py>> {
+        let light = Directions::of(omega_i, "omega_i")?;
+        let sensor = Directions::of(omega_o, "omega_o")?;
+        let pairs = Pairs::new(&light, &sensor)?.all()?;
+        let known = py.detach(|| self.replicated().map(|r| r.at(&pairs)));
+        let known = known.map_err(refused)?;
+        let of = |u: fn(&Uncertain) -> f64| PyArray1::from_iter(py, known.iter().map(u));
+        Ok((of(|u| u.type_a), of(|u| u.type_b)))
+    }
+
+    /// How pairs lie to the readings, a name each: interpolated, extrapolated or unknown.
+    fn coverage<'py>(
+        &self,
+        py: Python<'py>,
+        omega_i: &Bound<'py, PyAny>,
+        omega_o: &Bound<'py, PyAny>,
+    ) -> PyResult<Vec<&'static str>> {
+        let light = Directions::of(omega_i, "omega_i")?;
+        let sensor = Directions::of(omega_o, "omega_o")?;
+        let pairs = Pairs::new(&light, &sensor)?.all()?;
+        let found = py.detach(|| Cover::of(&self.measurement).map(|c| c.coverages(&pairs)));
+        let name = |coverage: Coverage| {
+            let all = Coverage::ALL.into_iter();
+            let named = all.filter(|(c, _)| *c == coverage);
+            named.map(|(_, name)| name).next().unwrap_or_default()
+        };
+        Ok(found.map_err(refused)?.into_iter().map(name).collect())
+    }
+
+    /// The method, with the keys that are not at their defaults.
+    #[getter]
+    fn method(&self) -> String {
+        self.method.label()
+    }
+
+    fn __repr__(slf: &Bound<'_, Self>) -> String {
+        let readings = gonio::error::count(slf.get().measurement.readings(), "reading");
+        format!(
+            "<gonio.Reconstruction {} of {readings}>",
+            slf.get().method()
+        )
+    }
+}
+
+/// The BRDF of a measurement. Without a kind it is the method that the readings choose: of schedules of our own cubic if they
+/// are on a grid, else thin-plate; of others the one that predicts best what it was not given.
+///
+/// `reconstructions()` lists the kinds; the other keys are those of a config, e.g. `noise=True`.
+#[pyfunction]
+#[pyo3(signature = (measurement, reconstruction = None, **keys))]
+pub fn reconstruct(
+    py: Python<'_>,
+    measurement: &PyMeasurement,
+    reconstruction: Option<&str>,
+    keys: Option<&Bound<'_, PyDict>>,
+) -> PyResult<Py<PyReconstruction>> {
+    let method = match reconstruction {
+        Some(kind) => {
+            let method = read("reconstruction", &all(), named(kind, keys)?)?;
+            method.check().map_err(refused)?;
+            Some(Arc::from(method))
+        }
+        None if keys.is_some_and(|keys| !keys.is_empty()) => {
+            return Err(refused(
+                "the readings choose the reconstruction; allowed: keys with the kind of one",
+            ));
+        }
+        None => None,
+    };
+    let measurement = Arc::clone(&measurement.measurement);
+    let made = py.detach(|| {
+        let method = method.unwrap_or_else(|| chosen(&measurement));
+        let brdf = method.reconstruct(&measurement)?;
+        Ok::<_, ReconstructError>((method, brdf))
+    });
+    let (method, brdf) = made.map_err(refused)?;
+    let material = PyMaterial {
+        brdf: Arc::from(brdf),
+        label: method.label(),
+    };
+    let of = PyReconstruction {
+        measurement,
+        method,
+        replicated: OnceLock::new(),
+    };
+    Py::new(py, PyClassInitializer::from(material).add_subclass(of))
+}

@@ -1,0 +1,136 @@
+//! Whole experiments: a config in, a table out.
+
+use crate::arrays::refused;
+use crate::keys::{of_files, of_keys, source, table};
+use crate::measurement::warn;
+use crate::table::{columns, of_csv};
+use gonio::Error;
+use gonio::experiment::moments::{MaterialProfiles, ProfileRow};
+use gonio::experiment::{
+    AnyPlan, Event, Experiment, Extent, Failure, Known, Observer, Row, Source,
+};
+use gonio::report::relations_csv;
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+use serde_json::{Map, Value};
+use std::cell::RefCell;
+use std::path::PathBuf;
+
+/// Keeps records and failures, and stops where Python was told to.
+struct Keep<R> {
+    records: Vec<R>,
+    failures: Vec<Failure>,
+    stopped: RefCell<Option<PyErr>>,
+}
+
+impl<R: Clone> Observer<R> for Keep<R> {
+    fn cancelled(&self) -> bool {
+        match Python::attach(|py| py.check_signals()) {
+            Ok(()) => self.stopped.borrow().is_some(),
+            Err(e) => {
+                *self.stopped.borrow_mut() = Some(e);
+                true
+            }
+        }
+    }
+
+    fn tell(&mut self, event: &Event<'_, R>) -> Result<(), Error> {
+        match event {
+            Event::Made(records) => self.records.extend_from_slice(records),
+            Event::Failed(failure) => self.failures.push((*failure).clone()),
+            _ => {}
+        }
+        Ok(())
+    }
+}
+
+/// Runs an experiment: its records in the order of results.
+fn records<E: Experiment + Sync>(py: Python<'_>, plan: &E) -> PyResult<Vec<E::Record>>
+where
+    E::Record: Send,
+{
+    let mut keep = Keep {
+        records: Vec::new(),
+        failures: Vec::new(),
+        stopped: RefCell::new(None),
+    };
+    let summary = py
+        .detach(|| plan.run(&Extent::default(), &Known::default(), &mut keep))
+        .map_err(of_files)?;
+    if let Some(e) = keep.stopped.into_inner() {
+        return Err(e);
+    }
+    let sentence = |f: &Failure| format!("{}: {}", f.job, f.reason);
+    match keep.failures.first() {
+        Some(failure) if keep.records.is_empty() => return Err(refused(sentence(failure))),
+        _ => {}
+    }
+    for failure in &keep.failures {
+        warn(py, &sentence(failure))?;
+    }
+    let place = |record: &E::Record| {
+        use gonio::experiment::Record;
+        summary.keys.iter().position(|key| key[..] == *record.key())
+    };
+    keep.records.sort_by_cached_key(place);
+    Ok(keep.records)
+}
+
+/// What a record is as an object of JSON.
+fn object(record: impl serde::Serialize) -> PyResult<Map<String, Value>> {
+    match serde_json::to_value(record).map_err(refused)? {
+        Value::Object(object) => Ok(object),
+        other => Err(refused(format!("{other} is no row"))),
+    }
+}
+
+/// Runs the experiment of a config (a path, or a dictionary of its keys): its table, a dictionary of columns for pandas or polars.
+///
+/// The rows are those of `results.csv`, or of `profiles.csv` and `relations.csv` where the config is about moments. `set`
+/// overrides keys: `{"metrics.tolerance": 0.05}`. Nothing is written. A job that fails is a warning, unless all do.
+#[pyfunction]
+#[pyo3(signature = (config, *, set = None))]
+pub fn run<'py>(
+    py: Python<'py>,
+    config: &Bound<'py, PyAny>,
+    set: Option<&Bound<'py, PyDict>>,
+) -> PyResult<Bound<'py, PyDict>> {
+    let of_file = !config.is_instance_of::<PyDict>();
+    let refuse = if of_file { of_files } else { of_keys };
+    let mut source = match config.cast::<PyDict>() {
+        Ok(keys) => source("config", &table(Some(keys))?),
+        Err(_) => {
+            let path: PathBuf = config.extract().map_err(|_| {
+                refused(format!(
+                    "config = {config}: allowed is a path or a dictionary"
+                ))
+            })?;
+            Source::read(&path).map_err(of_files)?
+        }
+    };
+    for (key, value) in table(set)? {
+        let assignment = format!("{key}={value}");
+        let label = format!("set {assignment}");
+        source.set(&assignment, label).map_err(refuse)?;
+    }
+    let plan = py.detach(|| AnyPlan::read(&source)).map_err(refuse)?;
+    let rows = match plan {
+        AnyPlan::Acquisition(plan) => {
+            let rows: Vec<Row> = records(py, &*plan)?;
+            rows.iter().map(object).collect::<PyResult<Vec<_>>>()?
+        }
+        AnyPlan::Moments(plan) => {
+            let found = records(py, &*plan)?;
+            let rows = found.iter().flat_map(MaterialProfiles::rows);
+            let rows: Vec<Value> = rows.map(|row: ProfileRow<'_>| row.json()).collect();
+            rows.into_iter().map(object).collect::<PyResult<_>>()?
+        }
+        AnyPlan::Relations(plan) => {
+            let rows: Vec<_> = records(py, &*plan)?.iter().flat_map(|r| r.rows()).collect();
+            let mut text = Vec::new();
+            relations_csv(&rows, &mut text).map_err(refused)?;
+            of_csv(&text)?
+        }
+    };
+    columns(py, &rows)
+}

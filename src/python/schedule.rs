@@ -1,0 +1,206 @@
+//! Schedules: which poses are visited.
+
+use crate::arrays::{Directions, Pairs, refused, rows, vectors};
+use crate::keys::{self, named, of_files, read, symmetry};
+use crate::material::refuse_existing;
+use crate::parametrization::PyParametrization;
+use gonio::Error;
+use gonio::files::write_atomically;
+use gonio::formats::{READ_SCHEDULE, WRITE_SCHEDULE};
+use gonio::geometry::{DirectionPair, Symmetry};
+use gonio::instrument::axis_names;
+use gonio::schedule::{self, Assume, Schedule, Sequence, Unreachable};
+use numpy::PyArray2;
+use pyo3::prelude::*;
+use pyo3::types::{PyDict, PyType};
+use std::path::PathBuf;
+use std::sync::Arc;
+
+/// Poses to be measured: pairs of directions, with their coordinates.
+///
+/// `Schedule(omega_i, omega_o)` has poses of your own, `plan(…)` those of a sample set, `Schedule.open(path)` those of
+/// a file.
+#[pyclass(frozen, name = "Schedule", module = "gonio")]
+pub struct PySchedule {
+    pub schedule: Arc<Schedule>,
+    /// The poses in the order of a file's rows; `None`: all as they are numbered.
+    pub order: Option<Vec<u32>>,
+    /// Poses that the file says cannot be taken.
+    pub lost: Vec<(u32, Unreachable)>,
+}
+
+impl From<Schedule> for PySchedule {
+    fn from(schedule: Schedule) -> Self {
+        Self {
+            schedule: Arc::new(schedule),
+            order: None,
+            lost: Vec::new(),
+        }
+    }
+}
+
+impl PySchedule {
+    fn pairs(&self) -> impl Iterator<Item = &DirectionPair> + Clone {
+        self.schedule.poses.iter().map(|pose| &pose.pair)
+    }
+}
+
+#[pymethods]
+impl PySchedule {
+    #[new]
+    #[pyo3(signature = (omega_i, omega_o, *, parametrization = None, symmetry = None))]
+    fn new(
+        omega_i: &Bound<'_, PyAny>,
+        omega_o: &Bound<'_, PyAny>,
+        parametrization: Option<&Bound<'_, PyAny>>,
+        symmetry: Option<&Bound<'_, PyAny>>,
+    ) -> PyResult<Self> {
+        let light = Directions::of(omega_i, "omega_i")?;
+        let sensor = Directions::of(omega_o, "omega_o")?;
+        let pairs = Pairs::new(&light, &sensor)?.visible()?;
+        let form = form(omega_i.py(), parametrization, symmetry)?.form;
+        Ok(Schedule::of_pairs(form, pairs).into())
+    }
+
+    /// The schedule of a file: one that gonio wrote, or a table with the angles of light and sensor.
+    #[classmethod]
+    #[pyo3(signature = (path, *, parametrization = None, symmetry = None))]
+    fn open(
+        _class: &Bound<'_, PyType>,
+        py: Python<'_>,
+        path: PathBuf,
+        parametrization: Option<String>,
+        symmetry: Option<&Bound<'_, PyAny>>,
+    ) -> PyResult<Self> {
+        let assume = Assume {
+            parametrization,
+            symmetry: symmetry.map(self::symmetry).transpose()?,
+            otherwise: Symmetry::FULL,
+            axes: axis_names(),
+            ..Assume::default()
+        };
+        let file = py.detach(|| {
+            let (text, read) = READ_SCHEDULE.open(&path)?;
+            read(&text, &path.display().to_string(), &assume).map_err(Error::from)
+        });
+        let file = file.map_err(of_files)?;
+        Ok(Self {
+            schedule: Arc::new(file.schedule),
+            order: Some(file.order),
+            lost: file.unreachable,
+        })
+    }
+
+    /// Writes the poses in their order, in the format that the name says: CSV or JSON Lines.
+    #[pyo3(signature = (path, *, format = None, force = false))]
+    fn write(
+        &self,
+        py: Python<'_>,
+        path: PathBuf,
+        format: Option<&str>,
+        force: bool,
+    ) -> PyResult<()> {
+        let unwritable = |e: &dyn std::fmt::Display| of_files(Error::output(&path, e));
+        let named = format.map(|name| WRITE_SCHEDULE.named(name)).transpose();
+        let write = named.and_then(|named| WRITE_SCHEDULE.choose(named, &path));
+        let write = write.map_err(|e| unwritable(&e))?;
+        refuse_existing(&path, force)?;
+        let sequence = match &self.order {
+            Some(order) => Sequence::Order(order),
+            None => Sequence::Generated,
+        };
+        let written =
+            py.detach(|| write_atomically(&path, |out| write(&self.schedule, sequence, out)));
+        written.map_err(|e| unwritable(&format_args!("cannot write this file: {e}")))
+    }
+
+    fn __len__(&self) -> usize {
+        self.schedule.poses.len()
+    }
+
+    /// Directions towards the light, (n, 3).
+    #[getter]
+    fn omega_i<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        vectors(py, self.pairs().map(|p| p.omega_i))
+    }
+
+    /// Directions towards the sensor, (n, 3).
+    #[getter]
+    fn omega_o<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        vectors(py, self.pairs().map(|p| p.omega_o))
+    }
+
+    /// Coordinates of the poses, (n, axes).
+    #[getter]
+    fn coordinates<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        let n = self.schedule.parametrization.axes().len();
+        let poses = self.schedule.poses.iter();
+        rows(
+            py,
+            poses.flat_map(|p| p.coords.into_iter().take(n)).collect(),
+            n,
+        )
+    }
+
+    /// The coordinates that the poses are in.
+    #[getter]
+    fn parametrization(&self) -> PyParametrization {
+        PyParametrization {
+            form: Arc::clone(&self.schedule.parametrization),
+        }
+    }
+
+    /// Name of the sample set or planner, `file` of poses by others.
+    #[getter]
+    fn sample_set(&self) -> &str {
+        &self.schedule.sample_set
+    }
+
+    fn __repr__(&self) -> String {
+        let (n, form) = (
+            self.schedule.poses.len(),
+            self.schedule.parametrization.name(),
+        );
+        let poses = gonio::error::count(n, "pose");
+        format!(
+            "<gonio.Schedule {} ({poses}) in {form}>",
+            self.schedule.sample_set
+        )
+    }
+}
+
+/// The parametrization that is given, or half-difference.
+pub fn form(
+    py: Python<'_>,
+    parametrization: Option<&Bound<'_, PyAny>>,
+    symmetry: Option<&Bound<'_, PyAny>>,
+) -> PyResult<PyParametrization> {
+    match parametrization {
+        Some(given) => PyParametrization::of(given, symmetry),
+        None => {
+            let usual = pyo3::types::PyString::new(py, "half-difference");
+            PyParametrization::of(usual.as_any(), symmetry)
+        }
+    }
+}
+
+/// The poses of a sample set: at most `budget`, uniform in the coordinates of a parametrization.
+///
+/// `sample_sets()` lists the kinds; the other keys are those of a config, e.g. `ratio`.
+#[pyfunction]
+#[pyo3(signature = (sample_set, budget, parametrization = None, *, symmetry = None, seed = 1, **keys))]
+pub fn plan(
+    py: Python<'_>,
+    sample_set: &str,
+    #[pyo3(from_py_with = keys::budget)] budget: usize,
+    parametrization: Option<&Bound<'_, PyAny>>,
+    symmetry: Option<&Bound<'_, PyAny>>,
+    #[pyo3(from_py_with = keys::seed)] seed: u64,
+    keys: Option<&Bound<'_, PyDict>>,
+) -> PyResult<PySchedule> {
+    let set = read("sample set", &schedule::all(), named(sample_set, keys)?)?;
+    let form = form(py, parametrization, symmetry)?.form;
+    set.check(form.axes()).map_err(refused)?;
+    let schedule = py.detach(|| set.plan(&form, budget, seed));
+    Ok(schedule.map_err(refused)?.into())
+}

@@ -1,0 +1,65 @@
+//! Tables as dictionaries of columns, ready for pandas and polars.
+
+use crate::arrays::refused;
+use numpy::PyArray1;
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+use serde_json::{Map, Value};
+
+/// Columns of rows: arrays of int, float (NaN where there is no value) or bool, lists of text (None where there is none).
+pub fn columns<'py>(py: Python<'py>, rows: &[Map<String, Value>]) -> PyResult<Bound<'py, PyDict>> {
+    let columns = PyDict::new(py);
+    for name in rows.first().into_iter().flat_map(Map::keys) {
+        let cells: Vec<&Value> = rows
+            .iter()
+            .map(|row| row.get(name).unwrap_or(&Value::Null))
+            .collect();
+        columns.set_item(name, column(py, &cells)?)?;
+    }
+    Ok(columns)
+}
+
+/// One column, of the type that all its values have.
+fn column<'py>(py: Python<'py>, cells: &[&Value]) -> PyResult<Bound<'py, PyAny>> {
+    let all = |is: fn(&Value) -> bool| cells.iter().all(|v| is(v));
+    if all(Value::is_boolean) {
+        let values = cells.iter().map(|v| v.as_bool() == Some(true));
+        return Ok(PyArray1::from_iter(py, values).into_any());
+    }
+    if all(Value::is_i64) {
+        let values = cells.iter().map(|v| v.as_i64().unwrap_or_default());
+        return Ok(PyArray1::from_iter(py, values).into_any());
+    }
+    if all(|v| v.is_number() || v.is_null()) {
+        let values = cells.iter().map(|v| v.as_f64().unwrap_or(f64::NAN));
+        return Ok(PyArray1::from_iter(py, values).into_any());
+    }
+    let text = |v: &&Value| match v {
+        Value::Null => None,
+        Value::String(text) => Some(text.clone()),
+        other => Some(other.to_string()),
+    };
+    cells.iter().map(text).collect::<Vec<_>>().into_pyobject(py)
+}
+
+/// The rows of a CSV text with a line of names: numbers and true or false where a whole column has them.
+pub fn of_csv(text: &[u8]) -> PyResult<Vec<Map<String, Value>>> {
+    let mut reader = csv::Reader::from_reader(text);
+    let names = reader.headers().map_err(refused)?.clone();
+    let mut rows = Vec::new();
+    for record in reader.records() {
+        let record = record.map_err(refused)?;
+        let cell = |cell: &str| match cell {
+            "" => Value::Null,
+            "true" => Value::Bool(true),
+            "false" => Value::Bool(false),
+            text => match text.parse::<i64>() {
+                Ok(whole) => whole.into(),
+                Err(_) => text.parse::<f64>().map_or(text.into(), Value::from),
+            },
+        };
+        let names = names.iter().map(String::from);
+        rows.push(names.zip(record.iter().map(cell)).collect());
+    }
+    Ok(rows)
+}

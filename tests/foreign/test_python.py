@@ -1,0 +1,614 @@
+"""The Python package: equal bits with the command and the library, laws, sentences, and what Python users do to arrays."""
+
+import ast
+import csv
+import inspect
+import json
+import os
+import pathlib
+import signal
+import subprocess
+import sys
+import threading
+import time
+
+import numpy as np
+import pytest
+
+g = pytest.importorskip("gonio", reason="the wheel is not installed")
+
+PACKAGE = pathlib.Path(__file__).parents[2] / "src/python"
+
+
+def cosine(n, seed=0):
+    """n directions, cosine-distributed."""
+    rng = np.random.default_rng(seed)
+    sin2, phi = rng.random(n), 2 * np.pi * rng.random(n)
+    sin = np.sqrt(sin2)
+    return np.stack([sin * np.cos(phi), sin * np.sin(phi), np.sqrt(1 - sin2)], 1)
+
+
+def rows(path):
+    """The rows of a CSV file that gonio wrote."""
+    with open(path) as file:
+        return list(csv.DictReader(line for line in file if not line.startswith("#")))
+
+
+def column(rows, name):
+    return np.array([float(row[name] or "nan") for row in rows])
+
+
+GGX = dict(alpha=0.1, fresnel={"kind": "conductor", "eta": 0.2, "kappa": 3.0})
+
+
+def config(folder, text):
+    path = folder / "config.toml"
+    path.write_text(text)
+    return path
+
+
+SCENE = '[[material]]\nkind = "ggx"\nalpha = 0.1\nfresnel = { kind = "conductor", eta = 0.2, kappa = 3.0 }\n'
+
+
+# What there is, and its docs
+
+
+def public():
+    for name in g.__all__:
+        if not name.startswith("_"):
+            yield name, getattr(g, name)
+
+
+def members(cls):
+    own = (item for item in vars(cls).items() if not item[0].startswith("_"))
+    return dict(own)
+
+
+def test_every_public_name_has_a_docstring():
+    for name, thing in public():
+        assert thing.__doc__, name
+        for member, of in members(thing).items() if inspect.isclass(thing) else ():
+            assert of.__doc__, f"{name}.{member}"
+    assert g.__doc__
+
+
+def parameters(node, skip):
+    """Names, kinds and defaults as the stub writes them."""
+    a = node.args
+    found = []
+    plain = a.posonlyargs + a.args
+    defaults = [None] * (len(plain) - len(a.defaults)) + a.defaults
+    for arg, default in list(zip(plain, defaults))[skip:]:
+        kind = "POSITIONAL_ONLY" if arg in a.posonlyargs else "POSITIONAL_OR_KEYWORD"
+        found.append((arg.arg, kind, default and ast.literal_eval(default)))
+    for arg, default in zip(a.kwonlyargs, a.kw_defaults):
+        found.append((arg.arg, "KEYWORD_ONLY", default and ast.literal_eval(default)))
+    if a.kwarg:
+        found.append((a.kwarg.arg, "VAR_KEYWORD", None))
+    return found
+
+
+def signature(thing):
+    empty = inspect.Parameter.empty
+    all = inspect.signature(thing).parameters.values()
+    return [(p.name, p.kind.name, None if p.default is empty else p.default) for p in all if p.name not in ("self", "cls")]
+
+
+def test_stubs_are_the_module():
+    tree = ast.parse((PACKAGE / "gonio/__init__.pyi").read_text())
+    stubs = {n.name: n for n in tree.body if isinstance(n, (ast.FunctionDef, ast.ClassDef))}
+    assert set(stubs) == {name for name, _ in public()}
+    for name, thing in public():
+        stub = stubs[name]
+        if isinstance(stub, ast.FunctionDef):
+            assert parameters(stub, 0) == signature(thing), name
+            continue
+        of = {n.name: n for n in stub.body}
+        assert {m for m in of if not m.startswith("_")} == set(members(thing)), name
+        for member, node in of.items():
+            if member == "__new__":
+                # The stub's own first argument is the class.
+                assert parameters(node, 1) == signature(thing), name
+            elif not any(isinstance(d, ast.Name) and d.id == "property" for d in node.decorator_list):
+                assert parameters(node, 1) == signature(getattr(thing, member)), f"{name}.{member}"
+
+
+def test_the_page_names_everything():
+    page = (PACKAGE.parent / "docs/python.md").read_text()
+    for name, _ in public():
+        assert f"`{name}" in page or f".{name}(" in page, name
+
+
+def test_the_page_prints_what_it_says():
+    page = (PACKAGE.parent / "docs/python.md").read_text()
+    example, printed = (page.split(f"```{tag}\n")[1].split("```")[0] for tag in ("python", "text"))
+    done = subprocess.run([sys.executable, "-c", example], capture_output=True, text=True, check=True)
+    assert done.stdout == printed
+
+
+def test_lists_are_those_of_the_command(gonio):
+    assert g.__version__ == gonio("--version").split()[-1]
+    for kind, of in (("materials", g.materials()), ("parametrizations", g.parametrizations()), ("reconstructions", g.reconstructions())):
+        text = gonio("list", kind)
+        assert of and all(name in text for name in of), kind
+    assert "adaptive" in g.planners() and "sobol" in g.sample_sets()
+    assert "cornell" in g.instruments() and "square-root" in g.warps()
+    assert g.measures()[:2] == ["cosine", "lobe"] and "rgl" in g.formats()
+
+
+# Equal bits
+
+
+def test_values_are_those_of_the_library(capsys):
+    """GGX at a million pairs against the library alone, with as many threads: equal bits, at most twice the time."""
+    native = os.environ.get("GONIO_NATIVE")
+    if not native:
+        pytest.skip("GONIO_NATIVE does not name the example `native`")
+    light, sensor = cosine(1_000_000, 1), cosine(1_000_000, 2)
+    ggx = g.Material("ggx", alpha=0.3)
+    bytes_in = np.concatenate([light, sensor], 1).astype("<f8").tobytes()
+    best = [np.inf, np.inf]
+    # In turns, so that a busy machine is busy for both.
+    for _ in range(4):
+        done = subprocess.run([native, "5"], input=bytes_in, capture_output=True, check=True)
+        best[0] = min(best[0], float(done.stderr))
+        for _ in range(5):
+            start = time.perf_counter()
+            values = ggx.eval(light, sensor)
+            best[1] = min(best[1], time.perf_counter() - start)
+    assert values.tobytes() == done.stdout
+    with capsys.disabled():
+        print(f"\nGGX at 1e6 pairs: {best[1]:.4f} s in Python, {best[0]:.4f} s native, ratio {best[1] / best[0]:.2f}")
+    assert best[1] <= 2 * best[0]
+
+
+def test_wheels_are_small():
+    wheel = os.environ.get("GONIO_WHEEL")
+    if not wheel:
+        pytest.skip("GONIO_WHEEL does not name the wheel")
+    assert os.path.getsize(wheel) <= 5e6
+
+
+@pytest.mark.parametrize("machine", [None, "cornell"])
+def test_readings_are_those_of_the_command(gonio, tmp_path, machine):
+    path = config(tmp_path, SCENE)
+    planned = g.plan("sobol", 120, "hybrid", seed=3)
+    planned.write(tmp_path / "poses.csv")
+    extra = ["--instrument", machine, "--seed", 5, "--skip-unreachable"] if machine else []
+    gonio("measure", tmp_path / "poses.csv", "--config", path, "-o", tmp_path / "readings.csv", *extra)
+    schedule = g.Schedule.open(tmp_path / "poses.csv")
+    m = g.measure(g.Material("ggx", **GGX), schedule, g.Instrument(machine) if machine else None, seed=5)
+    found = {int(row["index"]): row for row in rows(tmp_path / "readings.csv")}
+    theirs = [found[i] for i in range(len(m))]
+    assert np.array_equal(column(theirs, "value"), m.values[:, 0], equal_nan=True)
+    read = np.array([o == "reading" for o in m.outcomes])
+    assert np.array_equal(np.isfinite(m.values[:, 0]), read) and read.sum() > 50
+    if machine:
+        assert not read.all() and m.seconds > 0
+        for name in ("type_a", "type_b"):
+            ours = getattr(m, name)[:, 0]
+            assert np.array_equal(column(theirs, name), ours, equal_nan=True) and (ours[read] > 0).any()
+        for flag, of in m.flags.items():
+            assert [flag in row["flags"].split(";") for row in theirs] == of.tolist()
+    # And back from the file, and from arrays.
+    again = g.Measurement.open(tmp_path / "readings.csv")
+    assert np.array_equal(again.values, m.values, equal_nan=True)
+    s = m.schedule
+    assert np.array_equal(g.Material("ggx", **GGX).eval(s.omega_i, s.omega_o)[read], m.values[read]) == (machine is None)
+
+
+def test_visits_are_those_of_the_command(gonio, tmp_path):
+    path = config(tmp_path, SCENE + '[[sample_set]]\nkind = "sobol"\n[[parametrization]]\nkind = "hybrid"\n[[reconstruction]]\nkind = "thin-plate"\n')
+    options = ("--budget", 60, "--instrument", "cornell", "--skip-unreachable")
+    gonio("schedule", path, *options, "-o", tmp_path / "poses.csv")
+    theirs, ours = rows(tmp_path / "poses.csv"), g.Instrument("cornell").visits(g.plan("sobol", 60, "hybrid"))
+    assert set(ours) - {"pose"} <= set(theirs[0]) and 20 < len(theirs) < 60
+    assert np.array_equal(ours["pose"], column(theirs, "index"))
+    for name in set(ours) - {"pose"}:
+        assert np.allclose(ours[name], column(theirs, name), rtol=1e-14, atol=1e-12), name
+
+
+def test_a_copy_is_that_of_the_command(gonio, tmp_path):
+    truth = g.Material("ggx", **GGX)
+    m = g.measure(truth, g.plan("grid", 500, g.Parametrization("half-difference", warp={"theta_h": "square-root"})))
+    m.write(tmp_path / "readings.csv")
+    gonio("reconstruct", tmp_path / "readings.csv", "--reconstruction", "cubic", "-o", tmp_path / "theirs.binary")
+    copy = g.reconstruct(m, "cubic")
+    copy.write(tmp_path / "ours.binary")
+    assert (tmp_path / "ours.binary").read_bytes() == (tmp_path / "theirs.binary").read_bytes()
+    table = g.Material.open(tmp_path / "ours.binary")
+    light, sensor = cosine(2000, 1), cosine(2000, 2)
+    assert np.nanmedian(abs(table.eval(light, sensor) / copy.eval(light, sensor) - 1)) < 0.02
+    # A file of readings is a material too.
+    assert np.array_equal(g.Material.open(tmp_path / "readings.csv").eval(light, sensor), copy.eval(light, sensor))
+
+
+def test_suggestions_are_those_of_the_command(gonio, tmp_path):
+    first = g.suggest(8, seed=4)
+    gonio("next", "--batch", 8, "--seed", 4, "-o", tmp_path / "first.csv")
+    theirs = g.Schedule.open(tmp_path / "first.csv")
+    assert np.allclose(first.schedule.omega_i, theirs.omega_i, atol=1e-15)
+    assert np.allclose(first.schedule.omega_o, theirs.omega_o, atol=1e-15)
+
+
+def test_a_run_has_the_rows_of_the_command(gonio, tmp_path):
+    keys = {
+        "budgets": [100, 250],
+        "material": [{"kind": "ggx", **GGX}, {"kind": "lambert"}],
+        "parametrization": [{"kind": "half-difference"}, {"kind": "hybrid"}],
+    }
+    text = "budgets = [100, 250]\n" + SCENE + '[[material]]\nkind = "lambert"\n'
+    path = config(tmp_path, text + '[[parametrization]]\nkind = "half-difference"\n[[parametrization]]\nkind = "hybrid"\n')
+    gonio("run", path, "-o", tmp_path / "run")
+    theirs = rows(tmp_path / "run/results.csv")
+    for table in (g.run(keys), g.run(path)):
+        assert list(table) == list(theirs[0])
+        for name, values in table.items():
+            if name.endswith("_seconds"):
+                continue
+            given = [row[name] for row in theirs]
+            if isinstance(values, list):
+                assert [v or "" for v in values] == given, name
+            elif values.dtype == bool:
+                assert [str(v).lower() for v in values] == given, name
+            else:
+                assert np.array_equal(values, column(theirs, name), equal_nan=True), name
+    pandas = pytest.importorskip("pandas")
+    frame = pandas.DataFrame(table)
+    assert frame.groupby("material").nrmse.max()["lambert"] < 1e-12 and frame.readings.dtype.kind == "i"
+    # By hand, the same number.
+    truth = g.Material("ggx", **GGX)
+    copy = g.reconstruct(g.measure(truth, g.plan("grid", 250, "hybrid")), "multilinear")
+    row = frame[(frame.material != "lambert") & (frame.parametrization == "hybrid") & (frame.budget == 250)]
+    row = row[row.measure == "cosine"]
+    assert row.reconstruction.tolist() == ["multilinear"] and row.sample_set.tolist() == ["grid"]
+    assert row.nrmse.item() == g.compare(truth, copy)["cosine"]["nrmse"]
+
+
+def test_moments_are_those_of_the_command(gonio):
+    theirs = json.loads(gonio("moments", "ggx", "--set", "alpha=0.3", "--set", "moments.views=5", "--json"))
+    ours = g.Material("ggx", alpha=0.3).profile(views=5)
+    assert list(ours) == list(theirs[0])
+    for name in set(ours) - {"material", "unresolved"}:
+        assert [row[name] for row in theirs] == list(ours[name]), name
+    table = g.run({"experiment": "moments", "moments": {"views": 5}, "material": [{"kind": "ggx", "alpha": 0.3}]})
+    assert np.array_equal(table["energy"], ours["energy"])
+
+
+def test_relations_are_a_table(gonio, tmp_path):
+    keys = {"experiment": "relations", "material": [{"kind": "ggx", "alpha": 0.3}], "relations": {"views_deg": [30.0]}, "lighting": [{"kind": "sky"}]}
+    path = config(tmp_path, 'experiment = "relations"\n[[material]]\nkind = "ggx"\nalpha = 0.3\n[relations]\nviews_deg = [30.0]\n[[lighting]]\nkind = "sky"\n')
+    gonio("run", path, "-o", tmp_path / "run")
+    theirs, ours = rows(tmp_path / "run/relations.csv"), g.run(keys)
+    assert list(ours) == list(theirs[0])
+    assert np.array_equal(ours["slice_energy"], column(theirs, "slice_energy"))
+    assert ours["resolved"].dtype == bool and ours["along"] == [row["along"] for row in theirs]
+
+
+@pytest.mark.parametrize("threads", ["1", "2"])
+def test_threads_change_no_bit(threads):
+    program = """
+import gonio, hashlib, numpy
+light, sensor = gonio.direction(numpy.linspace(0, 1.5, 5000), 0.3), gonio.direction(numpy.linspace(1.5, 0, 5000), 2)
+ggx = gonio.Material("ggx", alpha=0.1)
+m = gonio.measure(ggx, gonio.plan("sobol", 200), gonio.Instrument("cornell"))
+made = [ggx.eval(light, sensor), m.values, gonio.reconstruct(m, "thin-plate").eval(light, sensor), ggx.profile(views=3)["energy"]]
+print(hashlib.sha256(b"".join(a.tobytes() for a in made)).hexdigest())
+"""
+    environment = {**os.environ, "RAYON_NUM_THREADS": threads}
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, env=environment, check=True)
+    seen = test_threads_change_no_bit.__dict__.setdefault("seen", done.stdout)
+    assert len(done.stdout) == 65 and done.stdout == seen
+
+
+# Laws
+
+
+@pytest.mark.parametrize("name", list(g.parametrizations()))
+def test_coordinates_go_round(name):
+    light, sensor = cosine(20_000, 1), cosine(20_000, 2)
+    steep = (light[:, 2] > 1e-3) & (sensor[:, 2] > 1e-3)
+    light, sensor = light[steep], sensor[steep]
+    free = g.Parametrization(name, symmetry="none")
+    coordinates = free.forward(light, sensor)
+    back = free.inverse(coordinates)
+    assert coordinates.shape == (len(light), 4) == (len(light), len(free.axes))
+    assert abs(back[0] - light).max() < 1e-9 and abs(back[1] - sensor).max() < 1e-9
+    lo, hi = free.ranges.T
+    assert (coordinates >= lo).all() and (coordinates <= hi).all()
+    # Folded, it is the same configuration: a material with these symmetries has the same value there.
+    folded = g.Parametrization(name)
+    coordinates = folded.forward(light, sensor)
+    assert coordinates.shape[1] == 3 and folded.symmetry == ["isotropic", "reciprocal", "bilateral"]
+    matte = g.Material("ggx", alpha=0.5)
+    values = matte.eval(*folded.inverse(coordinates))
+    assert np.allclose(values, matte.eval(light, sensor), rtol=1e-7)
+    assert np.allclose(folded.canonical(coordinates), coordinates, atol=1e-12)
+    assert (folded.jacobian(coordinates) >= 0).all()
+
+
+def test_the_jacobian_of_angles_is_known():
+    rng = np.random.default_rng(0)
+    coordinates = np.stack([rng.uniform(0, 1.5, 100), rng.uniform(-3, 3, 100), rng.uniform(0, 1.5, 100), rng.uniform(-3, 3, 100)], 1)
+    spherical = g.Parametrization("spherical", symmetry="none")
+    theta = [i for i, axis in enumerate(spherical.axes) if axis.startswith("theta")]
+    wanted = np.prod(np.sin(coordinates[:, theta]), 1)
+    assert np.allclose(spherical.jacobian(coordinates), wanted, rtol=1e-12)
+
+
+def test_outside_there_is_no_pair():
+    hd = g.Parametrization("half-difference")
+    light, sensor = hd.inverse([[2.0, 0.1, 0.1], [np.nan, 0.1, 0.1], [0.1, 0.2, 0.3]])
+    assert np.isnan(light[:2]).all() and np.isnan(sensor[:2]).all() and np.isfinite(light[2]).all()
+    assert np.isnan(hd.jacobian([[2.0, 0.1, 0.1]])).all() and np.isnan(hd.canonical([[2.0, 0.1, 0.1]])).all()
+
+
+def test_samples_are_as_dense_as_they_say():
+    """The share of draws that are kept is the integral of the density; 1/pdf of them averages to the hemisphere."""
+    ggx = g.Material("ggx", alpha=0.5)
+    sensor = g.direction(0.6, 0.2)
+    u = np.random.default_rng(1).random((400_000, 2))
+    light = ggx.sample(sensor, u)
+    kept = np.isfinite(light[:, 0])
+    theta, phi = np.meshgrid(np.linspace(0, np.pi / 2, 801)[:-1] + np.pi / 3200, np.linspace(0, 2 * np.pi, 801)[:-1])
+    grid = g.direction(theta.ravel(), phi.ravel())
+    solid = np.sin(theta.ravel()) * (np.pi / 1600) * (2 * np.pi / 800)
+    assert abs((ggx.pdf(grid, sensor) * solid).sum() - kept.mean()) < 3e-3
+    # E[cos / pdf] is the integral of the cosine, π.
+    weights = light[kept][:, 2] / ggx.pdf(light[kept], sensor)
+    assert abs(weights.sum() / len(u) - np.pi) < 0.1
+    assert ggx.can_sample and not g.Material("test-f").can_sample
+
+
+def test_moments_of_a_matte_are_known():
+    matte = g.Material("lambert", albedo=0.5)
+    found = matte.moments([0.0, 1.0])
+    names = list(found)
+    assert np.allclose(found["energy"], 0.5 * np.pi, rtol=1e-12), names
+    assert np.allclose(found["theta_o_deg"], [0, 57.29577951308232])
+    errors = g.moment_errors(matte, g.Material("lambert", albedo=0.4), views=3)
+    assert abs(errors["moment_energy"] - 0.2) < 1e-12
+
+
+def test_shared_errors_come_through():
+    """Readings that are all 2 % too large make a copy that is, and it says so."""
+    truth = g.Material("ggx", alpha=0.4)
+    s = g.plan("sobol", 200)
+    values = truth.eval(s.omega_i, s.omega_o)
+    m = g.Measurement(s.omega_i, s.omega_o, values, np.zeros(len(s)), 0.02 * values)
+    copy = g.reconstruct(m, "inverse-distance")
+    light, sensor = cosine(50, 1), cosine(50, 2)
+    type_a, type_b = copy.uncertainty(light, sensor)
+    assert np.allclose(type_b / copy.eval(light, sensor)[:, 0], 0.02, rtol=0.05) and np.allclose(type_a, 0)
+    assert isinstance(copy, g.Material) and "200 readings" in repr(copy)
+    assert copy.coverage(s.omega_i[:3], s.omega_o[:3]) == ["interpolated"] * 3
+
+
+def test_a_darker_copy_errs_as_it_is_darker():
+    errors = g.compare(g.Material("lambert", albedo=0.8), g.Material("lambert", albedo=0.6), ["cosine", "lobe"])
+    for of in errors.values():
+        assert abs(of["nrmse"] - 0.25) < 1e-12 and abs(of["energy"] + 0.25) < 1e-12 and of["converged"]
+    assert np.isnan(g.compare(g.Material("lambert", albedo=0.0), g.Material("lambert"))["cosine"]["nrmse"])
+
+
+def test_a_laboratory_goes_round_until_it_knows():
+    truth, machine = g.Material("ggx", alpha=0.3), g.Instrument("cornell")
+    arrays, so_far = None, None
+    for _ in range(6):
+        answer = g.suggest(len(so_far) if so_far else 16, so_far, instrument=machine, target={"nrmse": 0.05})
+        if answer.enough:
+            break
+        m = g.measure(truth, answer.schedule, machine)
+        assert set(m.outcomes) == {"reading"}
+        new = (m.schedule.omega_i, m.schedule.omega_o, m.values, m.type_a, m.type_b)
+        arrays = new if arrays is None else tuple(np.concatenate(both) for both in zip(arrays, new))
+        so_far = g.Measurement(*arrays)
+    assert answer.enough and len(answer.schedule) == 0 and answer.now["expected_nrmse"] <= 0.05
+    found = g.compare(truth, g.reconstruct(so_far, "kriging"))["cosine"]["nrmse"]
+    assert found < answer.now["expected_nrmse_bound"]
+
+
+# What Python users do
+
+
+def test_what_is_missing_is_nan(gonio, tmp_path):
+    s = g.Schedule(g.direction(np.linspace(0, 0.3, 8), 0.0), g.direction(np.linspace(0.3, 0.1, 8), np.pi))
+    m = g.measure(g.Material("lambert"), s)
+    m.write(tmp_path / "readings.csv")
+    table = tmp_path / "holes.binary"
+    gonio("reconstruct", tmp_path / "readings.csv", "--reconstruction", "nearest", "--fill", "none", "-o", table)
+    holed = g.Material.open(table)
+    values = holed.eval(cosine(5000, 1), cosine(5000, 2))
+    assert 0 < np.isfinite(values).sum() < 5000 and (values[np.isfinite(values)] > 0).all()
+    measured = g.measure(holed, g.plan("sobol", 300))
+    missing = np.array([o == "no-data" for o in measured.outcomes])
+    assert missing.any() and np.array_equal(np.isnan(measured.values[:, 0]), missing)
+
+
+def test_any_array_is_taken():
+    ggx = g.Material("ggx", alpha=0.3)
+    light, sensor = cosine(1000, 1), cosine(1000, 2)
+    wanted = ggx.eval(light, sensor)
+    wide = np.zeros((1000, 6))
+    wide[:, ::2] = light
+    assert np.array_equal(ggx.eval(wide[:, ::2], sensor), wanted)
+    assert np.array_equal(ggx.eval(np.asfortranarray(light), sensor[::-1][::-1]), wanted)
+    assert np.array_equal(ggx.eval(light.tolist(), sensor), wanted)
+    assert np.array_equal(ggx.eval(light.astype(">f8"), sensor), wanted)
+    single = light.astype("f4"), sensor.astype("f4")
+    assert np.array_equal(ggx.eval(*single), ggx.eval(*(a.astype("f8") for a in single)))
+    assert np.allclose(ggx.eval(*single), wanted, rtol=1e-4)
+    assert np.allclose(ggx.eval(7 * light, sensor), wanted, rtol=1e-12)
+    assert np.allclose(ggx.eval(g.angles(light), g.angles(sensor)), wanted, rtol=1e-9)
+    assert np.array_equal(ggx.eval([0, 0, 1], sensor), ggx.eval(np.tile([0, 0, 1], (1000, 1)), sensor))
+    read_only = light.copy()
+    read_only.flags.writeable = False
+    assert np.array_equal(ggx.eval(read_only, sensor), wanted)
+    assert np.array_equal(g.Material("ggx", alpha=np.float32(0.5)).eval(light, sensor), g.Material("ggx", alpha=0.5).eval(light, sensor))
+    assert np.array_equal(ggx.eval(-light, sensor), np.zeros((1000, 1)))
+
+
+def test_empty_arrays_stay_empty():
+    nothing = np.zeros((0, 3))
+    colour = g.Material("lambert", albedo=[1.0, 0.5, 0.2], channels="rgb")
+    assert colour.eval(nothing, nothing).shape == (0, 3) and colour.eval(nothing, [0, 0, 1]).shape == (0, 3)
+    assert g.Parametrization("hybrid").forward(nothing, nothing).shape == (0, 3)
+    assert [a.shape for a in g.Parametrization("hybrid").inverse(nothing)] == [(0, 3), (0, 3)]
+    assert len(g.Schedule(nothing, nothing)) == 0 and g.angles(nothing).shape == (0, 2)
+    assert g.direction([], []).shape == (0, 3)
+
+
+def test_channels():
+    light, sensor = cosine(10, 1), cosine(10, 2)
+    spectral = g.Material("lambert", albedo=0.5, channels=[400, 500, 600.5])
+    assert spectral.channels == ["400nm", "500nm", "600.5nm"] and spectral.wavelengths_nm.tolist() == [400, 500, 600.5]
+    assert spectral.eval(light, sensor).shape == (10, 3)
+    m = g.measure(spectral, g.Schedule(light, sensor))
+    again = g.Measurement(light, sensor, m.values, wavelengths_nm=spectral.wavelengths_nm)
+    assert again.channels == m.channels and g.reconstruct(again, "nearest").wavelengths_nm is not None
+
+
+def test_the_global_lock_is_free():
+    ggx, light, sensor = g.Material("ggx", alpha=0.3), cosine(2_000_000, 1), cosine(2_000_000, 2)
+    counted, stop = [0], threading.Event()
+
+    def count():
+        while not stop.is_set():
+            counted[0] += 1
+
+    thread = threading.Thread(target=count)
+    thread.start()
+    before = counted[0]
+    start = time.perf_counter()
+    ggx.eval(light, sensor)
+    seconds, during = time.perf_counter() - start, counted[0] - before
+    stop.set()
+    thread.join()
+    # Held, the other thread would stand still but for a switch before and after.
+    assert seconds > 0.01 and during > 1e5 * seconds
+
+
+def test_an_interrupt_ends_a_run():
+    def interrupt(*_):
+        raise KeyboardInterrupt
+
+    old = signal.signal(signal.SIGALRM, interrupt)
+    try:
+        signal.setitimer(signal.ITIMER_REAL, 0.5)
+        with pytest.raises(KeyboardInterrupt):
+            g.run({"material": [{"kind": "ggx", "alpha": 0.01 + 0.001 * i, "name": f"m{i}"} for i in range(200)]})
+    finally:
+        signal.setitimer(signal.ITIMER_REAL, 0)
+        signal.signal(signal.SIGALRM, old)
+
+
+UP = [[0.0, 0.0, 1.0]]
+
+WRONG = [
+    (lambda: g.Material("ggxx"), 'kind = "ggxx" is not a material; allowed: .*did you mean ggx'),
+    (lambda: g.Material("ggx", alpha=-1), "alpha = -1.*allowed"),
+    (lambda: g.Material("ggx", alhpa=0.1), "alhpa.*alpha"),
+    (lambda: g.Material("ggx", alpha="wide"), "alpha.*wide"),
+    (lambda: g.Material("ggx", alpha=object()), "alpha is a object; allowed: a number"),
+    (lambda: g.Material("ggx", alpha=10**30), "64 bits"),
+    (lambda: g.Material("lambert", channels="rbg"), "channels.*rbg"),
+    (lambda: g.Material("lambert", channels=[500, 400]), "400"),
+    (lambda: g.Material.open("nowhere.binary"), "nowhere.binary: "),
+    (lambda: g.Material.open("picture.gif"), "picture.gif: no format.*allowed: .binary"),
+    (lambda: g.Material("lambert").eval(np.zeros((4, 5)), UP), r"omega_i has the shape \(4, 5\); allowed: \(n, 3\) vectors"),
+    (lambda: g.Material("lambert").eval(np.zeros((2, 3, 3)), UP), r"shape \(2, 3, 3\)"),
+    (lambda: g.Material("lambert").eval(5.0, UP), r"shape \(1,\)"),
+    (lambda: g.Material("lambert").eval(cosine(3), cosine(4)), "omega_i has 3 rows and omega_o has 4; allowed: as many, or one"),
+    (lambda: g.Material("lambert").eval([[0, 0, 1], [0, 0, 0]], UP), r"omega_i\[1\] is \(0, 0, 0\), which is no direction"),
+    (lambda: g.Material("lambert").eval(UP, [[np.nan, 0, 0]]), r"omega_o\[0\] is \(NaN, 0, 0\)"),
+    (lambda: g.Material("lambert").eval("north", UP), "omega_i is a str without numbers"),
+    (lambda: g.Material("lambert").eval([[0, 0, 1], [0, 1]], UP), "omega_i is a list without numbers"),
+    (lambda: g.Material("test-f").sample(UP, [[0.5, 0.5]]), "cannot draw directions"),
+    (lambda: g.Material("ggx", alpha=0.1).sample(UP, [[0.5, 1.0]]), r"u has 1; allowed: numbers in \[0, 1\)"),
+    (lambda: g.Material("ggx", alpha=0.1).sample(UP, [0.5]), r"u has the shape \(1,\)"),
+    (lambda: g.Material("lambert").moments([2.0]), "theta_o = 2"),
+    (lambda: g.Material("lambert").moments([0.5], channel="mauve"), "channel = mauve: allowed is luminance"),
+    (lambda: g.Material("lambert").profile(views=0), "views = 0"),
+    (lambda: g.Material("lambert").write("/nowhere/x.binary"), "/nowhere/x.binary: "),
+    (lambda: g.Material("lambert").write("x.csv"), "x.csv: .*tables"),
+    (lambda: g.Material("lambert").write("x.binary", size=7), "size: allowed is a whole number from 0 to 0"),
+    (lambda: g.Material("lambert").write("x.binary", size=-1), "size: allowed"),
+    (lambda: g.Parametrization("hybird"), "hybird.*did you mean hybrid"),
+    (lambda: g.Parametrization("hybrid", symmetry="isotopic"), "symmetry = isotopic"),
+    (lambda: g.Parametrization("hybrid", warp={"phi_h": "square-root"}), "phi_h"),
+    (lambda: g.Parametrization("hybrid").inverse([[0.1, 0.2]]), r"coordinates have the shape \(1, 2\); allowed: \(n, 3\), h_bar"),
+    (lambda: g.plan("gird", 10), "gird.*did you mean grid"),
+    (lambda: g.plan("grid", 0), "budget = 0: allowed is a whole number from 1"),
+    (lambda: g.plan("grid", -1), "budget = -1"),
+    (lambda: g.plan("sobol", 10, seed=-1), "seed = -1: allowed is a whole number from 0"),
+    (lambda: g.Schedule(UP, [[0, 0, -1.0]]), r"omega_o\[0\] is not above the horizon"),
+    (lambda: g.Instrument("cornel"), "cornel.*did you mean cornell"),
+    (lambda: g.Instrument("cornell", nose=False), "nose"),
+    (lambda: g.Instrument({"name": "mine"}), "about"),
+    (lambda: g.Instrument().visits(g.plan("sobol", 9)), "the ideal instrument has no axes"),
+    (lambda: g.Instrument(noise=False), "the ideal instrument has no keys"),
+    (lambda: g.Measurement(UP, UP, [1.0, 2.0]), r"values has the shape \(2,\); allowed: \(1,\)"),
+    (lambda: g.Measurement(UP, UP, [np.inf]), r"values\[0\] is inf"),
+    (lambda: g.Measurement(UP, UP, [[1, np.nan, 1]]), r"values\[0\] is NaN in 1 of 3 channels"),
+    (lambda: g.Measurement(UP, UP, [1.0], type_a=[-1.0]), r"type_a\[0\] is -1"),
+    (lambda: g.Measurement(UP, UP, [[1.0, 2.0]]), "wavelengths_nm"),
+    (lambda: g.Measurement.open("nowhere.csv"), "nowhere.csv: cannot read"),
+    (lambda: g.reconstruct(g.measure(g.Material("lambert"), g.plan("sobol", 20)), "cubic"), "cubic needs a grid"),
+    (lambda: g.reconstruct(g.measure(g.Material("lambert"), g.plan("sobol", 20)), "cubix"), "cubix"),
+    (lambda: g.reconstruct(g.measure(g.Material("lambert"), g.plan("sobol", 20))).uncertainty(UP, UP), "no uncertainty"),
+    (lambda: g.compare(g.Material("lambert"), g.Material("lambert"), ["cosin"]), "measures = cosin"),
+    (lambda: g.compare(g.Material("lambert"), g.Material("lambert"), mask_deg=100), "mask_deg = 100"),
+    (lambda: g.suggest(0), "batch = 0"),
+    (lambda: g.suggest(4, planner="adaptiv"), "adaptiv.*did you mean adaptive"),
+    (lambda: g.run({"material": [{"kind": "ggx", "alpha": -1}]}), r"^material\[0\].alpha = -1"),
+    (lambda: g.run({"material": [{"kind": "lambert"}], "budgts": [1]}), "budgts"),
+    (lambda: g.run("nowhere.toml"), "nowhere.toml: cannot read"),
+    (lambda: g.direction([1, 2], [1, 2, 3]), "theta has 2 rows and phi has 3"),
+]
+
+
+@pytest.mark.parametrize("call, sentence", WRONG, ids=[w[1][:40] for w in WRONG])
+def test_mistakes_are_told_in_one_sentence(call, sentence, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(ValueError, match=sentence) as told:
+        call()
+    text = str(told.value)
+    assert len(text) < 3000 and "\n" not in text and not list(tmp_path.iterdir())
+
+
+def test_doubts_are_warnings():
+    brushed = g.Material("ward", alpha=[0.1, 0.4])
+    with pytest.warns(UserWarning, match="for materials that are isotropic, reciprocal, bilateral; ward.* is reciprocal, bilateral"):
+        g.measure(brushed, g.plan("sobol", 20))
+    s = g.Schedule(g.direction(0.5, [0.0, 1.0]), g.direction(0.2, [0.0, 1.0]), symmetry="reciprocal,bilateral")
+    assert len(set(g.measure(brushed, s).values[:, 0])) == 2
+
+
+def test_files_are_not_replaced_unasked(tmp_path):
+    s = g.plan("sobol", 20)
+    m = g.measure(g.Material("lambert"), s)
+    for thing, name in ((s, "poses.csv"), (m, "readings.jsonl"), (g.Material("lambert"), "table.binary")):
+        thing.write(tmp_path / name)
+        with pytest.raises(ValueError, match="exists.*force=True"):
+            thing.write(tmp_path / name)
+        thing.write(tmp_path / name, force=True)
+    again = g.Schedule.open(tmp_path / "poses.csv")
+    assert np.allclose(again.coordinates, s.coordinates, rtol=1e-15) and again.sample_set == s.sample_set == "sobol"
+
+
+# Examples
+
+
+def test_the_notebook_runs(tmp_path):
+    """From readings to a rendered sphere; the picture is of three spheres that are alike."""
+    pytest.importorskip("mitsuba")
+    nbformat, nbclient = pytest.importorskip("nbformat"), pytest.importorskip("nbclient")
+    pytest.importorskip("ipykernel")
+    folder = PACKAGE / "examples"
+    (tmp_path / "mitsuba_bsdf.py").write_text((folder / "mitsuba_bsdf.py").read_text())
+    notebook = nbformat.read(folder / "readings_to_sphere.ipynb", 4)
+    nbclient.NotebookClient(notebook, timeout=600, resources={"metadata": {"path": tmp_path}}).execute()
+    printed = "".join(o.get("text", "") for c in notebook.cells for o in c.get("outputs", []))
+    away = [float(line.split("by ")[1].split()[0]) for line in printed.splitlines() if "differs from" in line]
+    assert len(away) == 2 and max(away) < 0.05, printed
+    assert (tmp_path / "spheres.png").stat().st_size > 10_000
