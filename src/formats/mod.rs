@@ -14,6 +14,7 @@ mod panorama;
 mod readings;
 mod rgl;
 mod sheet;
+mod tensor_tree;
 mod utia;
 
 pub use choice::{FormatError, Use, files_in, of_name, of_text};
@@ -192,6 +193,7 @@ pub fn all() -> Vec<Format> {
         merl::FORMAT,
         utia::FORMAT,
         rgl::FORMAT,
+        tensor_tree::FORMAT,
         panorama::EXR,
         panorama::HDR,
     ]

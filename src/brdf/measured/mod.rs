@@ -3,6 +3,7 @@
 pub mod merl;
 pub mod rgl;
 mod tabulated;
+pub mod tensor_tree;
 pub mod utia;
 
 pub use tabulated::TabulatedSpec;
@@ -10,10 +11,12 @@ pub use tabulated::TabulatedSpec;
 pub(super) use merl::ENTRY as MERL;
 pub(super) use rgl::ENTRY as RGL;
 pub(super) use tabulated::ENTRY as TABULATED;
+pub(super) use tensor_tree::ENTRY as TENSOR_TREE;
 pub(super) use utia::ENTRY as UTIA;
 
-use super::Channels;
+use super::{Brdf, Channels, Presence};
 use crate::error::ParameterError;
+use crate::geometry::DirectionPair;
 use std::fmt;
 use std::path::Path;
 
@@ -33,6 +36,22 @@ impl Planes {
             Planes::Rgb(_) => &Channels::Rgb,
         }
     }
+}
+
+/// Values of a BRDF at some pairs, channels together; NaN without data, or where it breaks its promise to be finite and not
+/// negative.
+fn values_or_nan(brdf: &dyn Brdf, pairs: &[DirectionPair]) -> Vec<f64> {
+    let n = brdf.channels().count();
+    let mut values = vec![0.0; n * pairs.len()];
+    let mut presence = vec![Presence::Missing; pairs.len()];
+    brdf.eval_batch(pairs, &mut values, &mut presence);
+    for (values, presence) in values.chunks_exact_mut(n).zip(presence) {
+        let is_kept = |v: &f64| (0.0..=f64::MAX).contains(v);
+        if presence == Presence::Missing || !values.iter().all(is_kept) {
+            values.fill(f64::NAN);
+        }
+    }
+    values
 }
 
 /// Label of a table: the name of its file, or its kind if that has none.
