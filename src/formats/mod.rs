@@ -8,8 +8,10 @@
 //! [`MapSpec`](crate::lighting::MapSpec).
 
 mod alta;
+mod astm;
 mod choice;
 mod merl;
+mod pab;
 mod panorama;
 mod readings;
 mod rgl;
@@ -100,6 +102,10 @@ pub struct Format {
     pub read_readings: Option<ReadReadings>,
     /// Writes readings.
     pub write_readings: Option<WriteReadings>,
+    /// Whether readings that are written lose uncertainties, flags and poses without a reading.
+    pub bare_readings: bool,
+    /// Whether a file of readings has one light direction; those of several are files of a folder.
+    pub one_light: bool,
     /// Reads an environment map.
     pub read_environment: Option<ReadEnvironment>,
 }
@@ -119,6 +125,8 @@ impl Format {
         write_schedule: None,
         read_readings: None,
         write_readings: None,
+        bare_readings: false,
+        one_light: false,
         read_environment: None,
     };
 
@@ -190,6 +198,8 @@ pub fn all() -> Vec<Format> {
         sheet::CSV,
         sheet::JSON_LINES,
         alta::FORMAT,
+        pab::FORMAT,
+        astm::FORMAT,
         merl::FORMAT,
         utia::FORMAT,
         rgl::FORMAT,

@@ -393,7 +393,7 @@ fn bad_input_is_refused_with_its_line() {
         (
             &["reconstruct", "t.binary"][..],
             3,
-            "allowed: csv, json-lines, alta",
+            "allowed: csv, json-lines, alta, pab-opto, astm",
         ),
         (
             &["measure", "t.binary", "--config", "c.toml", "-o", "x.csv"],

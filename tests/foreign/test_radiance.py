@@ -134,3 +134,38 @@ def test_a_tree_is_reciprocal(gonio, tmp_path):
     least, mean, most = (float(x) for x in errors.split("Interior Refl")[1].split()[:3])
     print(f"reciprocity: mean error {mean} %")
     assert 0 <= mean <= 1.5
+
+
+def test_readings_become_a_scattering_function(gonio, tmp_path):
+    """pabopto2bsdf fits what gonio measured; its hemispherical reflectance is that of the material."""
+    config = scene(tmp_path, 'kind = "ggx"\nalpha = 0.3')
+    poses = []
+    for theta_i in range(0, 81, 10):
+        for theta in np.arange(0, 88, 2.5):
+            around = max(1, round(72 * np.sin(np.radians(theta))))
+            poses += [[theta_i, 0, theta, 360 * k / around] for k in range(around)]
+    head = "theta_i_deg,phi_i_deg,theta_o_deg,phi_o_deg"
+    np.savetxt(tmp_path / "poses.csv", poses, "%.10g", delimiter=",", header=head, comments="")
+    folder = tmp_path / "readings"
+    gonio("measure", tmp_path / "poses.csv", "--config", config, "-o", folder, "--format", "pab-opto")
+    files = sorted(folder.glob("*.pab"))
+    assert len(files) == 9
+    (tmp_path / "fit.sir").write_bytes(radiance("pabopto2bsdf", "-n", "1", *files, cwd=tmp_path))
+    (tmp_path / "fit.xml").write_bytes(radiance("bsdf2ttree", "-g", "5", "fit.sir", cwd=tmp_path))
+    for theta in (10, 30, 60):
+        told = subprocess.run(
+            [sys.executable, "-c", HEMISPHERE, tmp_path / "fit.xml", str(theta)], capture_output=True, text=True
+        )
+        assert told.returncode == 0, told.stderr
+        exact = albedo(gonio, tmp_path, config, theta)
+        print(f"{theta}°: {float(told.stdout):.4f}, exact {exact:.4f}")
+        assert float(told.stdout) == pytest.approx(exact, rel=0.05)
+
+
+# Of everything that is scattered (SAMPLE_ALL).
+HEMISPHERE = """
+import sys
+from pyradiance import bsdf
+table = bsdf.load_file(sys.argv[1])
+print(bsdf.direct_hemi(table, float(sys.argv[2]), 0.0, bsdf.SAMPLE_ALL))
+"""
