@@ -243,6 +243,7 @@ fn built_in() -> Vec<Entry<dyn BrdfSpec>> {
         measured::UTIA,
         measured::RGL,
         measured::TENSOR_TREE,
+        measured::ZEMAX,
         measured::TABULATED,
     ]
 }

@@ -18,6 +18,7 @@ mod rgl;
 mod sheet;
 mod tensor_tree;
 mod utia;
+mod zemax;
 
 pub use choice::{FormatError, Use, files_in, of_name, of_text};
 pub use merl::FORMAT as MERL;
@@ -204,6 +205,7 @@ pub fn all() -> Vec<Format> {
         utia::FORMAT,
         rgl::FORMAT,
         tensor_tree::FORMAT,
+        zemax::FORMAT,
         panorama::EXR,
         panorama::HDR,
     ]

@@ -5,6 +5,7 @@ pub mod rgl;
 mod tabulated;
 pub mod tensor_tree;
 pub mod utia;
+pub mod zemax;
 
 pub use tabulated::TabulatedSpec;
 
@@ -13,6 +14,7 @@ pub(super) use rgl::ENTRY as RGL;
 pub(super) use tabulated::ENTRY as TABULATED;
 pub(super) use tensor_tree::ENTRY as TENSOR_TREE;
 pub(super) use utia::ENTRY as UTIA;
+pub(super) use zemax::ENTRY as ZEMAX;
 
 use super::{Brdf, Channels, Presence};
 use crate::error::ParameterError;
@@ -52,6 +54,27 @@ fn values_or_nan(brdf: &dyn Brdf, pairs: &[DirectionPair]) -> Vec<f64> {
         }
     }
     values
+}
+
+/// Fills what is NaN in a row of values of `n` channels, for a format without holes: by the value before, at the start by the
+/// first one there is; by 0, and the answer is false, if there is none.
+fn fill_gaps(row: &mut [f64], n: usize) -> bool {
+    let first = row.chunks_exact(n).position(|v| !v[0].is_nan());
+    let Some(first) = first else {
+        row.fill(0.0);
+        return false;
+    };
+    for k in 0..row.len() / n {
+        let source = if k < first {
+            first
+        } else {
+            k.saturating_sub(1)
+        };
+        if row[n * k].is_nan() {
+            row.copy_within(n * source..n * (source + 1), n * k);
+        }
+    }
+    true
 }
 
 /// Label of a table: the name of its file, or its kind if that has none.
