@@ -10,6 +10,7 @@
 mod alta;
 mod astm;
 mod choice;
+mod mdl;
 mod merl;
 mod pab;
 mod panorama;
@@ -206,6 +207,7 @@ pub fn all() -> Vec<Format> {
         rgl::FORMAT,
         tensor_tree::FORMAT,
         zemax::FORMAT,
+        mdl::FORMAT,
         panorama::EXR,
         panorama::HDR,
     ]

@@ -403,12 +403,12 @@ fn bad_input_is_refused_with_its_line() {
         (
             &["reconstruct", "r.csv", "-o", "x.ssdd"],
             2,
-            "allowed: .binary, .bin, .bsdf, .xml, .zbsdf, or --format",
+            "allowed: .binary, .bin, .bsdf, .xml, .zbsdf, .mbsdf, or --format",
         ),
         (
             &["tabulate", "c.toml", "-o", "x.ssdd"],
             2,
-            "allowed: .binary, .bin, .bsdf, .xml, .zbsdf, or --format",
+            "allowed: .binary, .bin, .bsdf, .xml, .zbsdf, .mbsdf, or --format",
         ),
     ] {
         let sentence = bench.refused(args, code);

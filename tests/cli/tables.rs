@@ -529,6 +529,21 @@ fn a_table_says_how_far_off_it_is() {
 }
 
 #[test]
+fn a_table_that_is_not_read_has_no_tolerance() {
+    let bench = Bench::new();
+    let text = "channels = \"luminance\"\n\n[[material]]\nkind = \"lambert\"\n";
+    fs::write(bench.path("c.toml"), text).unwrap();
+    let mbsdf = ["tabulate", "c.toml", "-o", "t.mbsdf"];
+    bench.good(&mbsdf);
+    let asked = [&mbsdf[..], &["--force", "--tolerance", "0.1"]].concat();
+    let sentence = bench.refused(&asked, 2);
+    assert!(
+        sentence.contains("mdl are not read back") && sentence.contains("with merl, utia"),
+        "{sentence}"
+    );
+}
+
+#[test]
 fn readings_of_several_lights_are_files_of_a_folder() {
     let bench = Bench::new();
     let text = "channels = \"luminance\"\n\n[[material]]\nkind = \"lambert\"\nalbedo = 0.5\n";

@@ -1,5 +1,6 @@
 //! Measured tables, and materials converted into tables.
 
+pub mod mdl;
 pub mod merl;
 pub mod rgl;
 mod tabulated;
