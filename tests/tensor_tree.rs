@@ -210,7 +210,7 @@ fn merging_adds_what_it_says_and_no_energy() {
     let ggx = material("ggx", "alpha = 0.2", Channels::Luminance);
     let nodes = tabulate(&*ggx, level).unwrap();
     assert!(nodes[0].leaves() < cells * cells * cells / 2);
-    let [mut error, mut square, mut means] = [0.0, 0.0, [0.0; 2]];
+    let ([mut error, mut square], mut means) = ([0.0; 2], [0.0; 2]);
     for x in 0..cells / 2 {
         for s in 0..cells {
             for t in 0..cells {

@@ -145,7 +145,7 @@ fn angles_are_about_the_mirror_direction() {
         (
             "Measured\n",
             "Measured\nWhat",
-            "line 4: WhatSymmetry: allowed is Symmetry",
+            "line 3: WhatSymmetry: allowed is Symmetry",
         ),
         ("BRDF", "BTDF", "line 5: BTDF: allowed are BRDF"),
         (

@@ -16,11 +16,14 @@ pub const FORMAT: Format = Format {
         let degrees = file.beyond_turn.then(|| {
             "some angles are beyond two turns, as if degrees were read as radians, which ALTA's files have".into()
         });
-        let rows = count(file.rows.rows(), "row");
+        let note = format!(
+            "ALTA {}: {} below the horizon, {} averaged with earlier ones",
+            file.input,
+            count(file.rows.below_horizon, "row"),
+            count(file.rows.folded.poses, "row")
+        );
         let mut readings = Readings::of(file.rows, doubts);
-        readings
-            .notes
-            .insert(0, format!("ALTA {}: {rows}", file.input));
+        readings.notes = vec![note];
         readings.warnings.extend(degrees);
         Ok(readings)
     }),

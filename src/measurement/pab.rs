@@ -38,6 +38,9 @@ const KINDS: [(&str, Quantity); 3] = [
     ("DSF", Quantity::BrdfCosine),
 ];
 
+/// Parts of a degree to which angles are written.
+const TIDY: f64 = 1e12;
+
 /// What `#colorimetry` may say.
 const COLORIMETRY: [(&str, Channels); 2] =
     [("CIE-Y", Channels::Luminance), ("CIE-XYZ", Channels::Rgb)];
@@ -222,7 +225,9 @@ pub fn write(
     let material = about.material.as_deref().unwrap_or("unknown");
     let material = printable(material).replace('"', "'");
     let poses = PoseRows::new(&measurement.schedule, sequence, false);
-    let angles = |d: Direction| [d.theta(), d.phi()].map(f64::to_degrees);
+    // 30 is 29.999999999999996 once it went through a sine.
+    let tidy = |angle: f64| (angle.to_degrees() * TIDY).round() / TIDY;
+    let angles = |d: Direction| [d.theta(), d.phi()].map(tidy);
     let row = |row: usize| {
         let i = poses.pose(row);
         let pair = &measurement.schedule.poses[i].pair;

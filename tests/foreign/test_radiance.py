@@ -136,6 +136,18 @@ def test_a_tree_is_reciprocal(gonio, tmp_path):
     assert 0 <= mean <= 1.5
 
 
+def lobe(theta_i):
+    """Rings about the mirror direction, in degrees, where a lobe of roughness .3 is."""
+    mirror = np.radians(theta_i)
+    for radius in np.linspace(0.117, 1, 9):
+        for azimuth in np.radians(np.arange(3, 360, 15)):
+            along, across = np.sin(radius) * np.cos(azimuth), np.sin(radius) * np.sin(azimuth)
+            x = -np.cos(radius) * np.sin(mirror) + along * np.cos(mirror)
+            z = np.cos(radius) * np.cos(mirror) + along * np.sin(mirror)
+            if z > 0.03:
+                yield [np.degrees(np.arccos(z)), np.degrees(np.arctan2(across, x)) % 360]
+
+
 def test_readings_become_a_scattering_function(gonio, tmp_path):
     """pabopto2bsdf fits what gonio measured; its hemispherical reflectance is that of the material."""
     config = scene(tmp_path, 'kind = "ggx"\nalpha = 0.3')
@@ -144,6 +156,7 @@ def test_readings_become_a_scattering_function(gonio, tmp_path):
         for theta in np.arange(0, 88, 2.5):
             around = max(1, round(72 * np.sin(np.radians(theta))))
             poses += [[theta_i, 0, theta, 360 * k / around] for k in range(around)]
+        poses += [[theta_i, 0, *sensor] for sensor in lobe(theta_i)]
     head = "theta_i_deg,phi_i_deg,theta_o_deg,phi_o_deg"
     np.savetxt(tmp_path / "poses.csv", poses, "%.10g", delimiter=",", header=head, comments="")
     folder = tmp_path / "readings"
@@ -151,7 +164,7 @@ def test_readings_become_a_scattering_function(gonio, tmp_path):
     files = sorted(folder.glob("*.pab"))
     assert len(files) == 9
     (tmp_path / "fit.sir").write_bytes(radiance("pabopto2bsdf", "-n", "1", *files, cwd=tmp_path))
-    (tmp_path / "fit.xml").write_bytes(radiance("bsdf2ttree", "-g", "5", "fit.sir", cwd=tmp_path))
+    (tmp_path / "fit.xml").write_bytes(radiance("bsdf2ttree", "-g", "6", "-t", "90", "fit.sir", cwd=tmp_path))
     for theta in (10, 30, 60):
         told = subprocess.run(
             [sys.executable, "-c", HEMISPHERE, tmp_path / "fit.xml", str(theta)], capture_output=True, text=True

@@ -162,6 +162,7 @@ fn values_lose_their_cosine_and_keep_their_colours() {
                 1.0
             };
             for (value, c) in back
+                .rows
                 .measurement
                 .value(i)
                 .unwrap()

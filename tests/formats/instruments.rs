@@ -106,7 +106,7 @@ fn readings_come_back_without_what_has_no_place() {
                     &before.schedule.poses[old].pair,
                     &after.schedule.poses[k].pair,
                 ];
-                assert!(distance(pairs[0], pairs[1], Symmetry::NONE) < 1e-14);
+                assert!(distance(pairs[0], pairs[1], Symmetry::NONE) < 1e-13);
                 let values = before
                     .value(old)
                     .unwrap()
