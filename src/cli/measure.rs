@@ -68,7 +68,12 @@ impl Measure {
         self.threads.apply()?;
         let format = WRITE_READINGS.format(self.format, &self.output);
         let format = format.map_err(|e| Error::output(&self.output, e))?;
-        refuse_existing(&self.output, self.force)?;
+        if !self.is_folder(format) {
+            refuse_existing(&self.output, self.force)?;
+        } else if self.output.exists() && !self.force {
+            let message = "this folder exists; choose another with -o, or --force to replace its files of lights";
+            return Err(Error::output(&self.output, message));
+        }
         let mut source = Source::read(&self.config)?;
         for assignment in &self.set {
             source.set(assignment, format!("--set {assignment}"))?;
@@ -153,6 +158,11 @@ impl Measure {
         ))
     }
 
+    /// True if the output is a folder, with a file for each direction of the light.
+    fn is_folder(&self, format: Format) -> bool {
+        format.one_light && formats::of_name(&self.output) != Some(format)
+    }
+
     /// Writes the readings, and tells what the format has no place for.
     fn write(
         &self,
@@ -180,7 +190,7 @@ impl Measure {
             return file(&self.output, sequence);
         }
         let lights = by_light(measurement, sequence);
-        if formats::of_name(&self.output) == Some(format) {
+        if !self.is_folder(format) {
             return match lights.len() {
                 0 | 1 => file(&self.output, sequence),
                 several => Err(Error::output(
