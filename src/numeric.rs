@@ -5,6 +5,8 @@ pub(crate) mod angles;
 pub(crate) mod exact;
 pub(crate) mod powers;
 
+use glam::{DMat3, DVec3};
+
 /// Cosine below which a direction counts as *on* the horizon for a real pose.
 ///
 /// A node at theta = 90° has cosine 6e-17 in `f64`, not 0: positive, yet no instrument can see it
@@ -58,6 +60,13 @@ pub fn luminance(rgb: [f64; 3]) -> f64 {
 
 /// Rec. 709 luminance weights of linear R, G, B.
 pub const LUMINANCE: [f64; 3] = [0.2126, 0.7152, 0.0722];
+
+/// CIE 1931 X, Y, Z of linear R, G, B (IEC 61966-2-1), each divided by that of white: grey has X = Y = Z.
+pub const XYZ: DMat3 = DMat3::from_cols(
+    DVec3::new(0.4124 / 0.9505, LUMINANCE[0], 0.0193 / 1.089),
+    DVec3::new(0.3576 / 0.9505, LUMINANCE[1], 0.1192 / 1.089),
+    DVec3::new(0.1805 / 0.9505, LUMINANCE[2], 0.9505 / 1.089),
+);
 
 /// Numbers that may be infinite in formats that have no infinity: JSON writes `null` for it.
 pub mod infinite_as_null {

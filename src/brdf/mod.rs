@@ -242,6 +242,8 @@ fn built_in() -> Vec<Entry<dyn BrdfSpec>> {
         measured::MERL,
         measured::UTIA,
         measured::RGL,
+        measured::TENSOR_TREE,
+        measured::ZEMAX,
         measured::TABULATED,
     ]
 }

@@ -47,6 +47,16 @@ impl Tabulate {
         self.threads.apply()?;
         let format = WRITE_TABLE.format(self.format, &self.output);
         let format = format.map_err(|e| Error::output(&self.output, e))?;
+        if self.tolerance.is_some() && format.read_table.is_none() {
+            let read = WRITE_TABLE.formats().filter(|f| f.read_table.is_some());
+            let names: Vec<_> = read.map(|f| f.name).collect();
+            let message = format!(
+                "tables of {} are not read back, so that their errors are unknown; allowed: --tolerance with {}",
+                format.name,
+                names.join(", ")
+            );
+            return Err(Error::config("--tolerance", message));
+        }
         let source = self.config.source()?;
         let plan = super::plan(&source)?;
         let material = choose_material(&plan.materials, self.material.as_deref())?;

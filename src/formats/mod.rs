@@ -8,13 +8,18 @@
 //! [`MapSpec`](crate::lighting::MapSpec).
 
 mod alta;
+mod astm;
 mod choice;
+mod mdl;
 mod merl;
+mod pab;
 mod panorama;
 mod readings;
 mod rgl;
 mod sheet;
+mod tensor_tree;
 mod utia;
+mod zemax;
 
 pub use choice::{FormatError, Use, files_in, of_name, of_text};
 pub use merl::FORMAT as MERL;
@@ -104,6 +109,10 @@ pub struct Format {
     pub read_readings: Option<ReadReadings>,
     /// Writes readings.
     pub write_readings: Option<WriteReadings>,
+    /// Whether readings that are written lose uncertainties, flags and poses without a reading.
+    pub bare_readings: bool,
+    /// Whether a file of readings has one light direction; those of several are files of a folder.
+    pub one_light: bool,
     /// Reads an environment map.
     pub read_environment: Option<ReadEnvironment>,
 }
@@ -124,6 +133,8 @@ impl Format {
         write_schedule: None,
         read_readings: None,
         write_readings: None,
+        bare_readings: false,
+        one_light: false,
         read_environment: None,
     };
 
@@ -197,9 +208,14 @@ pub fn all() -> Vec<Format> {
         #[cfg(feature = "arrays")]
         sheet::NPZ,
         alta::FORMAT,
+        pab::FORMAT,
+        astm::FORMAT,
         merl::FORMAT,
         utia::FORMAT,
         rgl::FORMAT,
+        tensor_tree::FORMAT,
+        zemax::FORMAT,
+        mdl::FORMAT,
         panorama::EXR,
         panorama::HDR,
     ]

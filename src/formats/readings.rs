@@ -2,7 +2,7 @@
 
 use super::{READ_READINGS, ReadReadings};
 use crate::error::{Error, count};
-use crate::measurement::Measurement;
+use crate::measurement::{Measurement, Scattered, retro_peak};
 use crate::schedule::{Assume, FileError};
 use std::path::Path;
 
@@ -18,6 +18,36 @@ pub struct Readings {
     pub rows: usize,
     /// True if the file vouches for being whole.
     pub intact: bool,
+}
+
+impl Readings {
+    /// Those of a table that was read row by row; `doubts` its azimuths.
+    pub(super) fn of(rows: Scattered, doubts: bool) -> Self {
+        let mut notes = Vec::new();
+        if rows.below_horizon > 0 {
+            notes.push(format!(
+                "{} with light or sensor below the horizon: passed over",
+                count(rows.below_horizon, "row")
+            ));
+        }
+        if rows.folded.poses > 0 {
+            notes.push(format!(
+                "{} averaged with earlier ones",
+                count(rows.folded.poses, "row")
+            ));
+        }
+        let peak = retro_peak(&rows.measurement).filter(|_| doubts);
+        Self {
+            warnings: (peak.iter().map(ToString::to_string))
+                .chain(rows.negative.warning())
+                .chain(rows.folded.warning())
+                .collect(),
+            rows: rows.rows(),
+            intact: false,
+            measurement: rows.measurement,
+            notes,
+        }
+    }
 }
 
 /// The text before its last line, and the number of that line.

@@ -32,19 +32,15 @@
 //! symmetric interval, of the first value or of each: it is taken for a standard uncertainty that
 //! readings share. The two ends that `#VS 2` gives are passed over.
 
-use super::{Details, Flags, Folded, Measurement, Negative, Outcome, reading_of};
+use super::scattered::{Rows, Scattered, numbers, refuse_columns};
 use crate::brdf::{Channels, Wavelengths};
 use crate::error::excerpt;
-use crate::geometry::{Direction, DirectionPair, Symmetry};
-use crate::numeric::{GRAZING_COS, safe_sqrt};
+use crate::geometry::Direction;
+use crate::numeric::safe_sqrt;
 use crate::schedule::convention::names;
-use crate::schedule::export::FROM_FILE;
-use crate::schedule::import::form;
-use crate::schedule::table::Table;
-use crate::schedule::{Assume, Azimuth, Conventions, FileError, Pose, Quantity, Schedule};
+use crate::schedule::{Assume, Azimuth, Conventions, FileError, Quantity};
 use glam::DVec3;
 use std::f64::consts::{FRAC_PI_2, PI};
-use std::sync::Arc;
 
 /// Tolerance of the length of a `CARTESIAN` vector, which is 1 up to four printed digits.
 const LENGTH_SLACK: f64 = 1e-3;
@@ -199,21 +195,14 @@ fn neumann(h_bar: f64, k_bar: f64, azimuth: f64) -> [DVec3; 2] {
 
 /// A file that was read.
 pub struct AltaFile {
-    /// The measurement; its schedule has each configuration once.
-    pub measurement: Measurement,
+    /// What was read.
+    pub rows: Scattered,
     /// Value of `#PARAM_IN`.
     pub input: &'static str,
     /// True if its coordinates are azimuths, which others count from elsewhere.
     pub has_azimuths: bool,
-    /// Rows without a pose: a direction is not above the horizon.
-    pub below_horizon: usize,
-    /// Rows with values below 0.
-    pub negative: Negative,
     /// True if an angle is beyond two turns, rad.
     pub beyond_turn: bool,
-    /// Rows of a configuration that came before: their values are averaged, see
-    /// [`Measurement::merged`].
-    pub folded: Folded,
 }
 
 /// True if a text has the header of such a file.
@@ -240,23 +229,13 @@ struct Header {
 /// One sentence with the line: a header that lacks a line or holds an unsupported value, a row with
 /// another number of cells, or with one that is no finite number or no reading.
 pub fn read(text: &str, name: &str, assume: &Assume) -> Result<AltaFile, FileError> {
+    refuse_columns("an ALTA file", name, assume)?;
     let conventions = &assume.conventions;
-    for (option, given) in [
-        ("--columns", !conventions.columns.is_empty()),
-        ("--angles", conventions.angles.is_some()),
-        ("--elevation", conventions.elevation),
-    ] {
-        if given {
-            let message = format!("{option}: the header of an ALTA file says what its columns are");
-            return Err(FileError::whole(name, message));
-        }
-    }
     let header = Header::read(text, name, conventions)?;
     let (input, dimension, fixes_sample, inverse) = header.input;
     let n = header.channels.count();
     let azimuth = conventions.azimuth.unwrap_or(Azimuth::Sample);
-    let (mut pairs, mut values, mut radii) = (Vec::new(), Vec::new(), Vec::new());
-    let (mut below_horizon, mut negative) = (0, Negative::default());
+    let mut rows = Rows::new(name);
     let mut beyond_turn = false;
     for (i, line) in text.lines().enumerate() {
         let content = line.trim();
@@ -283,82 +262,27 @@ pub fn read(text: &str, name: &str, assume: &Assume) -> Result<AltaFile, FileErr
                 }
             }
         }
-        let above = |d: &Direction| d.cos_theta() > GRAZING_COS;
-        let [light, view] = [light, view].map(|v| Direction::try_new(v).filter(above));
-        let (Some(light), Some(view)) = (light, view) else {
-            below_horizon += 1;
-            continue;
-        };
-        let pair = DirectionPair::new(light, view);
-        let of_one = header.quantity.of_one(&pair);
-        pairs.push(pair);
-        negative.see(i + 1, || cells[dimension..dimension + n].iter().copied());
-        let add = |to: &mut Vec<f64>, value: f64| {
-            let reading = reading_of(value, of_one);
-            let refused =
-                |e| FileError::at(name, i + 1, format!("{value:e} is no reading")).because(e);
-            to.push(reading.map_err(refused)?);
-            Ok(())
-        };
+        // One radius stands for all values.
         let interval = &cells[dimension + n..];
-        for c in 0..n {
-            add(&mut values, cells[dimension + c])?;
-            if header.intervals == 1 {
-                // One radius stands for all values.
-                let radius = interval[c.min(interval.len() - 1)];
-                if radius < 0.0 {
-                    let message =
-                        format!("an interval of radius {radius}: allowed is a number from 0");
-                    return Err(FileError::at(name, i + 1, message));
-                }
-                add(&mut radii, radius)?;
-            }
+        let radii: Vec<f64> = match header.intervals {
+            1 => (0..n)
+                .map(|c| interval[c.min(interval.len() - 1)])
+                .collect(),
+            _ => Vec::new(),
+        };
+        if let Some(radius) = radii.iter().find(|r| **r < 0.0) {
+            let message = format!("an interval of radius {radius}: allowed is a number from 0");
+            return Err(FileError::at(name, i + 1, message));
         }
+        let values = &cells[dimension..dimension + n];
+        rows.push(i + 1, [light, view], header.quantity, values, &radii)?;
     }
-    if pairs.is_empty() {
-        return Err(FileError::whole(name, "there is no row above the horizon"));
-    }
-    let mut assume = assume.clone();
-    let otherwise = &mut assume.otherwise;
-    *otherwise = Symmetry {
-        isotropic: otherwise.isotropic || !fixes_sample,
-        ..*otherwise
-    };
-    let parametrization = form(&Table::named(name), &assume)?;
-    let poses: Vec<Pose> = pairs
-        .into_iter()
-        .map(|pair| Pose {
-            coords: parametrization.forward(&pair),
-            pair,
-        })
-        .collect();
-    let rows = poses.len();
-    let measurement = Measurement {
-        channels: header.channels,
-        values,
-        outcomes: vec![Outcome::Reading; rows],
-        details: (header.intervals == 1).then(|| Details {
-            type_a: vec![0.0; rows * n],
-            type_b: radii,
-            flags: vec![Flags::NONE; rows],
-        }),
-        schedule: Arc::new(Schedule {
-            parametrization,
-            sample_set: FROM_FILE.into(),
-            poses,
-            lattice: None,
-            unphysical_share: 0.0,
-        }),
-    };
-    let (measurement, folded) = measurement.merged();
+    let rows = rows.measurement(header.channels, assume, fixes_sample)?;
     Ok(AltaFile {
-        measurement,
+        rows,
         input,
         has_azimuths: matches!(inverse, Inverse::Angles(_)),
-        below_horizon,
         beyond_turn,
-        negative,
-        folded,
     })
 }
 
@@ -495,18 +419,7 @@ impl Header {
 
     /// The numbers of a row.
     fn row(&self, content: &str, name: &str, line: usize) -> Result<Vec<f64>, FileError> {
-        let parse = |word: &str| match word.parse::<f64>() {
-            Ok(value) if value.is_finite() => Ok(value),
-            _ => {
-                let word = excerpt(word);
-                let message = format!("{word}: allowed is a finite number");
-                Err(FileError::at(name, line, message))
-            }
-        };
-        let cells: Vec<f64> = content
-            .split_whitespace()
-            .map(parse)
-            .collect::<Result<_, _>>()?;
+        let cells = numbers(content.split_whitespace(), name, line)?;
         let n = self.channels.count();
         let bare = self.input.1 + n;
         let allowed = [bare + self.intervals, bare + self.intervals * n];

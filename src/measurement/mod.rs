@@ -1,13 +1,16 @@
 //! Measurements: readings and outcomes of the poses of a schedule, and their files.
 
 pub mod alta;
+pub mod astm;
 mod columns;
 mod file;
 mod merge;
 mod negative;
+pub mod pab;
 #[cfg(feature = "schemas")]
 mod record;
 mod retro;
+mod scattered;
 
 pub use file::{About, FlagsError, MeasurementFile, read_measurement, write_measurement};
 pub use merge::Folded;
@@ -15,6 +18,7 @@ pub use negative::Negative;
 #[cfg(feature = "schemas")]
 pub use record::{MeasurementRow, measurement_schema};
 pub use retro::{RetroPeak, retro_peak};
+pub use scattered::Scattered;
 
 use crate::brdf::Channels;
 use crate::numeric::LARGEST_READING;

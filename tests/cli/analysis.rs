@@ -129,7 +129,7 @@ fn commands_are_told_apart() {
         let found = help.lines().find(|l| l.trim().starts_with(command));
         found.unwrap_or_else(|| panic!("{help}")).to_owned()
     };
-    assert!(line("tabulate").contains("as a table (.binary, .bin, .bsdf)"));
+    assert!(line("tabulate").contains("as a table (.binary, .bin, .bsdf, .xml, .zbsdf, .mbsdf)"));
     assert!(line("distortion").contains("isolines") && !line("distortion").contains("MERL"));
 }
 

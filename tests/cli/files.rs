@@ -393,7 +393,7 @@ fn bad_input_is_refused_with_its_line() {
         (
             &["reconstruct", "t.binary"][..],
             3,
-            "allowed: csv, json-lines, alta",
+            "allowed: csv, json-lines, alta, pab-opto, astm",
         ),
         (
             &["measure", "t.binary", "--config", "c.toml", "-o", "x.csv"],
@@ -403,12 +403,12 @@ fn bad_input_is_refused_with_its_line() {
         (
             &["reconstruct", "r.csv", "-o", "x.ssdd"],
             2,
-            "allowed: .binary, .bin, .bsdf, or --format",
+            "allowed: .binary, .bin, .bsdf, .xml, .zbsdf, .mbsdf, or --format",
         ),
         (
             &["tabulate", "c.toml", "-o", "x.ssdd"],
             2,
-            "allowed: .binary, .bin, .bsdf, or --format",
+            "allowed: .binary, .bin, .bsdf, .xml, .zbsdf, .mbsdf, or --format",
         ),
     ] {
         let sentence = bench.refused(args, code);

@@ -527,3 +527,82 @@ fn a_table_says_how_far_off_it_is() {
     assert_eq!(none.status.code(), Some(2));
     assert!(sentence.contains("a number in (0, 1]"), "{sentence}");
 }
+
+#[test]
+fn a_table_that_is_not_read_has_no_tolerance() {
+    let bench = Bench::new();
+    let text = "channels = \"luminance\"\n\n[[material]]\nkind = \"lambert\"\n";
+    fs::write(bench.path("c.toml"), text).unwrap();
+    let mbsdf = ["tabulate", "c.toml", "-o", "t.mbsdf"];
+    bench.good(&mbsdf);
+    let asked = [&mbsdf[..], &["--force", "--tolerance", "0.1"]].concat();
+    let sentence = bench.refused(&asked, 2);
+    assert!(
+        sentence.contains("mdl are not read back") && sentence.contains("with merl, utia"),
+        "{sentence}"
+    );
+}
+
+#[test]
+fn readings_of_several_lights_are_files_of_a_folder() {
+    let bench = Bench::new();
+    let text = "channels = \"luminance\"\n\n[[material]]\nkind = \"lambert\"\nalbedo = 0.5\n";
+    fs::write(bench.path("c.toml"), text).unwrap();
+    let poses =
+        "theta_i_deg,phi_i_deg,theta_o_deg,phi_o_deg\n30,0,20,180\n60,0,20,180\n30,0,40,90\n";
+    fs::write(bench.path("p.csv"), poses).unwrap();
+    let measure = |output: &'static str, more: &[&'static str]| {
+        let all = ["measure", "p.csv", "--config", "c.toml", "-o", output];
+        [&all[..], more].concat()
+    };
+    let sentence = bench.refused(&measure("r.pab", &[]), 2);
+    assert!(
+        sentence.contains("2 directions of the light; allowed: one in a file of pab-opto, or -o FOLDER --format pab-opto"),
+        "{sentence}"
+    );
+    assert!(!bench.path("r.pab").exists());
+    bench.good(&measure("r", &["--format", "pab-opto"]));
+    let first = bench.read("r/light-0001.pab");
+    assert!(
+        first.contains("\n#intheta 30") && first.contains("#datapoints_in_file\t2\n"),
+        "{first}"
+    );
+    assert!(
+        bench
+            .read("r/light-0002.pab")
+            .contains("#datapoints_in_file\t1\n")
+    );
+    let said = bench.good(&[
+        "reconstruct",
+        "r/light-0001.pab",
+        "r/light-0002.pab",
+        "--cross-validation",
+        "none",
+        "--reconstruction",
+        "nearest",
+    ]);
+    assert!(
+        said.contains("3 poses") && said.contains("3 readings"),
+        "{said}"
+    );
+    bench.refused(&measure("r", &["--format", "pab-opto"]), 2);
+    // What is written again are the lights of now.
+    fs::write(bench.path("p.csv"), poses.replace("60,0,20,180\n", "")).unwrap();
+    bench.good(&measure("r", &["--format", "pab-opto", "--force"]));
+    assert!(!bench.path("r/light-0002.pab").exists());
+    bench.good(&measure("one.pab", &[]));
+    assert_eq!(bench.read("one.pab"), first);
+    // Uncertainties have no place, which is told.
+    let told = bench
+        .command(&measure(
+            "u.astm",
+            &["--instrument", "cornell", "--skip-unreachable"],
+        ))
+        .output()
+        .unwrap();
+    let told = String::from_utf8(told.stderr).unwrap();
+    assert!(
+        told.contains("astm has no place for uncertainties, flags and poses without a reading"),
+        "{told}"
+    );
+}

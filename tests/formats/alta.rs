@@ -120,8 +120,12 @@ fn pairs_come_back_from_every_kind_of_coordinates() {
             .collect();
         let back = good(&file(input, "INV_STERADIAN", 1, &rows, "#VS 0\n"));
         assert_eq!(back.input, input);
-        assert_eq!((back.below_horizon, back.folded.poses), (0, 0), "{input}");
-        let m = &back.measurement;
+        assert_eq!(
+            (back.rows.below_horizon, back.rows.folded.poses),
+            (0, 0),
+            "{input}"
+        );
+        let m = &back.rows.measurement;
         assert_eq!(m.channels, Channels::Luminance);
         assert_eq!(m.readings(), pairs.len());
         assert_eq!(m.schedule.parametrization.symmetry().isotropic, isotropic);
@@ -150,7 +154,7 @@ fn values_lose_their_cosine_and_keep_their_colours() {
         ("INV_STERADIAN_COSINE_FACTOR", true),
     ] {
         let back = good(&file("CARTESIAN", output, 3, &rows, ""));
-        assert_eq!(back.measurement.channels, Channels::Rgb);
+        assert_eq!(back.rows.measurement.channels, Channels::Rgb);
         for (i, pair) in pairs.iter().enumerate() {
             let cos = if cosine {
                 pair.omega_o.cos_theta()
@@ -158,6 +162,7 @@ fn values_lose_their_cosine_and_keep_their_colours() {
                 1.0
             };
             for (value, c) in back
+                .rows
                 .measurement
                 .value(i)
                 .unwrap()
@@ -195,7 +200,7 @@ fn values_by_wavelength_need_their_wavelengths() {
             &rows(4, radius),
             &more,
         ));
-        let back = back.measurement;
+        let back = back.rows.measurement;
         let Channels::Wavelengths(found) = &back.channels else {
             panic!("{:?}", back.channels);
         };
@@ -206,7 +211,7 @@ fn values_by_wavelength_need_their_wavelengths() {
     // As many as there are colours are wavelengths still.
     let three = "#WAVELENGTHS_NM 400 500 600\n";
     let back = good(&file("CARTESIAN", "INV_STERADIAN", 3, &rows(3, &[]), three));
-    assert!(back.measurement.channels.wavelengths().is_some());
+    assert!(back.rows.measurement.channels.wavelengths().is_some());
     for (output, p, more, why) in [
         ("INV_STERADIAN", 4, "", "or one for each of #WAVELENGTHS_NM"),
         ("INV_STERADIAN", 3, line, "4 values of INV_STERADIAN"),
@@ -246,7 +251,7 @@ fn a_radius_is_an_uncertainty_and_two_ends_are_none() {
         &[one],
         "#VS 1\n",
     );
-    let details = good(&text).measurement.details.unwrap();
+    let details = good(&text).rows.measurement.details.unwrap();
     assert_eq!((details.type_a[0], details.type_b[0]), (0.0, 0.25));
     let negative = text.replace("0.25\n", "-0.25\n");
     let refusal = read(&negative, "a", &Assume::default()).err().unwrap();
@@ -258,7 +263,7 @@ fn a_radius_is_an_uncertainty_and_two_ends_are_none() {
     let text = text
         .replace("#VS 1", "#VS 2")
         .replace("0.25\n", "4.75 5.5\n");
-    assert!(good(&text).measurement.details.is_none());
+    assert!(good(&text).rows.measurement.details.is_none());
 }
 
 #[test]
@@ -278,13 +283,16 @@ fn rows_below_the_horizon_are_counted_and_rows_of_one_pose_averaged() {
         &rows,
         "",
     ));
-    assert_eq!((back.below_horizon, back.folded.poses), (2, 2));
-    assert_eq!(back.measurement.values, [2.5, 2.5]);
+    assert_eq!((back.rows.below_horizon, back.rows.folded.poses), (2, 2));
+    assert_eq!(back.rows.measurement.values, [2.5, 2.5]);
     // Outside the domain of lengths there is no pair.
     for input in ["STARK_3D", "NEUMANN_3D"] {
         let rows = [vec![0.1, 0.2, 0.3, 1.0], vec![0.9, 0.9, 0.1, 1.0]];
         let back = good(&file(input, "INV_STERADIAN", 1, &rows, ""));
-        assert_eq!((back.below_horizon, back.measurement.readings()), (1, 1));
+        assert_eq!(
+            (back.rows.below_horizon, back.rows.measurement.readings()),
+            (1, 1)
+        );
     }
 }
 
@@ -310,7 +318,7 @@ fn a_reading_beyond_all_bounds_is_refused_with_its_line() {
             match read(output, &row, "#VS 1\n") {
                 Ok(back) => {
                     assert!(good, "{value}");
-                    assert!(back.measurement.values.iter().all(|v| v.is_finite()));
+                    assert!(back.rows.measurement.values.iter().all(|v| v.is_finite()));
                 }
                 Err(e) => {
                     assert!(!good, "{e}");

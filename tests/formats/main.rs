@@ -6,6 +6,7 @@ mod common;
 
 mod alta;
 mod conventions;
+mod instruments;
 mod lab;
 mod measurements;
 mod npz;

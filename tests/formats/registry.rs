@@ -142,7 +142,7 @@ fn every_table_is_read_by_what_wrote_it() {
     let lambert = brdf::all().swap_remove(0);
     let truth = registry::read_text(&lambert, "albedo = 0.5").unwrap();
     let truth = truth.build(Channels::Luminance).unwrap();
-    for format in WRITE_TABLE.formats() {
+    for format in WRITE_TABLE.formats().filter(|f| f.read_table.is_some()) {
         let path = dir.path().join(format!("a.{}", format.extension()));
         WRITE_TABLE.choose(None, &path).unwrap()(&*truth, 0, &path).unwrap();
         let spec = READ_TABLE.function(&format).unwrap()(path.clone());

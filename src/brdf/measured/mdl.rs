@@ -1,0 +1,129 @@
+//! Isotropic BRDFs as measured BSDFs of the Material Definition Language (NVIDIA), which Omniverse and Iray read.
+//!
+//! ```text
+//! NVIDIA ARC MBSDF V1
+//! key="value"
+//! MBSDF_DATA=
+//! u32      0: one f32 a cell, 1: three (R, G, B)
+//! u32 n    cells of theta
+//! u32 m    cells of delta phi
+//! f32[]    at (theta_i n + theta_o) m + delta phi
+//! ```
+//!
+//! Numbers are little-endian. A cell holds f_r in sr⁻¹ at its middle: theta over [0, π/2), the angle between the azimuths of
+//! light and sensor over [0, π], where π is the mirror direction. Layout and lines are those that open readers of the format
+//! expect; that values are without a cosine was inferred, and no program that renders them was run.
+
+use super::{fill_gaps, values_or_nan};
+use crate::brdf::{Brdf, Channels};
+use crate::files;
+use crate::geometry::DirectionPair;
+use rayon::prelude::*;
+use std::f64::consts::{FRAC_PI_2, PI};
+use std::io::{self, Write};
+use std::path::Path;
+
+/// Cells of theta and of delta phi: one degree each.
+pub const CELLS: [usize; 2] = [90, 180];
+
+/// Reason why a table could not be made or written. Messages do not name the file; callers do.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum MdlError {
+    /// The system reported an error.
+    #[error("cannot write this MBSDF table: {0}")]
+    Io(#[from] io::Error),
+    /// There is no azimuth of the light in it.
+    #[error("an MBSDF table holds isotropic materials; this one changes as the sample is turned")]
+    Anisotropic,
+    /// It is for one wavelength, or R, G, B.
+    #[error("an MBSDF table holds luminance, R, G, B or one wavelength")]
+    Wavelengths,
+    /// Nothing to write.
+    #[error("this material has no data at any cell of the table")]
+    NoData,
+}
+
+/// Pairs that are evaluated.
+pub fn table_pairs() -> u64 {
+    (CELLS[0] * CELLS[0] * CELLS[1]) as u64
+}
+
+/// Tabulates a BRDF, channels together. A cell without data has what the cell nearer to retro-reflection has, or, if there is
+/// none, the nearest one; 0 where a pair of elevations has no data at all. Runs on rayon's threads; the result does not
+/// depend on their number.
+fn tabulate(brdf: &dyn Brdf) -> Result<Vec<f64>, MdlError> {
+    if !brdf.symmetry().isotropic {
+        return Err(MdlError::Anisotropic);
+    }
+    let n = brdf.channels().count();
+    if brdf.channels().wavelengths().is_some() && n > 1 {
+        return Err(MdlError::Wavelengths);
+    }
+    let [elevations, azimuths] = CELLS;
+    let row = |r: usize| {
+        let theta = |k: usize| FRAC_PI_2 * (k as f64 + 0.5) / elevations as f64;
+        let pairs = (0..azimuths).map(|k| {
+            let phi = PI * (k as f64 + 0.5) / azimuths as f64;
+            DirectionPair::from_spherical(theta(r / elevations), 0.0, theta(r % elevations), phi)
+        });
+        let mut values = values_or_nan(brdf, &pairs.collect::<Vec<_>>());
+        let has_data = fill_gaps(&mut values, n);
+        (values, has_data)
+    };
+    let rows = (0..elevations * elevations).into_par_iter().map(row);
+    let rows: Vec<(Vec<f64>, bool)> = rows.collect();
+    match rows.iter().any(|(_, has_data)| *has_data) {
+        true => Ok(rows.into_iter().flat_map(|(values, _)| values).collect()),
+        false => Err(MdlError::NoData),
+    }
+}
+
+/// Tabulates a BRDF and writes it.
+///
+/// # Errors
+/// [`MdlError`].
+///
+/// ```
+/// use gonio::brdf::measured::mdl::{CELLS, write_mdl};
+/// use gonio::brdf::{Channels, Lambert, Spectrum};
+/// let grey = Lambert::new(Spectrum::Grey(0.5), Channels::Luminance);
+/// let mut bytes = Vec::new();
+/// write_mdl(&grey, &mut bytes)?;
+/// assert!(bytes.starts_with(b"NVIDIA ARC MBSDF V1\n"));
+/// let last = f32::from_le_bytes(*bytes.last_chunk().unwrap());
+/// assert_eq!(last, (0.5 / std::f64::consts::PI) as f32);
+/// # Ok::<(), gonio::brdf::measured::mdl::MdlError>(())
+/// ```
+pub fn write_mdl(brdf: &dyn Brdf, out: &mut impl Write) -> Result<(), MdlError> {
+    Ok(write(&tabulate(brdf)?, brdf.channels(), out)?)
+}
+
+/// Writes a file that appears whole or not at all.
+///
+/// # Errors
+/// [`MdlError`].
+pub fn write_mdl_file(brdf: &dyn Brdf, path: &Path) -> Result<(), MdlError> {
+    let values = tabulate(brdf)?;
+    let channels = brdf.channels();
+    Ok(files::write_atomically(path, |out| {
+        write(&values, channels, out)
+    })?)
+}
+
+fn write(values: &[f64], channels: &Channels, out: &mut impl Write) -> io::Result<()> {
+    let version = env!("CARGO_PKG_VERSION");
+    writeln!(out, "NVIDIA ARC MBSDF V1\ngenerator=\"gonio {version}\"")?;
+    if let Some(w) = channels.wavelengths() {
+        writeln!(out, "wavelength_nm=\"{}\"", w.nm()[0])?;
+    }
+    writeln!(out, "MBSDF_DATA=")?;
+    let kind = u32::from(*channels == Channels::Rgb);
+    for number in [kind, CELLS[0] as u32, CELLS[1] as u32] {
+        out.write_all(&number.to_le_bytes())?;
+    }
+    for value in values {
+        out.write_all(&(*value as f32).to_le_bytes())?;
+    }
+    Ok(())
+}

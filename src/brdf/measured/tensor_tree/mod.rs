@@ -1,0 +1,181 @@
+//! Isotropic BRDFs as tensor trees of Radiance, which its material `BSDF` reads (Ward et al. 2012, *A practical framework
+//! for sharing and rendering real-world bidirectional scattering distribution functions*; the source of Radiance,
+//! `bsdf_t.c`).
+//!
+//! A `TensorTree3` is an octree over (x, s, t): x = (1 − sin theta_i)/2, of which only 0 … ½ is used, and (s, t) the point
+//! of the unit square that Shirley and Chiu's map ([`disk`]) sends to the projection of omega_o, where omega_i has
+//! azimuth π. A leaf holds f_r in sr⁻¹, without the cosine, for all of its cube: here the mean over it, so that integrals
+//! over the disk, which hold the sensor's cosine, are kept.
+//!
+//! A finest cell is taken at its midpoint. Eight leaves become one where their standard deviation is at most
+//! q √(mean · r) with q = [`MERGED`] and r the root mean square of f_r cos theta_i for cosine-distributed directions. As
+//! mean squares of the mean are at most r², that adds at most q to the normalised error in that measure, wherever f_r is
+//! large or small.
+//!
+//! The block `Visible` has the luminance. Of a BRDF in R, G, B the blocks `CIE-u` and `CIE-v` have the chromaticity, with
+//! grey at (⅓, ⅓), the white of Radiance.
+
+mod node;
+mod read;
+mod spec;
+mod write;
+
+pub use node::Node;
+pub use spec::{ENTRY, TensorTreeSpec};
+pub use write::{LEVELS, table_pairs, tabulate, write_tensor_tree, write_tensor_tree_file};
+
+use crate::brdf::{Brdf, Channels, Presence};
+use crate::geometry::{DirectionPair, Symmetry};
+use crate::numeric::XYZ;
+use glam::DVec3;
+use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, PI, TAU};
+use std::io;
+
+/// What a TensorTree3 has by construction.
+const SYMMETRY: Symmetry = Symmetry {
+    isotropic: true,
+    ..Symmetry::NONE
+};
+
+/// u' and v' of grey.
+const GREY: [f64; 2] = [4.0 / 19.0, 9.0 / 19.0];
+
+/// Reason why a tree could not be read, made or written. Messages do not name the file; callers do.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum TensorTreeError {
+    /// The system reported an error.
+    #[error("cannot read or write this tensor tree: {0}")]
+    Io(#[from] io::Error),
+    /// A file of another kind.
+    #[error("IncidentDataStructure {0}: allowed is TensorTree3, of isotropic materials")]
+    Structure(String),
+    /// Only the other side, or transmission.
+    #[error(
+        "there is no block of Visible with Reflection Back, which Radiance has above the surface"
+    )]
+    NoReflection,
+    /// A line that is not as a tree has it.
+    #[error("line {line}: {message}")]
+    Line {
+        /// From 1.
+        line: usize,
+        /// What is wrong, and what is allowed.
+        message: String,
+    },
+    /// There is no azimuth of the light in it.
+    #[error("a TensorTree3 holds isotropic materials; this one changes as the sample is turned")]
+    Anisotropic,
+    /// It has luminance and chromaticity.
+    #[error("a tensor tree holds luminance or R, G, B and no wavelengths")]
+    Wavelengths,
+    /// Nothing to write.
+    #[error("this material has no data at any of the {0} pairs of the tree")]
+    NoData(u64),
+}
+
+/// A tensor tree as a BRDF: the value of the leaf that a pair is in.
+#[derive(Clone, Debug)]
+pub struct TensorTree {
+    /// Luminance, then u' and v' if they are known.
+    trees: Vec<Node>,
+    channels: Channels,
+}
+
+impl TensorTree {
+    /// Trees of luminance, or of luminance, u' and v'.
+    pub fn new(trees: Vec<Node>, channels: Channels) -> Self {
+        Self { trees, channels }
+    }
+}
+
+impl Brdf for TensorTree {
+    fn channels(&self) -> &Channels {
+        &self.channels
+    }
+
+    fn symmetry(&self) -> Symmetry {
+        SYMMETRY
+    }
+
+    fn conserves_energy(&self) -> bool {
+        false
+    }
+
+    fn eval(&self, pair: &DirectionPair, out: &mut [f64]) -> Presence {
+        if !pair.is_above_horizon() {
+            out.fill(0.0);
+            return Presence::Present;
+        }
+        let place = place(pair);
+        let y = self.trees[0].at(place);
+        out.fill(y);
+        if let ([r, g, b], [_, u, v]) = (out, &self.trees[..]) {
+            let (u, v) = (u.at(place), v.at(place));
+            if v > 0.0 {
+                // CIE 1976; the sum of the three is 1 / y.
+                let x = 9.0 * u / (4.0 * v);
+                let z = (12.0 - 3.0 * u - 20.0 * v) / (4.0 * v);
+                let rgb = XYZ.inverse() * (y * DVec3::new(x, 1.0, z));
+                [*r, *g, *b] = rgb.max(DVec3::ZERO).to_array();
+            }
+        }
+        Presence::Present
+    }
+}
+
+/// The place of a pair in the cube, of which no coordinate is 1.
+fn place(pair: &DirectionPair) -> [f64; 3] {
+    let turn = PI - pair.omega_i.phi();
+    let (sin, cos) = turn.sin_cos();
+    let o = pair.omega_o.vector();
+    let [s, t] = square([cos * o.x - sin * o.y, sin * o.x + cos * o.y]);
+    let below = |x: f64| x.clamp(0.0, 1.0 - f64::EPSILON);
+    [0.5 - 0.5 * pair.omega_i.sin_theta().clamp(1e-9, 1.0), s, t].map(below)
+}
+
+/// Share of its root mean square by which a BRDF may err for being stored in larger cells.
+pub const MERGED: f64 = 0.02;
+
+/// The point of the unit disk at a point of the unit square, by rings (Shirley and Chiu 1997, *A low distortion map
+/// between disk and square*). Areas are kept, up to the factor π.
+///
+/// ```
+/// use gonio::brdf::measured::tensor_tree::disk;
+/// let [x, y] = disk([1.0, 0.5]);
+/// assert_eq!([x, y], [1.0, 0.0]);
+/// ```
+pub fn disk([s, t]: [f64; 2]) -> [f64; 2] {
+    let [a, b] = [2.0 * s - 1.0, 2.0 * t - 1.0];
+    let (radius, azimuth) = if a == 0.0 && b == 0.0 {
+        (0.0, 0.0)
+    } else if a.abs() >= b.abs() {
+        (a, FRAC_PI_4 * b / a)
+    } else {
+        (b, FRAC_PI_2 - FRAC_PI_4 * a / b)
+    };
+    let (sin, cos) = azimuth.sin_cos();
+    [radius * cos, radius * sin]
+}
+
+/// The point of the unit square of a point of the unit disk: the inverse of [`disk`].
+///
+/// ```
+/// use gonio::brdf::measured::tensor_tree::{disk, square};
+/// let [s, t] = square(disk([0.3, 0.8]));
+/// assert!((s - 0.3).abs() + (t - 0.8).abs() < 1e-14);
+/// ```
+pub fn square([x, y]: [f64; 2]) -> [f64; 2] {
+    let radius = x.hypot(y);
+    // Counted from the middle of the first of four sides.
+    let turn = (y.atan2(x) + FRAC_PI_4).rem_euclid(TAU);
+    let side = (turn / FRAC_PI_2).floor();
+    let along = radius * (turn - side * FRAC_PI_2 - FRAC_PI_4) / FRAC_PI_4;
+    let [a, b] = match side as u8 {
+        0 => [radius, along],
+        1 => [-along, radius],
+        2 => [-radius, -along],
+        _ => [along, -radius],
+    };
+    [(a + 1.0) / 2.0, (b + 1.0) / 2.0]
+}

@@ -1,0 +1,230 @@
+//! The XML of a tensor tree.
+//!
+//! What is read is what Radiance takes for reflection above the surface: the blocks `Reflection Back`. `Visible` has the
+//! luminance, `CIE-u` and `CIE-v` may give it a colour; other blocks are passed over.
+
+use super::{Node, TensorTree, TensorTreeError};
+use crate::brdf::Channels;
+use crate::error::excerpt;
+use crate::files;
+use crate::numeric::LARGEST_READING;
+use std::path::Path;
+
+/// Deepest tree: cells of 2⁻²⁰ are far below what anybody measures.
+const DEEPEST: usize = 20;
+
+/// Names of the blocks, luminance first.
+pub(super) const BLOCKS: [&str; 3] = ["Visible", "CIE-u", "CIE-v"];
+
+/// Reads a file.
+///
+/// # Errors
+/// Whatever the file system reports.
+pub fn text(path: &Path) -> Result<String, TensorTreeError> {
+    Ok(files::read_text(path, files::TABLE_LIMIT)?)
+}
+
+/// Part of a text, within the whole.
+#[derive(Clone, Copy)]
+struct Part<'t> {
+    whole: &'t str,
+    from: usize,
+    to: usize,
+}
+
+impl<'t> Part<'t> {
+    fn text(self) -> &'t str {
+        &self.whole[self.from..self.to]
+    }
+
+    /// What is between the tags of the first element of a name, and what is behind it.
+    fn element(self, name: &str) -> Option<(Self, Self)> {
+        let mut start = self.from;
+        loop {
+            let open = start + self.whole[start..self.to].find('<')? + 1;
+            let close = open + self.whole[open..self.to].find('>')?;
+            let tag = self.whole[open..close].split_whitespace().next();
+            start = close + 1;
+            if tag == Some(name) {
+                let end = start + self.whole[start..self.to].find(&format!("</{name}>"))?;
+                let inner = Self {
+                    from: start,
+                    to: end,
+                    ..self
+                };
+                return Some((inner, Self { from: end, ..self }));
+            }
+        }
+    }
+
+    /// The trimmed text of an element.
+    fn word(self, name: &str) -> Option<&'t str> {
+        Some(self.element(name)?.0.text().trim())
+    }
+
+    /// An error about where it begins.
+    fn refuse(self, message: String) -> TensorTreeError {
+        let before = &self.whole.as_bytes()[..self.from];
+        TensorTreeError::Line {
+            line: 1 + before.iter().filter(|b| **b == b'\n').count(),
+            message,
+        }
+    }
+
+    /// Leaves out what separates braces and numbers, and returns the next letter.
+    fn peek(&mut self) -> Option<u8> {
+        let rest = self
+            .text()
+            .trim_start_matches(|c: char| c.is_whitespace() || c == ',');
+        self.from = self.to - rest.len();
+        rest.bytes().next()
+    }
+
+    /// Takes a brace.
+    fn brace(&mut self, brace: u8) -> Result<(), TensorTreeError> {
+        if self.peek() == Some(brace) {
+            self.from += 1;
+            return Ok(());
+        }
+        let found = excerpt(self.text().split_whitespace().next().unwrap_or("the end"));
+        Err(self.refuse(format!("{found}: allowed is {}", char::from(brace))))
+    }
+
+    /// The next number.
+    fn number(&mut self) -> Result<f64, TensorTreeError> {
+        let is_end = |c: char| c.is_whitespace() || matches!(c, ',' | '{' | '}');
+        let text = self.text();
+        let word = &text[..text.find(is_end).unwrap_or(text.len())];
+        match word.parse::<f64>() {
+            Ok(value) if value.abs() <= LARGEST_READING => {
+                self.from += word.len();
+                Ok(value.max(0.0))
+            }
+            _ => {
+                let word = excerpt(word);
+                let message = format!("{word}: allowed is a number of at most {LARGEST_READING:e}");
+                Err(self.refuse(message))
+            }
+        }
+    }
+
+    /// A tree, `depth` above the deepest.
+    fn tree(&mut self, depth: usize) -> Result<Node, TensorTreeError> {
+        self.brace(b'{')?;
+        let start = *self;
+        if self.peek() == Some(b'{') {
+            if depth == 0 {
+                return Err(start.refuse(format!("a tree deeper than {DEEPEST} halvings")));
+            }
+            let mut parts = Vec::with_capacity(8);
+            for _ in 0..8 {
+                parts.push(self.tree(depth - 1)?);
+            }
+            self.brace(b'}')?;
+            let parts: [Node; 8] = match parts.try_into() {
+                Ok(parts) => parts,
+                Err(_) => return Err(start.refuse("a tree of other than eight parts".into())),
+            };
+            return Ok(Node::Parts(Box::new(parts)));
+        }
+        let mut values = Vec::new();
+        while !matches!(self.peek(), None | Some(b'{' | b'}')) {
+            values.push(self.number()?);
+        }
+        self.brace(b'}')?;
+        let halvings = (0..=depth).find(|k| values.len() == 1 << (3 * k));
+        let Some(halvings) = halvings else {
+            let message = format!("{} numbers: allowed are 1, 8, 64, …", values.len());
+            return Err(start.refuse(message));
+        };
+        let side = 1 << halvings;
+        Ok(grid(&values, side, side, [0; 3]))
+    }
+}
+
+/// The tree of a cube of values, of which the last axis runs fastest.
+fn grid(values: &[f64], side: usize, size: usize, corner: [usize; 3]) -> Node {
+    if size == 1 {
+        return Node::Leaf(values[(corner[0] * side + corner[1]) * side + corner[2]]);
+    }
+    let half = size / 2;
+    Node::Parts(Box::new(std::array::from_fn(|part| {
+        let corner = std::array::from_fn(|k| corner[k] + (part >> k & 1) * half);
+        grid(values, side, half, corner)
+    })))
+}
+
+/// Checks what the file is, without its numbers.
+///
+/// # Errors
+/// [`TensorTreeError`].
+pub fn check(text: &str) -> Result<(), TensorTreeError> {
+    blocks(text).map(drop)
+}
+
+/// The numbers of the blocks that are there, luminance first.
+fn blocks(text: &str) -> Result<[Option<Part<'_>>; 3], TensorTreeError> {
+    let whole = Part {
+        whole: text,
+        from: 0,
+        to: text.len(),
+    };
+    let structure = whole.word("IncidentDataStructure").unwrap_or("nothing");
+    if structure != "TensorTree3" {
+        let found = excerpt(structure).into_owned();
+        return Err(TensorTreeError::Structure(found));
+    }
+    let mut found = [None; 3];
+    let mut rest = whole;
+    while let Some((data, behind)) = rest.element("WavelengthData") {
+        rest = behind;
+        let name = data.word("Wavelength");
+        let Some(place) = BLOCKS.iter().position(|block| name == Some(*block)) else {
+            continue;
+        };
+        let mut inner = data;
+        while let Some((block, behind)) = inner.element("WavelengthDataBlock") {
+            inner = behind;
+            if block.word("WavelengthDataDirection") != Some("Reflection Back") {
+                continue;
+            }
+            let basis = block.word("AngleBasis").unwrap_or("nothing");
+            if basis != "LBNL/Shirley-Chiu" {
+                let message = format!(
+                    "AngleBasis {}: allowed is LBNL/Shirley-Chiu",
+                    excerpt(basis)
+                );
+                return Err(block.refuse(message));
+            }
+            found[place] = block.element("ScatteringData").map(|(numbers, _)| numbers);
+        }
+    }
+    match found[0] {
+        Some(_) => Ok(found),
+        None => Err(TensorTreeError::NoReflection),
+    }
+}
+
+impl TensorTree {
+    /// Reads a text for a scene of luminance or R, G, B.
+    ///
+    /// # Errors
+    /// [`TensorTreeError`].
+    pub fn read(text: &str, channels: Channels) -> Result<Self, TensorTreeError> {
+        let blocks = blocks(text)?;
+        let wanted = match channels {
+            Channels::Luminance => 1,
+            Channels::Rgb => 3,
+            Channels::Wavelengths(_) => return Err(TensorTreeError::Wavelengths),
+        };
+        let mut trees = Vec::new();
+        for mut numbers in blocks.into_iter().take(wanted).flatten() {
+            trees.push(numbers.tree(DEEPEST)?);
+            if let Some(c) = numbers.peek() {
+                let message = format!("{} after the tree", char::from(c));
+                return Err(numbers.refuse(message));
+            }
+        }
+        Ok(Self::new(trees, channels))
+    }
+}

@@ -1,0 +1,249 @@
+//! Any isotropic BRDF as a tensor tree.
+
+use super::node::{Built, Node};
+use super::read::BLOCKS;
+use super::{GREY, MERGED, TensorTreeError, disk};
+use crate::brdf::measured::values_or_nan;
+use crate::brdf::{Brdf, Channels};
+use crate::files;
+use crate::geometry::{Direction, DirectionPair};
+use crate::numeric::{XYZ, safe_sqrt};
+use glam::DVec3;
+use rayon::prelude::*;
+use std::io::{self, Write};
+use std::path::Path;
+
+/// Halvings of each axis down to the finest cells, by the size of the table.
+pub const LEVELS: [usize; 3] = [7, 8, 9];
+
+/// Halvings down to the cells of which the root mean square is taken.
+const COARSE: usize = 6;
+
+/// Halvings down to the cubes that are evaluated one at a time.
+const CUBES: usize = 3;
+
+/// Chromaticities (u', v') that are stored as one may differ by this standard deviation. The eye needs ten times as much
+/// side by side.
+const SAME_COLOUR: f64 = 1e-4;
+
+const HEAD: &str = concat!(
+    "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n",
+    "<WindowElement xmlns=\"http://windows.lbl.gov\" xmlns:xsi=\"http://www.w3.org/2001/XMLSchema-instance\" \
+     xsi:schemaLocation=\"http://windows.lbl.gov/BSDF-v1.4.xsd\">\n",
+    "<!-- tabulated by gonio ",
+    env!("CARGO_PKG_VERSION"),
+    " -->\n",
+    "<WindowElementType>System</WindowElementType>\n<FileType>BSDF</FileType>\n<Optical>\n<Layer>\n",
+    "<Material><Name>gonio</Name><Manufacturer>gonio</Manufacturer><DeviceType>Other</DeviceType></Material>\n",
+    "<DataDefinition><IncidentDataStructure>TensorTree3</IncidentDataStructure></DataDefinition>\n",
+);
+
+/// Pairs that [`tabulate`] evaluates.
+pub fn table_pairs(level: usize) -> u64 {
+    (1 << (3 * COARSE - 1)) + (1 << (3 * level - 1))
+}
+
+/// The pair at a point of the tree's cube.
+fn pair([x, s, t]: [f64; 3]) -> DirectionPair {
+    let sin = 1.0 - 2.0 * x;
+    let light = DVec3::new(-sin, 0.0, safe_sqrt(1.0 - sin * sin));
+    let [x, y] = disk([s, t]);
+    let sensor = DVec3::new(x, y, safe_sqrt(1.0 - x * x - y * y));
+    let [light, sensor] =
+        [light, sensor].map(|v| Direction::try_new(v).unwrap_or(Direction::NORMAL));
+    DirectionPair::new(light, sensor)
+}
+
+/// Root mean square of f_r cos theta_i for cosine-distributed directions.
+fn root_mean_square(brdf: &dyn Brdf) -> f64 {
+    let cells = 1 << COARSE;
+    let (n, step) = (brdf.channels().count(), 1.0 / cells as f64);
+    let sheet = |i: usize| {
+        let at = |k: usize| (k as f64 + 0.5) * step;
+        let pairs = (0..cells * cells).map(|k| pair([at(i), at(k / cells), at(k % cells)]));
+        let pairs: Vec<DirectionPair> = pairs.collect();
+        let light = pairs[0].omega_i;
+        let found = values_or_nan(brdf, &pairs);
+        let known = found.chunks_exact(n).map(|v| brdf.channels().luminance(v));
+        let known = known.filter(|v| !v.is_nan());
+        let [sum, count] = known.fold([0.0; 2], |[s, c], v| [s + v * v, c + 1.0]);
+        // Cosine-distributed lights have sin theta_i in proportion to itself.
+        let weight = light.sin_theta();
+        [weight * light.cos_theta().powi(2) * sum, weight * count]
+    };
+    let sheets: Vec<[f64; 2]> = (0..cells / 2).into_par_iter().map(sheet).collect();
+    let [sum, weight] = sheets
+        .iter()
+        .fold([0.0; 2], |[a, b], s| [a + s[0], b + s[1]]);
+    (sum / weight.max(f64::MIN_POSITIVE)).sqrt()
+}
+
+/// The planes of luminance and, of R, G, B, those of u' and v', of a cube of cells from `corner` on; NaN without data.
+/// Black has no chromaticity.
+fn planes(brdf: &dyn Brdf, corner: [usize; 3], level: usize) -> Vec<Vec<f64>> {
+    let (side, step) = (1 << (level - CUBES), 1.0 / (1_usize << level) as f64);
+    let at = |k: usize, axis: usize| ((corner[axis] + k) as f64 + 0.5) * step;
+    let pairs = (0..side * side * side).map(|i| {
+        let [x, s, t] = [i / (side * side), i / side % side, i % side];
+        pair([at(x, 0), at(s, 1), at(t, 2)])
+    });
+    let found = values_or_nan(brdf, &pairs.collect::<Vec<_>>());
+    let channels = brdf.channels();
+    let each = found.chunks_exact(channels.count());
+    let mut planes = vec![each.clone().map(|v| channels.luminance(v)).collect()];
+    if let Channels::Rgb = channels {
+        let colour = |k: usize| {
+            each.clone().map(move |v| {
+                let xyz = XYZ * DVec3::from_slice(v);
+                // 0/0 of black is NaN.
+                [4.0 * xyz.x, 9.0 * xyz.y][k] / (xyz.x + 15.0 * xyz.y + 3.0 * xyz.z)
+            })
+        };
+        planes.extend([0, 1].map(|k| colour(k).collect()));
+    }
+    planes
+}
+
+/// The tree of a cube of cells from `corner` on.
+fn build(
+    side: usize,
+    corner: [usize; 3],
+    cell: &mut dyn FnMut([usize; 3]) -> Built,
+    is_one: &dyn Fn(f64, f64) -> bool,
+) -> Built {
+    if side == 1 {
+        return cell(corner);
+    }
+    let half = side / 2;
+    let parts = std::array::from_fn(|part| {
+        let corner = std::array::from_fn(|k| corner[k] + (part >> k & 1) * half);
+        build(half, corner, cell, is_one)
+    });
+    Built::of(parts, is_one)
+}
+
+/// The trees of luminance and, of R, G, B, those of u' and v'. Runs on rayon's threads; the result does not depend on
+/// their number.
+///
+/// # Errors
+/// [`TensorTreeError`], but no [`TensorTreeError::Io`].
+pub fn tabulate(brdf: &dyn Brdf, level: usize) -> Result<Vec<Node>, TensorTreeError> {
+    if !brdf.symmetry().isotropic {
+        return Err(TensorTreeError::Anisotropic);
+    }
+    if brdf.channels().wavelengths().is_some() {
+        return Err(TensorTreeError::Wavelengths);
+    }
+    let scale = MERGED * MERGED * root_mean_square(brdf);
+    let is_one: [&(dyn Fn(f64, f64) -> bool + Sync); 2] = [
+        &|mean, deviation| deviation * deviation <= scale * mean,
+        &|_, deviation| deviation <= SAME_COLOUR,
+    ];
+    // Those of the lower half of the first axis.
+    let cubes = 1 << (3 * CUBES - 1);
+    let number = |[x, s, t]: [usize; 3]| (((x << CUBES) | s) << CUBES) | t;
+    let of = |cube: usize| {
+        let side = 1 << (level - CUBES);
+        let mask = (1 << CUBES) - 1;
+        let place = [cube >> (2 * CUBES), (cube >> CUBES) & mask, cube & mask];
+        let planes = planes(brdf, place.map(|k| k * side), level);
+        let tree = |(k, plane): (usize, &Vec<f64>)| {
+            let cell = |[x, s, t]: [usize; 3]| Built::cell(plane[(x * side + s) * side + t]);
+            build(side, [0; 3], &mut { cell }, is_one[k.min(1)])
+        };
+        planes.iter().enumerate().map(tree).collect::<Vec<_>>()
+    };
+    let built: Vec<Vec<Built>> = (0..cubes).into_par_iter().map(of).collect();
+    let mut trees = Vec::new();
+    let mut built: Vec<_> = built.into_iter().map(Vec::into_iter).collect();
+    for k in 0..brdf.channels().count() {
+        let mut cubes: Vec<Option<Built>> = built.iter_mut().map(Iterator::next).collect();
+        // Each place is asked for once; those of the upper half of the first axis are not there.
+        let mut cube = |place| {
+            let found = cubes.get_mut(number(place)).and_then(Option::take);
+            found.unwrap_or_else(|| Built::cell(f64::NAN))
+        };
+        let mut tree = build(1 << CUBES, [0; 3], &mut cube, is_one[k.min(1)]).node;
+        if matches!(tree, Node::Leaf(value) if value.is_nan()) {
+            if k == 0 {
+                return Err(TensorTreeError::NoData(table_pairs(level)));
+            }
+            tree = Node::Leaf(GREY[k - 1]);
+        }
+        trees.push(tree);
+    }
+    // Radiance takes the least value of all for a matte part.
+    let least = trees[0].least();
+    if let Node::Parts(parts) = &mut trees[0] {
+        let upper = parts.iter_mut().skip(1).step_by(2);
+        upper.for_each(|part| *part = Node::Leaf(least));
+    }
+    Ok(trees)
+}
+
+/// Writes trees as the XML of a `WindowElement`, which has its faces the other way round than Radiance: what is reflected
+/// at its back leaves above the surface.
+///
+/// # Errors
+/// Whatever `out` reports.
+pub fn write_tensor_tree(trees: &[Node], out: &mut impl Write) -> io::Result<()> {
+    out.write_all(HEAD.as_bytes())?;
+    for (tree, name) in trees.iter().zip(BLOCKS) {
+        write!(
+            out,
+            "<WavelengthData>\n\
+             <LayerNumber>System</LayerNumber>\n\
+             <Wavelength unit=\"Integral\">{name}</Wavelength>\n\
+             <SourceSpectrum>CIE Illuminant D65 1nm.ssp</SourceSpectrum>\n\
+             <DetectorSpectrum>ASTM E308 1931 Y.dsp</DetectorSpectrum>\n\
+             <WavelengthDataBlock>\n\
+             <WavelengthDataDirection>Reflection Back</WavelengthDataDirection>\n\
+             <AngleBasis>LBNL/Shirley-Chiu</AngleBasis>\n\
+             <ScatteringDataType>BRDF</ScatteringDataType>\n\
+             <ScatteringData>\n"
+        )?;
+        tree.write(out)?;
+        out.write_all(b"\n</ScatteringData>\n</WavelengthDataBlock>\n</WavelengthData>\n")?;
+    }
+    out.write_all(b"</Layer>\n</Optical>\n</WindowElement>\n")
+}
+
+/// Writes a file that appears whole or not at all.
+///
+/// # Errors
+/// As [`tabulate`] and [`write_tensor_tree`].
+pub fn write_tensor_tree_file(
+    brdf: &dyn Brdf,
+    level: usize,
+    path: &Path,
+) -> Result<(), TensorTreeError> {
+    let trees = tabulate(brdf, level)?;
+    Ok(files::write_atomically(path, |out| {
+        write_tensor_tree(&trees, out)
+    })?)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::brdf::{Lambert, Spectrum};
+    use std::f64::consts::PI;
+
+    #[test]
+    fn what_is_constant_is_one_leaf() {
+        let grey = Lambert::new(Spectrum::Grey(0.5), Channels::Rgb);
+        let trees = tabulate(&grey, 4).unwrap();
+        let [y, u, v] = &trees[..] else {
+            panic!("{trees:?}")
+        };
+        for (tree, value) in [(y, 0.5 / PI), (u, GREY[0]), (v, GREY[1])] {
+            assert_eq!(tree.leaves(), 1);
+            assert!((tree.at([0.2; 3]) - value).abs() < 1e-12);
+        }
+        // Black has no colour of its own.
+        let black = Lambert::new(Spectrum::Grey(0.0), Channels::Rgb);
+        let trees = tabulate(&black, 4).unwrap();
+        let expected = [0.0, GREY[0], GREY[1]].map(Node::Leaf);
+        assert_eq!(trees, expected);
+    }
+}

@@ -1,0 +1,309 @@
+//! The text: keys and lists of angles in degrees, then blocks of values, a row an azimuth. Lines that begin with `#` are
+//! comments.
+//!
+//! ```text
+//! Source Measured
+//! Symmetry PlaneSymmetrical
+//! SpectralContent Monochrome
+//! ScatterType BRDF
+//! SampleRotation 1
+//! 0
+//! AngleOfIncidence 2
+//! 0 30
+//! ScatterAzimuth 3
+//! 0 90 180
+//! ScatterRadial 2
+//! 0 90
+//!
+//! Monochrome
+//! DataBegin
+//! TIS 0.5
+//! 0.16 0.16
+//! …
+//! DataEnd
+//! ```
+//!
+//! `PlaneSymmetrical` has azimuths from 0° to 180° and stands for both sides of the plane of incidence, `Asymmetrical` goes
+//! round. With `XYZ` there are blocks `TristimulusX`, `TristimulusY` and `TristimulusZ`; here they stand for R, G, B of
+//! which grey has X = Y = Z. `TIS`, the albedo of the incidence, is passed over. Values below 0 count as 0.
+
+use super::{Angles, Zemax};
+use crate::brdf::Channels;
+use crate::error::excerpt;
+use crate::files;
+use crate::numeric::{LARGEST_READING, XYZ};
+use glam::DVec3;
+use std::f64::consts::PI;
+use std::io;
+use std::path::Path;
+
+/// Reason why a table could not be read or written. Messages do not name the file; callers do.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum ZemaxError {
+    /// The system reported an error.
+    #[error("cannot read or write this Zemax table: {0}")]
+    Io(io::Error),
+    /// A line that is not as a table has it.
+    #[error("line {line}: {message}")]
+    Line {
+        /// From 1.
+        line: usize,
+        /// What is wrong, and what is allowed.
+        message: String,
+    },
+    /// The text ends too early.
+    #[error("the text ends before {0}")]
+    Cut(&'static str),
+    /// There is no azimuth of the light in it.
+    #[error("a Zemax table holds isotropic materials; this one changes as the sample is turned")]
+    Anisotropic,
+    /// It is for one wavelength, or has X, Y, Z.
+    #[error("a Zemax table holds luminance, R, G, B or one wavelength")]
+    Wavelengths,
+    /// A table without colours in a scene of several.
+    #[error(
+        "this table is of one wavelength or luminance; allowed: channels = \"luminance\", \"rgb\" or one wavelength"
+    )]
+    Monochrome,
+    /// The same for X, Y, Z.
+    #[error("this table holds X, Y, Z; allowed: channels = \"luminance\" or \"rgb\"")]
+    Tristimulus,
+    /// Nothing to write.
+    #[error("this material has no data at any node of the table")]
+    NoData,
+}
+
+/// Words of a text, with their lines.
+struct Words<'t> {
+    lines: std::iter::Enumerate<std::str::Lines<'t>>,
+    line: usize,
+    words: std::str::SplitWhitespace<'t>,
+}
+
+impl<'t> Words<'t> {
+    fn new(text: &'t str) -> Self {
+        Self {
+            lines: text.lines().enumerate(),
+            line: 0,
+            words: "".split_whitespace(),
+        }
+    }
+
+    fn next(&mut self, before: &'static str) -> Result<&'t str, ZemaxError> {
+        loop {
+            if let Some(word) = self.words.next() {
+                return Ok(word);
+            }
+            let (i, line) = self.lines.next().ok_or(ZemaxError::Cut(before))?;
+            self.line = i + 1;
+            if !line.trim_start().starts_with('#') {
+                self.words = line.split_whitespace();
+            }
+        }
+    }
+
+    fn refuse(&self, found: &str, allowed: &str) -> ZemaxError {
+        ZemaxError::Line {
+            line: self.line,
+            message: format!("{}: allowed {allowed}", excerpt(found)),
+        }
+    }
+
+    fn expect(&mut self, word: &'static str) -> Result<(), ZemaxError> {
+        let found = self.next(word)?;
+        match found.eq_ignore_ascii_case(word) {
+            true => Ok(()),
+            false => Err(self.refuse(found, &format!("is {word}"))),
+        }
+    }
+
+    fn number(&mut self, before: &'static str) -> Result<f64, ZemaxError> {
+        let word = self.next(before)?;
+        let is_kept = |x: &f64| x.abs() <= LARGEST_READING;
+        let number = word.parse::<f64>().ok().filter(is_kept);
+        number.ok_or_else(|| {
+            self.refuse(word, &format!("is a number of at most {LARGEST_READING:e}"))
+        })
+    }
+
+    /// One of some words, by its place among them.
+    fn one_of(&mut self, before: &'static str, all: &[&str]) -> Result<usize, ZemaxError> {
+        let word = self.next(before)?;
+        let found = all.iter().position(|w| w.eq_ignore_ascii_case(word));
+        found.ok_or_else(|| self.refuse(word, &format!("are {}", all.join(", "))))
+    }
+
+    /// A list of ascending angles (degrees) within bounds, in rad.
+    fn angles(&mut self, before: &'static str, most: f64) -> Result<Vec<f64>, ZemaxError> {
+        let word = self.next(before)?;
+        let count = word.parse::<usize>().ok().filter(|n| *n > 0);
+        let count = count.ok_or_else(|| self.refuse(word, "is a whole number from 1"))?;
+        let mut found: Vec<f64> = Vec::new();
+        for _ in 0..count {
+            let angle = self.number(before)?;
+            let ascends = found.last().is_none_or(|last| angle > *last);
+            if !ascends || !(0.0..=most).contains(&angle) {
+                let allowed = format!("are degrees from 0 to {most}, each above the one before");
+                return Err(self.refuse(&angle.to_string(), &allowed));
+            }
+            found.push(angle);
+        }
+        Ok(found.into_iter().map(f64::to_radians).collect())
+    }
+}
+
+/// What a table holds.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Content {
+    /// One value.
+    Monochrome,
+    /// X, Y, Z.
+    Xyz,
+}
+
+impl Content {
+    /// Checks that a scene can make use of it.
+    ///
+    /// # Errors
+    /// [`ZemaxError::Monochrome`], [`ZemaxError::Tristimulus`].
+    pub fn suits(self, channels: &Channels) -> Result<(), ZemaxError> {
+        match (self, channels) {
+            (Self::Monochrome, Channels::Wavelengths(w)) if w.nm().len() > 1 => {
+                Err(ZemaxError::Monochrome)
+            }
+            (Self::Xyz, Channels::Wavelengths(_)) => Err(ZemaxError::Tristimulus),
+            _ => Ok(()),
+        }
+    }
+}
+
+/// Everything before the values.
+pub struct Head<'t> {
+    /// The nodes.
+    pub angles: Angles,
+    /// What the values are.
+    pub content: Content,
+    words: Words<'t>,
+}
+
+/// Reads a file.
+///
+/// # Errors
+/// Whatever the file system reports.
+pub fn text(path: &Path) -> Result<String, ZemaxError> {
+    files::read_text(path, files::TABLE_LIMIT).map_err(ZemaxError::Io)
+}
+
+/// Reads what is before the values.
+///
+/// # Errors
+/// [`ZemaxError`].
+pub fn head(text: &str) -> Result<Head<'_>, ZemaxError> {
+    let mut words = Words::new(text);
+    words.expect("Source")?;
+    words.next("Symmetry")?;
+    words.expect("Symmetry")?;
+    let symmetries = ["PlaneSymmetrical", "Asymmetrical", "Asymmetrical4D"];
+    let mirrored = words.one_of("SpectralContent", &symmetries)? == 0;
+    words.expect("SpectralContent")?;
+    let content = match words.one_of("ScatterType", &["Monochrome", "XYZ"])? {
+        0 => Content::Monochrome,
+        _ => Content::Xyz,
+    };
+    words.expect("ScatterType")?;
+    words.one_of("SampleRotation", &["BRDF"])?;
+    words.expect("SampleRotation")?;
+    if words.angles("the list of SampleRotation", 360.0)?.len() > 1 {
+        return Err(words.refuse("SampleRotation", "is one, of an isotropic material"));
+    }
+    words.expect("AngleOfIncidence")?;
+    let theta_i = words.angles("the list of AngleOfIncidence", 90.0)?;
+    words.expect("ScatterAzimuth")?;
+    let most = if mirrored { 180.0 } else { 360.0 };
+    let azimuth = words.angles("the list of ScatterAzimuth", most)?;
+    words.expect("ScatterRadial")?;
+    let radial = words.angles("the list of ScatterRadial", 180.0)?;
+    Ok(Head {
+        angles: Angles {
+            theta_i,
+            azimuth,
+            radial,
+            mirrored,
+        },
+        content,
+        words,
+    })
+}
+
+impl Head<'_> {
+    /// The values of the next block.
+    fn block(&mut self, name: &'static str) -> Result<Vec<f64>, ZemaxError> {
+        let words = &mut self.words;
+        words.expect(name)?;
+        words.expect("DataBegin")?;
+        let mut values = Vec::new();
+        for _ in &self.angles.theta_i {
+            words.expect("TIS")?;
+            words.number("the value of TIS")?;
+            for _ in 0..self.angles.azimuth.len() * self.angles.radial.len() {
+                values.push(words.number("the last value")?.max(0.0));
+            }
+        }
+        words.expect("DataEnd")?;
+        Ok(values)
+    }
+
+    /// The table, for a scene in some channels.
+    ///
+    /// # Errors
+    /// [`ZemaxError`].
+    pub fn load(mut self, channels: Channels) -> Result<Zemax, ZemaxError> {
+        self.content.suits(&channels)?;
+        let mut planes = match self.content {
+            Content::Monochrome => vec![self.block("Monochrome")?],
+            Content::Xyz => {
+                let names = ["TristimulusX", "TristimulusY", "TristimulusZ"];
+                let planes = names.map(|name| self.block(name));
+                planes.into_iter().collect::<Result<_, _>>()?
+            }
+        };
+        if let ([x, y, z], Channels::Rgb) = (&mut planes[..], &channels) {
+            let inverse = XYZ.inverse();
+            for ((x, y), z) in x.iter_mut().zip(y).zip(z) {
+                let rgb = (inverse * DVec3::new(*x, *y, *z)).max(DVec3::ZERO);
+                (*x, *y, *z) = (rgb.x, rgb.y, rgb.z);
+            }
+        }
+        let values = match (planes.len(), channels.count()) {
+            // Luminance is Y.
+            (3, 1) => planes.swap_remove(1),
+            (1, 3) => planes[0].repeat(3),
+            _ => planes.concat(),
+        };
+        Ok(Zemax {
+            angles: self.angles,
+            channels,
+            values,
+        })
+    }
+}
+
+impl Zemax {
+    /// Reads a text for a scene in some channels.
+    ///
+    /// # Errors
+    /// [`ZemaxError`].
+    pub fn read(text: &str, channels: Channels) -> Result<Self, ZemaxError> {
+        head(text)?.load(channels)
+    }
+}
+
+/// Degrees of a list, as they were before they became rad.
+pub(super) fn degrees(angles: &[f64]) -> String {
+    let all = angles.iter().map(|a| {
+        let tidy = (a * 180.0 / PI * 1e9).round() / 1e9;
+        tidy.to_string()
+    });
+    all.collect::<Vec<_>>().join(" ")
+}

@@ -1,0 +1,199 @@
+//! Isotropic tables about the mirror direction, as OpticStudio (Zemax) reads them for its scattering model of tabular BSDF;
+//! [`mod@file`] has the text.
+//!
+//! A table holds f_r over the polar angle of the light, and over an azimuth and an angle (`radial`) about the mirror
+//! direction: with the light at azimuth 0 the frame of normal and tangent is turned about the bitangent until the normal is
+//! the mirror direction; azimuth 0 then points from there towards the normal. A lobe stays where it is as the light moves.
+//!
+//! Between nodes the value is linear in each of the three angles. Nodes below the horizon are left out and the weights of the
+//! others renormalised. Outside the angles of the table nothing was measured, and the pair is [`Presence::Missing`].
+
+pub mod file;
+mod spec;
+mod write;
+
+pub use file::ZemaxError;
+pub use spec::{ENTRY, ZemaxSpec};
+pub use write::{LEVELS, Level, table_pairs, write_zemax, write_zemax_file};
+
+use crate::brdf::{Brdf, Channels, Presence};
+use crate::geometry::{Direction, DirectionPair, Symmetry};
+use glam::DVec3;
+use std::f64::consts::TAU;
+
+/// Distance beyond the ends of a list of angles (rad) within which an angle counts as on them: they are decimals of
+/// degrees, and those that are looked up went through sines.
+const SLACK: f64 = 1e-9;
+
+/// A table as a BRDF.
+#[derive(Clone, Debug)]
+pub struct Zemax {
+    angles: Angles,
+    channels: Channels,
+    /// In sr⁻¹; channel after channel, in each the radial angles run fastest, then the azimuths.
+    values: Vec<f64>,
+}
+
+/// The nodes of a table, rad.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Angles {
+    /// Polar angles of the light, ascending.
+    pub theta_i: Vec<f64>,
+    /// Azimuths about the mirror direction, ascending; 0 to π of a mirrored table, else round the circle.
+    pub azimuth: Vec<f64>,
+    /// Angles from the mirror direction, ascending.
+    pub radial: Vec<f64>,
+    /// True if the plane of incidence is one of mirror symmetry.
+    pub mirrored: bool,
+}
+
+/// The nodes around a number, and the weight of the upper one.
+type Around = ([usize; 2], f64);
+
+impl Angles {
+    fn count(&self) -> usize {
+        // Lists without values may be of any length.
+        let lists = [&self.azimuth, &self.radial];
+        lists
+            .iter()
+            .fold(self.theta_i.len(), |n, list| n.saturating_mul(list.len()))
+    }
+
+    /// The pair at a node, with the light at azimuth 0.
+    fn pair(&self, node: usize) -> DirectionPair {
+        let (n, m) = (self.radial.len(), self.azimuth.len());
+        let theta = self.theta_i[node / (n * m)];
+        let [radial, azimuth] = [self.radial[node % n], self.azimuth[node / n % m]];
+        let local = Direction::from_spherical(radial, azimuth).vector();
+        let (sin, cos) = theta.sin_cos();
+        let sensor = DVec3::new(
+            cos * local.x - sin * local.z,
+            local.y,
+            sin * local.x + cos * local.z,
+        );
+        let sensor = Direction::try_new(sensor).unwrap_or(Direction::NORMAL);
+        DirectionPair::new(Direction::from_spherical(theta, 0.0), sensor)
+    }
+
+    /// Polar angle of the light, azimuth and radial angle of a pair.
+    fn place(&self, pair: &DirectionPair) -> [f64; 3] {
+        let (theta, phi) = (pair.omega_i.theta(), pair.omega_i.phi());
+        let o = pair.omega_o.vector();
+        let (sin, cos) = phi.sin_cos();
+        let (x, y) = (cos * o.x + sin * o.y, cos * o.y - sin * o.x);
+        let (sin, cos) = theta.sin_cos();
+        let (x, z) = (cos * x + sin * o.z, cos * o.z - sin * x);
+        let azimuth = y.atan2(x);
+        let azimuth = match self.mirrored {
+            true => azimuth.abs(),
+            false => azimuth.rem_euclid(TAU),
+        };
+        [theta, azimuth, x.hypot(y).atan2(z)]
+    }
+
+    /// The nodes around an azimuth, over the end of the circle too.
+    fn around_azimuth(&self, azimuth: f64) -> Option<Around> {
+        let nodes = &self.azimuth;
+        let (first, last) = (nodes[0], nodes[nodes.len() - 1]);
+        let gap = first + TAU - last;
+        let beyond = match azimuth {
+            a if a < first => a + TAU - last,
+            a => a - last,
+        };
+        // A circle whose end is its start has no gap.
+        if !self.mirrored && gap > SLACK && (0.0..=gap).contains(&beyond) {
+            return Some(([nodes.len() - 1, 0], beyond / gap));
+        }
+        around(nodes, azimuth)
+    }
+}
+
+/// The nodes around a number among ascending ones; `None` outside.
+fn around(nodes: &[f64], x: f64) -> Option<Around> {
+    let last = nodes.len() - 1;
+    // Written so that NaN fails.
+    if !(x >= nodes[0] - SLACK && x <= nodes[last] + SLACK) {
+        return None;
+    }
+    let upper = nodes
+        .partition_point(|node| *node <= x)
+        .clamp(1, last.max(1));
+    if last == 0 {
+        return Some(([0, 0], 0.0));
+    }
+    let (low, high) = (nodes[upper - 1], nodes[upper]);
+    Some((
+        [upper - 1, upper],
+        ((x - low) / (high - low)).clamp(0.0, 1.0),
+    ))
+}
+
+impl Zemax {
+    /// Nodes with a weight at a pair, and their weights, which add up to 1; empty without data.
+    fn weights(&self, pair: &DirectionPair) -> Vec<(usize, f64)> {
+        let angles = &self.angles;
+        let [theta, azimuth, radial] = angles.place(pair);
+        let axes = (
+            around(&angles.theta_i, theta),
+            angles.around_azimuth(azimuth),
+            around(&angles.radial, radial),
+        );
+        let (Some(light), Some(azimuth), Some(radial)) = axes else {
+            return Vec::new();
+        };
+        let mut found = Vec::with_capacity(8);
+        let mut total = 0.0;
+        for corner in 0..8 {
+            let of = |(nodes, upper): Around, bit: usize| match corner >> bit & 1 {
+                0 => (nodes[0], 1.0 - upper),
+                _ => (nodes[1], upper),
+            };
+            let [(i, u), (j, v), (k, w)] = [of(light, 0), of(azimuth, 1), of(radial, 2)];
+            let node = (i * angles.azimuth.len() + j) * angles.radial.len() + k;
+            let weight = u * v * w;
+            if weight > 0.0 && angles.pair(node).omega_o.cos_theta() > 0.0 {
+                total += weight;
+                found.push((node, weight));
+            }
+        }
+        found.iter_mut().for_each(|(_, weight)| *weight /= total);
+        found
+    }
+}
+
+impl Brdf for Zemax {
+    fn channels(&self) -> &Channels {
+        &self.channels
+    }
+
+    fn symmetry(&self) -> Symmetry {
+        Symmetry {
+            isotropic: true,
+            bilateral: self.angles.mirrored,
+            ..Symmetry::NONE
+        }
+    }
+
+    fn conserves_energy(&self) -> bool {
+        false
+    }
+
+    fn eval(&self, pair: &DirectionPair, out: &mut [f64]) -> Presence {
+        out.fill(0.0);
+        if !pair.is_above_horizon() {
+            return Presence::Present;
+        }
+        let weights = self.weights(pair);
+        let planes = self.values.chunks_exact(self.angles.count());
+        for (out, plane) in out.iter_mut().zip(planes) {
+            *out = weights
+                .iter()
+                .map(|(node, weight)| weight * plane[*node])
+                .sum();
+        }
+        match weights.is_empty() {
+            true => Presence::Missing,
+            false => Presence::Present,
+        }
+    }
+}

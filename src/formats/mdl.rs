@@ -1,0 +1,19 @@
+//! Measured BSDFs of the Material Definition Language.
+
+use super::{Format, TableError};
+use crate::brdf::measured::mdl::{MdlError, table_pairs, write_mdl_file};
+
+/// Isotropic tables over elevations and the angle between azimuths.
+pub const FORMAT: Format = Format {
+    name: "mdl",
+    extensions: &["mbsdf"],
+    summary: "isotropic, over elevations, for MDL (Omniverse, Iray); luminance, R, G, B or one wavelength",
+    write_table: Some(|brdf, _, path| {
+        write_mdl_file(brdf, path).map_err(|e| match e {
+            MdlError::Io(e) => TableError::Io(e),
+            e => TableError::Unsuited(e.into()),
+        })
+    }),
+    table_pairs: Some(|_, _| table_pairs()),
+    ..Format::NONE
+};

@@ -1,0 +1,23 @@
+//! Tensor trees of Radiance.
+
+use super::{Format, TableError};
+use crate::brdf::measured::tensor_tree::{
+    LEVELS, TensorTreeError, TensorTreeSpec, table_pairs, write_tensor_tree_file,
+};
+
+/// Isotropic tables that are fine where the BRDF changes.
+pub const FORMAT: Format = Format {
+    name: "tensor-tree",
+    extensions: &["xml"],
+    summary: "isotropic, for the material BSDF of Radiance: TensorTree3, luminance or R, G, B",
+    read_table: Some(|path| Box::new(TensorTreeSpec::of(path))),
+    write_table: Some(|brdf, size, path| {
+        write_tensor_tree_file(brdf, LEVELS[size], path).map_err(|e| match e {
+            TensorTreeError::Io(e) => TableError::Io(e),
+            e => TableError::Unsuited(e.into()),
+        })
+    }),
+    table_pairs: Some(|_, size| table_pairs(LEVELS[size])),
+    table_sizes: LEVELS.len(),
+    ..Format::NONE
+};

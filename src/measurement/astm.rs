@@ -1,0 +1,232 @@
+//! Text after ASTM E1392, as measurements of angle-resolved scatter are exchanged.
+//!
+//! ```text
+//! SAMPLE brushed steel
+//! NUM_POINTS 2
+//! VARS theta_i,phi_i,theta_s,phi_s,450nm,550nm
+//! 0.5236,0,0.4974,3.1416,1.93,1.97
+//! 0.5236,0,0.5236,3.1416,2.01,2.05
+//! ```
+//!
+//! Lines of a key and its value end with `VARS`, which names the columns; `NUM_POINTS` may be missing, other keys are passed
+//! over. Angles are in radians, polar ones from the normal, azimuths from an axis of the sample; both directions point away
+//! from it, so that the mirror direction is at phi_i + π. Without `phi_i` the light is at azimuth 0 of an isotropic sample.
+//! Values are f_r in sr⁻¹ in R, G, B, in X, Y, Z (which are read as R, G, B of which grey has X = Y = Z), at
+//! wavelengths, or in one column of any other name.
+
+use super::scattered::{Rows, Scattered, numbers, refuse_columns};
+use super::{About, Measurement};
+use crate::brdf::{Channels, Wavelengths};
+use crate::error::{excerpt, printable};
+use crate::geometry::Direction;
+use crate::numeric::XYZ;
+use crate::schedule::export::PoseRows;
+use crate::schedule::{Assume, Azimuth, FileError, Quantity, Sequence};
+use glam::DVec3;
+use std::f64::consts::PI;
+use std::io::{self, Write};
+
+/// The line that names columns.
+const VARS: &str = "VARS";
+
+/// The line that says how many rows there are.
+const POINTS: &str = "NUM_POINTS";
+
+/// Columns of angles.
+const ANGLES: [&str; 4] = ["theta_i", "phi_i", "theta_s", "phi_s"];
+
+/// Unit at the end of the name of a wavelength.
+const NM: &str = "nm";
+
+/// Lines of a header, at most: a text that goes on is another one.
+const HEADER: usize = 1000;
+
+/// The rest of a line that begins with a key.
+fn after<'t>(line: &'t str, key: &str) -> Option<&'t str> {
+    let (first, rest) = line.trim().split_once(char::is_whitespace)?;
+    (first == key).then_some(rest.trim())
+}
+
+/// True if a text has the header of such a file.
+pub fn is_astm(text: &str) -> bool {
+    let mut names = text
+        .lines()
+        .take(HEADER)
+        .filter_map(|line| after(line, VARS));
+    names.any(|names| names.split(',').any(|name| name.trim() == ANGLES[0]))
+}
+
+/// The columns.
+struct Columns {
+    /// Where the angles are; the azimuth of the light may be missing.
+    angles: [Option<usize>; 4],
+    /// Where the values are.
+    values: Vec<usize>,
+    channels: Channels,
+    /// Whether three values are X, Y, Z.
+    is_xyz: bool,
+    /// All of them.
+    count: usize,
+}
+
+impl Columns {
+    fn read(names: &str, name: &str, line: usize) -> Result<Self, FileError> {
+        let refuse = |message: String| FileError::at(name, line, message);
+        let names: Vec<&str> = names.split(',').map(str::trim).collect();
+        let angles = ANGLES.map(|angle| names.iter().position(|n| *n == angle));
+        for (angle, at) in ANGLES.iter().zip(angles) {
+            if at.is_none() && *angle != "phi_i" {
+                return Err(refuse(format!("{VARS} lacks {angle}")));
+            }
+        }
+        let is_value = |at: &usize| !angles.contains(&Some(*at));
+        let values: Vec<usize> = (0..names.len()).filter(is_value).collect();
+        let bands: Vec<&str> = values.iter().map(|at| names[*at]).collect();
+        let nm = |band: &&str| band.strip_suffix(NM)?.trim().parse::<f64>().ok();
+        let nm: Option<Vec<f64>> = bands.iter().map(nm).collect();
+        let channels = match (&bands[..], nm) {
+            ([], _) => return Err(refuse(format!("{VARS} names no column of values"))),
+            (_, Some(nm)) => {
+                let known = Wavelengths::new(&nm).map_err(|e| refuse(format!("{VARS}: {e}")))?;
+                Channels::Wavelengths(known)
+            }
+            (["R", "G", "B"] | ["X", "Y", "Z"], _) => Channels::Rgb,
+            ([_], _) => Channels::Luminance,
+            (several, _) => {
+                let message = format!(
+                    "{VARS} names the values {}; allowed: R,G,B, or X,Y,Z, or wavelengths as 450nm, or one name",
+                    excerpt(&several.join(","))
+                );
+                return Err(refuse(message));
+            }
+        };
+        Ok(Self {
+            angles,
+            is_xyz: bands.first() == Some(&"X") && bands.len() == 3,
+            values,
+            channels,
+            count: names.len(),
+        })
+    }
+}
+
+/// Reads a text; `name` stands for the file in messages.
+///
+/// # Errors
+/// One sentence with the line: no line `VARS`, or one without an angle or with unknown values, a row with another number of
+/// cells, or with one that is no finite number or no reading, another number of rows than promised.
+pub fn read(text: &str, name: &str, assume: &Assume) -> Result<Scattered, FileError> {
+    refuse_columns("ASTM text", name, assume)?;
+    let conventions = &assume.conventions;
+    let azimuth = conventions.azimuth.unwrap_or(Azimuth::Sample);
+    let quantity = conventions.quantity.unwrap_or(Quantity::Brdf);
+    let mut lines = text
+        .lines()
+        .enumerate()
+        .map(|(i, line)| (i + 1, line.trim()));
+    let mut points = None;
+    let columns = loop {
+        let Some((line, content)) = lines.next() else {
+            let message = format!("the line {VARS} is missing, which names the columns");
+            return Err(FileError::whole(name, message).cut());
+        };
+        if let Some(number) = after(content, POINTS) {
+            let refused = || {
+                let message = format!("{POINTS} {}: allowed is a whole number", excerpt(number));
+                FileError::at(name, line, message)
+            };
+            points = Some(number.parse::<usize>().map_err(|_| refused())?);
+        }
+        if let Some(names) = after(content, VARS) {
+            break Columns::read(names, name, line)?;
+        }
+    };
+    let fixes_sample = columns.angles[1].is_some();
+    let mut rows = Rows::new(name);
+    let mut found = 0;
+    let mut values = vec![0.0; columns.values.len()];
+    for (line, content) in lines.filter(|(_, content)| !content.is_empty()) {
+        let words = content
+            .split([',', ' ', '\t'])
+            .filter(|word| !word.is_empty());
+        let cells = numbers(words, name, line)?;
+        if cells.len() != columns.count {
+            let message = format!("{} cells where {VARS} names {}", cells.len(), columns.count);
+            let e = FileError::at(name, line, message);
+            let is_short = cells.len() < columns.count;
+            return Err(if is_short { e.cut() } else { e });
+        }
+        found += 1;
+        let [theta_i, phi_i, theta_s, phi_s] =
+            columns.angles.map(|at| at.map_or(0.0, |at| cells[at]));
+        let turned = azimuth.about_axis(false, PI, [phi_i, phi_s]);
+        let light = Direction::from_spherical(theta_i, turned[0]).vector();
+        let view = Direction::from_spherical(theta_s, turned[1]).vector();
+        for (value, at) in values.iter_mut().zip(&columns.values) {
+            *value = cells[*at];
+        }
+        if columns.is_xyz {
+            values = (XYZ.inverse() * DVec3::from_slice(&values))
+                .to_array()
+                .into();
+        }
+        rows.push(line, [light, view], quantity, &values, &[])?;
+    }
+    if let Some(points) = points.filter(|p| *p != found && !conventions.partial) {
+        let message = format!("{POINTS} {points}: {found} rows are there");
+        let e = FileError::whole(name, message);
+        return Err(if found < points { e.cut() } else { e });
+    }
+    rows.measurement(columns.channels, assume, fixes_sample)
+}
+
+/// Writes the readings of a measurement; poses without a reading, uncertainties and flags have no place in it.
+///
+/// # Errors
+/// Whatever `out` reports.
+pub fn write(
+    measurement: &Measurement,
+    about: &About,
+    sequence: Sequence<'_>,
+    out: &mut dyn Write,
+) -> io::Result<()> {
+    let poses = PoseRows::new(&measurement.schedule, sequence, false);
+    let has_reading = |pose: &usize| measurement.value(*pose).is_some();
+    let read: Vec<usize> = (0..poses.len())
+        .map(|row| poses.pose(row))
+        .filter(has_reading)
+        .collect();
+    let bands = match &measurement.channels {
+        Channels::Luminance => "Y".into(),
+        Channels::Rgb => "R,G,B".into(),
+        Channels::Wavelengths(w) => {
+            let names: Vec<String> = w.nm().iter().map(|nm| format!("{nm}{NM}")).collect();
+            names.join(",")
+        }
+    };
+    for (key, value) in [
+        ("SAMPLE", &about.material),
+        ("INSTRUMENT", &about.instrument),
+    ] {
+        if let Some(value) = value {
+            writeln!(out, "{key} {}", printable(value))?;
+        }
+    }
+    writeln!(out, "WRITTEN_BY gonio {}", env!("CARGO_PKG_VERSION"))?;
+    writeln!(
+        out,
+        "{POINTS} {}\n{VARS} {},{bands}",
+        read.len(),
+        ANGLES.join(",")
+    )?;
+    for pose in read {
+        let pair = &measurement.schedule.poses[pose].pair;
+        let [i, s] = [pair.omega_i, pair.omega_o].map(|d| format!("{:e},{:e}", d.theta(), d.phi()));
+        write!(out, "{i},{s}")?;
+        for value in measurement.value(pose).into_iter().flatten() {
+            write!(out, ",{value:e}")?;
+        }
+        out.write_all(b"\n")?;
+    }
+    Ok(())
+}

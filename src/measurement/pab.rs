@@ -1,0 +1,261 @@
+//! Text of the gonio-photometers of pab advanced technologies, which `pabopto2bsdf` of Radiance reads: one light direction a
+//! file, several where files were put together.
+//!
+//! ```text
+//! #sample_name "brushed steel"
+//! #format: theta phi BRDF
+//! #intheta 30
+//! #inphi 0
+//! #upphi 0
+//! #colorimetry: CIE-Y
+//! #datapoints_in_file 2
+//! 28.5 180 1.93
+//! 30 180 2.01
+//! ```
+//!
+//! Lines that begin with `#` come before the rows; a colon after their first word may be there or not. Angles are in degrees,
+//! polar ones from the normal, azimuths from an axis of the sample: the mirror direction is at `inphi` + 180.
+//! `#incident_angle 30 0` stands for both angles of the light, `#upphi` says which azimuth is upwards in a picture and is
+//! passed over. A value is f_r in sr⁻¹ (`BRDF`, `BSDF`), or times cos theta of the row (`DSF`); with `CIE-XYZ` there are
+//! three, which are read as R, G, B of which grey has X = Y = Z. Rows below the horizon are of light that was transmitted.
+
+use super::Measurement;
+use super::scattered::{Rows, Scattered, numbers, refuse_columns};
+use crate::brdf::Channels;
+use crate::error::{excerpt, printable};
+use crate::geometry::Direction;
+use crate::measurement::About;
+use crate::numeric::XYZ;
+use crate::schedule::export::PoseRows;
+use crate::schedule::{Assume, Azimuth, FileError, Quantity, Sequence};
+use glam::DVec3;
+use std::io::{self, Write};
+
+/// What `#format: theta phi` may go on with.
+const KINDS: [(&str, Quantity); 3] = [
+    ("BRDF", Quantity::Brdf),
+    ("BSDF", Quantity::Brdf),
+    ("DSF", Quantity::BrdfCosine),
+];
+
+/// Parts of a degree to which angles are written.
+const TIDY: f64 = 1e12;
+
+/// What `#colorimetry` may say.
+const COLORIMETRY: [(&str, Channels); 2] =
+    [("CIE-Y", Channels::Luminance), ("CIE-XYZ", Channels::Rgb)];
+
+/// The words of a line of the header; the first one without its colon.
+fn header(line: &str) -> Option<Vec<&str>> {
+    let mut words: Vec<&str> = line.strip_prefix('#')?.split_whitespace().collect();
+    let first = words.first_mut()?;
+    *first = first.trim_end_matches(':');
+    Some(words)
+}
+
+/// True if a text begins with such a header.
+pub fn is_pab(text: &str) -> bool {
+    let lines = text.lines().map(str::trim).filter(|line| !line.is_empty());
+    let mut header = lines.map_while(header);
+    header.any(|words| matches!(words[..], ["format", "theta", "phi", _]))
+}
+
+/// What the header of a light direction says.
+#[derive(Clone, Default)]
+struct Header {
+    theta: Option<f64>,
+    phi: Option<f64>,
+    quantity: Option<Quantity>,
+    channels: Option<Channels>,
+    /// Rows that it promises, and the line.
+    points: Option<(usize, usize)>,
+    rows: usize,
+}
+
+impl Header {
+    /// Takes in a line.
+    fn see(&mut self, words: &[&str], name: &str, line: usize) -> Result<(), FileError> {
+        let refuse = |allowed: &str| {
+            let message = format!("#{}: allowed {allowed}", excerpt(&words.join(" ")));
+            Err(FileError::at(name, line, message))
+        };
+        let angle = |word: &str| word.parse::<f64>().ok().filter(|x| x.is_finite());
+        match *words {
+            ["format", "theta", "phi", kind] => {
+                let known = KINDS.iter().find(|k| k.0.eq_ignore_ascii_case(kind));
+                self.quantity = match known {
+                    Some((_, quantity)) => Some(*quantity),
+                    None => return refuse("are BRDF, BSDF and DSF"),
+                };
+            }
+            ["format", ..] => return refuse("is theta phi and one of BRDF, BSDF, DSF"),
+            ["colorimetry", name] => {
+                let known = COLORIMETRY.iter().find(|k| k.0.eq_ignore_ascii_case(name));
+                self.channels = match known {
+                    Some((_, channels)) => Some(channels.clone()),
+                    None => return refuse("are CIE-Y and CIE-XYZ"),
+                };
+            }
+            ["intheta" | "theta_in", x] => match angle(x) {
+                Some(x) => self.theta = Some(x),
+                None => return refuse("is a number of degrees"),
+            },
+            ["inphi" | "phi_in", x] => match angle(x) {
+                Some(x) => self.phi = Some(x),
+                None => return refuse("is a number of degrees"),
+            },
+            ["incident_angle", theta, phi] => match (angle(theta), angle(phi)) {
+                (Some(theta), Some(phi)) => (self.theta, self.phi) = (Some(theta), Some(phi)),
+                _ => return refuse("are two numbers of degrees"),
+            },
+            ["datapoints_in_file", n] => match n.parse() {
+                Ok(n) => self.points = Some((n, line)),
+                Err(_) => return refuse("is a whole number"),
+            },
+            ["spectral", ..] => {
+                return refuse("is text with a column of CIE-Y or three of CIE-XYZ");
+            }
+            _ => {}
+        }
+        Ok(())
+    }
+
+    /// Checks that there are as many rows as were promised.
+    fn check_rows(&self, name: &str) -> Result<(), FileError> {
+        match self.points {
+            Some((points, line)) if points != self.rows => {
+                let message = format!("#datapoints_in_file {points}: {} rows are there", self.rows);
+                let e = FileError::at(name, line, message);
+                Err(match self.rows < points {
+                    true => FileError { line: None, ..e }.cut(),
+                    false => e,
+                })
+            }
+            _ => Ok(()),
+        }
+    }
+}
+
+/// Reads a text; `name` stands for the file in messages.
+///
+/// # Errors
+/// One sentence with the line: a header that lacks a line or holds an unsupported value, a row with another number of
+/// cells, or with one that is no finite number or no reading, another number of rows than promised.
+pub fn read(text: &str, name: &str, assume: &Assume) -> Result<Scattered, FileError> {
+    refuse_columns("pab-opto text", name, assume)?;
+    let conventions = &assume.conventions;
+    let azimuth = conventions.azimuth.unwrap_or(Azimuth::Sample);
+    let mut rows = Rows::new(name);
+    let mut header = Header::default();
+    let mut all: Option<Channels> = None;
+    for (i, line) in text.lines().enumerate() {
+        let (line, content) = (i + 1, line.trim());
+        if content.is_empty() {
+            continue;
+        }
+        if content.starts_with('#') {
+            if header.rows > 0 {
+                // The next light; what the values are may have been said once.
+                header.check_rows(name)?;
+                header = Header {
+                    quantity: header.quantity,
+                    channels: header.channels,
+                    ..Header::default()
+                };
+            }
+            if let Some(words) = self::header(content) {
+                header.see(&words, name, line)?;
+            }
+            continue;
+        }
+        let missing = |what: &str| {
+            let message = format!("the line {what} is missing before this row");
+            FileError::at(name, line, message)
+        };
+        let theta = header.theta.ok_or_else(|| missing("#intheta"))?;
+        let phi = header.phi.ok_or_else(|| missing("#inphi"))?;
+        let said = conventions.quantity.or(header.quantity);
+        let quantity = said.ok_or_else(|| missing("#format"))?;
+        let channels = header.channels.clone().unwrap_or(Channels::Luminance);
+        if *all.get_or_insert_with(|| channels.clone()) != channels {
+            let message = "its #colorimetry is not that of the rows before; allowed: one for all";
+            return Err(FileError::at(name, line, message));
+        }
+        let cells = numbers(content.split_whitespace(), name, line)?;
+        let allowed = 2 + channels.count();
+        if cells.len() != allowed {
+            let message = format!("{} cells where the header asks for {allowed}", cells.len());
+            let e = FileError::at(name, line, message);
+            return Err(if cells.len() < allowed { e.cut() } else { e });
+        }
+        header.rows += 1;
+        let turned = azimuth.about_axis(false, 180.0, [phi, cells[1]]);
+        let [light, view] = [[theta, turned[0]], [cells[0], turned[1]]].map(|angles| {
+            let [theta, phi] = angles.map(f64::to_radians);
+            Direction::from_spherical(theta, phi).vector()
+        });
+        let values = match &cells[2..] {
+            xyz @ [_, _, _] => (XYZ.inverse() * DVec3::from_slice(xyz)).to_array().to_vec(),
+            values => values.to_vec(),
+        };
+        rows.push(line, [light, view], quantity, &values, &[])?;
+    }
+    if !conventions.partial {
+        header.check_rows(name)?;
+    }
+    rows.measurement(all.unwrap_or(Channels::Luminance), assume, true)
+}
+
+/// Writes the readings of a measurement, light after light; poses without a reading, uncertainties and flags have no place in
+/// it.
+///
+/// # Errors
+/// Whatever `out` reports, and readings by wavelength.
+pub fn write(
+    measurement: &Measurement,
+    about: &About,
+    sequence: Sequence<'_>,
+    out: &mut dyn Write,
+) -> io::Result<()> {
+    let channels = &measurement.channels;
+    let Some((colorimetry, _)) = COLORIMETRY.iter().find(|(_, c)| c == channels) else {
+        let message = "pab-opto text holds luminance or R, G, B and no wavelengths";
+        return Err(io::Error::new(io::ErrorKind::InvalidInput, message));
+    };
+    let material = about.material.as_deref().unwrap_or("unknown");
+    let material = printable(material).replace('"', "'");
+    let poses = PoseRows::new(&measurement.schedule, sequence, false);
+    // 30 is 29.999999999999996 once it went through a sine.
+    let tidy = |angle: f64| (angle.to_degrees() * TIDY).round() / TIDY;
+    let angles = |d: Direction| [d.theta(), d.phi()].map(tidy);
+    let row = |row: usize| {
+        let i = poses.pose(row);
+        let pair = &measurement.schedule.poses[i].pair;
+        Some((
+            angles(pair.omega_i),
+            angles(pair.omega_o),
+            measurement.value(i)?,
+        ))
+    };
+    let rows: Vec<_> = (0..poses.len()).filter_map(row).collect();
+    for rows in rows.chunk_by(|a, b| a.0 == b.0) {
+        let [theta, phi] = rows[0].0;
+        let points = rows.len();
+        write!(
+            out,
+            "#sample_name \"{material}\"\n#format: theta phi BRDF\n#intheta {theta}\n#inphi {phi}\n\
+             #upphi 0\n#colorimetry: {colorimetry}\n#datapoints_in_file\t{points}\n"
+        )?;
+        for (_, [theta, phi], values) in rows {
+            write!(out, "{theta} {phi}")?;
+            match values {
+                rgb @ [_, _, _] => {
+                    let xyz = XYZ * DVec3::from_slice(rgb);
+                    writeln!(out, " {:e} {:e} {:e}", xyz.x, xyz.y, xyz.z)?;
+                }
+                values => values.iter().try_for_each(|v| writeln!(out, " {v:e}"))?,
+            }
+        }
+    }
+    Ok(())
+}

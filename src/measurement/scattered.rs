@@ -1,0 +1,188 @@
+//! Readings at poses of no lattice, as tables by others have them.
+
+use super::{Details, Flags, Folded, Measurement, Negative, Outcome, reading_of};
+use crate::brdf::Channels;
+use crate::geometry::{Direction, DirectionPair, Symmetry};
+use crate::numeric::GRAZING_COS;
+use crate::schedule::export::FROM_FILE;
+use crate::schedule::import::form;
+use crate::schedule::table::Table;
+use crate::schedule::{Assume, FileError, Pose, Quantity, Schedule};
+use glam::DVec3;
+use std::sync::Arc;
+
+/// A table that was read.
+pub struct Scattered {
+    /// The measurement; its schedule has each configuration once.
+    pub measurement: Measurement,
+    /// Rows without a pose: a direction is not above the horizon.
+    pub below_horizon: usize,
+    /// Rows with values below 0.
+    pub negative: Negative,
+    /// Rows of a configuration that came before: their values are averaged, see
+    /// [`Measurement::merged`].
+    pub folded: Folded,
+}
+
+impl Scattered {
+    /// Rows that were read.
+    pub fn rows(&self) -> usize {
+        self.measurement.schedule.poses.len() + self.below_horizon + self.folded.poses
+    }
+}
+
+/// Rows of a table while it is read.
+pub(super) struct Rows<'a> {
+    /// The file, in messages.
+    name: &'a str,
+    pairs: Vec<DirectionPair>,
+    values: Vec<f64>,
+    radii: Vec<f64>,
+    below_horizon: usize,
+    negative: Negative,
+}
+
+impl<'a> Rows<'a> {
+    pub fn new(name: &'a str) -> Self {
+        Self {
+            name,
+            pairs: Vec::new(),
+            values: Vec::new(),
+            radii: Vec::new(),
+            below_horizon: 0,
+            negative: Negative::default(),
+        }
+    }
+
+    /// Adds a row: light and view, which need not be unit, a value a channel, and as many standard uncertainties that
+    /// readings share, or none. A row with a direction that is not above the horizon is counted.
+    ///
+    /// # Errors
+    /// The line, and the number that is no reading.
+    pub fn push(
+        &mut self,
+        line: usize,
+        directions: [DVec3; 2],
+        quantity: Quantity,
+        values: &[f64],
+        radii: &[f64],
+    ) -> Result<(), FileError> {
+        let above = |d: &Direction| d.cos_theta() > GRAZING_COS;
+        let [light, view] = directions.map(|v| Direction::try_new(v).filter(above));
+        let (Some(light), Some(view)) = (light, view) else {
+            self.below_horizon += 1;
+            return Ok(());
+        };
+        let pair = DirectionPair::new(light, view);
+        let of_one = quantity.of_one(&pair);
+        self.pairs.push(pair);
+        self.negative.see(line, || values.iter().copied());
+        for (to, numbers) in [(&mut self.values, values), (&mut self.radii, radii)] {
+            for &number in numbers {
+                let refused = |e| {
+                    let message = format!("{number:e} is no reading");
+                    FileError::at(self.name, line, message).because(e)
+                };
+                to.push(reading_of(number, of_one).map_err(refused)?);
+            }
+        }
+        Ok(())
+    }
+
+    /// The measurement. Where nothing `fixes_sample` the material is isotropic unless `assume` says otherwise.
+    ///
+    /// # Errors
+    /// There is no row, or `assume` names no coordinates.
+    pub fn measurement(
+        self,
+        channels: Channels,
+        assume: &Assume,
+        fixes_sample: bool,
+    ) -> Result<Scattered, FileError> {
+        if self.pairs.is_empty() {
+            return Err(FileError::whole(
+                self.name,
+                "there is no row above the horizon",
+            ));
+        }
+        let mut assume = assume.clone();
+        let otherwise = &mut assume.otherwise;
+        *otherwise = Symmetry {
+            isotropic: otherwise.isotropic || !fixes_sample,
+            ..*otherwise
+        };
+        let parametrization = form(&Table::named(self.name), &assume)?;
+        let poses: Vec<Pose> = self
+            .pairs
+            .into_iter()
+            .map(|pair| Pose {
+                coords: parametrization.forward(&pair),
+                pair,
+            })
+            .collect();
+        let rows = poses.len();
+        let measurement = Measurement {
+            channels,
+            outcomes: vec![Outcome::Reading; rows],
+            details: (!self.radii.is_empty()).then(|| Details {
+                type_a: vec![0.0; self.values.len()],
+                type_b: self.radii,
+                flags: vec![Flags::NONE; rows],
+            }),
+            values: self.values,
+            schedule: Arc::new(Schedule {
+                parametrization,
+                sample_set: FROM_FILE.into(),
+                poses,
+                lattice: None,
+                unphysical_share: 0.0,
+            }),
+        };
+        let (measurement, folded) = measurement.merged();
+        Ok(Scattered {
+            measurement,
+            below_horizon: self.below_horizon,
+            negative: self.negative,
+            folded,
+        })
+    }
+}
+
+/// Refuses the options that say what the columns of a table are, of a format whose header says it.
+///
+/// # Errors
+/// The first option that was given.
+pub(super) fn refuse_columns(what: &str, name: &str, assume: &Assume) -> Result<(), FileError> {
+    let conventions = &assume.conventions;
+    for (option, given) in [
+        ("--columns", !conventions.columns.is_empty()),
+        ("--angles", conventions.angles.is_some()),
+        ("--elevation", conventions.elevation),
+    ] {
+        if given {
+            let message = format!("{option}: the header of {what} says what its columns are");
+            return Err(FileError::whole(name, message));
+        }
+    }
+    Ok(())
+}
+
+/// The finite numbers of a row.
+///
+/// # Errors
+/// The line, and the word that is none.
+pub(super) fn numbers<'t>(
+    words: impl Iterator<Item = &'t str>,
+    name: &str,
+    line: usize,
+) -> Result<Vec<f64>, FileError> {
+    let parse = |word: &str| match word.parse::<f64>() {
+        Ok(value) if value.is_finite() => Ok(value),
+        _ => {
+            let word = crate::error::excerpt(word);
+            let message = format!("{word}: allowed is a finite number");
+            Err(FileError::at(name, line, message))
+        }
+    };
+    words.map(parse).collect()
+}

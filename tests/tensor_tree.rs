@@ -1,0 +1,313 @@
+//! Tensor trees of Radiance: the text that is written, read by a reader of its own, against the BRDF that it was made of.
+
+use gonio::brdf::measured::tensor_tree::{MERGED, TensorTree, disk, tabulate, write_tensor_tree};
+use gonio::brdf::{self, Brdf, Channels, Presence};
+use gonio::geometry::{Direction, DirectionPair};
+use gonio::registry;
+use std::f64::consts::{FRAC_PI_2, PI};
+
+fn material(kind: &str, keys: &str, channels: Channels) -> Box<dyn Brdf> {
+    let entry = brdf::all().into_iter().find(|e| e.kind == kind).unwrap();
+    let spec = registry::read_text(&entry, keys).unwrap();
+    spec.build(channels).unwrap()
+}
+
+/// A tree as the source of Radiance describes it: eight trees, or 8^k values of which the first axis runs slowest.
+enum Tree {
+    Grid(Vec<f64>),
+    Parts(Vec<Tree>),
+}
+
+impl Tree {
+    fn read(text: &mut &str) -> Tree {
+        let eat = |text: &mut &str, c: char| {
+            let rest = text.trim_start().strip_prefix(c)?;
+            *text = rest;
+            Some(())
+        };
+        eat(text, '{').expect("a brace");
+        let mut parts = Vec::new();
+        while text.trim_start().starts_with('{') {
+            parts.push(Tree::read(text));
+        }
+        if parts.is_empty() {
+            let end = text.find('}').unwrap();
+            let numbers = text[..end].split_whitespace().map(|w| w.parse().unwrap());
+            let numbers: Vec<f64> = numbers.collect();
+            *text = &text[end + 1..];
+            return Tree::Grid(numbers);
+        }
+        assert_eq!(parts.len(), 8);
+        eat(text, '}').expect("a closing brace");
+        Tree::Parts(parts)
+    }
+
+    fn at(&self, place: [f64; 3]) -> f64 {
+        match self {
+            Tree::Grid(values) => {
+                let side = (values.len() as f64).cbrt().round() as usize;
+                assert!(side.is_power_of_two() && side.pow(3) == values.len());
+                let cell = |x: f64| (x * side as f64) as usize;
+                values[place.iter().fold(0, |n, &x| n * side + cell(x))]
+            }
+            Tree::Parts(parts) => {
+                let upper = place.map(|x| usize::from(x >= 0.5));
+                let part = upper[0] + 2 * upper[1] + 4 * upper[2];
+                parts[part].at(std::array::from_fn(|k| 2.0 * place[k] - upper[k] as f64))
+            }
+        }
+    }
+}
+
+/// The trees of a text, by the names of their blocks.
+fn trees(text: &str) -> Vec<(String, Tree)> {
+    let blocks = text.split("<WavelengthData>").skip(1);
+    let tree = |block: &str| {
+        let between = |from: &str, to: &str| {
+            let (_, rest) = block.split_once(from).unwrap();
+            rest.split_once(to).unwrap().0.to_owned()
+        };
+        let mut numbers = &*between("<ScatteringData>", "</ScatteringData>");
+        let tree = Tree::read(&mut numbers);
+        assert!(numbers.trim().is_empty());
+        (between("<Wavelength unit=\"Integral\">", "<"), tree)
+    };
+    blocks.map(tree).collect()
+}
+
+fn text(brdf: &dyn Brdf, level: usize) -> String {
+    let mut text = Vec::new();
+    write_tensor_tree(&tabulate(brdf, level).unwrap(), &mut text).unwrap();
+    String::from_utf8(text).unwrap()
+}
+
+/// Numbers in [0, 1) without a pattern.
+fn numbers(seed: u64) -> impl FnMut() -> f64 {
+    let mut state = seed;
+    move || {
+        state = state
+            .wrapping_mul(6_364_136_223_846_793_005)
+            .wrapping_add(1_442_695_040_888_963_407);
+        ((state ^ (state >> 31)) >> 11) as f64 / (1u64 << 53) as f64
+    }
+}
+
+/// The point of the unit square of a point of the disk, by bisection of its rings.
+fn square(x: f64, y: f64) -> [f64; 2] {
+    let radius = x.hypot(y);
+    // The side of the ring, and the share of it that was walked.
+    let turn = y.atan2(x).rem_euclid(2.0 * PI) / FRAC_PI_2;
+    let (side, along) = match turn + 0.5 {
+        t if t >= 4.0 => (0, t - 4.5),
+        t => (t as usize, t.fract() - 0.5),
+    };
+    let along = 2.0 * radius * along;
+    let [a, b] = match side {
+        0 => [radius, along],
+        1 => [-along, radius],
+        2 => [-radius, -along],
+        _ => [along, -radius],
+    };
+    [(a + 1.0) / 2.0, (b + 1.0) / 2.0]
+}
+
+/// The place of a pair, by turning the light to azimuth π.
+fn place(pair: &DirectionPair) -> [f64; 3] {
+    let turn = PI - pair.omega_i.phi();
+    let sensor = Direction::from_spherical(pair.omega_o.theta(), pair.omega_o.phi() + turn);
+    let [s, t] = square(sensor.vector().x, sensor.vector().y);
+    [0.5 - 0.5 * pair.omega_i.sin_theta(), s, t]
+}
+
+/// Cosine-distributed pairs up to 80°.
+fn pairs(count: usize) -> Vec<DirectionPair> {
+    let mut number = numbers(1);
+    let mut direction = || {
+        let sin = number().sqrt() * 80f64.to_radians().sin();
+        Direction::from_spherical(sin.asin(), 7.0 * number())
+    };
+    (0..count)
+        .map(|_| DirectionPair::new(direction(), direction()))
+        .collect()
+}
+
+/// nrmse of the luminance.
+fn error(truth: &dyn Brdf, tree: &Tree, pairs: &[DirectionPair]) -> f64 {
+    let [mut sum, mut square] = [0.0; 2];
+    for pair in pairs {
+        let t = truth.luminance(pair).unwrap();
+        let cos2 = pair.omega_i.cos_theta().powi(2);
+        sum += (tree.at(place(pair)) - t).powi(2) * cos2;
+        square += t * t * cos2;
+    }
+    (sum / square).sqrt()
+}
+
+#[test]
+fn the_disk_is_mapped_and_keeps_areas() {
+    let mut number = numbers(5);
+    for _ in 0..2000 {
+        let p = [number(), number()];
+        let [x, y] = disk(p);
+        assert!(x.hypot(y) <= 1.0 + 1e-15);
+        let back = square(x, y);
+        assert!(
+            (back[0] - p[0]).abs() + (back[1] - p[1]).abs() < 1e-12,
+            "{p:?}"
+        );
+        // π times the area, by differences, away from the diagonals.
+        if (p[0] - p[1]).abs().min((p[0] + p[1] - 1.0).abs()) > 1e-3 {
+            let d = 1e-6;
+            let [u, v] = [disk([p[0] + d, p[1]]), disk([p[0], p[1] + d])];
+            let area = (u[0] - x) * (v[1] - y) - (u[1] - y) * (v[0] - x);
+            assert!((area / (d * d) / PI - 1.0).abs() < 1e-4, "{p:?}");
+        }
+    }
+}
+
+/// A GGX of roughness .3 at 2⁷: at most .025, in less than half of the 10 MB of a full grid.
+#[test]
+fn a_tree_has_the_values_and_few_leaves() {
+    let ggx = material("ggx", "alpha = 0.3", Channels::Luminance);
+    let pairs = pairs(20_000);
+    let mut errors = Vec::new();
+    for level in [6, 7] {
+        let text = text(&*ggx, level);
+        let [(name, tree)] = &trees(&text)[..] else {
+            panic!("one block");
+        };
+        assert_eq!(name, "Visible");
+        errors.push(error(&*ggx, tree, &pairs));
+        let ours = TensorTree::read(&text, Channels::Luminance).unwrap();
+        for pair in &pairs[..500] {
+            let [found, want] = [ours.luminance(pair).unwrap(), tree.at(place(pair))];
+            // Pairs on the edge of a cell may be in the next one.
+            assert!((found / want - 1.0).abs() < 0.5, "{found} {want}");
+        }
+        let same = pairs[..500]
+            .iter()
+            .filter(|p| ours.luminance(p) == Some(tree.at(place(p))));
+        assert!(same.count() > 495);
+        println!(
+            "2^{level}: {:.2} MB, nrmse {:.4}",
+            text.len() as f64 / 1e6,
+            errors[errors.len() - 1]
+        );
+        if level == 7 {
+            assert!(text.len() < 4_500_000, "{} bytes", text.len());
+        }
+    }
+    assert!(
+        errors[1] < 0.025 && errors[1] < 0.7 * errors[0],
+        "{errors:?}"
+    );
+}
+
+/// Merging keeps means: the mean over the disk, which is albedo / π, is that of the midpoints.
+#[test]
+fn merging_adds_what_it_says_and_no_energy() {
+    let (level, cells) = (5, 32);
+    let ggx = material("ggx", "alpha = 0.2", Channels::Luminance);
+    let nodes = tabulate(&*ggx, level).unwrap();
+    assert!(nodes[0].leaves() < cells * cells * cells / 2);
+    let ([mut error, mut square], mut means) = ([0.0; 2], [0.0; 2]);
+    for x in 0..cells / 2 {
+        for s in 0..cells {
+            for t in 0..cells {
+                let place = [x, s, t].map(|k| (k as f64 + 0.5) / cells as f64);
+                let [a, b] = disk([place[1], place[2]]);
+                let light = Direction::from_spherical((1.0 - 2.0 * place[0]).asin(), PI);
+                let sensor = Direction::from_spherical(a.hypot(b).asin(), b.atan2(a));
+                let truth = ggx.luminance(&DirectionPair::new(light, sensor)).unwrap();
+                let held = nodes[0].at(place);
+                let weight = light.sin_theta() * light.cos_theta().powi(2);
+                error += weight * (held - truth).powi(2);
+                square += weight * truth * truth;
+                means = [means[0] + held, means[1] + truth];
+            }
+        }
+    }
+    assert!(
+        (error / square).sqrt() <= MERGED,
+        "{}",
+        (error / square).sqrt()
+    );
+    assert!((means[0] / means[1] - 1.0).abs() < 1e-9, "{means:?}");
+}
+
+/// R, G, B come back of luminance and chromaticity by the formulas of CIE 1976, whose white is at (⅓, ⅓).
+#[test]
+fn colours_are_kept() {
+    let red = material("lambert", "albedo = [0.6, 0.3, 0.1]", Channels::Rgb);
+    let text = text(&*red, 4);
+    let trees = trees(&text);
+    let names: Vec<&str> = trees.iter().map(|(name, _)| &**name).collect();
+    assert_eq!(names, ["Visible", "CIE-u", "CIE-v"]);
+    let [y, u, v] = [0, 1, 2].map(|k| trees[k].1.at([0.2, 0.3, 0.4]));
+    assert!((y * PI / (0.2126 * 0.6 + 0.7152 * 0.3 + 0.0722 * 0.1) - 1.0).abs() < 1e-3);
+    // Of the whites of the two spaces, and back by the inverse matrix of sRGB.
+    let xyz = [
+        9.0 * u / (4.0 * v) * 0.9505,
+        1.0,
+        (12.0 - 3.0 * u - 20.0 * v) / (4.0 * v) * 1.089,
+    ];
+    let back = [
+        [3.2406, -1.5372, -0.4986],
+        [-0.9689, 1.8758, 0.0415],
+        [0.0557, -0.2040, 1.0570],
+    ];
+    let ours = TensorTree::read(&text, Channels::Rgb).unwrap();
+    let mut rgb = [0.0; 3];
+    let present = ours.eval(&DirectionPair::from_spherical(0.3, 0.1, 0.7, 2.0), &mut rgb);
+    assert_eq!(present, Presence::Present);
+    for (row, (want, ours)) in back.iter().zip([0.6, 0.3, 0.1].into_iter().zip(rgb)) {
+        assert!((ours * PI - want).abs() < 3e-3, "{ours} {want}");
+        let found = y * PI * (row[0] * xyz[0] + row[1] * xyz[1] + row[2] * xyz[2]);
+        assert!((found - want).abs() < 3e-3, "{found} {want}");
+    }
+}
+
+#[test]
+fn what_a_tree_cannot_hold_is_refused() {
+    let refused = |brdf: &dyn Brdf| tabulate(brdf, 4).unwrap_err().to_string();
+    let ward = material("ward", "alpha = [0.1, 0.4]", Channels::Luminance);
+    assert!(refused(&*ward).contains("isotropic"));
+    let nm = brdf::Wavelengths::new(&[450.0, 550.0]).unwrap();
+    let spectral = material("lambert", "albedo = 0.5", Channels::Wavelengths(nm));
+    assert!(refused(&*spectral).contains("no wavelengths"));
+    // Texts.
+    let whole = text(
+        &*material("lambert", "albedo = 0.5", Channels::Luminance),
+        4,
+    );
+    for (old, new, part) in [
+        (
+            "TensorTree3",
+            "TensorTree4",
+            "IncidentDataStructure TensorTree4: allowed is TensorTree3",
+        ),
+        (
+            "Reflection Back",
+            "Reflection Front",
+            "no block of Visible with Reflection Back",
+        ),
+        (
+            "LBNL/Shirley-Chiu",
+            "LBNL/Klems Full",
+            "AngleBasis LBNL/Klems Full: allowed is LBNL/Shirley-Chiu",
+        ),
+        (
+            "{.1592}",
+            "{.1592 1}",
+            "line 20: 2 numbers: allowed are 1, 8, 64, …",
+        ),
+        ("{.1592}", "{.1592", "allowed is }"),
+        ("{.1592}", "{x}", "line 20: x: allowed is a number"),
+        ("{.1592}", "{.1592}}", "} after the tree"),
+        ("{.1592}", &("{".repeat(30)), "deeper than 20 halvings"),
+    ] {
+        assert!(whole.contains(old), "{old}");
+        let told = TensorTree::read(&whole.replace(old, new), Channels::Luminance).unwrap_err();
+        assert!(told.to_string().contains(part), "{told}");
+    }
+}

@@ -1,0 +1,210 @@
+//! Tables of OpticStudio (Zemax): what comes back of a BRDF that was written, and what is refused.
+
+use gonio::brdf::measured::zemax::{LEVELS, Level, Zemax, write_zemax};
+use gonio::brdf::{self, Brdf, Channels, Presence, Wavelengths};
+use gonio::geometry::{Direction, DirectionPair};
+use gonio::registry;
+use std::f64::consts::PI;
+
+fn material(kind: &str, keys: &str, channels: Channels) -> Box<dyn Brdf> {
+    let entry = brdf::all().into_iter().find(|e| e.kind == kind).unwrap();
+    let spec = registry::read_text(&entry, keys).unwrap();
+    spec.build(channels).unwrap()
+}
+
+fn zemax(brdf: &dyn Brdf, level: Level) -> String {
+    let mut text = Vec::new();
+    write_zemax(brdf, level, &mut text).unwrap();
+    String::from_utf8(text).unwrap()
+}
+
+/// Cosine-distributed pairs up to 80°, and as many about the mirror direction.
+fn pairs(count: usize) -> Vec<DirectionPair> {
+    let mut state = 1_u64;
+    let mut number = || {
+        state = state
+            .wrapping_mul(6_364_136_223_846_793_005)
+            .wrapping_add(1_442_695_040_888_963_407);
+        ((state ^ (state >> 31)) >> 11) as f64 / (1_u64 << 53) as f64
+    };
+    let mut all = Vec::new();
+    while all.len() < 2 * count {
+        let sin = |u: f64| u.sqrt() * 80f64.to_radians().sin();
+        let (theta, phi) = (sin(number()).asin(), 7.0 * number());
+        let free = Direction::from_spherical(sin(number()).asin(), 7.0 * number());
+        let near = Direction::from_spherical(
+            theta + 0.2 * (number() - 0.5),
+            phi + PI + 0.2 * (number() - 0.5),
+        );
+        let light = Direction::from_spherical(theta, phi);
+        let both = [free, near].map(|sensor| DirectionPair::new(light, sensor));
+        if both.iter().all(|p| p.omega_o.cos_theta() > 0.17) {
+            all.extend(both);
+        }
+    }
+    all
+}
+
+fn values(brdf: &dyn Brdf, pair: &DirectionPair) -> Vec<f64> {
+    let mut out = vec![0.0; brdf.channels().count()];
+    assert_eq!(brdf.eval(pair, &mut out), Presence::Present, "{pair:?}");
+    out
+}
+
+/// Root mean square of the difference over that of the truth, of all channels, with the light's cosine.
+fn error(truth: &dyn Brdf, table: &dyn Brdf, pairs: &[DirectionPair]) -> f64 {
+    let [mut sum, mut square] = [0.0; 2];
+    for pair in pairs {
+        let cos2 = pair.omega_i.cos_theta().powi(2);
+        for (t, c) in values(truth, pair).into_iter().zip(values(table, pair)) {
+            sum += cos2 * (t - c).powi(2);
+            square += cos2 * t * t;
+        }
+    }
+    (sum / square).sqrt()
+}
+
+#[test]
+fn a_zemax_table_comes_back_and_finer_ones_err_less() {
+    let pairs = pairs(2000);
+    for (alpha, most) in [(0.3, 0.01), (0.1, 0.01)] {
+        let keys = format!("alpha = {alpha}");
+        let truth = material("ggx", &keys, Channels::Rgb);
+        let mut last = most;
+        for level in &LEVELS[..2] {
+            let text = zemax(&*truth, *level);
+            let table = Zemax::read(&text, Channels::Rgb).unwrap();
+            let found = error(&*truth, &table, &pairs);
+            println!(
+                "alpha {alpha}: {level:?} {found:.2e}, {:.1} MB",
+                text.len() as f64 / 1e6
+            );
+            assert!(found < last, "{level:?}: {found}");
+            last = 0.5 * found;
+        }
+        // In luminance a reader takes Y.
+        let grey = material("ggx", &keys, Channels::Luminance);
+        let table = Zemax::read(&zemax(&*truth, LEVELS[0]), Channels::Luminance).unwrap();
+        assert!(error(&*grey, &table, &pairs) < most);
+    }
+}
+
+/// The mean of f_r over the hemisphere with the sensor's cosine is what the line TIS says.
+#[test]
+fn a_zemax_table_says_its_albedo() {
+    let grey = material("lambert", "albedo = 0.5", Channels::Luminance);
+    let text = zemax(&*grey, LEVELS[1]);
+    let tis = text.lines().filter_map(|line| line.strip_prefix("TIS "));
+    let tis: Vec<f64> = tis.map(|t| t.parse().unwrap()).collect();
+    assert_eq!(tis.len(), LEVELS[1].theta_i + 1);
+    for albedo in tis {
+        assert!((albedo - 0.5).abs() < 2e-3, "{albedo}");
+    }
+}
+
+/// A table by hand: values that tell where they are. Azimuth 0 is towards the normal.
+#[test]
+fn angles_are_about_the_mirror_direction() {
+    let text = "# a sample\nSource  Measured\nSymmetry  PlaneSymmetrical\nSpectralContent  Monochrome\n\
+                ScatterType  BRDF\nSampleRotation  1\n0\nAngleOfIncidence 2\n30 60\nScatterAzimuth 3\n0\t90\t180\n\
+                ScatterRadial 3\n0 10 20\n\nMonochrome\nDataBegin\nTIS 0.1\n1 2 3\n1 4 5\n1 6 7\n\
+                TIS 0.1\n11 12 13\n11 14 15\n11 16 17\nDataEnd\n";
+    let table = Zemax::read(text, Channels::Luminance).unwrap();
+    assert!(table.symmetry().isotropic && table.symmetry().bilateral);
+    let at = |i: f64, o: f64| {
+        let [i, o] = [i, o].map(f64::to_radians);
+        table.luminance(&DirectionPair::from_spherical(i, 0.7, o, 0.7 + PI))
+    };
+    for (i, o, want) in [
+        (30.0, 30.0, 1.0),
+        (30.0, 20.0, 2.0),
+        (30.0, 10.0, 3.0),
+        (30.0, 40.0, 6.0),
+        (30.0, 50.0, 7.0),
+        (60.0, 60.0, 11.0),
+        (60.0, 70.0, 16.0),
+        (45.0, 45.0, 6.0),
+        (45.0, 40.0, 6.5),
+    ] {
+        let found = at(i, o).unwrap();
+        assert!((found - want).abs() < 1e-9, "{i} {o}: {found}");
+    }
+    // Nothing is made up: not below 30°, nor 20° from the mirror direction.
+    for (i, o) in [(29.0, 29.0), (61.0, 61.0), (30.0, 51.0)] {
+        assert_eq!(at(i, o), None, "{i} {o}");
+    }
+    // Across the plane of incidence, on both sides.
+    let mirror = Direction::from_spherical(30f64.to_radians(), PI).vector();
+    for side in [1.0, -1.0] {
+        let (sin, cos) = 10f64.to_radians().sin_cos();
+        let o = Direction::from_unit(cos * mirror + glam::DVec3::new(0.0, side * sin, 0.0));
+        let pair = DirectionPair::new(Direction::from_spherical(30f64.to_radians(), 0.0), o);
+        assert!((table.luminance(&pair).unwrap() - 4.0).abs() < 1e-9);
+    }
+    for (old, new, part) in [
+        (
+            "Measured\n",
+            "Measured\nWhat",
+            "line 3: WhatSymmetry: allowed is Symmetry",
+        ),
+        ("BRDF", "BTDF", "line 5: BTDF: allowed are BRDF"),
+        (
+            "30 60",
+            "60 30",
+            "line 9: 30: allowed are degrees from 0 to 90",
+        ),
+        (
+            "SampleRotation  1\n0",
+            "SampleRotation  2\n0 90",
+            "SampleRotation: allowed is one",
+        ),
+        (
+            "1 4 5",
+            "1 4 x",
+            "line 19: x: allowed is a number of at most 1e150",
+        ),
+        ("DataEnd", "17 DataEnd", "17: allowed is DataEnd"),
+        (
+            "16 17\nDataEnd\n",
+            "16",
+            "the text ends before the last value",
+        ),
+    ] {
+        assert!(text.contains(old));
+        let told = Zemax::read(&text.replace(old, new), Channels::Luminance);
+        let told = told.unwrap_err().to_string();
+        assert!(told.contains(part), "{told}");
+    }
+}
+
+#[test]
+fn what_a_table_cannot_hold_is_refused() {
+    let mut none = Vec::new();
+    let ward = material("ward", "alpha = [0.1, 0.4]", Channels::Luminance);
+    assert!(
+        write_zemax(&*ward, LEVELS[0], &mut none)
+            .unwrap_err()
+            .to_string()
+            .contains("isotropic")
+    );
+    let at = |nm: &[f64]| {
+        let nm = Wavelengths::new(nm).unwrap();
+        material("lambert", "albedo = 0.5", Channels::Wavelengths(nm))
+    };
+    let two = at(&[450.0, 550.0]);
+    assert!(
+        write_zemax(&*two, LEVELS[0], &mut none)
+            .unwrap_err()
+            .to_string()
+            .contains("one wavelength")
+    );
+    assert!(none.is_empty());
+    // One wavelength is a comment of the text, and whoever reads it says which.
+    let one = at(&[632.8]);
+    let text = zemax(&*one, LEVELS[0]);
+    assert!(text.contains("# at 632.8 nm\n"));
+    let table = Zemax::read(&text, one.channels().clone()).unwrap();
+    let pair = DirectionPair::from_spherical(0.3, 0.0, 0.5, 1.0);
+    assert!((values(&table, &pair)[0] * PI - 0.5).abs() < 1e-6);
+    assert!(Zemax::read(&text, two.channels().clone()).is_err());
+}
