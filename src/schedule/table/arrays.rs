@@ -292,6 +292,16 @@ fn told(name: &str, e: &dyn std::fmt::Display) -> String {
     format!("the array {:?} cannot be read: {e}", excerpt(name))
 }
 
+/// Whether the product of the numbers in a header is one: the parser multiplies without a look.
+fn can_be_counted(head: &[u8]) -> bool {
+    let words = head.split(|b| !(b.is_ascii_alphanumeric() || *b == b'_'));
+    let numbers = words.filter(|w| w.first().is_some_and(u8::is_ascii_digit));
+    let mut parsed = numbers.map(|w| std::str::from_utf8(w).ok()?.parse::<u64>().ok());
+    parsed
+        .try_fold(1u64, |product, n| product.checked_mul(n?.max(1)))
+        .is_some()
+}
+
 /// The array of a file in an archive.
 fn array(name: &str, content: &[u8]) -> Result<Column, String> {
     // A header is not longer than the file: the parser would make room for what it promises.
@@ -302,7 +312,8 @@ fn array(name: &str, content: &[u8]) -> Result<Column, String> {
         }
         _ => usize::MAX,
     };
-    let Some(room) = content.len().checked_sub(head) else {
+    let room = content.len().checked_sub(head);
+    let Some(room) = room.filter(|_| can_be_counted(&content[..head])) else {
         return Err(told(name, &"it is cut"));
     };
     let npy = NpyFile::new(content).map_err(|e| told(name, &e))?;
