@@ -153,6 +153,14 @@ pub trait BrdfSpec: std::fmt::Debug + Send + Sync {
     /// of every file, without loading tables.
     fn check(&self, channels: &Channels) -> Result<(), BuildError>;
 
+    /// The channels that the file of a table holds, where it says which; `None` of what has values in any.
+    ///
+    /// # Errors
+    /// [`BuildError::Data`] of a file that cannot be read.
+    fn held_channels(&self) -> Result<Option<Channels>, BuildError> {
+        Ok(None)
+    }
+
     /// The symmetries the BRDF will declare. Schedules are planned before tables are loaded, so a
     /// kind that is slow to build answers this without building.
     ///

@@ -1,21 +1,18 @@
 //! `gonio measure`.
 
 use super::check::words;
+use super::readings_file::ReadingsFile;
 use super::schedule::out_of_reach;
-use super::talk::{note, wrote};
-use super::{
-    ThreadArgs, build, choose_material, format_names, print, read_as, refuse_existing, written,
-};
+use super::talk::note;
+use super::{ThreadArgs, build, choose_material, format_names, print, read_as};
 use crate::error::{Error, count};
 use crate::experiment::{IDEAL, Plan, PlannedInstrument, Source};
-use crate::files::write_atomically;
-use crate::formats::{self, Format, READ_SCHEDULE, WRITE_READINGS};
+use crate::formats::{Format, READ_SCHEDULE, WRITE_READINGS};
 use crate::instrument::{self, Ideal, Instrument, Order};
 use crate::measurement::{About, Measurement, Outcome};
 use crate::schedule::{Assume, Sequence, Unreachable};
 use clap::Args;
-use rustc_hash::FxHashMap;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::Arc;
 
 /// Measures exactly the poses of the file, in its order
@@ -66,14 +63,8 @@ pub(super) struct Measure {
 impl Measure {
     pub(super) fn run(self) -> Result<(), Error> {
         self.threads.apply()?;
-        let format = WRITE_READINGS.format(self.format, &self.output);
-        let format = format.map_err(|e| Error::output(&self.output, e))?;
-        if !self.is_folder(format) {
-            refuse_existing(&self.output, self.force)?;
-        } else if self.output.exists() && !self.force {
-            let message = "this folder exists; choose another with -o, or --force to replace its files of lights";
-            return Err(Error::output(&self.output, message));
-        }
+        let file = ReadingsFile::new(self.format, &self.output)?;
+        file.refuse_existing(self.force)?;
         let mut source = Source::read(&self.config)?;
         for assignment in &self.set {
             source.set(assignment, format!("--set {assignment}"))?;
@@ -87,8 +78,8 @@ impl Measure {
         };
         let name = self.schedule.display().to_string();
         let (text, read) = read_as(&self.schedule, &READ_SCHEDULE)?;
-        let file = read(&text, &name, &assume)?;
-        let folded = file.schedule.parametrization.symmetry();
+        let poses = read(&text, &name, &assume)?;
+        let folded = poses.schedule.parametrization.symmetry();
         if folded.and(material.symmetry) != folded {
             note(&format!(
                 "gonio: the schedule is for {} materials; {} is {}",
@@ -106,9 +97,9 @@ impl Measure {
             instrument: Some(instrument.as_ref().map_or(IDEAL, |i| &i.name).into()),
             realisation: instrument.as_ref().map(|i| i.realisation(seed)),
             seed: instrument.as_ref().map(|_| seed),
-            schedule_hash: Some(file.hash.clone()),
+            schedule_hash: Some(poses.hash.clone()),
         };
-        if let (Some(planned), Some(instrument)) = (&file.instrument, &instrument)
+        if let (Some(planned), Some(instrument)) = (&poses.instrument, &instrument)
             && *planned != instrument.spec.name
         {
             note(&format!(
@@ -116,8 +107,8 @@ impl Measure {
                 instrument.name
             ));
         }
-        let (order, lost) = (file.order, file.unreachable);
-        let schedule = Arc::new(file.schedule);
+        let (order, lost) = (poses.order, poses.unreachable);
+        let schedule = Arc::new(poses.schedule);
         let mut minutes = String::new();
         let (measurement, itinerary) = match &instrument {
             None => (only(Ideal.measure(&*brdf, &schedule), &order, &lost), None),
@@ -148,7 +139,7 @@ impl Measure {
                 Sequence::Order(&rows)
             }
         };
-        self.write(format, &measurement, &about, sequence)?;
+        file.write(&measurement, &about, sequence)?;
         print(&format!(
             "{}: {}, {} without data, {} out of reach{minutes}\n",
             count(order.len() + lost.len(), "pose"),
@@ -156,67 +147,6 @@ impl Measure {
             measurement.no_data(),
             measurement.unreachable(),
         ))
-    }
-
-    /// True if the output is a folder, with a file for each direction of the light.
-    fn is_folder(&self, format: Format) -> bool {
-        format.one_light && formats::of_name(&self.output) != Some(format)
-    }
-
-    /// Writes the readings, and tells what the format has no place for.
-    fn write(
-        &self,
-        format: Format,
-        measurement: &Measurement,
-        about: &About,
-        sequence: Sequence<'_>,
-    ) -> Result<(), Error> {
-        let write = WRITE_READINGS.function(&format);
-        let write = write.map_err(|e| Error::output(&self.output, e))?;
-        let file = |path: &Path, sequence| {
-            let done = write_atomically(path, |out| write(measurement, about, sequence, out));
-            written(path, done)?;
-            wrote(path);
-            Ok(())
-        };
-        let holes = measurement.readings() < measurement.outcomes.len();
-        if format.bare_readings && (holes || measurement.details.is_some()) {
-            note(&format!(
-                "gonio: {} has no place for uncertainties, flags and poses without a reading; they are left out",
-                format.name
-            ));
-        }
-        if !format.one_light {
-            return file(&self.output, sequence);
-        }
-        let lights = by_light(measurement, sequence);
-        if !self.is_folder(format) {
-            return match lights.len() {
-                0 | 1 => file(&self.output, sequence),
-                several => Err(Error::output(
-                    &self.output,
-                    format!(
-                        "{several} directions of the light; allowed: one in a file of {0}, or -o FOLDER --format {0}",
-                        format.name
-                    ),
-                )),
-            };
-        }
-        let dir = &self.output;
-        let failed = |e| Error::output(dir, format!("cannot make this folder: {e}"));
-        std::fs::create_dir_all(dir).map_err(failed)?;
-        // Those of an earlier measurement are of other lights.
-        for old in formats::files_in(dir, &format).map_err(failed)? {
-            let name = old.file_name().and_then(|name| name.to_str());
-            if name.is_some_and(|name| name.starts_with(LIGHT)) {
-                written(&old, std::fs::remove_file(&old))?;
-            }
-        }
-        for (i, poses) in lights.iter().enumerate() {
-            let name = format!("{LIGHT}{:04}.{}", i + 1, format.extension());
-            file(&dir.join(name), Sequence::Order(poses))?;
-        }
-        Ok(())
     }
 
     /// The instrument that measures; `None`: the ideal one.
@@ -241,32 +171,6 @@ impl Measure {
             }
         }
     }
-}
-
-/// Names of files that have one light direction each begin with it.
-const LIGHT: &str = "light-";
-
-/// The poses with a reading, by the direction of the light, each in the order of the rows.
-fn by_light(measurement: &Measurement, sequence: Sequence<'_>) -> Vec<Vec<u32>> {
-    let poses: Vec<u32> = match sequence {
-        Sequence::Generated => (0..measurement.outcomes.len() as u32).collect(),
-        Sequence::Order(order) => order.to_vec(),
-        Sequence::Visits(itinerary) => itinerary.visits.iter().map(|v| v.pose).collect(),
-    };
-    let mut places = FxHashMap::default();
-    let mut lights: Vec<Vec<u32>> = Vec::new();
-    for pose in poses {
-        if measurement.value(pose as usize).is_some() {
-            let light = measurement.schedule.poses[pose as usize].pair.omega_i;
-            let place = places.entry(light.vector().to_array().map(f64::to_bits));
-            let place = *place.or_insert(lights.len());
-            if place == lights.len() {
-                lights.push(Vec::new());
-            }
-            lights[place].push(pose);
-        }
-    }
-    lights
 }
 
 /// The measurement of these poses alone: a lattice has others, which the file does not list.

@@ -10,6 +10,7 @@ mod check;
 mod claims;
 mod collect;
 mod config_args;
+mod convert;
 mod cross_validation;
 mod density;
 mod distortion;
@@ -24,6 +25,7 @@ mod output;
 mod picture;
 mod progress;
 mod reading;
+mod readings_file;
 mod reconstruct;
 mod run;
 mod schedule;
@@ -108,6 +110,8 @@ enum Command {
     Subset(subset::Subset),
     #[command(about = format!("Write a material of a config as a table ({})", WRITE_TABLE.extensions(".")))]
     Tabulate(tabulate::Tabulate),
+    /// Write a table, readings or a schedule in another format, and say what became of them
+    Convert(convert::Convert),
     /// What many materials have in common, for planners and reconstructions
     Train(train::Train),
     /// Every registry at the edges of its domain: errors against their conditioning
@@ -195,6 +199,7 @@ impl Command {
             Command::Picture(command) => command.run(),
             Command::Subset(command) => command.run(),
             Command::Tabulate(command) => command.run(),
+            Command::Convert(command) => command.run(),
             Command::Train(command) => command.run(),
             Command::Stability(command) => command.run(),
             Command::Bench(command) => command.run(),

@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 
 /// What readings by others say in another way than ours; the page `docs::formats` has an example of
 /// each.
-#[derive(Clone, Debug, Args)]
+#[derive(Clone, Debug, Default, Args)]
 #[command(next_help_heading = "Readings that gonio did not write")]
 pub(super) struct ReadingArgs {
     /// Names of columns in the file, e.g. theta_i=thetaIn,phi_o=phi,value_450nm=R450; columns that

@@ -5,7 +5,7 @@ use super::progress::Progress;
 use super::talk::wrote;
 use super::{ConfigArgs, ThreadArgs, build, choose_material, format_names, print, refuse_existing};
 use crate::brdf::{Brdf, Channels, Presence, Watched};
-use crate::error::Error;
+use crate::error::{Error, ParameterError};
 use crate::experiment::{Material, Plan, Source};
 use crate::formats::{Format, TableError, WRITE_TABLE};
 use crate::metrics::{self, Errors, Measure, MetricsSpec};
@@ -34,6 +34,13 @@ pub(super) struct Tabulate {
     /// Replace a file that exists
     #[arg(long)]
     force: bool,
+    #[command(flatten)]
+    table: TableArgs,
+}
+
+/// Options of a table that is written.
+#[derive(Debug, Args)]
+pub(super) struct TableArgs {
     /// Largest error (nrmse, of cosine and of lobe pairs): a format that has sizes takes a larger one until it is met, and
     /// the exit code is 6 if none meets it
     #[arg(long, value_name = "NRMSE", value_parser = tolerance)]
@@ -47,6 +54,26 @@ impl Tabulate {
         self.threads.apply()?;
         let format = WRITE_TABLE.format(self.format, &self.output);
         let format = format.map_err(|e| Error::output(&self.output, e))?;
+        self.table.suits(format)?;
+        let source = self.config.source()?;
+        let plan = super::plan(&source)?;
+        let material = choose_material(&plan.materials, self.material.as_deref())?;
+        refuse_existing(&self.output, self.force)?;
+        let brdf = build(material, channels(&source, &plan, material)?)?;
+        let name = || format!("--material {}", material.name);
+        self.table.write(format, &*brdf, &self.output, name)?;
+        Ok(())
+    }
+}
+
+impl TableArgs {
+    /// The largest error that is allowed.
+    pub fn tolerance(&self) -> Option<f64> {
+        self.tolerance
+    }
+
+    /// Refuses a tolerance of tables whose errors are not known.
+    pub fn suits(&self, format: Format) -> Result<(), Error> {
         if self.tolerance.is_some() && format.read_table.is_none() {
             let read = WRITE_TABLE.formats().filter(|f| f.read_table.is_some());
             let names: Vec<_> = read.map(|f| f.name).collect();
@@ -57,22 +84,31 @@ impl Tabulate {
             );
             return Err(Error::config("--tolerance", message));
         }
-        let source = self.config.source()?;
-        let plan = super::plan(&source)?;
-        let material = choose_material(&plan.materials, self.material.as_deref())?;
-        refuse_existing(&self.output, self.force)?;
-        let brdf = build(material, channels(&source, &plan, material)?)?;
-        self.energy.check(&*brdf, 0.0)?;
-        let name = || format!("--material {}", material.name);
+        Ok(())
+    }
+
+    /// Writes a table and prints its errors: that of the first size that meets the tolerance. Returns the table as it is read,
+    /// `None` of a format that is not; `place` is who chose the BRDF.
+    pub fn write(
+        &self,
+        format: Format,
+        brdf: &dyn Brdf,
+        path: &Path,
+        place: impl Fn() -> String,
+    ) -> Result<Option<Box<dyn Brdf>>, Error> {
+        self.energy.check(brdf, 0.0)?;
         let mut size = 0;
         loop {
-            write(format, size, &*brdf, &self.output, name)?;
-            let Some(errors) = TableErrors::of(format, &*brdf, &self.output)? else {
-                return Ok(());
+            write(format, size, brdf, path, &place)?;
+            let Some(read) = format.read_table else {
+                return Ok(None);
             };
+            let table = read(path.into()).build(brdf.channels().clone());
+            let table = table.map_err(|e| Error::data(path, e))?;
+            let errors = TableErrors::between(brdf, &*table).map_err(|e| Error::data(path, e))?;
             print(&errors.told())?;
             let Some(tolerance) = self.tolerance.filter(|t| !errors.are_within(*t)) else {
-                return Ok(());
+                return Ok(Some(table));
             };
             size += 1;
             if size == format.table_sizes {
@@ -94,22 +130,15 @@ fn tolerance(text: &str) -> Result<f64, String> {
 struct TableErrors([(Measure, Errors); 2]);
 
 impl TableErrors {
-    /// Reads a table back; `None` of a format that is not read.
-    fn of(format: Format, brdf: &dyn Brdf, path: &Path) -> Result<Option<Self>, Error> {
-        let Some(read) = format.read_table else {
-            return Ok(None);
-        };
-        let channels = brdf.channels().clone();
-        let failed = |e: &dyn std::fmt::Display| Error::data(path, e);
-        let table = read(path.into()).build(channels).map_err(|e| failed(&e))?;
+    fn between(brdf: &dyn Brdf, table: &dyn Brdf) -> Result<Self, ParameterError> {
         let spec = MetricsSpec::default();
         let mut all = Measure::USUAL.map(|measure| (measure, Errors::default()));
         for (measure, errors) in &mut all {
-            let pairs = metrics::test_pairs(*measure, &spec).map_err(|e| failed(&e))?;
-            let [truth, table] = [brdf, &*table].map(|brdf| metrics::evaluate(brdf, &pairs));
+            let pairs = metrics::test_pairs(*measure, &spec)?;
+            let [truth, table] = [brdf, table].map(|brdf| metrics::evaluate(brdf, &pairs));
             *errors = metrics::compare(&pairs, &truth, &table);
         }
-        Ok(Some(Self(all)))
+        Ok(Self(all))
     }
 
     /// The largest nrmse; 0 of a black BRDF.

@@ -75,6 +75,13 @@ pub const READ_READINGS: Use<ReadReadings> = Use::new("readings", |f| f.read_rea
 /// Formats that readings are written in.
 pub const WRITE_READINGS: Use<WriteReadings> = Use::new("readings", |f| f.write_readings);
 
+/// Formats that anything is written in.
+pub const WRITE: Use<()> = Use::new("tables, readings and schedules", |f| {
+    let is_written =
+        f.write_table.is_some() || f.write_readings.is_some() || f.write_schedule.is_some();
+    is_written.then_some(())
+});
+
 /// Formats that environment maps are read from.
 pub const READ_ENVIRONMENT: Use<ReadEnvironment> =
     Use::new("environment maps", |f| f.read_environment);

@@ -2,7 +2,7 @@
 
 use super::{READ_READINGS, ReadReadings};
 use crate::error::{Error, count};
-use crate::measurement::{Measurement, Scattered, retro_peak};
+use crate::measurement::{About, Measurement, Scattered, retro_peak};
 use crate::schedule::{Assume, FileError};
 use std::path::Path;
 
@@ -10,6 +10,8 @@ use std::path::Path;
 pub struct Readings {
     /// What was measured.
     pub measurement: Measurement,
+    /// Where it comes from, as far as the file says.
+    pub about: About,
     /// What was peculiar about the file, a sentence each.
     pub notes: Vec<String>,
     /// What may be wrong about it, a sentence each.
@@ -45,6 +47,7 @@ impl Readings {
             rows: rows.rows(),
             intact: false,
             measurement: rows.measurement,
+            about: About::default(),
             notes,
         }
     }

@@ -146,6 +146,7 @@ fn read(text: &str, name: &str, assume: &Assume) -> Result<Readings, FileError> 
         rows: file.rows,
         intact: file.intact,
         measurement,
+        about: file.about,
         notes,
     })
 }

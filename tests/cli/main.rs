@@ -4,6 +4,7 @@
 mod analysis;
 mod bench;
 mod configs;
+mod convert;
 mod door;
 mod explain;
 mod faults;

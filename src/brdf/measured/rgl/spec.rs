@@ -82,6 +82,17 @@ impl BrdfSpec for RglSpec {
         Ok(self.suits(&colours.map_err(|e| self.data_error(&e))?, channels)?)
     }
 
+    fn held_channels(&self) -> Result<Option<Channels>, BuildError> {
+        let colours = file::open(&self.path).and_then(|mut head| head.colours());
+        Ok(Some(match colours.map_err(|e| self.data_error(&e))? {
+            Colours::Rgb => Channels::Rgb,
+            Colours::Wavelengths(nm) => {
+                let nm: Vec<f64> = nm.iter().map(|v| f64::from(*v)).collect();
+                Channels::Wavelengths(Wavelengths::new(&nm)?)
+            }
+        }))
+    }
+
     fn symmetry(&self, _channels: &Channels) -> Result<Symmetry, BuildError> {
         let phi_i = file::open(&self.path).and_then(|mut head| head.phi_i());
         let phi_i = phi_i.map_err(|e| self.data_error(&e))?;

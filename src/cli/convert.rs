@@ -1,0 +1,284 @@
+//! `gonio convert`.
+
+use super::check::words;
+use super::reading::ReadingArgs;
+use super::readings_file::ReadingsFile;
+use super::tabulate::TableArgs;
+use super::talk::wrote;
+use super::{ThreadArgs, format_names, print, read_as, refuse_existing, written};
+use crate::brdf::{Brdf, BrdfSpec, Channels, laws};
+use crate::error::{Error, count};
+use crate::files::write_atomically;
+use crate::formats::{self, Format, READ_SCHEDULE, WRITE, WRITE_SCHEDULE, WRITE_TABLE};
+use crate::instrument;
+use crate::measurement::{About, Flags, Measurement, Outcome};
+use crate::schedule::{Assume, ScheduleFile, Sequence};
+use clap::Args;
+use std::path::{Path, PathBuf};
+
+/// Pairs that reciprocity and holes are told of.
+const PAIRS: usize = 4096;
+
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Tables become tables, readings readings, schedules schedules; a file that is written is read again and compared:
+
+  gonio convert gold.binary gold.bsdf
+  gonio convert scans/*.pab all.npz
+  gonio convert lab.csv --quantity percent lab.astm
+
+A table of readings is made by `gonio reconstruct`, readings of a table by `gonio measure`.")]
+pub(super) struct Convert {
+    #[arg(value_name = "IN… OUT", num_args = 2.., required = true,
+        help = format!("The files to read, several of readings, and the one to write ({})", WRITE.extensions(".")))]
+    files: Vec<PathBuf>,
+    /// Format of the file that is written [default: by its extension]
+    #[arg(long, value_parser = format_names(&WRITE))]
+    format: Option<Format>,
+    /// Replace a file that exists
+    #[arg(long)]
+    force: bool,
+    #[command(flatten)]
+    table: TableArgs,
+    #[command(flatten)]
+    reading: ReadingArgs,
+    #[command(flatten)]
+    threads: ThreadArgs,
+}
+
+impl Convert {
+    pub(super) fn run(self) -> Result<(), Error> {
+        self.threads.apply()?;
+        // There are two files or more.
+        let Some((output, inputs)) = self.files.split_last() else {
+            return Ok(());
+        };
+        let format = WRITE.format(self.format, output);
+        let format = format.map_err(|e| Error::output(output, e))?;
+        let table = |input: &PathBuf| formats::of_name(input).and_then(|f| f.read_table);
+        match (inputs, inputs.iter().find_map(table)) {
+            ([one], Some(read)) => self.table(one, &*read(one.clone()), format, output),
+            (_, Some(_)) => {
+                let message =
+                    "a table is among several files; allowed: one table, or files of readings";
+                Err(Error::config("IN", message))
+            }
+            (inputs, None) => self.rows(inputs, format, output),
+        }
+    }
+
+    fn table(
+        &self,
+        input: &Path,
+        spec: &dyn BrdfSpec,
+        format: Format,
+        output: &Path,
+    ) -> Result<(), Error> {
+        let told = |e: &dyn std::fmt::Display| Error::data(input, e);
+        WRITE_TABLE
+            .function(&format)
+            .map_err(|e| Error::output(output, e))?;
+        self.table.suits(format)?;
+        refuse_existing(output, self.force)?;
+        let held = spec.held_channels().map_err(|e| told(&e))?;
+        let channels = held.unwrap_or(match spec.check(&Channels::Rgb).is_ok() {
+            true => Channels::Rgb,
+            false => Channels::Luminance,
+        });
+        let brdf = spec.build(channels).map_err(|e| told(&e))?;
+        print(&format!(
+            "table: {}, {}\n",
+            known_in(brdf.channels()),
+            words(brdf.symmetry())
+        ))?;
+        let place = || input.display().to_string();
+        let Some(copy) = self.table.write(format, &*brdf, output, place)? else {
+            return print("errors of the table: unknown, this format is not read\n");
+        };
+        print(&laws_of(&*brdf, &*copy))
+    }
+
+    fn rows(&self, inputs: &[PathBuf], format: Format, output: &Path) -> Result<(), Error> {
+        let assume = Assume {
+            axes: instrument::axis_names(),
+            ..Assume::default()
+        };
+        let read = match inputs {
+            [one] => self
+                .reading
+                .read(one, assume.clone())
+                .map(|r| (r.measurement, r.notes, r.about)),
+            several => {
+                let read = self.reading.read_all(several, &assume);
+                read.map(|(measurement, notes)| (measurement, notes, About::default()))
+            }
+        };
+        match (read, inputs) {
+            (Ok((measurement, notes, about)), _) => {
+                for note in notes {
+                    print(&format!("{note}\n"))?;
+                }
+                self.readings(&measurement, &about, format, output)
+            }
+            (Err(e), [one]) => match schedule(one, &assume) {
+                Some(file) => self.schedule(&file, format, output),
+                None => Err(e),
+            },
+            (Err(e), _) => Err(e),
+        }
+    }
+
+    fn readings(
+        &self,
+        measurement: &Measurement,
+        about: &About,
+        format: Format,
+        output: &Path,
+    ) -> Result<(), Error> {
+        let file = ReadingsFile::new(Some(format), output)?;
+        file.refuse_existing(self.force)?;
+        let assume = Assume {
+            axes: instrument::axis_names(),
+            ..Assume::default()
+        };
+        // A lattice has poses that the file does not list.
+        let poses = 0..measurement.outcomes.len() as u32;
+        let listed = poses.filter(|p| measurement.outcomes[*p as usize] != Outcome::NotVisited);
+        let listed: Vec<u32> = listed.collect();
+        file.write(measurement, about, Sequence::Order(&listed))?;
+        let (copy, _) = ReadingArgs::default().read_all(&file.files()?, &assume)?;
+        let [before, after] = [measurement, &copy].map(facts);
+        let mut text = String::new();
+        for ((name, before), (_, after)) in before.iter().zip(&after) {
+            text += &match before == after {
+                true => format!("kept: {name}, {before}\n"),
+                false => format!("changed: {name}, {before} before, {after} after\n"),
+            };
+        }
+        let Some([value, angle]) =
+            differences(measurement, &file.order(measurement, &listed), &copy)
+        else {
+            return print(&(text + "values cannot be compared one by one\n"));
+        };
+        text += &format!(
+            "values moved by at most {value:.1e} of their own, directions by {angle:.1e} rad\n"
+        );
+        print(&text)?;
+        match self.table.tolerance() {
+            Some(tolerance) if value > tolerance => Err(Error::Violation(format!(
+                "values moved by {value}; asked: at most {tolerance}"
+            ))),
+            _ => Ok(()),
+        }
+    }
+
+    fn schedule(&self, file: &ScheduleFile, format: Format, output: &Path) -> Result<(), Error> {
+        let write = WRITE_SCHEDULE.function(&format);
+        let write = write.map_err(|e| Error::output(output, e))?;
+        refuse_existing(output, self.force)?;
+        let done = write_atomically(output, |out| {
+            write(&file.schedule, Sequence::Order(&file.order), out)
+        });
+        written(output, done)?;
+        wrote(output);
+        let mut text = format!("kept: {}\n", count(file.order.len(), "pose"));
+        if !file.axes.is_empty() {
+            let axes = file.axes.join(", ");
+            text += &format!(
+                "changed: positions of {axes}, which `gonio schedule --instrument` plans\n"
+            );
+        }
+        print(&text)
+    }
+}
+
+/// The schedule of a file, if it is one.
+fn schedule(path: &Path, assume: &Assume) -> Option<ScheduleFile> {
+    let (text, read) = read_as(path, &READ_SCHEDULE).ok()?;
+    read(&text, &path.display().to_string(), assume).ok()
+}
+
+fn known_in(channels: &Channels) -> String {
+    match channels.wavelengths() {
+        Some(w) => {
+            let nm: Vec<String> = w.nm().iter().map(ToString::to_string).collect();
+            format!("{} nm", nm.join(", "))
+        }
+        None if channels.count() == 1 => "luminance".into(),
+        None => "R, G, B".into(),
+    }
+}
+
+/// Reciprocity and holes of a table and of its copy.
+fn laws_of(brdf: &dyn Brdf, copy: &dyn Brdf) -> String {
+    let pairs = laws::pairs(PAIRS, 1);
+    let [before, after] = [brdf, copy].map(|brdf| laws::reciprocity(brdf, &pairs).max_relative);
+    let [holes, left] = [brdf, copy].map(|brdf| laws::positivity(brdf, &pairs).missing);
+    format!(
+        "reciprocity, largest relative difference: {before:.4} before, {after:.4} after\n\
+         pairs without data: {holes} before, {left} after, of {}\n",
+        pairs.len()
+    )
+}
+
+/// What a measurement has, by name.
+fn facts(m: &Measurement) -> [(&'static str, String); 6] {
+    let flags = m.details.as_ref().map_or(0, |details| {
+        details.flags.iter().filter(|f| **f != Flags::NONE).count()
+    });
+    let uncertainties = match &m.details {
+        Some(d) => match [&d.type_a, &d.type_b].map(|u| u.iter().any(|u| *u > 0.0)) {
+            [true, true] => "of type A and B",
+            [true, false] => "of type A",
+            [false, true] => "of type B",
+            [false, false] => "all 0",
+        },
+        None => "none",
+    };
+    let schedule = &m.schedule;
+    let layout = match schedule.lattice.is_some() {
+        true => "a grid",
+        false => "scattered poses",
+    };
+    let without = m
+        .outcomes
+        .iter()
+        .filter(|o| **o != Outcome::Reading && **o != Outcome::NotVisited);
+    [
+        ("readings", m.readings().to_string()),
+        ("poses without a reading", without.count().to_string()),
+        ("channels", known_in(&m.channels)),
+        ("uncertainties", uncertainties.into()),
+        ("flags", count(flags, "pose")),
+        (
+            "layout",
+            format!("{layout}, {}", words(schedule.parametrization.symmetry())),
+        ),
+    ]
+}
+
+/// How far values (relative) and directions (rad) moved, at most; `None` if readings were lost or averaged. `order` is that of
+/// the files.
+fn differences(before: &Measurement, order: &[u32], after: &Measurement) -> Option<[f64; 2]> {
+    let read: Vec<usize> = (0..after.outcomes.len())
+        .filter(|i| after.value(*i).is_some())
+        .collect();
+    if order.len() != read.len() || before.channels.count() != after.channels.count() {
+        return None;
+    }
+    let (mut angle, mut value) = (0.0_f64, 0.0_f64);
+    for (i, j) in order.iter().map(|i| *i as usize).zip(read) {
+        let [a, b] = [
+            &before.schedule.poses[i].pair,
+            &after.schedule.poses[j].pair,
+        ];
+        for (a, b) in [(a.omega_i, b.omega_i), (a.omega_o, b.omega_o)] {
+            angle = angle.max(a.vector().distance(b.vector()));
+        }
+        let [a, b] = [before.value(i)?, after.value(j)?];
+        for (a, b) in a.iter().zip(b).filter(|(a, b)| a != b) {
+            value = value.max((a - b).abs() / a.abs().max(b.abs()));
+        }
+    }
+    Some([value, angle])
+}

@@ -1,0 +1,151 @@
+//! Files of readings that are written: one, or one for each direction of the light in a folder.
+
+use super::talk::{note, wrote};
+use super::{refuse_existing, written};
+use crate::error::Error;
+use crate::files::write_atomically;
+use crate::formats::{self, Format, WRITE_READINGS, WriteReadings};
+use crate::measurement::{About, Measurement};
+use crate::schedule::Sequence;
+use rustc_hash::FxHashMap;
+use std::path::{Path, PathBuf};
+
+/// Names of files that have one light direction each begin with it.
+const LIGHT: &str = "light-";
+
+/// The poses with a reading, by the direction of the light, each in the order of the rows.
+fn by_light(measurement: &Measurement, sequence: Sequence<'_>) -> Vec<Vec<u32>> {
+    let poses: Vec<u32> = match sequence {
+        Sequence::Generated => (0..measurement.outcomes.len() as u32).collect(),
+        Sequence::Order(order) => order.to_vec(),
+        Sequence::Visits(itinerary) => itinerary.visits.iter().map(|v| v.pose).collect(),
+    };
+    let mut places = FxHashMap::default();
+    let mut lights: Vec<Vec<u32>> = Vec::new();
+    for pose in poses {
+        if measurement.value(pose as usize).is_some() {
+            let light = measurement.schedule.poses[pose as usize].pair.omega_i;
+            let place = places.entry(light.vector().to_array().map(f64::to_bits));
+            let place = *place.or_insert(lights.len());
+            if place == lights.len() {
+                lights.push(Vec::new());
+            }
+            lights[place].push(pose);
+        }
+    }
+    lights
+}
+
+/// What readings are written to.
+pub(super) struct ReadingsFile<'a> {
+    path: &'a Path,
+    format: Format,
+    write: WriteReadings,
+}
+
+impl<'a> ReadingsFile<'a> {
+    /// A file of the format that was chosen, else of that which its extension says.
+    pub fn new(chosen: Option<Format>, path: &'a Path) -> Result<Self, Error> {
+        let format = WRITE_READINGS.format(chosen, path);
+        let format = format.map_err(|e| Error::output(path, e))?;
+        let write = WRITE_READINGS.function(&format);
+        let write = write.map_err(|e| Error::output(path, e))?;
+        Ok(Self {
+            path,
+            format,
+            write,
+        })
+    }
+
+    /// Refuses to replace what is there, unless that is wanted.
+    pub fn refuse_existing(&self, force: bool) -> Result<(), Error> {
+        if !self.is_folder() {
+            refuse_existing(self.path, force)
+        } else if self.path.exists() && !force {
+            let message = "this folder exists; choose another with -o, or --force to replace its files of lights";
+            Err(Error::output(self.path, message))
+        } else {
+            Ok(())
+        }
+    }
+
+    /// The files that hold the readings.
+    pub fn files(&self) -> Result<Vec<PathBuf>, Error> {
+        if !self.is_folder() {
+            return Ok(vec![self.path.into()]);
+        }
+        let failed = |e| Error::output(self.path, format!("cannot read this folder: {e}"));
+        formats::files_in(self.path, &self.format).map_err(failed)
+    }
+
+    /// Of some poses those that are written with a reading, in the order of the files.
+    pub fn order(&self, measurement: &Measurement, poses: &[u32]) -> Vec<u32> {
+        if self.format.one_light {
+            return by_light(measurement, Sequence::Order(poses)).concat();
+        }
+        let read = poses
+            .iter()
+            .copied()
+            .filter(|p| measurement.value(*p as usize).is_some());
+        read.collect()
+    }
+
+    /// True if it is a folder, with a file for each direction of the light.
+    fn is_folder(&self) -> bool {
+        self.format.one_light && formats::of_name(self.path) != Some(self.format)
+    }
+
+    /// Writes the readings, and tells what the format has no place for.
+    pub fn write(
+        &self,
+        measurement: &Measurement,
+        about: &About,
+        sequence: Sequence<'_>,
+    ) -> Result<(), Error> {
+        let (format, write) = (self.format, self.write);
+        let file = |path: &Path, sequence| {
+            let done = write_atomically(path, |out| write(measurement, about, sequence, out));
+            written(path, done)?;
+            wrote(path);
+            Ok(())
+        };
+        let holes = measurement.readings() < measurement.outcomes.len();
+        if format.bare_readings && (holes || measurement.details.is_some()) {
+            note(&format!(
+                "gonio: {} has no place for uncertainties, flags and poses without a reading; they are left out",
+                format.name
+            ));
+        }
+        if !format.one_light {
+            return file(self.path, sequence);
+        }
+        let lights = by_light(measurement, sequence);
+        if !self.is_folder() {
+            return match lights.len() {
+                0 | 1 => file(self.path, sequence),
+                several => Err(Error::output(
+                    self.path,
+                    format!(
+                        "{several} directions of the light; allowed: one in a file of {0}, or -o FOLDER --format {0}",
+                        format.name
+                    ),
+                )),
+            };
+        }
+        let dir = self.path;
+        let failed = |e| Error::output(dir, format!("cannot make this folder: {e}"));
+        std::fs::create_dir_all(dir).map_err(failed)?;
+        // Those of an earlier measurement are of other lights.
+        for old in formats::files_in(dir, &format).map_err(failed)? {
+            let name = old.file_name().and_then(|name| name.to_str());
+            if name.is_some_and(|name| name.starts_with(LIGHT)) {
+                written(&old, std::fs::remove_file(&old))?;
+            }
+        }
+        for (i, poses) in lights.iter().enumerate() {
+            let name = format!("{LIGHT}{:04}.{}", i + 1, format.extension());
+            file(&dir.join(name), Sequence::Order(poses))?;
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,102 @@
+//! `gonio convert`: what goes through is told, and is what was there.
+
+use super::Bench;
+use std::fs;
+
+const MATERIAL: &str = "budgets = [60]\n[[material]]\nkind = \"ggx\"\nalpha = 0.3\n";
+
+/// A measurement with noise, flags and poses out of reach, in a bench.
+fn measured() -> Bench {
+    let bench = Bench::new();
+    fs::write(bench.path("a.toml"), MATERIAL).unwrap();
+    bench.shown("gonio schedule a.toml --parametrization hybrid --budget 60 -o poses.csv");
+    bench.shown("gonio measure poses.csv --config a.toml --instrument cornell --skip-unreachable -o lab.csv");
+    bench
+}
+
+/// The rows of a CSV of ours, and the facts above them.
+fn rows(bench: &Bench, file: &str) -> String {
+    fs::read_to_string(bench.path(file)).unwrap()
+}
+
+#[test]
+fn arrays_and_lines_lose_nothing() {
+    let bench = measured();
+    let there = bench.shown("gonio convert lab.csv lab.npz");
+    assert!(
+        there.contains("kept: uncertainties, of type A and B"),
+        "{there}"
+    );
+    assert!(
+        !there.contains("changed: ") && there.contains("values moved by at most 0.0e0"),
+        "{there}"
+    );
+    bench.shown("gonio convert lab.npz lab.jsonl");
+    bench.shown("gonio convert lab.jsonl again.csv");
+    bench.shown("gonio convert lab.csv once.csv");
+    assert_eq!(rows(&bench, "again.csv"), rows(&bench, "once.csv"));
+    // A schedule is one before and after.
+    let told = bench.shown("gonio convert poses.csv poses.npz");
+    assert!(told.starts_with("kept: "), "{told}");
+    bench.shown("gonio convert poses.npz poses.jsonl");
+    bench.shown("gonio convert poses.jsonl again.csv --force");
+    assert_eq!(rows(&bench, "again.csv"), rows(&bench, "poses.csv"));
+}
+
+#[test]
+fn what_a_format_has_no_place_for_is_named() {
+    let bench = measured();
+    let told = bench.shown("gonio convert lab.csv lab.astm");
+    assert!(
+        told.contains("changed: uncertainties, of type A and B before, none after"),
+        "{told}"
+    );
+    assert!(told.contains("kept: readings, "), "{told}");
+    // A folder of one light a file, and all of them in one again.
+    let folder = bench.shown("gonio convert lab.csv scans --format pab-opto");
+    let moved = folder
+        .lines()
+        .find(|l| l.starts_with("values moved"))
+        .unwrap();
+    let number = |word: usize| moved.split(' ').nth(word).unwrap().parse::<f64>().unwrap();
+    assert!(number(4) < 1e-5, "{folder}");
+    let files: Vec<_> = fs::read_dir(bench.path("scans")).unwrap().collect();
+    assert!(files.len() > 1);
+    bench.refused(&["convert", "lab.csv", "lab.astm"], 2);
+    bench.refused(&["convert", "lab.csv", "lab.binary"], 2);
+    bench.refused(&["convert", "lab.csv", "lab.none"], 2);
+    bench.refused(&["convert", "lab.csv"], 2);
+    bench.refused(&["convert", "nowhere.csv", "b.csv"], 3);
+}
+
+#[test]
+fn a_table_goes_into_another_format() {
+    let bench = measured();
+    bench.shown("gonio tabulate a.toml -o a.binary");
+    let told = bench.shown("gonio convert a.binary a.bsdf");
+    for line in [
+        "table: R, G, B, isotropic",
+        "errors of the table, cosine pairs",
+        "reciprocity, ",
+        "pairs without data: ",
+    ] {
+        assert!(told.contains(line), "{told}");
+    }
+    bench.refused(
+        &["convert", "a.binary", "b.bsdf", "--tolerance", "1e-9", "-q"],
+        6,
+    );
+    bench.refused(&["convert", "a.binary", "a.csv"], 2);
+    bench.refused(&["convert", "a.binary", "a.bsdf", "c.binary"], 2);
+    // Wavelengths of a table are those of its copy, or refused by one that has none.
+    fs::write(
+        bench.path("red.toml"),
+        "[[material]]\nkind = \"lambert\"\nalbedo = { nm = [400, 700], values = [0.1, 0.7] }\n",
+    )
+    .unwrap();
+    bench
+        .shown("gonio tabulate red.toml --set channels={wavelengths_nm=[450,550,650]} -o red.bsdf");
+    let told = bench.shown("gonio convert red.bsdf again.bsdf");
+    assert!(told.starts_with("table: 450, 550, 650 nm"), "{told}");
+    bench.refused(&["convert", "red.bsdf", "red.binary"], 2);
+}
