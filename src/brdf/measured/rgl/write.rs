@@ -335,7 +335,8 @@ pub fn table_pairs(brdf: &dyn Brdf, level: Level) -> u64 {
         true => (NORMALS_OF_ISOTROPIC, 1),
         false => (NORMALS, level.azimuths),
     };
-    let profile = (rows * NORMALS + LOOKS) * PROFILE_DEG.len();
+    // And one towards the horizon.
+    let profile = rows * NORMALS * PROFILE_DEG.len() + 1;
     (profile + azimuths * level.elevations * level.nodes.pow(2)) as u64
 }
 
