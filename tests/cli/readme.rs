@@ -3,7 +3,8 @@
 use super::Bench;
 use super::pages::{blocks, commands, read, squeezed};
 
-/// Commands that this test, a test itself, leaves to others: `.ci/run` has those of cargo, `tests/foreign` the rest.
+/// Commands that this test, a test itself, leaves to others: `.ci/run` has those of cargo; `.ci/foreign` builds the wheel that
+/// pip builds, and submits the recipe.
 const OF_OTHERS: [&str; 5] = [
     "cargo test",
     "cargo install --path .",
