@@ -2,7 +2,7 @@
 
 use gonio::brdf::measured::mdl::{CELLS, write_mdl};
 use gonio::brdf::{self, Brdf, Channels, Presence, Wavelengths};
-use gonio::geometry::DirectionPair;
+use gonio::geometry::{DirectionPair, Symmetry};
 use gonio::registry;
 use std::f64::consts::{FRAC_PI_2, PI};
 
@@ -74,4 +74,43 @@ fn what_it_cannot_hold_is_refused() {
     write_mdl(&*at(&[632.8]), &mut bytes).unwrap();
     let mark = b"\nwavelength_nm=\"632.8\"\n";
     assert!(bytes.windows(mark.len()).any(|w| w == mark));
+}
+
+/// A material whose two sides differ: the table has one cell for both, their mean.
+#[test]
+fn two_sides_have_one_mean() {
+    struct Sided;
+    impl Brdf for Sided {
+        fn channels(&self) -> &Channels {
+            &Channels::Luminance
+        }
+        fn symmetry(&self) -> Symmetry {
+            Symmetry {
+                isotropic: true,
+                ..Symmetry::NONE
+            }
+        }
+        fn conserves_energy(&self) -> bool {
+            false
+        }
+        fn eval(&self, pair: &DirectionPair, out: &mut [f64]) -> Presence {
+            let turn = pair.omega_o.phi() - pair.omega_i.phi();
+            // Not reciprocal either: light and sensor have places of their own.
+            out[0] = pair.omega_i.theta() + if turn.sin() > 0.0 { 0.05 } else { 0.25 };
+            Presence::Present
+        }
+    }
+    let mut bytes = Vec::new();
+    write_mdl(&Sided, &mut bytes).unwrap();
+    let [n, m] = CELLS;
+    let body = &bytes[bytes.len() - 4 * n * n * m..];
+    for [i, o, d] in [[0, 0, 0], [3, 80, 9], [80, 3, m - 1]] {
+        let at = 4 * ((i * n + o) * m + d);
+        let found = f32::from_le_bytes(body[at..at + 4].try_into().unwrap());
+        let light = FRAC_PI_2 * (i as f64 + 0.5) / n as f64;
+        assert!(
+            (f64::from(found) - light - 0.15).abs() < 1e-6,
+            "{found} {light}"
+        );
+    }
 }

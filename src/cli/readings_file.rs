@@ -5,9 +5,11 @@ use super::{refuse_existing, written};
 use crate::error::Error;
 use crate::files::write_atomically;
 use crate::formats::{self, Format, WRITE_READINGS, WriteReadings};
+use crate::measurement::pab::text_angles;
 use crate::measurement::{About, Measurement};
 use crate::schedule::Sequence;
 use rustc_hash::FxHashMap;
+use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
 /// Names of files that have one light direction each begin with it.
@@ -25,7 +27,7 @@ fn by_light(measurement: &Measurement, sequence: Sequence<'_>) -> Vec<Vec<u32>> 
     for pose in poses {
         if measurement.value(pose as usize).is_some() {
             let light = measurement.schedule.poses[pose as usize].pair.omega_i;
-            let place = places.entry(light.vector().to_array().map(f64::to_bits));
+            let place = places.entry(text_angles(light).map(f64::to_bits));
             let place = *place.or_insert(lights.len());
             if place == lights.len() {
                 lights.push(Vec::new());
@@ -116,13 +118,20 @@ impl<'a> ReadingsFile<'a> {
                 format.name
             ));
         }
+        if format.bare_readings && measurement.readings() == 0 {
+            let message = format!(
+                "there is no reading, and {} holds nothing else",
+                format.name
+            );
+            return Err(Error::output(self.path, message));
+        }
         if !format.one_light {
             return file(self.path, sequence);
         }
         let lights = by_light(measurement, sequence);
         if !self.is_folder() {
             return match lights.len() {
-                0 | 1 => file(self.path, sequence),
+                1 => file(self.path, sequence),
                 several => Err(Error::output(
                     self.path,
                     format!(
@@ -132,19 +141,28 @@ impl<'a> ReadingsFile<'a> {
                 )),
             };
         }
+        // All of them are ready before anything that is there is touched.
         let dir = self.path;
+        let texts = lights.iter().map(|poses| {
+            let mut text = Vec::new();
+            let done = write(measurement, about, Sequence::Order(poses), &mut text);
+            written(dir, done).map(|()| text)
+        });
+        let texts = texts.collect::<Result<Vec<_>, Error>>()?;
         let failed = |e| Error::output(dir, format!("cannot make this folder: {e}"));
         std::fs::create_dir_all(dir).map_err(failed)?;
         // Those of an earlier measurement are of other lights.
         for old in formats::files_in(dir, &format).map_err(failed)? {
-            let name = old.file_name().and_then(|name| name.to_str());
-            if name.is_some_and(|name| name.starts_with(LIGHT)) {
+            let name = old.file_stem().and_then(|name| name.to_str());
+            let number = name.and_then(|name| name.strip_prefix(LIGHT));
+            if number.is_some_and(|n| n.bytes().all(|b| b.is_ascii_digit())) {
                 written(&old, std::fs::remove_file(&old))?;
             }
         }
-        for (i, poses) in lights.iter().enumerate() {
-            let name = format!("{LIGHT}{:04}.{}", i + 1, format.extension());
-            file(&dir.join(name), Sequence::Order(poses))?;
+        for (i, text) in texts.iter().enumerate() {
+            let path = dir.join(format!("{LIGHT}{:04}.{}", i + 1, format.extension()));
+            written(&path, write_atomically(&path, |out| out.write_all(text)))?;
+            wrote(&path);
         }
         Ok(())
     }

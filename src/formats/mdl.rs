@@ -14,6 +14,6 @@ pub const FORMAT: Format = Format {
             e => TableError::Unsuited(e.into()),
         })
     }),
-    table_pairs: Some(|_, _| table_pairs()),
+    table_pairs: Some(|brdf, _| table_pairs(brdf)),
     ..Format::NONE
 };

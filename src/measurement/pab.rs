@@ -206,6 +206,20 @@ pub fn read(text: &str, name: &str, assume: &Assume) -> Result<Scattered, FileEr
     rows.measurement(all.unwrap_or(Channels::Luminance), assume, true)
 }
 
+/// Angles (degrees) of a direction as the text has them: 30 is 29.999999999999996 once it went through a sine, and the normal
+/// has no azimuth.
+pub fn text_angles(direction: Direction) -> [f64; 2] {
+    let tidy = |angle: f64| (angle.to_degrees() * TIDY).round() / TIDY;
+    let theta = tidy(direction.theta());
+    let phi = if theta == 0.0 {
+        0.0
+    } else {
+        tidy(direction.phi())
+    };
+    // Without the sign of 0.
+    [theta, phi + 0.0]
+}
+
 /// Writes the readings of a measurement, light after light; poses without a reading, uncertainties and flags have no place in
 /// it.
 ///
@@ -225,15 +239,12 @@ pub fn write(
     let material = about.material.as_deref().unwrap_or("unknown");
     let material = printable(material).replace('"', "'");
     let poses = PoseRows::new(&measurement.schedule, sequence, false);
-    // 30 is 29.999999999999996 once it went through a sine.
-    let tidy = |angle: f64| (angle.to_degrees() * TIDY).round() / TIDY;
-    let angles = |d: Direction| [d.theta(), d.phi()].map(tidy);
     let row = |row: usize| {
         let i = poses.pose(row);
         let pair = &measurement.schedule.poses[i].pair;
         Some((
-            angles(pair.omega_i),
-            angles(pair.omega_o),
+            text_angles(pair.omega_i),
+            text_angles(pair.omega_o),
             measurement.value(i)?,
         ))
     };

@@ -393,12 +393,12 @@ fn bad_input_is_refused_with_its_line() {
         (
             &["reconstruct", "t.binary"][..],
             3,
-            "allowed: csv, json-lines, alta, pab-opto, astm",
+            "allowed: csv, json-lines, npz, alta, pab-opto, astm",
         ),
         (
             &["measure", "t.binary", "--config", "c.toml", "-o", "x.csv"],
             3,
-            "allowed: csv, json-lines",
+            "allowed: csv, json-lines, npz",
         ),
         (
             &["reconstruct", "r.csv", "-o", "x.ssdd"],

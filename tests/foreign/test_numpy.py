@@ -8,8 +8,8 @@ MATERIAL = '[[material]]\nkind = "ggx"\nalpha = 0.3\n'
 def test_numpy_reads_readings_and_writes_its_own(gonio, tmp_path):
     config = tmp_path / "scene.toml"
     config.write_text(MATERIAL)
-    gonio("schedule", config, "--budget", 250, "-o", tmp_path / "poses", "--format", "npz")
-    [poses] = (tmp_path / "poses").glob("*.npz")
+    poses = tmp_path / "poses.npz"
+    gonio("schedule", config, "--budget", 250, "-o", poses)
     readings = tmp_path / "readings.npz"
     gonio("measure", poses, "--config", config, "--instrument", "cornell", "--skip-unreachable", "-o", readings)
     read = np.load(readings, allow_pickle=False)
@@ -20,7 +20,7 @@ def test_numpy_reads_readings_and_writes_its_own(gonio, tmp_path):
     expected = np.stack([np.sin(theta) * np.cos(phi), np.sin(theta) * np.sin(phi), np.cos(theta)], 1)
     np.testing.assert_allclose(light, expected, atol=1e-15)
     known = ~np.isnan(value)
-    assert known.any() and np.all(read["uncertainty"][known] > 0)
+    assert known.any() and not known.all() and np.all(read["uncertainty"][known] > 0)
     assert set(read["flags"][~known]) <= {f for f in read["flags"] if f}
     # The same table as the CSV, to the bit.
     other = tmp_path / "readings.csv"
@@ -30,15 +30,17 @@ def test_numpy_reads_readings_and_writes_its_own(gonio, tmp_path):
     cells = [line.split(",")[column] for line in lines[1:]]
     np.testing.assert_array_equal(value, [float(cell or "nan") for cell in cells])
 
-    # What a program makes: vectors, single precision, packed.
+    # What a program makes: vectors of any length, packed.
     mine = tmp_path / "mine.npz"
     np.savez_compressed(
-        mine, omega_i=light[known].astype("f4"), omega_o=sensor[known] * 3, value=value[known]
+        mine, omega_i=light[known] / 7, omega_o=sensor[known] * 3, value=value[known]
     )
     copies = [tmp_path / "a.binary", tmp_path / "b.binary"]
     gonio("reconstruct", mine, "--reconstruction", "nearest", "-o", copies[0])
     gonio("reconstruct", readings, "--reconstruction", "nearest", "-o", copies[1])
-    assert all(copy.stat().st_size == copies[0].stat().st_size for copy in copies)
+    # Rounding moves a reading by 1e-16, and the nearest one to some cells is another.
+    a, b = (np.fromfile(copy)[2:] for copy in copies)
+    assert np.mean(a != b) < 0.01
 
 
 def test_what_is_no_table_is_refused(gonio, tmp_path):

@@ -160,6 +160,33 @@ fn what_is_no_table_is_refused_by_name() {
         assert!(told.contains(expected), "{told}, not {expected}");
         assert!(told.starts_with("m: ") && !told.contains('\n'), "{told}");
     }
+    // Vectors beside angles are theirs, of any length; alone they have a direction.
+    let shape = "(2, 3)";
+    let of = |v: &[f64]| array("<f8", false, shape, &numbers(v));
+    let at = |deg: f64| {
+        let (s, c) = f64::to_radians(deg).sin_cos();
+        [s * c * 2.0, s * s * 2.0, c * 2.0]
+    };
+    let both = [at(10.0), at(20.0)];
+    assert!(with("omega_i.npy", of(both.as_flattened())).is_ok());
+    let other = with("omega_i.npy", of(&[0.0, 0.0, 1.0, 0.0, 0.0, 1.0])).unwrap_err();
+    assert!(
+        other
+            .to_string()
+            .contains("not the directions of theta_i_deg"),
+        "{other}"
+    );
+    let none = archive(&[("omega_i.npy", of(&[0.0, 0.0, 1.0, 0.0, 0.0, 0.0]))]);
+    let told = as_text("npz", &none).unwrap_err().to_string();
+    assert!(told.contains("no direction at row 1"), "{told}");
+    // More than the file bears out is not made room for.
+    let name = format!("{}.npy", "x".repeat(300));
+    assert!(
+        with(&name, column(&[1.0, 2.0]))
+            .unwrap_err()
+            .to_string()
+            .contains("long name")
+    );
     let whole = archive(&[("value.npy", column(&[1.0, 2.0]))]);
     for cut in [0, 3, 30, whole.len() / 2, whole.len() - 1] {
         assert!(as_text("npz", &whole[..cut]).is_err());

@@ -45,11 +45,28 @@ pub enum MdlError {
 }
 
 /// Pairs that are evaluated.
-pub fn table_pairs() -> u64 {
-    (CELLS[0] * CELLS[0] * CELLS[1]) as u64
+pub fn table_pairs(brdf: &dyn Brdf) -> u64 {
+    (sides(brdf).len() * CELLS[0] * CELLS[0] * CELLS[1]) as u64
 }
 
-/// Tabulates a BRDF, channels together. A cell without data has what the cell nearer to retro-reflection has, or, if there is
+/// Sides of the plane of incidence that are evaluated: the table has one for both.
+fn sides(brdf: &dyn Brdf) -> &'static [f64] {
+    match brdf.symmetry().bilateral {
+        true => &[1.0],
+        false => &[1.0, -1.0],
+    }
+}
+
+/// Puts the mean of two values, or the one that is known, in place of the first.
+fn meet(a: &mut f64, b: f64) {
+    *a = match (a.is_nan(), b.is_nan()) {
+        (true, _) => b,
+        (false, true) => *a,
+        (false, false) => 0.5 * (*a + b),
+    };
+}
+
+/// Tabulates a BRDF, channels together, the mean of both sides of the plane of incidence. A cell without data has what the cell nearer to retro-reflection has, or, if there is
 /// none, the nearest one; 0 where a pair of elevations has no data at all. Runs on rayon's threads; the result does not
 /// depend on their number.
 fn tabulate(brdf: &dyn Brdf) -> Result<Vec<f64>, MdlError> {
@@ -63,11 +80,19 @@ fn tabulate(brdf: &dyn Brdf) -> Result<Vec<f64>, MdlError> {
     let [elevations, azimuths] = CELLS;
     let row = |r: usize| {
         let theta = |k: usize| FRAC_PI_2 * (k as f64 + 0.5) / elevations as f64;
-        let pairs = (0..azimuths).map(|k| {
-            let phi = PI * (k as f64 + 0.5) / azimuths as f64;
-            DirectionPair::from_spherical(theta(r / elevations), 0.0, theta(r % elevations), phi)
-        });
-        let mut values = values_or_nan(brdf, &pairs.collect::<Vec<_>>());
+        let mut values = Vec::new();
+        for side in sides(brdf) {
+            let pairs = (0..azimuths).map(|k| {
+                let phi = side * PI * (k as f64 + 0.5) / azimuths as f64;
+                let [light, sensor] = [r / elevations, r % elevations].map(theta);
+                DirectionPair::from_spherical(light, 0.0, sensor, phi)
+            });
+            let found = values_or_nan(brdf, &pairs.collect::<Vec<_>>());
+            match values.is_empty() {
+                true => values = found,
+                false => values.iter_mut().zip(found).for_each(|(a, b)| meet(a, b)),
+            }
+        }
         let has_data = fill_gaps(&mut values, n);
         (values, has_data)
     };

@@ -5,8 +5,9 @@
 
 use super::{Cell, FileError, Sheet, WHOLE, WORDS};
 use crate::error::{excerpt, reason};
-use crate::files::may_unpack;
+use crate::files::{UNPACKED_LIMIT, may_unpack};
 use crate::schedule::export::ARMS;
+use glam::DVec3;
 use npyz::{AutoSerialize, DType, NpyFile, TypeChar, WriterBuilder};
 use serde_json::{Map, Number, Value, json};
 use std::borrow::Cow;
@@ -22,6 +23,12 @@ const VECTORS: [(&str, [&str; 2]); 2] = [
     ("omega_i", [ARMS[0], ARMS[1]]),
     ("omega_o", [ARMS[2], ARMS[3]]),
 ];
+
+/// Bytes of the longest name of an array that is read.
+const LONGEST_NAME: usize = 200;
+
+/// Distance up to which vectors are those of the angles: single precision.
+const SAME: f64 = 1e-6;
 
 /// Writes one array.
 fn put<T: npyz::Serialize + ?Sized>(
@@ -111,11 +118,8 @@ impl Sheet<'_> {
             let [Some(theta), Some(phi)] = angles.map(place) else {
                 continue;
             };
-            let vector = |(theta, phi): (&f64, &f64)| {
-                let [(sin, cos), (s, c)] = [theta, phi].map(|a| a.to_radians().sin_cos());
-                [sin * c, sin * s, cos]
-            };
-            let vectors = numbers[theta].iter().zip(&numbers[phi]).flat_map(vector);
+            let angles = numbers[theta].iter().zip(&numbers[phi]);
+            let vectors = angles.flat_map(|(theta, phi)| vector(*theta, *phi).to_array());
             let vectors: Vec<f64> = vectors.collect();
             let shape = [rows[0], 3];
             put(
@@ -183,9 +187,17 @@ fn lines(mut columns: Vec<Column>) -> Result<String, String> {
             continue;
         };
         let found = columns.swap_remove(place);
-        // Where there are angles they are the same, with all digits.
-        if !columns.iter().any(|c| angles.contains(&c.name.as_str())) {
-            columns.extend(of_vectors(found, angles)?);
+        let known = angles.map(|angle| columns.iter().find(|c| c.name == angle));
+        match known {
+            [None, None] => columns.extend(of_vectors(found, angles)?),
+            // The angles have all digits.
+            [Some(theta), Some(phi)] if are_those(&found, theta, phi) => {}
+            _ => {
+                return Err(format!(
+                    "the array {vector} is not the directions of {} and {}; allowed: all three, or either the vectors or the angles",
+                    angles[0], angles[1]
+                ));
+            }
         }
     }
     // Those of a header in its order, the others behind them by name.
@@ -196,13 +208,23 @@ fn lines(mut columns: Vec<Column>) -> Result<String, String> {
             .unwrap_or(usize::MAX)
     };
     columns.sort_by(|a, b| (rank(a), &a.name).cmp(&(rank(b), &b.name)));
-    let rows = columns.first().and_then(|c| c.shape.first().copied());
-    let rows = rows.ok_or("there is no array with a row")?;
+    let rows = columns.iter().find(|c| c.shape.len() == 1);
+    let rows = rows.ok_or("there is no array with a row")?.shape[0];
     if let Some(other) = columns.iter().find(|c| c.shape != [rows]) {
         return Err(format!(
             "the array {:?} has the shape {:?}; allowed: one number or text for each of {rows} rows",
             excerpt(&other.name),
             other.shape
+        ));
+    }
+    // Digits of a number, quotes and separators beside the name.
+    let line: u64 = columns.iter().map(|c| c.name.len() as u64 + 28).sum();
+    let unpacked = rows.saturating_mul(line);
+    if unpacked > UNPACKED_LIMIT {
+        return Err(format!(
+            "{rows} rows of {} arrays are too many; allowed: at most {} MB as text",
+            columns.len(),
+            UNPACKED_LIMIT >> 20
         ));
     }
     for row in 0..rows as usize {
@@ -239,6 +261,31 @@ fn number(value: f64, name: &str) -> Option<Value> {
     }
 }
 
+/// Unit vector of angles, degrees.
+fn vector(theta: f64, phi: f64) -> DVec3 {
+    let [(sin, cos), (s, c)] = [theta, phi].map(|a| a.to_radians().sin_cos());
+    DVec3::new(sin * c, sin * s, cos)
+}
+
+/// Whether vectors of any length have these angles, but for rounding.
+fn are_those(vectors: &Column, theta: &Column, phi: &Column) -> bool {
+    let [
+        Values::Numbers(v),
+        Values::Numbers(theta),
+        Values::Numbers(phi),
+    ] = [vectors, theta, phi].map(|c| &c.values)
+    else {
+        return false;
+    };
+    let near = |(v, (theta, phi)): (&[f64], (&f64, &f64))| {
+        let v = DVec3::from_slice(v).normalize_or_zero();
+        !(v.distance(vector(*theta, *phi)) > SAME)
+    };
+    v.len() == 3 * theta.len()
+        && theta.len() == phi.len()
+        && v.chunks_exact(3).zip(theta.iter().zip(phi)).all(near)
+}
+
 /// Angles (degrees) of vectors of any length.
 fn of_vectors(found: Column, angles: [&str; 2]) -> Result<[Column; 2], String> {
     let (Values::Numbers(v), [rows, 3]) = (found.values, &found.shape[..]) else {
@@ -247,6 +294,12 @@ fn of_vectors(found: Column, angles: [&str; 2]) -> Result<[Column; 2], String> {
             found.name, found.shape
         ));
     };
+    if let Some(row) = v.chunks_exact(3).position(|v| v.iter().all(|x| *x == 0.0)) {
+        return Err(format!(
+            "the array {} holds no direction at row {row}: its length is 0",
+            found.name
+        ));
+    }
     let angle = |of: fn(&[f64]) -> f64| v.chunks_exact(3).map(|v| of(v).to_degrees()).collect();
     let theta: Vec<f64> = angle(|v| v[0].hypot(v[1]).atan2(v[2]));
     let phi: Vec<f64> = angle(|v| v[1].atan2(v[0]));
@@ -273,8 +326,15 @@ fn columns(bytes: &[u8]) -> Result<Vec<Column>, String> {
             let name = excerpt(&file_name);
             format!("the archive holds {name:?}; allowed: arrays, files that end in .npy")
         })?;
-        total = total.saturating_add(file.size());
-        may_unpack(bytes.len() as u64, total).map_err(|e| e.to_string())?;
+        if name.len() > LONGEST_NAME {
+            let name = excerpt(name);
+            return Err(format!(
+                "the array {name:?} has a long name; allowed: at most {LONGEST_NAME} bytes"
+            ));
+        }
+        // Every number takes eight bytes in the end.
+        total = total.saturating_add(8 * file.size());
+        may_unpack(8 * bytes.len() as u64, total).map_err(|e| e.to_string())?;
         let size = file.size();
         let mut content = Vec::new();
         let read = file.take(size).read_to_end(&mut content);

@@ -112,7 +112,8 @@ impl Brdf for TensorTree {
         out.fill(y);
         if let ([r, g, b], [_, u, v]) = (out, &self.trees[..]) {
             let (u, v) = (u.at(place), v.at(place));
-            if v > 0.0 {
+            // No colour is below: a darker one is grey.
+            if v > LEAST_V {
                 // CIE 1976; the sum of the three is 1 / y.
                 let x = 9.0 * u / (4.0 * v);
                 let z = (12.0 - 3.0 * u - 20.0 * v) / (4.0 * v);
@@ -123,6 +124,9 @@ impl Brdf for TensorTree {
         Presence::Present
     }
 }
+
+/// Below every v' of a colour, of which the least is .016.
+const LEAST_V: f64 = 1e-3;
 
 /// The place of a pair in the cube, of which no coordinate is 1.
 fn place(pair: &DirectionPair) -> [f64; 3] {

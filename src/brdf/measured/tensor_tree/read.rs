@@ -91,25 +91,25 @@ impl<'t> Part<'t> {
     }
 
     /// The next number.
-    fn number(&mut self) -> Result<f64, TensorTreeError> {
+    fn number(&mut self, most: f64) -> Result<f64, TensorTreeError> {
         let is_end = |c: char| c.is_whitespace() || matches!(c, ',' | '{' | '}');
         let text = self.text();
         let word = &text[..text.find(is_end).unwrap_or(text.len())];
         match word.parse::<f64>() {
-            Ok(value) if value.abs() <= LARGEST_READING => {
+            Ok(value) if value.abs() <= most => {
                 self.from += word.len();
                 Ok(value.max(0.0))
             }
             _ => {
                 let word = excerpt(word);
-                let message = format!("{word}: allowed is a number of at most {LARGEST_READING:e}");
+                let message = format!("{word}: allowed is a number of at most {most:e}");
                 Err(self.refuse(message))
             }
         }
     }
 
-    /// A tree, `depth` above the deepest.
-    fn tree(&mut self, depth: usize) -> Result<Node, TensorTreeError> {
+    /// A tree, `depth` above the deepest, of numbers up to `most`.
+    fn tree(&mut self, depth: usize, most: f64) -> Result<Node, TensorTreeError> {
         self.brace(b'{')?;
         let start = *self;
         if self.peek() == Some(b'{') {
@@ -118,7 +118,7 @@ impl<'t> Part<'t> {
             }
             let mut parts = Vec::with_capacity(8);
             for _ in 0..8 {
-                parts.push(self.tree(depth - 1)?);
+                parts.push(self.tree(depth - 1, most)?);
             }
             self.brace(b'}')?;
             let parts: [Node; 8] = match parts.try_into() {
@@ -129,7 +129,7 @@ impl<'t> Part<'t> {
         }
         let mut values = Vec::new();
         while !matches!(self.peek(), None | Some(b'{' | b'}')) {
-            values.push(self.number()?);
+            values.push(self.number(most)?);
         }
         self.brace(b'}')?;
         let halvings = (0..=depth).find(|k| values.len() == 1 << (3 * k));
@@ -199,9 +199,20 @@ fn blocks(text: &str) -> Result<[Option<Part<'_>>; 3], TensorTreeError> {
             found[place] = block.element("ScatteringData").map(|(numbers, _)| numbers);
         }
     }
-    match found[0] {
-        Some(_) => Ok(found),
-        None => Err(TensorTreeError::NoReflection),
+    let end = Part {
+        from: text.trim_end().len(),
+        ..whole
+    };
+    if !text.trim_end().ends_with("</WindowElement>") {
+        return Err(end.refuse("the text ends before </WindowElement>".into()));
+    }
+    match found {
+        [Some(_), u, v] if u.is_some() == v.is_some() => Ok(found),
+        [Some(_), ..] => {
+            let message = "of CIE-u and CIE-v one is there; allowed: both, or none of grey";
+            Err(end.refuse(message.into()))
+        }
+        [None, ..] => Err(TensorTreeError::NoReflection),
     }
 }
 
@@ -218,8 +229,10 @@ impl TensorTree {
             Channels::Wavelengths(_) => return Err(TensorTreeError::Wavelengths),
         };
         let mut trees = Vec::new();
-        for mut numbers in blocks.into_iter().take(wanted).flatten() {
-            trees.push(numbers.tree(DEEPEST)?);
+        let most = [LARGEST_READING, 1.0, 1.0];
+        let blocks = blocks.into_iter().zip(most).take(wanted);
+        for (mut numbers, most) in blocks.filter_map(|(b, most)| Some((b?, most))) {
+            trees.push(numbers.tree(DEEPEST, most)?);
             if let Some(c) = numbers.peek() {
                 let message = format!("{} after the tree", char::from(c));
                 return Err(numbers.refuse(message));
