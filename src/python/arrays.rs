@@ -3,7 +3,7 @@
 use gonio::brdf::{Brdf, Presence};
 use gonio::geometry::{Direction, DirectionPair};
 use numpy::{PyArray1, PyArray2, PyArrayMethods, PyReadonlyArrayDyn, PyUntypedArrayMethods};
-use pyo3::exceptions::PyValueError;
+use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use rayon::prelude::*;
@@ -20,17 +20,35 @@ const CHUNK: usize = 1024;
 /// here goes back to the bit.
 const UNIT: f64 = 4.0 * f64::EPSILON;
 
-/// Any array-like as numbers in rows: cast to f64 and copied only where it is not so already.
+/// An array's numbers, f64, C-contiguous and aligned; what is masked is NaN.
+fn cast<'py>(value: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
+    let py = value.py();
+    let numpy = py.import("numpy")?;
+    let keys = PyDict::new(py);
+    keys.set_item("dtype", "float64")?;
+    let array = match value.hasattr("mask")? && value.hasattr("filled")? {
+        // Integers have no NaN.
+        true => value
+            .call_method1("astype", ("float64",))?
+            .call_method1("filled", (f64::NAN,))?,
+        false => value.clone(),
+    };
+    let array = numpy.call_method("ascontiguousarray", (array,), Some(&keys))?;
+    // A field of packed records may be contiguous, but at odd addresses.
+    numpy.call_method1("require", (array, py.None(), "A"))
+}
+
+/// Any array-like as numbers in rows: cast to f64 and copied only where it is not so already; NaN where it is masked.
 pub fn numbers<'py>(
     value: &Bound<'py, PyAny>,
     name: &str,
 ) -> PyResult<PyReadonlyArrayDyn<'py, f64>> {
     let py = value.py();
-    let numpy = py.import("numpy")?;
-    let keys = PyDict::new(py);
-    keys.set_item("dtype", "float64")?;
-    let array = numpy.call_method("ascontiguousarray", (value,), Some(&keys));
-    let array = array.map_err(|_| {
+    let array = cast(value).map_err(|e| {
+        // An interrupt or a lack of memory is not the array's fault.
+        if !e.is_instance_of::<PyTypeError>(py) && !e.is_instance_of::<PyValueError>(py) {
+            return e;
+        }
         let kind = value
             .get_type()
             .name()

@@ -100,11 +100,18 @@ fn of(key: &str, value: &Bound<'_, PyAny>, depth: usize) -> PyResult<Value> {
 }
 
 /// Keys of a member of a family, its `kind` among them.
+///
+/// # Errors
+/// If `kind` is among the keys too.
 pub fn named(kind: &str, keys: Option<&Bound<'_, PyDict>>) -> PyResult<Table> {
     let mut all = Table::from_iter([("kind".into(), kind.into())]);
-    for (key, value) in table(keys)? {
-        all.entry(key).or_insert(value);
+    let keys = table(keys)?;
+    if let Some(second) = keys.get("kind") {
+        return Err(refused(format!(
+            "kind = {second} beside \"{kind}\", which is the kind already; allowed: one of them"
+        )));
     }
+    all.extend(keys);
     Ok(all)
 }
 

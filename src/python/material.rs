@@ -2,16 +2,20 @@
 
 use crate::arrays::{Directions, Pairs, numbers, refused, rows, shape, slice};
 use crate::keys::{self, channels, named, of_build, of_files, read, table};
+use crate::measurement::warn;
 use crate::moments;
 use crate::table::columns;
 use gonio::Error;
+use gonio::brdf::laws::max_albedo;
 use gonio::brdf::{Brdf, Channels, SampleBrdf};
 use gonio::experiment::{ReadingsSpec, materials};
 use gonio::files::destination;
 use gonio::formats::{self, READ_READINGS, READ_TABLE, TableError, WRITE_TABLE};
+use gonio::geometry::Direction;
 use numpy::{PyArray1, PyArray2, PyUntypedArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyType};
+use rayon::prelude::*;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -181,7 +185,9 @@ impl PyMaterial {
         columns(py, &moments::objects(&self.label, &found))
     }
 
-    /// Writes the BRDF as a table, in the format that the name says; `size` 1, 2, … are finer ones where a format has them.
+    /// Writes the BRDF as a table, in the format that the name says, or `format`: `formats()` lists them.
+    ///
+    /// `size` 1, 2, … are finer ones where a format has them. It warns of one that reflects more than it receives.
     #[pyo3(signature = (path, *, format = None, size = 0, force = false))]
     fn write(
         &self,
@@ -206,6 +212,9 @@ impl PyMaterial {
             ))
         })?;
         refuse_existing(&path, force)?;
+        for sentence in py.detach(|| gains(&*self.brdf)) {
+            warn(py, &sentence)?;
+        }
         py.detach(|| write(&*self.brdf, size, &path))
             .map_err(|e| match e {
                 TableError::Io(_) => unwritable(&e),
@@ -213,7 +222,7 @@ impl PyMaterial {
             })
     }
 
-    /// Names of the channels: luminance, or R, G, B, or wavelengths.
+    /// Names of the channels: "luminance", or "r", "g", "b", or wavelengths as "550nm".
     #[getter]
     fn channels(&self) -> Vec<String> {
         channel_names(self.brdf.channels())
@@ -254,6 +263,31 @@ impl PyMaterial {
         let channels = self.channels().join(", ");
         format!("<gonio.Material {} ({channels})>", self.label)
     }
+}
+
+/// Polar angles of the views whose albedo is looked at, degrees: nearer to the horizon few tables are without gains.
+const VIEWS_DEG: [f64; 2] = [0.0, 60.0];
+
+/// Azimuths of these views, degrees; an isotropic material is seen from the first one.
+const AZIMUTHS_DEG: [f64; 4] = [0.0, 45.0, 90.0, 135.0];
+
+/// A sentence for each polar angle where the directional albedo exceeds 1 by more than its error.
+fn gains(brdf: &dyn Brdf) -> Vec<String> {
+    let azimuths = match brdf.symmetry().isotropic {
+        true => &AZIMUTHS_DEG[..1],
+        false => &AZIMUTHS_DEG,
+    };
+    let gain = |theta: &f64| {
+        let views = azimuths
+            .iter()
+            .map(|phi| Direction::from_spherical(theta.to_radians(), phi.to_radians()));
+        let largest = max_albedo(brdf, &views.collect::<Vec<_>>())?.albedo;
+        let (value, error) = (largest.max(), largest.error);
+        (value > 1.0 + error).then(|| {
+            format!("the albedo is {value:.4} ± {error:.1e} seen from {theta}°: it reflects more than it receives")
+        })
+    };
+    VIEWS_DEG.par_iter().filter_map(gain).collect()
 }
 
 /// Names of channels.

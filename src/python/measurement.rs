@@ -19,7 +19,7 @@ use numpy::{PyArray1, PyArray2, PyUntypedArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyType};
 use serde::Deserialize;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashSet};
 use std::path::PathBuf;
 use std::sync::Arc;
 
@@ -27,7 +27,11 @@ use std::sync::Arc;
 ///
 /// `Measurement(omega_i, omega_o, values, type_a, type_b)` has readings of your own, (n,), (n, 3) for R, G, B, or
 /// (n, wavelengths), with standard uncertainties (k = 1) as wide as the values or as (n,): `type_a` is of what scatters
-/// between readings, `type_b` of what they share. NaN is no reading; readings of one configuration are averaged.
+/// between readings, `type_b` of what they share. NaN is no reading. Values below 0 count as 0 in a copy,
+/// of which a warning tells.
+///
+/// `symmetry` says which configurations are one; without it a sample is isotropic, reciprocal and bilateral. Readings of one
+/// configuration are averaged, and a warning says when they scatter by far more than noise.
 #[pyclass(frozen, name = "Measurement", module = "gonio")]
 pub struct PyMeasurement {
     pub measurement: Arc<Measurement>,
@@ -68,7 +72,29 @@ fn wide(value: &Bound<'_, PyAny>, name: &str, rows: usize, channels: usize) -> P
     }
 }
 
+/// The sentence that warns of rows with values below 0.
+fn below_zero(values: &[f64], channels: usize) -> Option<String> {
+    let rows = values.chunks_exact(channels).enumerate();
+    let mut below = rows.filter_map(|(i, row)| Some((i, row.iter().find(|x| **x < 0.0)?)));
+    let (i, x) = below.next()?;
+    Some(match below.count() {
+        0 => format!("values[{i}] is {x}, below 0, and counts as 0 in a copy"),
+        more => format!(
+            "{} have values below 0, which count as 0 in a copy, the first is values[{i}] = {x}",
+            gonio::error::count(more + 1, "row")
+        ),
+    })
+}
+
 impl PyMeasurement {
+    /// Directions of the light that have a reading.
+    fn lights(&self) -> usize {
+        let poses = self.measurement.schedule.poses.iter().enumerate();
+        let read = poses.filter(|(i, _)| self.measurement.value(*i).is_some());
+        let light = read.map(|(_, p)| p.pair.omega_i.vector().to_array().map(f64::to_bits));
+        light.collect::<HashSet<_>>().len()
+    }
+
     /// A measurement, and where it comes from.
     pub fn new(measurement: Measurement, about: About, itinerary: Option<Itinerary>) -> Self {
         Self {
@@ -132,6 +158,12 @@ impl PyMeasurement {
             }
         };
         let (rows, n) = (pairs.len(), channels.count());
+        if n > 1 && array.shape().len() == 1 {
+            return Err(refused(format!(
+                "values has the shape {}, of {n} wavelengths; allowed: ({rows}, {n})",
+                shape(&array)
+            )));
+        }
         let mut values = wide(values, "values", rows, n)?;
         let outcomes = values.chunks_exact(n).enumerate().map(|(i, row)| {
             let missing = row.iter().filter(|x| x.is_nan()).count();
@@ -149,6 +181,7 @@ impl PyMeasurement {
             }
         });
         let outcomes = outcomes.collect::<PyResult<Vec<_>>>()?;
+        let negative = below_zero(&values, n);
         values
             .iter_mut()
             .filter(|x| x.is_nan())
@@ -187,7 +220,10 @@ impl PyMeasurement {
             outcomes,
             details,
         };
-        let merged = py.detach(|| measurement.merged().0);
+        let (merged, folded) = py.detach(|| measurement.merged());
+        for sentence in negative.into_iter().chain(folded.warning()) {
+            warn(py, &sentence)?;
+        }
         Ok(Self::new(merged, About::default(), None))
     }
 
@@ -260,7 +296,10 @@ impl PyMeasurement {
         Ok(Self::new(all, About::default(), None))
     }
 
-    /// Writes the readings, in the format that the name says: CSV or JSON Lines.
+    /// Writes the readings, in the format that the name says, or `format`: `formats()` lists them.
+    ///
+    /// It warns where a format has no place for uncertainties and flags, and refuses several directions of the light where a
+    /// file has one.
     #[pyo3(signature = (path, *, format = None, force = false))]
     fn write(
         &self,
@@ -271,9 +310,26 @@ impl PyMeasurement {
     ) -> PyResult<()> {
         let unwritable = |e: &dyn std::fmt::Display| of_files(Error::output(&path, e));
         let named = format.map(|name| WRITE_READINGS.named(name)).transpose();
-        let write = named.and_then(|named| WRITE_READINGS.choose(named, &path));
+        let format = named.and_then(|named| WRITE_READINGS.format(named, &path));
+        let format = format.map_err(|e| unwritable(&e))?;
+        let write = WRITE_READINGS.function(&format);
         let write = write.map_err(|e| unwritable(&e))?;
         refuse_existing(&path, force)?;
+        let several = Some(self.lights()).filter(|n| format.one_light && *n > 1);
+        if let Some(n) = several {
+            let name = format.name;
+            return Err(unwritable(&format_args!(
+                "{n} directions of the light; allowed: one in a file of {name}"
+            )));
+        }
+        let holes = self.measurement.readings() < self.measurement.outcomes.len();
+        if format.bare_readings && (holes || self.measurement.details.is_some()) {
+            let sentence = format!(
+                "{} has no place for uncertainties, flags and poses without a reading; they are left out",
+                format.name
+            );
+            warn(py, &sentence)?;
+        }
         let sequence = Sequence::from(self.itinerary.as_ref());
         let written = py.detach(|| {
             write_atomically(&path, |out| {
@@ -343,7 +399,7 @@ impl PyMeasurement {
         }
     }
 
-    /// Names of the channels: luminance, or R, G, B, or wavelengths.
+    /// Names of the channels: "luminance", or "r", "g", "b", or wavelengths as "550nm".
     #[getter]
     fn channels(&self) -> Vec<String> {
         channel_names(&self.measurement.channels)

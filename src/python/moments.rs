@@ -105,7 +105,8 @@ pub fn objects(material: &str, profiles: &[Profile]) -> Vec<Map<String, Value>> 
     objects.collect()
 }
 
-/// Errors of the moments of a copy: means over the views, NaN where undefined. Keys are those of `[moments]` in a config.
+/// Errors of the moments of a copy: means over the views, NaN where undefined. Keys are those of `[moments]` in a config,
+/// with one channel.
 #[pyfunction]
 #[pyo3(signature = (truth, copy, *, seed = 1, **keys))]
 pub fn moment_errors<'py>(
@@ -115,6 +116,15 @@ pub fn moment_errors<'py>(
     #[pyo3(from_py_with = keys::seed)] seed: u64,
     keys: Option<&Bound<'py, PyDict>>,
 ) -> PyResult<Bound<'py, PyDict>> {
+    let (spec, _) = settings(keys)?;
+    if let [_, _, ..] = spec.channels[..] {
+        let names: Vec<&str> = spec.channels.iter().map(|c| c.name()).collect();
+        return Err(refused(ParameterError::new(
+            "channels",
+            names.join(", "),
+            "one channel",
+        )));
+    }
     let [f, g] = [truth, copy].map(|m| profiles(py, &*m.brdf, seed, keys));
     let (f, g) = (f?, g?);
     let errors = MomentErrors::between(&f[0], &g[0]);

@@ -10,7 +10,7 @@ use gonio::formats::{READ_SCHEDULE, WRITE_SCHEDULE};
 use gonio::geometry::{DirectionPair, Symmetry};
 use gonio::instrument::axis_names;
 use gonio::schedule::{self, Assume, Schedule, Sequence, Unreachable};
-use numpy::PyArray2;
+use numpy::{PyArray1, PyArray2};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyType};
 use std::path::PathBuf;
@@ -19,7 +19,8 @@ use std::sync::Arc;
 /// Poses to be measured: pairs of directions, with their coordinates.
 ///
 /// `Schedule(omega_i, omega_o)` has poses of your own, `plan(…)` those of a sample set, `Schedule.open(path)` those of
-/// a file.
+/// a file. A file may list some poses of a lattice, in an order of its own: the arrays have every pose of the lattice as it is
+/// numbered, `order` says which of them are listed, and only these are measured.
 #[pyclass(frozen, name = "Schedule", module = "gonio")]
 pub struct PySchedule {
     pub schedule: Arc<Schedule>,
@@ -91,7 +92,7 @@ impl PySchedule {
         })
     }
 
-    /// Writes the poses in their order, in the format that the name says: CSV or JSON Lines.
+    /// Writes the poses in their order, in the format that the name says, or `format`: `formats()` lists them.
     #[pyo3(signature = (path, *, format = None, force = false))]
     fn write(
         &self,
@@ -140,6 +141,15 @@ impl PySchedule {
             poses.flat_map(|p| p.coords.into_iter().take(n)).collect(),
             n,
         )
+    }
+
+    /// Numbers of the poses that a file lists, in the order of its rows, (k,) ints; None without a file: all.
+    ///
+    /// `omega_i[order]` are the directions in the order of the rows.
+    #[getter]
+    fn order<'py>(&self, py: Python<'py>) -> Option<Bound<'py, PyArray1<i64>>> {
+        let order = self.order.as_ref()?;
+        Some(PyArray1::from_iter(py, order.iter().map(|&i| i64::from(i))))
     }
 
     /// The coordinates that the poses are in.

@@ -40,7 +40,7 @@ class GonioBSDF(mi.BSDF):
         if up.any():
             # No data is black here; the file format fills such holes with their neighbours.
             values[up] = np.nan_to_num(self.material.eval(light[up], sensor[up])) * light[up, 2:]
-        rgb = values if values.shape[1] == 3 else np.repeat(values.mean(1, keepdims=True), 3, 1)
+        rgb = values if self.material.channels == ["r", "g", "b"] else np.repeat(values.mean(1, keepdims=True), 3, 1)
         if dr.is_jit_v(mi.Float):
             return mi.Color3f(*(mi.Float(channel) for channel in rgb.T.astype(np.float32)))
         return mi.Color3f(*rgb[0])
