@@ -150,6 +150,14 @@ impl Format {
         self.extensions.first().copied().unwrap_or(self.name)
     }
 
+    /// The text that the bytes of a file of poses or readings stand for; `None` if they are none.
+    pub fn text_of(&self, bytes: Vec<u8>) -> Option<String> {
+        match self.as_text {
+            Some(as_text) => as_text(&bytes, self.name).ok(),
+            None => String::from_utf8(bytes).ok(),
+        }
+    }
+
     /// What it holds, and whether that is read and written: a phrase each.
     pub fn holds(&self) -> Vec<String> {
         let uses = [

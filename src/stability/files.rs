@@ -79,7 +79,7 @@ fn checks(extent: Extent) -> Vec<Check> {
             let text = move |schedule: &Schedule| {
                 let mut bytes = Vec::new();
                 write(schedule, Sequence::Generated, &mut bytes).ok()?;
-                String::from_utf8(bytes).ok()
+                format.text_of(bytes)
             };
             checks.push(Check::new(
                 format!("{}, poses", format.name),
@@ -106,7 +106,7 @@ fn checks(extent: Extent) -> Vec<Check> {
             let text = move |measured: &Measurement| {
                 let mut bytes = Vec::new();
                 write(measured, &About::default(), Sequence::Generated, &mut bytes).ok()?;
-                String::from_utf8(bytes).ok()
+                format.text_of(bytes)
             };
             checks.push(Check::new(
                 format!("{}, readings", format.name),
