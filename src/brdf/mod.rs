@@ -45,7 +45,7 @@ use crate::geometry::{DirectionPair, Symmetry};
 use crate::registry::{self, Entry, Joined, ReadError, Table, Taken};
 use smallvec::SmallVec;
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// One number a channel; luminance and R, G, B need no memory of their own.
 pub type ChannelValues = SmallVec<[f64; 3]>;
@@ -226,6 +226,16 @@ pub enum BuildError {
         /// The message, one sentence.
         message: String,
     },
+}
+
+impl BuildError {
+    /// That of a file, in one sentence.
+    pub fn data(path: &Path, message: impl std::fmt::Display) -> Self {
+        BuildError::Data {
+            path: path.into(),
+            message: message.to_string(),
+        }
+    }
 }
 
 static JOINED: Joined<dyn BrdfSpec> = Joined::new();

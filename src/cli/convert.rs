@@ -81,7 +81,7 @@ impl Convert {
         self.table.suits(format)?;
         refuse_existing(output, self.force)?;
         let held = spec.held_channels().map_err(|e| told(&e))?;
-        let channels = held.unwrap_or(match spec.check(&Channels::Rgb).is_ok() {
+        let channels = held.unwrap_or_else(|| match spec.check(&Channels::Rgb).is_ok() {
             true => Channels::Rgb,
             false => Channels::Luminance,
         });

@@ -9,8 +9,8 @@ use crate::error::{Error, count};
 use crate::experiment::{IDEAL, Plan, PlannedInstrument, Source};
 use crate::formats::{Format, READ_SCHEDULE, WRITE_READINGS};
 use crate::instrument::{self, Ideal, Instrument, Order};
-use crate::measurement::{About, Measurement, Outcome};
-use crate::schedule::{Assume, Sequence, Unreachable};
+use crate::measurement::About;
+use crate::schedule::{Assume, Sequence};
 use clap::Args;
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -111,7 +111,10 @@ impl Measure {
         let schedule = Arc::new(poses.schedule);
         let mut minutes = String::new();
         let (measurement, itinerary) = match &instrument {
-            None => (only(Ideal.measure(&*brdf, &schedule), &order, &lost), None),
+            None => {
+                let measurement = Ideal.measure(&*brdf, &schedule);
+                (measurement.of_poses(&order, &lost), None)
+            }
             Some(instrument) => {
                 let name = format!("the schedule for \"{}\"", material.name);
                 instrument.check_symmetry(folded, &name, || "--instrument".into())?;
@@ -171,21 +174,4 @@ impl Measure {
             }
         }
     }
-}
-
-/// The measurement of these poses alone: a lattice has others, which the file does not list.
-fn only(mut measurement: Measurement, poses: &[u32], lost: &[(u32, Unreachable)]) -> Measurement {
-    let mut asked = vec![false; measurement.outcomes.len()];
-    for &pose in poses {
-        asked[pose as usize] = true;
-    }
-    for (outcome, asked) in measurement.outcomes.iter_mut().zip(asked) {
-        if !asked {
-            *outcome = Outcome::NotVisited;
-        }
-    }
-    for &(pose, reason) in lost {
-        measurement.outcomes[pose as usize] = Outcome::Unreachable(reason);
-    }
-    measurement
 }

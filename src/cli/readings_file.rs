@@ -5,38 +5,14 @@ use super::{refuse_existing, written};
 use crate::error::Error;
 use crate::files::write_atomically;
 use crate::formats::{self, Format, WRITE_READINGS, WriteReadings};
-use crate::measurement::pab::text_angles;
+use crate::measurement::pab::by_light;
 use crate::measurement::{About, Measurement};
 use crate::schedule::Sequence;
-use rustc_hash::FxHashMap;
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
 /// Names of files that have one light direction each begin with it.
 const LIGHT: &str = "light-";
-
-/// The poses with a reading, by the direction of the light, each in the order of the rows.
-fn by_light(measurement: &Measurement, sequence: Sequence<'_>) -> Vec<Vec<u32>> {
-    let poses: Vec<u32> = match sequence {
-        Sequence::Generated => (0..measurement.outcomes.len() as u32).collect(),
-        Sequence::Order(order) => order.to_vec(),
-        Sequence::Visits(itinerary) => itinerary.visits.iter().map(|v| v.pose).collect(),
-    };
-    let mut places = FxHashMap::default();
-    let mut lights: Vec<Vec<u32>> = Vec::new();
-    for pose in poses {
-        if measurement.value(pose as usize).is_some() {
-            let light = measurement.schedule.poses[pose as usize].pair.omega_i;
-            let place = places.entry(text_angles(light).map(f64::to_bits));
-            let place = *place.or_insert(lights.len());
-            if place == lights.len() {
-                lights.push(Vec::new());
-            }
-            lights[place].push(pose);
-        }
-    }
-    lights
-}
 
 /// What readings are written to.
 pub(super) struct ReadingsFile<'a> {

@@ -147,6 +147,23 @@ impl Measurement {
         self.outcomes.iter().filter(|o| is(**o)).count()
     }
 
+    /// The same of these poses alone, and why others are lost: a lattice has poses that a file does not list.
+    pub fn of_poses(mut self, poses: &[u32], lost: &[(u32, Unreachable)]) -> Self {
+        let mut asked = vec![false; self.outcomes.len()];
+        for &pose in poses {
+            asked[pose as usize] = true;
+        }
+        for (outcome, asked) in self.outcomes.iter_mut().zip(asked) {
+            if !asked {
+                *outcome = Outcome::NotVisited;
+            }
+        }
+        for &(pose, reason) in lost {
+            self.outcomes[pose as usize] = Outcome::Unreachable(reason);
+        }
+        self
+    }
+
     /// The same with what an earlier measurement has of the first poses of its schedule.
     pub fn after(mut self, earlier: &Measurement) -> Self {
         let (poses, values) = (earlier.outcomes.len(), earlier.values.len());

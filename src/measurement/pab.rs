@@ -29,6 +29,7 @@ use crate::numeric::XYZ;
 use crate::schedule::export::PoseRows;
 use crate::schedule::{Assume, Azimuth, FileError, Quantity, Sequence};
 use glam::DVec3;
+use rustc_hash::FxHashMap;
 use std::io::{self, Write};
 
 /// What `#format: theta phi` may go on with.
@@ -218,6 +219,29 @@ pub fn text_angles(direction: Direction) -> [f64; 2] {
     };
     // Without the sign of 0.
     [theta, phi + 0.0]
+}
+
+/// The poses with a reading, by the direction of the light, each in the order of the rows.
+pub fn by_light(measurement: &Measurement, sequence: Sequence<'_>) -> Vec<Vec<u32>> {
+    let poses: Vec<u32> = match sequence {
+        Sequence::Generated => (0..measurement.outcomes.len() as u32).collect(),
+        Sequence::Order(order) => order.to_vec(),
+        Sequence::Visits(itinerary) => itinerary.visits.iter().map(|v| v.pose).collect(),
+    };
+    let mut places = FxHashMap::default();
+    let mut lights: Vec<Vec<u32>> = Vec::new();
+    for pose in poses {
+        if measurement.value(pose as usize).is_some() {
+            let light = measurement.schedule.poses[pose as usize].pair.omega_i;
+            let place = places.entry(text_angles(light).map(f64::to_bits));
+            let place = *place.or_insert(lights.len());
+            if place == lights.len() {
+                lights.push(Vec::new());
+            }
+            lights[place].push(pose);
+        }
+    }
+    lights
 }
 
 /// Writes the readings of a measurement, light after light; poses without a reading, uncertainties and flags have no place in

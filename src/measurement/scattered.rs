@@ -4,10 +4,9 @@ use super::{Details, Flags, Folded, Measurement, Negative, Outcome, reading_of};
 use crate::brdf::Channels;
 use crate::geometry::{Direction, DirectionPair, Symmetry};
 use crate::numeric::GRAZING_COS;
-use crate::schedule::export::FROM_FILE;
 use crate::schedule::import::form;
 use crate::schedule::table::Table;
-use crate::schedule::{Assume, FileError, Pose, Quantity, Schedule};
+use crate::schedule::{Assume, FileError, Quantity, Schedule};
 use glam::DVec3;
 use std::sync::Arc;
 
@@ -112,15 +111,8 @@ impl<'a> Rows<'a> {
             ..*otherwise
         };
         let parametrization = form(&Table::named(self.name), &assume)?;
-        let poses: Vec<Pose> = self
-            .pairs
-            .into_iter()
-            .map(|pair| Pose {
-                coords: parametrization.forward(&pair),
-                pair,
-            })
-            .collect();
-        let rows = poses.len();
+        let schedule = Schedule::of_pairs(parametrization, self.pairs);
+        let rows = schedule.poses.len();
         let measurement = Measurement {
             channels,
             outcomes: vec![Outcome::Reading; rows],
@@ -130,13 +122,7 @@ impl<'a> Rows<'a> {
                 flags: vec![Flags::NONE; rows],
             }),
             values: self.values,
-            schedule: Arc::new(Schedule {
-                parametrization,
-                sample_set: FROM_FILE.into(),
-                poses,
-                lattice: None,
-                unphysical_share: 0.0,
-            }),
+            schedule: Arc::new(schedule),
         };
         let (measurement, folded) = measurement.merged();
         Ok(Scattered {

@@ -8,8 +8,8 @@ use crate::schedule::PySchedule;
 use gonio::experiment::{IDEAL, PlannedInstrument, Use, load_instrument};
 use gonio::geometry::Symmetry;
 use gonio::instrument::{self, Bench, Ideal, Instrument};
-use gonio::measurement::{About, Measurement, Outcome};
-use gonio::schedule::{Unreachable, Visit};
+use gonio::measurement::About;
+use gonio::schedule::Visit;
 use numpy::PyArray1;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -130,23 +130,6 @@ pub fn check(planned: &PlannedInstrument, symmetry: Symmetry, what: &str) -> PyR
     checked.map_err(of_keys)
 }
 
-/// The measurement of these poses alone: a lattice has others, which a file does not list.
-fn only(mut measurement: Measurement, poses: &[u32], lost: &[(u32, Unreachable)]) -> Measurement {
-    let mut asked = vec![false; measurement.outcomes.len()];
-    for &pose in poses {
-        asked[pose as usize] = true;
-    }
-    for (outcome, asked) in measurement.outcomes.iter_mut().zip(asked) {
-        if !asked {
-            *outcome = Outcome::NotVisited;
-        }
-    }
-    for &(pose, reason) in lost {
-        measurement.outcomes[pose as usize] = Outcome::Unreachable(reason);
-    }
-    measurement
-}
-
 /// What an instrument reads of a material at the poses of a schedule; without one, the ideal instrument.
 ///
 /// Poses that it cannot take have the reason in `outcomes` and NaN for values. `seed` is that of the noise.
@@ -187,7 +170,7 @@ pub fn measure(
     };
     let (Some(planned), Some(instrument)) = (planned, instrument) else {
         let measurement = py.detach(|| match &schedule.order {
-            Some(order) => only(Ideal.measure(brdf, poses), order, &schedule.lost),
+            Some(order) => Ideal.measure(brdf, poses).of_poses(order, &schedule.lost),
             None => Ideal.measure(brdf, poses),
         });
         return Ok(PyMeasurement::new(measurement, about(None), None));

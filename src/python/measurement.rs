@@ -10,6 +10,7 @@ use gonio::files::write_atomically;
 use gonio::formats::{WRITE_READINGS, load_readings};
 use gonio::geometry::Symmetry;
 use gonio::instrument::axis_names;
+use gonio::measurement::pab::by_light;
 use gonio::measurement::{About, Details, Flags, Measurement, Outcome};
 use gonio::numeric::LARGEST_READING;
 use gonio::schedule::{
@@ -19,7 +20,7 @@ use numpy::{PyArray1, PyArray2, PyUntypedArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyType};
 use serde::Deserialize;
-use std::collections::{BTreeMap, HashSet};
+use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::sync::Arc;
 
@@ -87,14 +88,6 @@ fn below_zero(values: &[f64], channels: usize) -> Option<String> {
 }
 
 impl PyMeasurement {
-    /// Directions of the light that have a reading.
-    fn lights(&self) -> usize {
-        let poses = self.measurement.schedule.poses.iter().enumerate();
-        let read = poses.filter(|(i, _)| self.measurement.value(*i).is_some());
-        let light = read.map(|(_, p)| p.pair.omega_i.vector().to_array().map(f64::to_bits));
-        light.collect::<HashSet<_>>().len()
-    }
-
     /// A measurement, and where it comes from.
     pub fn new(measurement: Measurement, about: About, itinerary: Option<Itinerary>) -> Self {
         Self {
@@ -315,7 +308,8 @@ impl PyMeasurement {
         let write = WRITE_READINGS.function(&format);
         let write = write.map_err(|e| unwritable(&e))?;
         refuse_existing(&path, force)?;
-        let several = Some(self.lights()).filter(|n| format.one_light && *n > 1);
+        let lights = by_light(&self.measurement, Sequence::Generated).len();
+        let several = Some(lights).filter(|n| format.one_light && *n > 1);
         if let Some(n) = several {
             let name = format.name;
             return Err(unwritable(&format_args!(

@@ -62,7 +62,7 @@ pub struct Schedule {
 }
 
 impl Schedule {
-    /// Poses that somebody else chose, as those of a table, in their order.
+    /// Poses that somebody else chose, as those of a table, in their order; both directions above the horizon.
     pub fn of_pairs(
         parametrization: Arc<dyn Parametrization>,
         pairs: impl IntoIterator<Item = DirectionPair>,

@@ -2,9 +2,9 @@
 
 import csv
 
-import numpy as np
 import pytest
 
+np = pytest.importorskip("numpy")
 mi = pytest.importorskip("mitsuba")
 
 COUNT = 1000

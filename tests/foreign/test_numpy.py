@@ -1,6 +1,8 @@
 """NumPy opens the archives that gonio writes, and gonio those of NumPy."""
 
-import numpy as np
+import pytest
+
+np = pytest.importorskip("numpy")
 
 MATERIAL = '[[material]]\nkind = "ggx"\nalpha = 0.3\n'
 

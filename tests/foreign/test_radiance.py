@@ -7,9 +7,9 @@ import pathlib
 import subprocess
 import sys
 
-import numpy as np
 import pytest
 
+np = pytest.importorskip("numpy")
 pyradiance = pytest.importorskip("pyradiance")
 
 BIN = pathlib.Path(pyradiance.__file__).parent / "bin"

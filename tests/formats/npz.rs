@@ -138,22 +138,26 @@ fn what_is_no_table_is_refused_by_name() {
                 "(1099511627776, 1099511627776)",
                 &numbers(&[1.0]),
             ),
-            "value",
+            "is cut",
         ),
         ("value.npy", array("<c16", false, "(1,)", &[0; 16]), "c16"),
-        ("value.npy", array("|O", false, "(2,)", &[0; 16]), "value"),
+        (
+            "value.npy",
+            array("|O", false, "(2,)", &[0; 16]),
+            "it holds",
+        ),
         (
             "omega_i.npy",
             array("<f8", true, "(2, 3)", &[0; 48]),
             "Fortran",
         ),
-        ("header.npy", column(&[1.0, 2.0]), "header"),
+        ("header.npy", column(&[1.0, 2.0]), "header holds numbers"),
         (
             "value.npy",
             b"\x93NUMPY\x02\x00\xff\xff\xff\xff{".to_vec(),
             "cut",
         ),
-        ("value.npy", Vec::new(), "value"),
+        ("value.npy", Vec::new(), "is cut"),
     ];
     for (name, bytes, expected) in cases {
         let told = with(name, bytes).unwrap_err().to_string();

@@ -1,7 +1,7 @@
 //! A MERL file as a config names it.
 
 use super::super::{label_of, without_wavelengths};
-use super::{Merl, MerlError, check};
+use super::{Merl, check};
 use crate::brdf::{Brdf, BrdfSpec, BuildError, Channels, Favours, Tables};
 use crate::geometry::Symmetry;
 use crate::registry::{self, Entry};
@@ -58,13 +58,6 @@ impl MerlSpec {
             bilateral: yes(),
         }
     }
-
-    fn data_error(&self, e: MerlError) -> BuildError {
-        BuildError::Data {
-            path: self.path.clone(),
-            message: e.to_string(),
-        }
-    }
 }
 
 impl BrdfSpec for MerlSpec {
@@ -78,11 +71,13 @@ impl BrdfSpec for MerlSpec {
 
     fn check(&self, channels: &Channels) -> Result<(), BuildError> {
         without_wavelengths("path", self.path.display(), channels)?;
-        check(&self.path).map(drop).map_err(|e| self.data_error(e))
+        check(&self.path)
+            .map(drop)
+            .map_err(|e| BuildError::data(&self.path, e))
     }
 
     fn symmetry(&self, _channels: &Channels) -> Result<Symmetry, BuildError> {
-        let grid = check(&self.path).map_err(|e| self.data_error(e))?;
+        let grid = check(&self.path).map_err(|e| BuildError::data(&self.path, e))?;
         Ok(grid.symmetry(self.bilateral))
     }
 
@@ -92,7 +87,8 @@ impl BrdfSpec for MerlSpec {
 
     fn build(&self, channels: Channels) -> Result<Box<dyn Brdf>, BuildError> {
         without_wavelengths("path", self.path.display(), &channels)?;
-        let table = Merl::load(&self.path, channels).map_err(|e| self.data_error(e))?;
+        let table =
+            Merl::load(&self.path, channels).map_err(|e| BuildError::data(&self.path, e))?;
         Ok(Box::new(
             table
                 .with_interpolation(self.interpolation)

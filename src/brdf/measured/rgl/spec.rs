@@ -1,8 +1,8 @@
 //! An RGL file as a config names it.
 
 use super::super::label_of;
+use super::Rgl;
 use super::file::{self, Colours, MOST_OF_ISOTROPIC};
-use super::{Rgl, RglError};
 use crate::brdf::{Brdf, BrdfSpec, BuildError, Channels, Favours, Tables, Wavelengths};
 use crate::error::ParameterError;
 use crate::geometry::Symmetry;
@@ -32,13 +32,6 @@ impl RglSpec {
     /// A file.
     pub fn of(path: PathBuf) -> Self {
         Self { path }
-    }
-
-    fn data_error(&self, e: &RglError) -> BuildError {
-        BuildError::Data {
-            path: self.path.clone(),
-            message: e.to_string(),
-        }
     }
 
     fn suits(&self, colours: &Colours, channels: &Channels) -> Result<(), ParameterError> {
@@ -79,23 +72,28 @@ impl BrdfSpec for RglSpec {
 
     fn check(&self, channels: &Channels) -> Result<(), BuildError> {
         let colours = file::open(&self.path).and_then(|mut head| head.colours());
-        Ok(self.suits(&colours.map_err(|e| self.data_error(&e))?, channels)?)
+        Ok(self.suits(
+            &colours.map_err(|e| BuildError::data(&self.path, e))?,
+            channels,
+        )?)
     }
 
     fn held_channels(&self) -> Result<Option<Channels>, BuildError> {
         let colours = file::open(&self.path).and_then(|mut head| head.colours());
-        Ok(Some(match colours.map_err(|e| self.data_error(&e))? {
-            Colours::Rgb => Channels::Rgb,
-            Colours::Wavelengths(nm) => {
-                let nm: Vec<f64> = nm.iter().map(|v| f64::from(*v)).collect();
-                Channels::Wavelengths(Wavelengths::new(&nm)?)
-            }
-        }))
+        Ok(Some(
+            match colours.map_err(|e| BuildError::data(&self.path, e))? {
+                Colours::Rgb => Channels::Rgb,
+                Colours::Wavelengths(nm) => {
+                    let nm: Vec<f64> = nm.iter().map(|v| f64::from(*v)).collect();
+                    Channels::Wavelengths(Wavelengths::new(&nm)?)
+                }
+            },
+        ))
     }
 
     fn symmetry(&self, _channels: &Channels) -> Result<Symmetry, BuildError> {
         let phi_i = file::open(&self.path).and_then(|mut head| head.phi_i());
-        let phi_i = phi_i.map_err(|e| self.data_error(&e))?;
+        let phi_i = phi_i.map_err(|e| BuildError::data(&self.path, e))?;
         Ok(Symmetry {
             isotropic: phi_i.len() <= MOST_OF_ISOTROPIC,
             ..Symmetry::NONE
@@ -110,7 +108,9 @@ impl BrdfSpec for RglSpec {
         self.check(&channels)?;
         let fields = file::open(&self.path).and_then(|head| head.load());
         let table = fields.and_then(|fields| Rgl::new(fields, channels));
-        Ok(Box::new(table.map_err(|e| self.data_error(&e))?))
+        Ok(Box::new(
+            table.map_err(|e| BuildError::data(&self.path, e))?,
+        ))
     }
 
     fn tables(&self) -> Tables {

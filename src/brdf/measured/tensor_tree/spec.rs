@@ -1,8 +1,8 @@
 //! A tensor tree as a config names it.
 
 use super::super::{label_of, without_wavelengths};
+use super::TensorTree;
 use super::read::{check, text};
-use super::{TensorTree, TensorTreeError};
 use crate::brdf::{Brdf, BrdfSpec, BuildError, Channels, Favours, Tables};
 use crate::geometry::Symmetry;
 use crate::registry::{self, Entry};
@@ -35,13 +35,6 @@ impl TensorTreeSpec {
     pub fn of(path: PathBuf) -> Self {
         Self { path }
     }
-
-    fn data_error(&self, e: &TensorTreeError) -> BuildError {
-        BuildError::Data {
-            path: self.path.clone(),
-            message: e.to_string(),
-        }
-    }
 }
 
 impl BrdfSpec for TensorTreeSpec {
@@ -56,7 +49,7 @@ impl BrdfSpec for TensorTreeSpec {
     fn check(&self, channels: &Channels) -> Result<(), BuildError> {
         without_wavelengths("path", self.path.display(), channels)?;
         let checked = text(&self.path).and_then(|text| check(&text));
-        checked.map_err(|e| self.data_error(&e))
+        checked.map_err(|e| BuildError::data(&self.path, e))
     }
 
     fn symmetry(&self, _channels: &Channels) -> Result<Symmetry, BuildError> {
@@ -70,7 +63,9 @@ impl BrdfSpec for TensorTreeSpec {
     fn build(&self, channels: Channels) -> Result<Box<dyn Brdf>, BuildError> {
         without_wavelengths("path", self.path.display(), &channels)?;
         let table = text(&self.path).and_then(|text| TensorTree::read(&text, channels));
-        Ok(Box::new(table.map_err(|e| self.data_error(&e))?))
+        Ok(Box::new(
+            table.map_err(|e| BuildError::data(&self.path, e))?,
+        ))
     }
 
     fn tables(&self) -> Tables {

@@ -1,7 +1,7 @@
 //! A UTIA file as a config names it.
 
 use super::super::{label_of, without_wavelengths};
-use super::{Utia, UtiaError, check};
+use super::{Utia, check};
 use crate::brdf::{Brdf, BrdfSpec, BuildError, Channels, Favours, Tables};
 use crate::error::in_left_open;
 use crate::geometry::Symmetry;
@@ -40,13 +40,6 @@ impl UtiaSpec {
         let scale = one();
         Self { path, scale }
     }
-
-    fn data_error(&self, e: UtiaError) -> BuildError {
-        BuildError::Data {
-            path: self.path.clone(),
-            message: e.to_string(),
-        }
-    }
 }
 
 impl BrdfSpec for UtiaSpec {
@@ -61,7 +54,7 @@ impl BrdfSpec for UtiaSpec {
     fn check(&self, channels: &Channels) -> Result<(), BuildError> {
         without_wavelengths("path", self.path.display(), channels)?;
         in_left_open("scale", self.scale, 0.0, 1e6)?;
-        check(&self.path).map_err(|e| self.data_error(e))
+        check(&self.path).map_err(|e| BuildError::data(&self.path, e))
     }
 
     fn symmetry(&self, _channels: &Channels) -> Result<Symmetry, BuildError> {
@@ -75,7 +68,9 @@ impl BrdfSpec for UtiaSpec {
     fn build(&self, channels: Channels) -> Result<Box<dyn Brdf>, BuildError> {
         self.check(&channels)?;
         let table = Utia::load(&self.path, self.scale, channels);
-        Ok(Box::new(table.map_err(|e| self.data_error(e))?))
+        Ok(Box::new(
+            table.map_err(|e| BuildError::data(&self.path, e))?,
+        ))
     }
 
     fn tables(&self) -> Tables {

@@ -39,10 +39,7 @@ impl ZemaxSpec {
             ZemaxError::Monochrome | ZemaxError::Tristimulus => {
                 ParameterError::new("path", self.path.display(), e.to_string()).into()
             }
-            e => BuildError::Data {
-                path: self.path.clone(),
-                message: e.to_string(),
-            },
+            e => BuildError::data(&self.path, e),
         }
     }
 
