@@ -46,6 +46,22 @@ fn archive(files: &[(&str, Vec<u8>)]) -> Vec<u8> {
     zip.finish().unwrap().into_inner()
 }
 
+/// The archive of one file, whose list of files gives it this size in the field for large ones.
+fn promising(size: u64, mut archive: Vec<u8>) -> Vec<u8> {
+    let find = |a: &[u8], mark: &[u8]| a.windows(4).rposition(|w| w == mark).unwrap();
+    let entry = find(&archive, b"PK\x01\x02");
+    archive[entry + 24..entry + 28].fill(0xff);
+    let name = usize::from(archive[entry + 28]);
+    assert_eq!(archive[entry + 30], 0);
+    archive[entry + 30] = 12;
+    let field = [&[1, 0, 8, 0], &size.to_le_bytes()[..]].concat();
+    let place = entry + 46 + name;
+    archive.splice(place..place, field);
+    let end = find(&archive, b"PK\x05\x06");
+    archive[end + 12] += 12;
+    archive
+}
+
 /// Vectors of any length in place of angles, single precision, integers, packed; by another writer of arrays.
 #[test]
 fn vectors_stand_for_angles() {
@@ -195,6 +211,8 @@ fn what_is_no_table_is_refused_by_name() {
     for cut in [0, 3, 30, whole.len() / 2, whole.len() - 1] {
         assert!(as_text("npz", &whole[..cut]).is_err());
     }
+    let told = as_text("npz", &promising(u64::MAX, whole)).unwrap_err();
+    assert!(told.to_string().contains("promise to hold"), "{told}");
     assert!(as_text("npz", &archive(&[])).is_err());
     assert!(
         as_text("npz", b"theta_i_deg,value\n")

@@ -333,9 +333,9 @@ fn columns(bytes: &[u8]) -> Result<Vec<Column>, String> {
             ));
         }
         // Every number takes eight bytes in the end.
-        total = total.saturating_add(8 * file.size());
-        may_unpack(8 * bytes.len() as u64, total).map_err(|e| e.to_string())?;
         let size = file.size();
+        total = total.saturating_add(size.saturating_mul(8));
+        may_unpack(8 * bytes.len() as u64, total).map_err(|e| e.to_string())?;
         let mut content = Vec::new();
         let read = file.take(size).read_to_end(&mut content);
         read.map_err(|e| told(name, &e))?;
