@@ -526,14 +526,25 @@ fn anisotropic_tables_are_refused_before_they_are_made() {
 }
 
 #[test]
-fn pictures_need_a_build_that_has_them() {
-    let made = plan(GOOD, &["output.slices=true"]);
-    if cfg!(feature = "pictures") {
-        assert!(made.unwrap().output.slices);
-    } else {
-        let (message, code) = refusal(GOOD, &["output.slices=true"]);
-        assert!(message.contains("output.slices = true: allowed is false in this build"));
-        assert_eq!(code, 2);
+fn output_needs_a_build_that_can_make_it() {
+    let cases = [
+        ("slices", "pictures", cfg!(feature = "pictures")),
+        ("parquet", "parquet", cfg!(feature = "parquet")),
+    ];
+    for (key, feature, is_there) in cases {
+        let set = format!("output.{key}=true");
+        if is_there {
+            assert!(plan(GOOD, &[&set]).is_ok());
+        } else {
+            let (message, code) = refusal(GOOD, &[&set]);
+            let told = format!("output.{key} = true: allowed is false in this build");
+            assert!(message.contains(&told), "{message}");
+            assert!(
+                message.contains(&format!("the feature {feature}")),
+                "{message}"
+            );
+            assert_eq!(code, 2);
+        }
     }
 }
 

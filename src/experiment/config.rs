@@ -170,6 +170,8 @@ pub struct Output {
     pub schedules: Schedules,
     /// Pictures of a slice of truth, reconstruction and difference.
     pub slices: bool,
+    /// `results.parquet` beside `results.csv`: the same columns with their types.
+    pub parquet: bool,
 }
 
 /// Format of the schedules that are written: `false` (none) or the name of a format.

@@ -145,11 +145,27 @@ pub(super) fn check_quantities(config: &Config<'_>) -> Result<bool, Error> {
 }
 
 pub(super) fn check_output(config: &Config<'_>) -> Result<(), Error> {
-    if config.output.slices && cfg!(not(feature = "pictures")) {
-        let path = KeyPath::of("output").key("slices");
-        let allowed = "false in this build, which has no OpenEXR; true in one with the feature exr";
-        let e = ParameterError::new(path.to_string(), true, allowed);
-        return Err(config.source.error_at(&path, e));
+    let needed = [
+        (
+            "slices",
+            config.output.slices,
+            "pictures",
+            cfg!(feature = "pictures"),
+        ),
+        (
+            "parquet",
+            config.output.parquet,
+            "parquet",
+            cfg!(feature = "parquet"),
+        ),
+    ];
+    for (key, is_asked, feature, is_there) in needed {
+        if is_asked && !is_there {
+            let path = KeyPath::of("output").key(key);
+            let allowed = format!("false in this build; true in one with the feature {feature}");
+            let e = ParameterError::new(path.to_string(), true, allowed);
+            return Err(config.source.error_at(&path, e));
+        }
     }
     Ok(())
 }

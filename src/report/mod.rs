@@ -12,6 +12,8 @@ mod stability;
 #[cfg(feature = "pictures")]
 mod svg;
 
+#[cfg(feature = "parquet")]
+pub use acquisition::results_parquet;
 pub use acquisition::{
     Table, calibration, error_text, instruments, ranking, ranking_csv, results_csv, study_text,
 };
@@ -25,9 +27,9 @@ pub use moments::{
     relations_lines, relations_summary, study_table, summary_json,
 };
 pub use run::{
-    Below, CONFIG, CORRELATIONS, FITS, MadeBy, MadeFrom, Manifest, Outcome, PROFILES, RANKING,
-    RELATIONS, REPORT, RESULTS, RunFolder, SUMMARY, Status, file_stem, read_rows, schedule_stem,
-    slice_name,
+    Below, CONFIG, CORRELATIONS, FITS, MadeBy, MadeFrom, Manifest, Outcome, PARQUET, PROFILES,
+    RANKING, RELATIONS, REPORT, RESULTS, RunFolder, SUMMARY, Status, file_stem, read_rows,
+    schedule_stem, slice_name,
 };
 
 #[cfg(all(feature = "stability", feature = "pictures"))]

@@ -46,6 +46,25 @@ def test_numpy_reads_readings_and_writes_its_own(gonio, tmp_path):
     gonio("reconstruct", mine, "--reconstruction", "nearest", "-o", tmp_path / "copy.binary")
 
 
+def test_a_reconstruction_comes_on_any_grid(gonio, tmp_path):
+    config, scene = tmp_path / "truth.toml", tmp_path / "scene.toml"
+    config.write_text(MATERIAL)
+    scene.write_text(f'[[material]]\nkind = "readings"\nfile = "{tmp_path}/mine.npz"\n')
+    poses, mine = tmp_path / "poses.npz", tmp_path / "mine.npz"
+    gonio("schedule", config, "--budget", 300, "-o", poses)
+    gonio("measure", poses, "--config", config, "-o", mine)
+    # Where the readings are it has their values.
+    gonio("measure", poses, "--config", scene, "-o", tmp_path / "again.npz")
+    np.testing.assert_allclose(np.load(tmp_path / "again.npz")["value"], np.load(mine)["value"], rtol=1e-9)
+    grid, copy = tmp_path / "grid.npz", tmp_path / "copy.npz"
+    gonio("schedule", scene, "--budget", 5000, "-o", grid)
+    gonio("measure", grid, "--config", scene, "-o", copy)
+    grid, copy = np.load(grid), np.load(copy)
+    for name in ("theta_h_deg", "theta_d_deg", "phi_d_deg", "omega_i", "omega_o"):
+        np.testing.assert_array_equal(copy[name], grid[name])
+    assert len(copy["value"]) > 4000 and np.all(copy["value"] > 0)
+
+
 def test_what_is_no_table_is_refused(gonio, tmp_path):
     np.savez(tmp_path / "bad.npz", omega_i=np.ones((4, 3)), value=np.ones((4, 2)))
     gonio("reconstruct", tmp_path / "bad.npz", "-o", tmp_path / "c.binary", code=3)

@@ -8,8 +8,9 @@ use crate::experiment::{Event, Findings, Kind, Observer, Plan, QuantityGroup, Ro
 use crate::metrics::{Measure, MetricsSpec};
 use crate::report::Studio;
 use crate::report::{
-    Below, MaterialPictures, Picture, RANKING, REPORT, RESULTS, RunFolder, Table, calibration,
-    instruments, ranking, ranking_csv, results_csv, schedule_stem, study_html, study_text,
+    Below, MaterialPictures, PARQUET, Picture, RANKING, REPORT, RESULTS, RunFolder, Table,
+    calibration, instruments, ranking, ranking_csv, results_csv, results_parquet, schedule_stem,
+    study_html, study_text,
 };
 use std::cell::RefCell;
 use std::io::Write;
@@ -58,6 +59,10 @@ impl Shown for Plan {
         let mut table = Vec::new();
         let internal = |e: &dyn std::fmt::Display| Error::Internal(e.to_string());
         results_csv(&rows, &mut table).map_err(|e| internal(&e))?;
+        let mut typed = Vec::new();
+        if self.output.parquet {
+            results_parquet(&rows, &mut typed).map_err(|e| internal(&e))?;
+        }
         let report = match end.whole && end.ended {
             false => None,
             true => {
@@ -72,6 +77,9 @@ impl Shown for Plan {
             }
         };
         folder.write_file(RESULTS, |out| out.write_all(&table))?;
+        if self.output.parquet {
+            folder.write_file(PARQUET, |out| out.write_all(&typed))?;
+        }
         let Some((findings, html)) = report else {
             return Ok(());
         };

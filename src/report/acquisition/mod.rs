@@ -6,6 +6,8 @@ mod findings;
 mod html;
 mod instruments;
 mod order;
+#[cfg(feature = "parquet")]
+mod parquet;
 mod ranking;
 mod ranking_csv;
 mod results;
@@ -20,6 +22,8 @@ pub use html::frame;
 #[cfg(feature = "pictures")]
 pub use html::{MaterialPictures, Media, Picture, html as study_html, study_curves};
 pub use instruments::instruments;
+#[cfg(feature = "parquet")]
+pub use parquet::results_parquet;
 pub use ranking::ranking;
 pub use ranking_csv::ranking_csv;
 pub use results::results_csv;

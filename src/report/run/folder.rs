@@ -11,6 +11,7 @@
 //!
 //! ```text
 //! results.csv       the rows of the config in its order
+//! results.parquet   if asked: the same with typed columns
 //! ranking.csv       every choice at every allowance with its statistics
 //! report.html       rankings, comparisons and a verdict
 //! pictures/         the pictures of the report
@@ -47,6 +48,8 @@ const CONFIG_HEAD: &str = "\
 ";
 /// The rows of an acquisition as a table.
 pub const RESULTS: &str = "results.csv";
+/// [`RESULTS`] with typed columns.
+pub const PARQUET: &str = "results.parquet";
 /// The table of every choice with its statistics.
 pub const RANKING: &str = "ranking.csv";
 /// The report of a study.
@@ -63,9 +66,10 @@ pub const SUMMARY: &str = "summary.json";
 pub const RELATIONS: &str = "relations.csv";
 
 /// Files made from all records: removed as soon as there is another record.
-const OF_ALL: [&str; 9] = [
+const OF_ALL: [&str; 10] = [
     MANIFEST,
     RESULTS,
+    PARQUET,
     RANKING,
     REPORT,
     PROFILES,

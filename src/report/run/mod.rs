@@ -5,7 +5,7 @@ mod manifest;
 mod rows;
 
 pub use folder::{
-    Below, CONFIG, CORRELATIONS, FITS, PROFILES, RANKING, RELATIONS, REPORT, RESULTS, RunFolder,
-    SUMMARY, file_stem, read_rows, schedule_stem, slice_name,
+    Below, CONFIG, CORRELATIONS, FITS, PARQUET, PROFILES, RANKING, RELATIONS, REPORT, RESULTS,
+    RunFolder, SUMMARY, file_stem, read_rows, schedule_stem, slice_name,
 };
 pub use manifest::{MadeBy, MadeFrom, Manifest, Outcome, Status};

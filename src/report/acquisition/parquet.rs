@@ -1,0 +1,202 @@
+//! `results.parquet`: the rows of an acquisition as a table of typed columns.
+
+use crate::experiment::{Row, quantities};
+use parquet::basic::{Compression, LogicalType, Repetition, Type as Physical};
+use parquet::data_type::{BoolType, ByteArray, ByteArrayType, DoubleType, Int64Type};
+use parquet::errors::ParquetError;
+use parquet::file::properties::WriterProperties;
+use parquet::file::writer::{SerializedColumnWriter, SerializedFileWriter};
+use parquet::schema::types::Type;
+use serde_json::{Map, Value};
+use std::io::{self, Write};
+use std::sync::Arc;
+
+/// Rows of one group: they are held in memory as they are written.
+const GROUP: usize = 8192;
+
+/// What a column holds.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Kind {
+    Text,
+    Flag,
+    /// Integers from 0, 64 bits.
+    Count,
+    /// Numbers of double precision.
+    Real,
+}
+
+/// Writes rows as Parquet: a column per key of `results.jsonl`, in the same order. Texts are UTF-8, counts and seeds
+/// unsigned integers of 64 bits, other numbers doubles; undefined values are null.
+///
+/// # Errors
+/// Errors of `out`.
+pub fn results_parquet(rows: &[&Row], out: impl Write + Send) -> io::Result<()> {
+    written(rows, out).map_err(|e| match e {
+        ParquetError::External(inner) => match inner.downcast::<io::Error>() {
+            Ok(e) => *e,
+            Err(inner) => io::Error::other(inner),
+        },
+        e => io::Error::other(e),
+    })
+}
+
+fn cells(row: &Row) -> Result<Map<String, Value>, ParquetError> {
+    match serde_json::to_value(row) {
+        Ok(Value::Object(cells)) => Ok(cells),
+        Ok(_) => unreachable!("a row is an object"),
+        Err(e) => Err(ParquetError::External(Box::new(e))),
+    }
+}
+
+/// Names and kinds of the columns. What a row without values has tells the kind: only numbers may be undefined.
+fn columns() -> Result<Vec<(String, Kind)>, ParquetError> {
+    let is_count = |name: &str| quantities().iter().any(|q| q.is_count && q.name == name);
+    let column = |(name, value): (String, Value)| {
+        let kind = match value {
+            Value::String(_) => Kind::Text,
+            Value::Bool(_) => Kind::Flag,
+            Value::Number(n) if n.is_u64() => Kind::Count,
+            _ if is_count(&name) => Kind::Count,
+            _ => Kind::Real,
+        };
+        (name, kind)
+    };
+    Ok(cells(&Row::default())?.into_iter().map(column).collect())
+}
+
+fn field(name: &str, kind: Kind) -> Result<Arc<Type>, ParquetError> {
+    let (physical, logical) = match kind {
+        Kind::Text => (Physical::BYTE_ARRAY, Some(LogicalType::String)),
+        Kind::Flag => (Physical::BOOLEAN, None),
+        Kind::Count => (Physical::INT64, Some(LogicalType::integer(64, false))),
+        Kind::Real => (Physical::DOUBLE, None),
+    };
+    let field = Type::primitive_type_builder(name, physical)
+        .with_repetition(Repetition::OPTIONAL)
+        .with_logical_type(logical);
+    field.build().map(Arc::new)
+}
+
+fn written(rows: &[&Row], out: impl Write + Send) -> Result<(), ParquetError> {
+    let columns = columns()?;
+    let fields: Result<_, _> = columns
+        .iter()
+        .map(|(name, kind)| field(name, *kind))
+        .collect();
+    let schema = Type::group_type_builder("results")
+        .with_fields(fields?)
+        .build()?;
+    let properties = WriterProperties::builder()
+        .set_compression(Compression::SNAPPY)
+        .set_created_by(concat!("gonio ", env!("CARGO_PKG_VERSION")).into())
+        .build();
+    let mut file = SerializedFileWriter::new(out, Arc::new(schema), Arc::new(properties))?;
+    for rows in rows.chunks(GROUP) {
+        let rows: Result<Vec<_>, _> = rows.iter().map(|row| cells(row)).collect();
+        let rows = rows?;
+        let mut group = file.next_row_group()?;
+        for (name, kind) in &columns {
+            let mut column = group.next_column()?.expect("a column for each field");
+            let cells = rows.iter().map(|row| &row[name]);
+            write_column(&mut column, *kind, cells)?;
+            column.close()?;
+        }
+        group.close()?;
+    }
+    file.close().map(|_| ())
+}
+
+fn write_column<'a>(
+    column: &mut SerializedColumnWriter<'_>,
+    kind: Kind,
+    cells: impl Iterator<Item = &'a Value> + Clone,
+) -> Result<(), ParquetError> {
+    let defined: Vec<i16> = cells
+        .clone()
+        .map(|cell| i16::from(!cell.is_null()))
+        .collect();
+    macro_rules! write {
+        ($of:ty, $get:expr) => {{
+            let values: Vec<_> = cells.filter_map($get).collect();
+            column
+                .typed::<$of>()
+                .write_batch(&values, Some(&defined), None)
+        }};
+    }
+    match kind {
+        Kind::Text => write!(ByteArrayType, |c| c.as_str().map(ByteArray::from)),
+        Kind::Flag => write!(BoolType, Value::as_bool),
+        // The bits of an unsigned integer, as its logical type says.
+        Kind::Count => write!(Int64Type, |c| c.as_u64().map(|n| n as i64)),
+        Kind::Real => write!(DoubleType, Value::as_f64),
+    }?;
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use parquet::file::reader::{FileReader, SerializedFileReader};
+    use parquet::record::Field;
+    use std::fs::File;
+
+    fn reread(rows: &[Row]) -> SerializedFileReader<File> {
+        let file = tempfile::tempfile().unwrap();
+        results_parquet(&rows.iter().collect::<Vec<_>>(), &file).unwrap();
+        SerializedFileReader::new(file).unwrap()
+    }
+
+    /// Cells of all kinds, defined and not, in more rows than a group has, come back as those of results.jsonl.
+    #[test]
+    fn every_cell_comes_back() {
+        let row = |i: usize| {
+            let mut row = Row {
+                material: format!("\u{e4}, \"{i}\"\n"),
+                seed: u64::MAX - i as u64,
+                converged: i.is_multiple_of(3),
+                reachable: 1.0 / (i as f64 + 3.0),
+                instrument_seconds: i.is_multiple_of(2).then_some(i as f64),
+                ..Row::default()
+            };
+            for (d, quantity) in quantities().iter().enumerate() {
+                let value = if quantity.is_count { 7.0 } else { -1e-300 };
+                let value = (!(i + d).is_multiple_of(5)).then_some(value);
+                row.quantities.set(quantity.name, value);
+            }
+            row
+        };
+        let rows: Vec<Row> = (0..GROUP + 3).map(row).collect();
+        let file = reread(&rows);
+        assert_eq!(file.num_row_groups(), 2);
+        let mut read = file.get_row_iter(None).unwrap();
+        for row in &rows {
+            let found = read.next().unwrap().unwrap();
+            let expected = cells(row).unwrap();
+            assert_eq!(found.len(), expected.len());
+            for ((name, field), (key, value)) in found.get_column_iter().zip(&expected) {
+                assert_eq!(name, key);
+                let same = match field {
+                    Field::Null => value.is_null(),
+                    Field::Str(text) => value.as_str() == Some(text),
+                    Field::Bool(flag) => value.as_bool() == Some(*flag),
+                    Field::ULong(n) => value.as_u64() == Some(*n),
+                    Field::Double(x) => value.as_f64().map(f64::to_bits) == Some(x.to_bits()),
+                    _ => false,
+                };
+                assert!(same, "{name}: {field:?}, not {value}");
+            }
+        }
+        assert!(read.next().is_none());
+    }
+
+    #[test]
+    fn without_rows_there_are_columns() {
+        let file = reread(&[]);
+        let schema = file.metadata().file_metadata().schema_descr();
+        let names: Vec<_> = schema.columns().iter().map(|c| c.name()).collect();
+        assert_eq!(
+            names,
+            Row::columns().map(|(name, _)| name).collect::<Vec<_>>()
+        );
+    }
+}
