@@ -20,14 +20,17 @@ use std::path::{Path, PathBuf};
 const PAIRS: usize = 4096;
 
 #[derive(Debug, Args)]
-#[command(after_help = "\
+#[command(
+    override_usage = "gonio convert [OPTIONS] <IN>… <OUT>",
+    after_help = "\
 Tables become tables, readings readings, schedules schedules; a file that is written is read again and compared:
 
   gonio convert gold.binary gold.bsdf
   gonio convert scans/*.pab all.npz
   gonio convert lab.csv --quantity percent lab.astm
 
-A table of readings is made by `gonio reconstruct`, readings of a table by `gonio measure`.")]
+A table of readings is made by `gonio reconstruct`, readings of a table by `gonio measure`."
+)]
 pub(super) struct Convert {
     #[arg(value_name = "IN… OUT", num_args = 2.., required = true,
         help = format!("The files to read, several of readings, and the one to write ({})", WRITE.extensions(".")))]

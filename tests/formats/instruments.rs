@@ -299,6 +299,25 @@ fn what_cannot_be_is_refused_with_its_line() {
     }
 }
 
+/// A light whose rows are not all there, or not at all, before another one.
+#[test]
+fn each_light_has_the_rows_that_it_promises() {
+    let cut = PAB.replace("file\t3", "file\t4");
+    let none = &PAB[..PAB.find("60 270").unwrap()];
+    for (first, rows) in [(&cut[..], 3), (none, 0)] {
+        let text = format!("{first}{PAB}");
+        let told = try_read(&text, Conventions::default()).err().unwrap();
+        let part = format!(": {rows} rows are there");
+        assert!(told.to_string().contains(&part), "{told}");
+        let conventions = Conventions {
+            partial: true,
+            ..Conventions::default()
+        };
+        let read = try_read(&text, conventions).unwrap().measurement;
+        assert_eq!(read.readings(), 2);
+    }
+}
+
 #[test]
 fn conventions_of_the_command_line_are_for_them_too() {
     let conventions = Conventions {
