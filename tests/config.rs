@@ -534,7 +534,11 @@ fn output_needs_a_build_that_can_make_it() {
     for (key, feature, is_there) in cases {
         let set = format!("output.{key}=true");
         if is_there {
-            assert!(plan(GOOD, &[&set]).is_ok());
+            let output = plan(GOOD, &[&set]).unwrap().output;
+            assert_eq!(
+                [output.slices, output.parquet],
+                [key == "slices", key == "parquet"]
+            );
         } else {
             let (message, code) = refusal(GOOD, &[&set]);
             let told = format!("output.{key} = true: allowed is false in this build");

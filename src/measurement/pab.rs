@@ -117,9 +117,7 @@ impl Header {
             },
             ["datapoints_in_file", n] => match n.parse() {
                 Ok(n) => {
-                    if !partial {
-                        self.check_rows(name)?;
-                    }
+                    self.check_rows(name, partial)?;
                     self.points = Some((n, line));
                 }
                 Err(_) => return refuse("is a whole number"),
@@ -132,10 +130,10 @@ impl Header {
         Ok(())
     }
 
-    /// Checks that there are as many rows as were promised.
-    fn check_rows(&self, name: &str) -> Result<(), FileError> {
+    /// Checks that there are as many rows as were promised, unless files may be cut.
+    fn check_rows(&self, name: &str, partial: bool) -> Result<(), FileError> {
         match self.points {
-            Some((points, line)) if points != self.rows => {
+            Some((points, line)) if points != self.rows && !partial => {
                 let message = format!("#datapoints_in_file {points}: {} rows are there", self.rows);
                 let e = FileError::at(name, line, message);
                 Err(match self.rows < points {
@@ -168,9 +166,7 @@ pub fn read(text: &str, name: &str, assume: &Assume) -> Result<Scattered, FileEr
         if content.starts_with('#') {
             if header.rows > 0 {
                 // The next light; what the values are may have been said once.
-                if !conventions.partial {
-                    header.check_rows(name)?;
-                }
+                header.check_rows(name, conventions.partial)?;
                 header = Header {
                     quantity: header.quantity,
                     channels: header.channels,
@@ -214,9 +210,7 @@ pub fn read(text: &str, name: &str, assume: &Assume) -> Result<Scattered, FileEr
         };
         rows.push(line, [light, view], quantity, &values, &[])?;
     }
-    if !conventions.partial {
-        header.check_rows(name)?;
-    }
+    header.check_rows(name, conventions.partial)?;
     rows.measurement(all.unwrap_or(Channels::Luminance), assume, true)
 }
 

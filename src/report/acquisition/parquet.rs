@@ -1,5 +1,6 @@
 //! `results.parquet`: the rows of an acquisition as a table of typed columns.
 
+use super::results::cells;
 use crate::experiment::{Row, quantities};
 use parquet::basic::{Compression, LogicalType, Repetition, Type as Physical};
 use parquet::data_type::{BoolType, ByteArray, ByteArrayType, DoubleType, Int64Type};
@@ -7,7 +8,7 @@ use parquet::errors::ParquetError;
 use parquet::file::properties::WriterProperties;
 use parquet::file::writer::{SerializedColumnWriter, SerializedFileWriter};
 use parquet::schema::types::Type;
-use serde_json::{Map, Value};
+use serde_json::Value;
 use std::io::{self, Write};
 use std::sync::Arc;
 
@@ -15,7 +16,7 @@ use std::sync::Arc;
 const GROUP: usize = 8192;
 
 /// What a column holds.
-#[derive(Clone, Copy, PartialEq, Eq)]
+#[derive(Clone, Copy)]
 enum Kind {
     Text,
     Flag,
@@ -31,25 +32,12 @@ enum Kind {
 /// # Errors
 /// Errors of `out`.
 pub fn results_parquet(rows: &[&Row], out: impl Write + Send) -> io::Result<()> {
-    written(rows, out).map_err(|e| match e {
-        ParquetError::External(inner) => match inner.downcast::<io::Error>() {
-            Ok(e) => *e,
-            Err(inner) => io::Error::other(inner),
-        },
-        e => io::Error::other(e),
-    })
-}
-
-fn cells(row: &Row) -> Result<Map<String, Value>, ParquetError> {
-    match serde_json::to_value(row) {
-        Ok(Value::Object(cells)) => Ok(cells),
-        Ok(_) => unreachable!("a row is an object"),
-        Err(e) => Err(ParquetError::External(Box::new(e))),
-    }
+    let columns = columns()?;
+    written(rows, &columns, out).map_err(io::Error::other)
 }
 
 /// Names and kinds of the columns. What a row without values has tells the kind: only numbers may be undefined.
-fn columns() -> Result<Vec<(String, Kind)>, ParquetError> {
+fn columns() -> serde_json::Result<Vec<(String, Kind)>> {
     let is_count = |name: &str| quantities().iter().any(|q| q.is_count && q.name == name);
     let column = |(name, value): (String, Value)| {
         let kind = match value {
@@ -77,8 +65,11 @@ fn field(name: &str, kind: Kind) -> Result<Arc<Type>, ParquetError> {
     field.build().map(Arc::new)
 }
 
-fn written(rows: &[&Row], out: impl Write + Send) -> Result<(), ParquetError> {
-    let columns = columns()?;
+fn written(
+    rows: &[&Row],
+    columns: &[(String, Kind)],
+    out: impl Write + Send,
+) -> Result<(), ParquetError> {
     let fields: Result<_, _> = columns
         .iter()
         .map(|(name, kind)| field(name, *kind))
@@ -92,11 +83,11 @@ fn written(rows: &[&Row], out: impl Write + Send) -> Result<(), ParquetError> {
         .build();
     let mut file = SerializedFileWriter::new(out, Arc::new(schema), Arc::new(properties))?;
     for rows in rows.chunks(GROUP) {
-        let rows: Result<Vec<_>, _> = rows.iter().map(|row| cells(row)).collect();
-        let rows = rows?;
+        let rows: serde_json::Result<Vec<_>> = rows.iter().map(|row| cells(row)).collect();
+        let rows = rows.map_err(|e| ParquetError::External(Box::new(e)))?;
         let mut group = file.next_row_group()?;
-        for (name, kind) in &columns {
-            let mut column = group.next_column()?.expect("a column for each field");
+        let mut columns = columns.iter();
+        while let (Some(mut column), Some((name, kind))) = (group.next_column()?, columns.next()) {
             let cells = rows.iter().map(|row| &row[name]);
             write_column(&mut column, *kind, cells)?;
             column.close()?;

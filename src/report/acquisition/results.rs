@@ -1,7 +1,7 @@
 //! `results.csv`: the rows of an acquisition as a table.
 
 use crate::experiment::Row;
-use serde_json::Value;
+use serde_json::{Map, Value};
 use std::io::{self, Write};
 
 /// Writes rows as CSV: a column per key of `results.jsonl`, in the same order; undefined values are
@@ -13,14 +13,19 @@ pub fn results_csv(rows: &[&Row], out: &mut impl Write) -> io::Result<()> {
     let mut csv = csv::Writer::from_writer(out);
     csv.write_record(Row::columns().map(|(name, _)| name))?;
     for row in rows {
-        let Value::Object(cells) = serde_json::to_value(row)? else {
-            continue;
-        };
-        csv.write_record(cells.values().map(|value| match value {
+        csv.write_record(cells(row)?.values().map(|value| match value {
             Value::Null => String::new(),
             Value::String(text) => text.clone(),
             other => other.to_string(),
         }))?;
     }
     csv.flush()
+}
+
+/// The columns of a row, in order, with their values.
+pub(super) fn cells(row: &Row) -> serde_json::Result<Map<String, Value>> {
+    match serde_json::to_value(row)? {
+        Value::Object(cells) => Ok(cells),
+        _ => Ok(Map::new()),
+    }
 }

@@ -332,10 +332,16 @@ fn columns(bytes: &[u8]) -> Result<Vec<Column>, String> {
                 "the array {name:?} has a long name; allowed: at most {LONGEST_NAME} bytes"
             ));
         }
-        // Every number takes eight bytes in the end.
         let size = file.size();
-        total = total.saturating_add(size.saturating_mul(8));
-        may_unpack(8 * bytes.len() as u64, total).map_err(|e| e.to_string())?;
+        total = total.saturating_add(size);
+        may_unpack(bytes.len() as u64, total).map_err(|e| e.to_string())?;
+        // Every number takes eight bytes in the end.
+        if total > UNPACKED_LIMIT / 8 {
+            let most = UNPACKED_LIMIT / 8;
+            return Err(format!(
+                "the arrays hold {total} bytes; allowed: at most {most}"
+            ));
+        }
         let mut content = Vec::new();
         let read = file.take(size).read_to_end(&mut content);
         read.map_err(|e| told(name, &e))?;
