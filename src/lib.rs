@@ -109,6 +109,7 @@ pub mod files;
 pub mod formats;
 pub mod geometry;
 pub mod instrument;
+pub mod light_paths;
 pub mod lighting;
 pub mod measurement;
 pub mod metrics;

@@ -8,6 +8,7 @@ use crate::experiment::{self, Kind, Row, Use};
 use crate::formats;
 use crate::geometry::Symmetry;
 use crate::instrument::{self, InstrumentSpec, Order};
+use crate::light_paths;
 use crate::lighting;
 use crate::metrics::Measure;
 use crate::moments;
@@ -41,6 +42,10 @@ enum Family {
     Measures,
     Estimators,
     Lightings,
+    /// Height fields, of gonio surface
+    Surfaces,
+    /// Facets of surfaces and of smith-multiple
+    Facets,
     Instruments,
     Formats,
     Columns,
@@ -302,6 +307,15 @@ fn sections(family: Family) -> Vec<Section> {
             let title = "lightings: [[lighting]] with kind = … of relations, [lighting] of moments";
             let members = entries(&lighting::all(), |light| light.resolved());
             Section::new("lightings", title, members)
+        }
+        Family::Surfaces => {
+            let members = entries(&light_paths::surface::all(), |surface| surface.resolved());
+            Section::new("surfaces", "surfaces: gonio surface KIND", members)
+        }
+        Family::Facets => {
+            let title = "facets: facets = { kind = … } of smith-multiple and of surfaces";
+            let members = entries(&light_paths::facets(), |facets| facets.resolved());
+            Section::new("facets", title, members)
         }
         Family::Instruments => return instruments(),
         Family::Formats => {

@@ -34,6 +34,7 @@ mod shell;
 mod slice;
 mod stability;
 mod subset;
+mod surface;
 mod symmetry;
 mod tabulate;
 mod talk;
@@ -108,6 +109,8 @@ enum Command {
     Picture(picture::Picture),
     /// The light paths that a box of coordinates stands for
     Subset(subset::Subset),
+    /// A rough surface: its statistics, and the light that leaves it after one facet or several
+    Surface(surface::SurfaceArgs),
     #[command(about = format!("Write a material of a config as a table ({})", WRITE_TABLE.extensions(".")))]
     Tabulate(tabulate::Tabulate),
     /// Write a table, readings or a schedule in another format, and say what became of them
@@ -198,6 +201,7 @@ impl Command {
             Command::Symmetry(command) => command.run(),
             Command::Picture(command) => command.run(),
             Command::Subset(command) => command.run(),
+            Command::Surface(command) => command.run(),
             Command::Tabulate(command) => command.run(),
             Command::Convert(command) => command.run(),
             Command::Train(command) => command.run(),

@@ -10,6 +10,7 @@ use crate::brdf::{self, BrdfSpec, BuildError, Channels};
 use crate::error::Error;
 use crate::formats::{self, MERL};
 use crate::geometry::Symmetry;
+use crate::light_paths;
 use crate::registry::{self, Entry, ReadError, Table};
 use serde::Deserialize;
 use std::borrow::Cow;
@@ -56,13 +57,17 @@ impl SymmetryTable {
     }
 }
 
-/// Every kind of material that a config can name: the models and tables of [`brdf::all`], and files of
-/// readings, which must be reconstructed first. These join the list of a lower floor as the members of
-/// a program do, so that materials made of other materials have them too.
+/// Every kind of material that a config can name: the models and tables of [`brdf::all`], files of
+/// readings, which must be reconstructed first, and those whose light paths are followed. These join the list of a lower
+/// floor as the members of a program do, so that materials made of other materials have them too.
 pub fn all() -> Vec<Entry<dyn BrdfSpec>> {
     static JOIN: Once = Once::new();
     // A program's own kind of this name stays.
-    JOIN.call_once(|| _ = brdf::join(of_readings::ENTRY));
+    JOIN.call_once(|| {
+        for entry in [of_readings::ENTRY, light_paths::SMITH_MULTIPLE] {
+            _ = brdf::join(entry);
+        }
+    });
     brdf::all()
 }
 

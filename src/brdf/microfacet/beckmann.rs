@@ -11,8 +11,9 @@ use super::{Distribution, MicrofacetSpec};
 use crate::brdf::half_vector::{from_scaled_slope, reflected_pdf, scaled_slope2};
 use crate::brdf::{BrdfSpec, Roughness};
 use crate::registry::Entry;
+use crate::sampling::RandomStream;
 use glam::DVec3;
-use std::f64::consts::{FRAC_2_SQRT_PI, PI};
+use std::f64::consts::{FRAC_2_SQRT_PI, PI, TAU};
 
 /// The registry entry.
 pub const ENTRY: Entry<dyn BrdfSpec> = Entry {
@@ -72,6 +73,38 @@ impl Distribution for Beckmann {
     }
 
     #[inline]
+    fn seen_area(&self, omega: DVec3) -> f64 {
+        if omega.z >= 0.0 {
+            return 0.5 * (self.projected_area(omega) + omega.z);
+        }
+        let (x, y) = (omega.x * self.alpha[0], omega.y * self.alpha[1]);
+        let s = (x * x + y * y).sqrt();
+        // erfc(26) is the last that is no 0; of a view along −n there is nothing.
+        if -omega.z >= 26.0 * s {
+            return 0.0;
+        }
+        let a = -omega.z / s;
+        let seen = 0.5 * FRAC_2_SQRT_PI * s * (-a * a).exp() + omega.z * libm::erfc(a);
+        (0.5 * seen).max(0.0)
+    }
+
+    /// The slope along the view has the density (a + r)⁺ exp(−r²) in units of the roughness, a = z/s, drawn by rejection;
+    /// the slope across it is Gaussian.
+    fn visible_normal(&self, omega: DVec3, random: &mut RandomStream) -> DVec3 {
+        let (x, y) = (omega.x * self.alpha[0], omega.y * self.alpha[1]);
+        let s = (x * x + y * y).sqrt();
+        let (cos, sin) = if s > 0.0 { (x / s, y / s) } else { (1.0, 0.0) };
+        let along = visible_slope(omega.z / s.max(f64::MIN_POSITIVE), random);
+        let across = gaussian(random);
+        DVec3::new(
+            self.alpha[0] * (along * cos - across * sin),
+            self.alpha[1] * (along * sin + across * cos),
+            1.0,
+        )
+        .normalize()
+    }
+
+    #[inline]
     fn sample_normal(&self, _omega_o: DVec3, u: [f64; 2]) -> DVec3 {
         from_scaled_slope((-(-u[0]).ln_1p()).sqrt(), u[1], self.alpha)
     }
@@ -79,5 +112,44 @@ impl Distribution for Beckmann {
     #[inline]
     fn reflected_pdf(&self, h: DVec3, cos_d: f64, _omega_o: DVec3) -> f64 {
         reflected_pdf(self.density(h) * h.z, cos_d)
+    }
+}
+
+/// A number of density exp(−x²)/√π.
+fn gaussian(random: &mut RandomStream) -> f64 {
+    let radius = (-(-random.next()).ln_1p()).sqrt();
+    radius * (TAU * random.next()).cos()
+}
+
+/// A number of density ∝ (a + r)⁺ exp(−r²).
+fn visible_slope(a: f64, random: &mut RandomStream) -> f64 {
+    let rayleigh = |random: &mut RandomStream| (-(-random.next()).ln_1p()).sqrt();
+    loop {
+        if a >= 0.0 {
+            // Of a exp(−r²) + |r| exp(−r²).
+            let flat = 1.0 / (1.0 + 1.0 / (a * PI.sqrt()));
+            let r = if random.next() < flat {
+                gaussian(random)
+            } else if random.next() < 0.5 {
+                rayleigh(random)
+            } else {
+                -rayleigh(random)
+            };
+            if random.next() * (a + r.abs()) < a + r || a.is_infinite() {
+                return r;
+            }
+        } else if a > -0.5 {
+            // r = y − a, of y exp(−y²), which misses exp(2ay).
+            let y = rayleigh(random);
+            if random.next() < (2.0 * a * y).exp() {
+                return y - a;
+            }
+        } else {
+            // Of y exp(2ay), which misses exp(−y²).
+            let y = (((-random.next()).ln_1p()) + (-random.next()).ln_1p()) / (2.0 * a);
+            if random.next() < (-y * y).exp() {
+                return y - a;
+            }
+        }
     }
 }

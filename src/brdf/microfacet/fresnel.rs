@@ -158,6 +158,16 @@ impl FresnelSpec {
         }
     }
 
+    /// How many different values there are to work out: 1 if grey, else one a colour or wavelength.
+    pub fn distinct(&self, channels: &Channels) -> usize {
+        match self {
+            FresnelSpec::Conductor(s) => s.eta.distinct(channels).max(s.kappa.distinct(channels)),
+            FresnelSpec::Dielectric(s) => s.ior.distinct(channels),
+            FresnelSpec::Schlick(s) => s.f0.distinct(channels),
+            FresnelSpec::None => 1,
+        }
+    }
+
     /// Checks every parameter.
     ///
     /// # Errors

@@ -11,6 +11,7 @@ use super::{Distribution, MicrofacetSpec};
 use crate::brdf::{BrdfSpec, Roughness};
 use crate::numeric::safe_sqrt;
 use crate::registry::Entry;
+use crate::sampling::RandomStream;
 use glam::DVec3;
 use std::f64::consts::{PI, TAU};
 
@@ -60,6 +61,23 @@ impl Distribution for Ggx {
     fn projected_area(&self, omega: DVec3) -> f64 {
         let (x, y) = (omega.x * self.alpha[0], omega.y * self.alpha[1]);
         (x * x + y * y + omega.z * omega.z).sqrt()
+    }
+
+    #[inline]
+    fn seen_area(&self, omega: DVec3) -> f64 {
+        let m = self.projected_area(omega);
+        if omega.z >= 0.0 {
+            return 0.5 * (m + omega.z);
+        }
+        // m² − z² without the cancellation of m − |z|.
+        let (x, y) = (omega.x * self.alpha[0], omega.y * self.alpha[1]);
+        0.5 * (x * x + y * y) / (m - omega.z)
+    }
+
+    #[inline]
+    fn visible_normal(&self, omega: DVec3, random: &mut RandomStream) -> DVec3 {
+        // The cap is as right for a view from below.
+        self.sample_normal(omega, [random.next(), random.next()])
     }
 
     #[inline]

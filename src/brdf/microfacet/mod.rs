@@ -32,6 +32,7 @@ use crate::geometry::{BLOCK, Direction, DirectionPair, FEW, PairBlock, Symmetry,
 use crate::numeric::DENOMINATOR_FLOOR;
 use crate::numeric::angles::scale;
 use crate::registry::{self, ReadError, Table};
+use crate::sampling::RandomStream;
 use glam::DVec3;
 use pulp::{Arch, NullaryFnOnce};
 use serde::de::IgnoredAny;
@@ -51,6 +52,13 @@ pub trait Distribution: Clone + std::fmt::Debug + Send + Sync + 'static {
 
     /// m(ω) = cos θ (1 + 2Λ(ω)), for a unit vector with z ≥ 0.
     fn projected_area(&self, omega: DVec3) -> f64;
+
+    /// σ(ω) = ∫ max(0, ω·m) D(m) dω_m, the area of the facets that are seen from ω, for any unit vector: (m(ω) + z)/2 above
+    /// the horizon, and below it what rays that go up meet.
+    fn seen_area(&self, omega: DVec3) -> f64;
+
+    /// A normal of the facets that are seen from ω, with density max(0, ω·m) D(m)/σ(ω), for any unit vector with σ(ω) > 0.
+    fn visible_normal(&self, omega: DVec3, random: &mut RandomStream) -> DVec3;
 
     /// A facet normal for the view `omega_o`.
     fn sample_normal(&self, omega_o: DVec3, u: [f64; 2]) -> DVec3;

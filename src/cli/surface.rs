@@ -1,0 +1,207 @@
+//! `gonio surface`.
+
+use super::output::{JsonArgs, print_json};
+use super::{ThreadArgs, member, print};
+use crate::brdf::Channels;
+use crate::error::{Error, ParameterError, count, in_closed, in_left_open};
+use crate::experiment::{KeyPath, Source};
+use crate::geometry::Direction;
+use crate::light_paths::surface::{self, HeightField, Optics, Statistics};
+use crate::light_paths::{Energies, FacetsSpec, Transport, TransportSpec, read_facets};
+use crate::registry;
+use crate::report::Columns;
+use clap::Args;
+use serde::Serialize;
+use std::time::Instant;
+
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Light is followed from facet to facet; shares are of the light that comes from a direction and leaves after one, two, or three and
+more of them. Their errors are those of the rays: another seed of the surface differs by more.
+
+  gonio surface gaussian --set rms_slope=0.5
+  gonio surface v-grooves --set angle_deg=45 --set facets.fresnel.kind=none --elevation 0,30")]
+pub(super) struct SurfaceArgs {
+    /// A kind of surface (see `gonio list surfaces`)
+    kind: String,
+    /// Set a key of the surface (rms_slope=0.5) or of its facets (facets.kind=diffuse)
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    set: Vec<String>,
+    /// Elevations of the light, degrees
+    #[arg(long, value_name = "DEG,…", value_delimiter = ',', default_value = "0,30,60,80", value_parser = elevation)]
+    elevation: Vec<f64>,
+    /// Azimuth of the light, degrees from the x axis
+    #[arg(long, value_name = "DEG", default_value_t = 0.0, value_parser = azimuth)]
+    azimuth: f64,
+    /// Rays from each elevation
+    #[arg(long, value_name = "N", default_value_t = 1_000_000, value_parser = clap::value_parser!(u64).range(1..=1_000_000_000_000))]
+    rays: u64,
+    /// Seed of the rays
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    seed: u64,
+    /// Width of a cell, µm
+    #[arg(long, value_name = "UM", default_value_t = 1.0, value_parser = length)]
+    pitch_um: f64,
+    /// Wavelength that the surface is compared with, µm
+    #[arg(long, value_name = "UM", default_value_t = 0.55, value_parser = length)]
+    wavelength_um: f64,
+    #[command(flatten)]
+    json: JsonArgs,
+    #[command(flatten)]
+    threads: ThreadArgs,
+}
+
+fn number(text: &str) -> f64 {
+    text.trim().parse().unwrap_or(f64::NAN)
+}
+
+fn elevation(text: &str) -> Result<f64, ParameterError> {
+    in_closed("elevation", number(text), 0.0, 89.9)
+}
+
+fn azimuth(text: &str) -> Result<f64, ParameterError> {
+    in_closed("azimuth", number(text), -360.0, 360.0)
+}
+
+fn length(text: &str) -> Result<f64, ParameterError> {
+    in_left_open("length", number(text), 0.0, 1e9)
+}
+
+/// What is printed.
+#[derive(Serialize)]
+struct Report {
+    surface: Statistics,
+    optics: Optics,
+    light: Vec<Line>,
+}
+
+/// Light of one direction.
+#[derive(Serialize)]
+struct Line {
+    elevation_deg: f64,
+    #[serde(flatten)]
+    energies: Energies,
+    seconds: f64,
+}
+
+impl SurfaceArgs {
+    pub(super) fn run(self) -> Result<(), Error> {
+        self.threads.apply()?;
+        let (field, facets) = self.surface()?;
+        let statistics = Statistics::new(&field);
+        let optics = statistics.optics(self.pitch_um, self.wavelength_um);
+        let transport = Transport::new(&field, &facets, &Channels::Luminance);
+        let spec = TransportSpec {
+            rays: self.rays,
+            seed: self.seed,
+            last: usize::MAX,
+        };
+        let light = self.elevation.iter().map(|&elevation_deg| {
+            let light =
+                Direction::from_spherical(elevation_deg.to_radians(), self.azimuth.to_radians());
+            let start = Instant::now();
+            let energies = transport.energies(light, &spec);
+            Line {
+                elevation_deg,
+                energies,
+                seconds: start.elapsed().as_secs_f64(),
+            }
+        });
+        let report = Report {
+            light: light.collect(),
+            surface: statistics,
+            optics,
+        };
+        if self.json.wanted() {
+            return print_json(&report);
+        }
+        print(&report.text())
+    }
+
+    /// The heights, and what the facets do.
+    fn surface(&self) -> Result<(HeightField, FacetsSpec), Error> {
+        let entry = member("KIND", "surface", &self.kind, &surface::all())?;
+        let mut source = Source::new(self.kind.as_str(), "");
+        for assignment in &self.set {
+            source.set(assignment, format!("--set {assignment}"))?;
+        }
+        let told = |e| source.error(e);
+        let mut table = source.table()?;
+        let facets = registry::take_table(&mut table, "facets").map_err(told)?;
+        let facets = facets
+            .map(read_facets)
+            .transpose()
+            .map_err(told)?
+            .unwrap_or_default();
+        let spec = (entry.read)(table).map_err(told)?;
+        let refused = |e: ParameterError| {
+            let mut keys = e.key.split('.');
+            let first = KeyPath::of(keys.next().unwrap_or_default());
+            source.error_at(&keys.fold(first, |path, key| path.key(key)), e)
+        };
+        facets.check(&Channels::Luminance).map_err(refused)?;
+        Ok((spec.build().map_err(refused)?, facets))
+    }
+}
+
+impl Report {
+    fn text(&self) -> String {
+        let Statistics {
+            size: [nx, ny],
+            rms_height,
+            range,
+            rms_slope: [sx, sy],
+            area,
+            correlation,
+            curvature_radius,
+            beckmann,
+            ggx,
+        } = &self.surface;
+        let each = |values: &[Option<f64>; 2]| {
+            values
+                .map(|v| v.map_or_else(|| "none".into(), |v| format!("{v:.1}")))
+                .join(" and ")
+        };
+        let mut text = format!(
+            "{nx} × {ny} cells; heights: rms {rms_height:.3}, range {range:.2} cells\n\
+             slopes: rms {sx:.4} along x, {sy:.4} along y; {area:.4} of area on each of plane\n\
+             along x and y, cells: correlation length {}, rms radius of curvature {}\n",
+            each(correlation),
+            each(curvature_radius)
+        );
+        if let (Some(beckmann), Some(ggx)) = (beckmann, ggx) {
+            text += &format!(
+                "cumulative slopes are off by {beckmann:.3} from Beckmann's, {ggx:.3} from GGX of alpha {:.3}\n",
+                std::f64::consts::SQRT_2 * (sx * sy).sqrt()
+            );
+        }
+        text += &format!("{}\n\n", self.optics);
+        let mut table = Columns::new(
+            ">light\t>1 facet\t>2\t>3 and more\t>absorbed\t>masked\t>± of all\t>M segments/s",
+        );
+        for line in &self.light {
+            let e = &line.energies;
+            let shares: Vec<_> = (0..e.bounces.len())
+                .map(|i| format!("{:.4} ± {:.4}", e.bounces[i], e.errors[i]))
+                .collect();
+            table.row(&format!(
+                "{}°\t{}\t{:.4}\t{:.4}\t{:.4}\t{:.2}",
+                line.elevation_deg,
+                shares.join("\t"),
+                e.absorbed,
+                e.masked,
+                e.error_of_sum,
+                e.segments as f64 / line.seconds / 1e6
+            ));
+        }
+        text += &table.to_string();
+        let lost: u64 = self.light.iter().map(|l| l.energies.lost).sum();
+        if lost > 0 {
+            text += &format!(
+                "{} lost along a groove or between facets\n",
+                count(lost as usize, "ray")
+            );
+        }
+        text
+    }
+}

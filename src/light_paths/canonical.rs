@@ -1,0 +1,42 @@
+//! The one pair that stands for all that have the same value.
+
+use crate::geometry::DirectionPair;
+use glam::DVec3;
+
+/// Steps that cosines and lengths are counted in for a key: far above rounding, far below what any pose tells apart.
+const STEP: f64 = 1_073_741_824.0;
+
+/// Light and sensor of the pair that stands for all of equal value, and a key of it: turned about the normal (of isotropic
+/// facets), mirrored at the planes of the tangent axes, exchanged. Equal but for rounding gives the same key, but where
+/// rounding crosses a step, some ten times in a million.
+pub(super) fn canonical(pair: &DirectionPair, isotropic: bool) -> ([DVec3; 2], [i64; 5]) {
+    let steps = |x: f64| (x * STEP).round() as i64;
+    let mut pair = pair.vectors();
+    let order = |v: &DVec3| match isotropic {
+        true => [steps(v.z), 0, 0],
+        false => [steps(v.z), steps(v.x.abs()), steps(v.y.abs())],
+    };
+    if order(&pair[0]) > order(&pair[1]) {
+        pair.swap(0, 1);
+    }
+    let [a, b] = pair;
+    let pair = if isotropic {
+        let radius = a.x.hypot(a.y);
+        match radius > 0.0 {
+            true => {
+                let along = (a.x * b.x + a.y * b.y) / radius;
+                let across = (a.x * b.y - a.y * b.x).abs() / radius;
+                [DVec3::new(radius, 0.0, a.z), DVec3::new(along, across, b.z)]
+            }
+            false => [a, DVec3::new(b.x.hypot(b.y), 0.0, b.z)],
+        }
+    } else {
+        // Of each axis only the product of the two is left.
+        let turned = |a: f64, b: f64| [a.abs(), b.abs().copysign(a * b)];
+        let [x, y] = [turned(a.x, b.x), turned(a.y, b.y)];
+        [DVec3::new(x[0], y[0], a.z), DVec3::new(x[1], y[1], b.z)]
+    };
+    let [a, b] = pair;
+    let key = [a.x, a.y, b.x, b.y, b.z].map(steps);
+    (pair, key)
+}

@@ -1,0 +1,29 @@
+//! Materials whose light paths are followed from bounce to bounce.
+//!
+//! A facet that was hit may send light to another one. Models of single reflection leave that out; here it is counted, apart:
+//!
+//! f_r = f₁ + f₂ + f₃₊,   f_n the part of light that met n facets.
+//!
+//! Values are means over random paths and have a standard error ([`Split`]). The same pair has the same paths in every run and on
+//! every number of threads, and so has its mirror image, its reverse, and, of isotropic facets, the pair as the sample is
+//! turned.
+
+mod bounces;
+mod canonical;
+mod facets;
+mod smith;
+#[cfg(feature = "surfaces")]
+pub mod surface;
+#[cfg(feature = "surfaces")]
+mod trace;
+#[cfg(feature = "surfaces")]
+mod transport;
+mod walk;
+
+pub use bounces::{Bounces, CLASSES, Part, Split};
+pub use facets::{DiffuseSpec, FacetsSpec, all as facets, read as read_facets};
+pub use smith::{ENTRY as SMITH_MULTIPLE, Paths, SmithMultiple, SmithMultipleSpec};
+#[cfg(feature = "surfaces")]
+pub use trace::{Exit, Hit, Ray, Tracer};
+#[cfg(feature = "surfaces")]
+pub use transport::{Energies, Transport, TransportSpec};

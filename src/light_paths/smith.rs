@@ -1,0 +1,312 @@
+//! `smith-multiple`: a rough surface whose facets send light to each other.
+
+use super::bounces::{Bounces, Part, Split, followed};
+use super::canonical::canonical;
+use super::facets::{self, Facets, FacetsSpec};
+use super::walk::Walk;
+use crate::brdf::laws;
+use crate::brdf::microfacet::{Beckmann, Distribution, Ggx};
+use crate::brdf::{
+    Brdf, BrdfSpec, BuildError, ChannelValues, Channels, Favours, Presence, Roughness, Tables,
+};
+use crate::error::{ParameterError, count};
+use crate::geometry::{DirectionPair, Symmetry};
+use crate::registry::{self, Entry, ReadError, Table};
+use crate::sampling::Random;
+use serde::de::IgnoredAny;
+use serde::{Deserialize, Serialize};
+use smallvec::smallvec;
+
+const KIND: &str = "smith-multiple";
+
+/// The registry entry.
+pub const ENTRY: Entry<dyn BrdfSpec> = Entry {
+    kind: KIND,
+    summary: "ggx or Beckmann facets that light meets one after the other (Heitz et al. 2016): mirrors or diffuse ones; bounces: \
+              all, first, second or later; a random walk, of so many paths a pair",
+    examples: &[
+        "alpha = 0.5\npaths = 64",
+        "normals = \"beckmann\"\nalpha = [0.2, 0.6]\nbounces = \"second\"\npaths = 64",
+        "alpha = 0.5\nfacets = { kind = \"diffuse\", albedo = 0.8 }\npaths = 64",
+    ],
+    read,
+};
+
+/// Distributions of normals that a config can name.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+enum Normals {
+    /// Those of `ggx`.
+    #[default]
+    Ggx,
+    /// Those of `beckmann`.
+    Beckmann,
+}
+
+impl Normals {
+    fn name(self) -> &'static str {
+        match self {
+            Normals::Ggx => Ggx::KIND,
+            Normals::Beckmann => Beckmann::KIND,
+        }
+    }
+}
+
+/// The keys of the table itself; `facets`, a table with a kind of its own, is taken out before.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+struct Keys {
+    normals: Normals,
+    alpha: Roughness,
+    bounces: Part,
+    paths: usize,
+    seed: u64,
+    #[serde(rename = "facets", skip_serializing)]
+    _facets: IgnoredAny,
+}
+
+impl Default for Keys {
+    fn default() -> Self {
+        Self {
+            normals: Normals::default(),
+            alpha: Roughness::Isotropic(0.3),
+            bounces: Part::All,
+            paths: 256,
+            seed: 1,
+            _facets: IgnoredAny,
+        }
+    }
+}
+
+/// A surface of facets that light meets one after the other, as a config writes it.
+#[derive(Clone, Debug)]
+pub struct SmithMultipleSpec {
+    keys: Keys,
+    facets: FacetsSpec,
+}
+
+/// Paths a pair: two at least, since one tells no error.
+const PATHS: [usize; 2] = [2, 1 << 24];
+
+fn read(mut table: Table<'_>) -> Result<Box<dyn BrdfSpec>, ReadError> {
+    let facets = match registry::take_table(&mut table, "facets")? {
+        Some(table) => facets::read(table)?,
+        None => FacetsSpec::default(),
+    };
+    let keys = registry::parse(table)?;
+    Ok(Box::new(SmithMultipleSpec { keys, facets }))
+}
+
+impl BrdfSpec for SmithMultipleSpec {
+    fn resolved(&self) -> registry::Keys {
+        let mut table = registry::resolved(KIND, &self.keys);
+        table.insert("facets".into(), self.facets.resolved().into());
+        table
+    }
+
+    fn label(&self) -> String {
+        let Keys {
+            normals,
+            alpha,
+            bounces,
+            ..
+        } = &self.keys;
+        let mut label = format!("smith-{}-{alpha}", normals.name());
+        if let Some(facets) = self.facets.label() {
+            label += &format!("-{facets}");
+        }
+        if *bounces != Part::All {
+            label += &format!("-{bounces}");
+        }
+        label
+    }
+
+    fn check(&self, channels: &Channels) -> Result<(), BuildError> {
+        self.keys.alpha.check("alpha")?;
+        let [least, most] = PATHS;
+        if !(least..=most).contains(&self.keys.paths) {
+            let allowed = format!("a whole number from {least} to {most}");
+            return Err(ParameterError::new("paths", self.keys.paths, allowed).into());
+        }
+        self.facets.check(channels)?;
+        Ok(())
+    }
+
+    fn symmetry(&self, _channels: &Channels) -> Result<Symmetry, BuildError> {
+        Ok(symmetry(self.keys.alpha))
+    }
+
+    fn favours(&self) -> Favours {
+        match (&self.facets, self.keys.bounces) {
+            (FacetsSpec::Mirror(_), Part::All | Part::First) => Favours::HalfAngle,
+            _ => Favours::Neither,
+        }
+    }
+
+    fn build(&self, channels: Channels) -> Result<Box<dyn Brdf>, BuildError> {
+        self.check(&channels)?;
+        let Keys {
+            normals,
+            alpha,
+            bounces,
+            paths,
+            seed,
+            ..
+        } = self.keys;
+        let paths = Paths {
+            bounces,
+            paths,
+            seed,
+        };
+        let facets = &self.facets;
+        Ok(match normals {
+            Normals::Ggx => Box::new(SmithMultiple::<Ggx>::new(alpha, facets, paths, channels)),
+            Normals::Beckmann => Box::new(SmithMultiple::<Beckmann>::new(
+                alpha, facets, paths, channels,
+            )),
+        })
+    }
+
+    fn tables(&self) -> Tables {
+        Tables::NONE
+    }
+}
+
+fn symmetry(alpha: Roughness) -> Symmetry {
+    Symmetry {
+        isotropic: alpha.is_isotropic(),
+        ..Symmetry::ORTHOTROPIC
+    }
+}
+
+/// Light that is followed, and how much of it.
+#[derive(Clone, Copy, Debug)]
+pub struct Paths {
+    /// What is asked for; what comes after it is not followed.
+    pub bounces: Part,
+    /// Paths a pair, half of them from either side.
+    pub paths: usize,
+    /// Another one gives other errors.
+    pub seed: u64,
+}
+
+/// A surface of facets that light meets one after the other.
+#[derive(Clone, Debug)]
+pub struct SmithMultiple<D> {
+    channels: Channels,
+    followed: Channels,
+    symmetry: Symmetry,
+    paths: Paths,
+    walk: Walk<D>,
+}
+
+impl<D: Distribution> SmithMultiple<D> {
+    /// Facets of roughness `alpha`.
+    pub fn new(alpha: Roughness, facets: &FacetsSpec, paths: Paths, channels: Channels) -> Self {
+        let followed = followed(&channels, facets.distinct(&channels));
+        let last = match paths.bounces.classes().end {
+            super::CLASSES => usize::MAX,
+            last => last,
+        };
+        Self {
+            symmetry: symmetry(alpha),
+            walk: Walk {
+                normals: D::new(alpha),
+                facets: Facets::new(facets, &followed),
+                last,
+            },
+            channels,
+            followed,
+            paths,
+        }
+    }
+
+    /// f_r of a pair by the number of facets, in the channels that light is followed in: R, G, B where a scene in luminance has
+    /// facets of some colour. What comes after the last one that is asked for is 0.
+    pub fn split(&self, pair: &DirectionPair) -> Split {
+        let channels = self.followed.count();
+        let mut bounces = Bounces::new(channels);
+        if pair.is_above_horizon() {
+            let (pair, key) = canonical(pair, self.symmetry.isotropic);
+            let mut random = self.random(&key);
+            let ways = [pair, [pair[1], pair[0]]];
+            for path in 0..self.paths.paths {
+                self.walk
+                    .follow(ways[path % 2], &mut random, &mut bounces, channels);
+                bounces.end(|values| self.followed.luminance(values));
+            }
+        }
+        bounces.split()
+    }
+
+    /// The numbers of a pair.
+    fn random(&self, key: &[i64; 5]) -> crate::sampling::RandomStream {
+        let mut hasher = blake3::Hasher::new();
+        key.iter().for_each(|k| _ = hasher.update(&k.to_le_bytes()));
+        let [a, b, c, d, e, f, g, h, ..] = *hasher.finalize().as_bytes();
+        Random::new(self.paths.seed).stream(u64::from_le_bytes([a, b, c, d, e, f, g, h]))
+    }
+}
+
+impl<D: Distribution> Brdf for SmithMultiple<D> {
+    fn channels(&self) -> &Channels {
+        &self.channels
+    }
+
+    fn symmetry(&self) -> Symmetry {
+        self.symmetry
+    }
+
+    /// The paths do; what is averaged over few of them may stray by its error.
+    fn conserves_energy(&self) -> bool {
+        true
+    }
+
+    fn is_mirrored(&self) -> bool {
+        true
+    }
+
+    fn eval(&self, pair: &DirectionPair, out: &mut [f64]) -> Presence {
+        let split = self.split(pair);
+        let mut sum: ChannelValues = smallvec![0.0; self.followed.count()];
+        for class in self.paths.bounces.classes() {
+            sum.iter_mut()
+                .zip(&split.value[class])
+                .for_each(|(s, v)| *s += v);
+        }
+        match out {
+            [luminance] => *luminance = self.followed.luminance(&sum),
+            out => out.copy_from_slice(&sum),
+        }
+        Presence::Present
+    }
+
+    fn remarks(&self) -> Vec<String> {
+        let pairs = laws::pairs(64, self.paths.seed);
+        let classes = self.paths.bounces.classes();
+        let [mut value, mut error] = [0.0; 2];
+        for pair in &pairs {
+            let split = self.split(pair);
+            let of = classes
+                .clone()
+                .map(|c| self.followed.luminance(&split.value[c]));
+            value += of.sum::<f64>().powi(2);
+            let off = if classes.len() == 1 {
+                split.error[classes.start]
+            } else {
+                split.error_of_sum
+            };
+            error += off * off;
+        }
+        let share = if value > 0.0 {
+            100.0 * (error / value).sqrt()
+        } else {
+            0.0
+        };
+        vec![format!(
+            "{} a pair: values have a standard error of {share:.2} % of their root mean square ({} of all elevations and lobes)",
+            count(self.paths.paths, "path"),
+            count(pairs.len(), "pair"),
+        )]
+    }
+}

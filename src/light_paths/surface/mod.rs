@@ -1,0 +1,169 @@
+//! Surfaces whose heights are known: one period of a height field.
+
+mod shapes;
+mod spectral;
+mod statistics;
+
+pub use statistics::{Optics, Statistics};
+
+use crate::error::ParameterError;
+use crate::registry::{self, Entry, ReadError, Table};
+use std::fmt;
+
+/// A surface, as a config writes it.
+pub trait SurfaceSpec: fmt::Debug + Send + Sync {
+    /// The kind and every key with its value.
+    fn resolved(&self) -> registry::Keys;
+
+    /// Checks every parameter.
+    ///
+    /// # Errors
+    /// The first parameter outside its range.
+    fn check(&self) -> Result<(), ParameterError>;
+
+    /// Heights of one period.
+    ///
+    /// # Errors
+    /// As [`check`](Self::check).
+    fn build(&self) -> Result<HeightField, ParameterError>;
+}
+
+/// Every kind of surface that a config can name.
+pub fn all() -> Vec<Entry<dyn SurfaceSpec>> {
+    vec![
+        spectral::GAUSSIAN,
+        spectral::EXPONENTIAL,
+        shapes::V_GROOVES,
+        shapes::DIMPLES,
+        shapes::WOVEN,
+    ]
+}
+
+/// Reads a surface from its config table.
+pub fn read(table: Table<'_>) -> Result<Box<dyn SurfaceSpec>, ReadError> {
+    registry::read("surface", &all(), table)
+}
+
+/// Fewest and most heights along an axis of a period.
+const SIZE: [usize; 2] = [2, 8192];
+
+/// Checks the number of heights along an axis.
+fn check_size(size: usize) -> Result<(), ParameterError> {
+    let [least, most] = SIZE;
+    match (least..=most).contains(&size) {
+        true => Ok(()),
+        false => {
+            let allowed = format!("a whole number from {least} to {most}");
+            Err(ParameterError::new("size", size, allowed))
+        }
+    }
+}
+
+/// Heights at the corners of square cells, of a surface that goes on periodically. A cell has two triangles, on either side
+/// of its diagonal x = y. Lengths are in cells; the normal of the surface is +z.
+#[derive(Clone, Debug)]
+pub struct HeightField {
+    /// Cells along x and y.
+    size: [usize; 2],
+    /// (size + 1) heights along both axes, the last ones those of the next period; x runs fastest.
+    heights: Vec<f32>,
+}
+
+impl HeightField {
+    /// A period of `size` cells along x and y, with the height of each one's lower corner, x fastest.
+    ///
+    /// # Errors
+    /// Fewer than 2 or more than 8192 cells along an axis, or a height that is no finite number.
+    ///
+    /// # Panics
+    /// If there are not as many heights as cells.
+    pub fn new(size: [usize; 2], heights: &[f64]) -> Result<Self, ParameterError> {
+        size.into_iter().try_for_each(check_size)?;
+        let [nx, ny] = size;
+        assert_eq!(heights.len(), nx * ny);
+        if let Some(bad) = heights.iter().find(|h| !(h.abs() < 1e30)) {
+            return Err(ParameterError::new(
+                "height",
+                bad,
+                "finite numbers below 1e30",
+            ));
+        }
+        let at = |x: usize, y: usize| heights[(y % ny) * nx + x % nx] as f32;
+        let padded = (0..=ny).flat_map(|y| (0..=nx).map(move |x| at(x, y)));
+        Ok(Self {
+            size,
+            heights: padded.collect(),
+        })
+    }
+
+    /// Cells along x and y.
+    pub fn size(&self) -> [usize; 2] {
+        self.size
+    }
+
+    /// Heights at the corners of a cell: (0, 0), (1, 0), (0, 1), (1, 1).
+    #[inline]
+    pub fn corners(&self, [x, y]: [usize; 2]) -> [f64; 4] {
+        let row = self.size[0] + 1;
+        let first = y * row + x;
+        let two = |i: usize| [f64::from(self.heights[i]), f64::from(self.heights[i + 1])];
+        let ([a, b], [c, d]) = (two(first), two(first + row));
+        [a, b, c, d]
+    }
+
+    /// Slopes (dz/dx, dz/dy) of both triangles of a cell, that of x ≥ y first.
+    #[inline]
+    pub fn slopes(&self, cell: [usize; 2]) -> [[f64; 2]; 2] {
+        let [a, b, c, d] = self.corners(cell);
+        [[b - a, d - b], [d - c, c - a]]
+    }
+
+    /// Slopes of all triangles, each of which covers half a cell of the plane.
+    pub fn all_slopes(&self) -> impl Iterator<Item = [f64; 2]> + '_ {
+        let [nx, ny] = self.size;
+        (0..ny).flat_map(move |y| (0..nx).flat_map(move |x| self.slopes([x, y])))
+    }
+
+    /// Heights of one period, x fastest.
+    pub fn heights(&self) -> impl Iterator<Item = f64> + Clone + '_ {
+        let [nx, ny] = self.size;
+        (0..ny).flat_map(move |y| (0..nx).map(move |x| f64::from(self.heights[y * (nx + 1) + x])))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_example_reads_builds_and_resolves_to_itself() {
+        for entry in all() {
+            assert!(!entry.examples.is_empty());
+            for example in entry.examples {
+                let spec = registry::read_text(&entry, example).unwrap();
+                spec.check().unwrap();
+                let field = spec.build().unwrap();
+                let again = registry::read_keys("surface", &all(), spec.resolved()).unwrap();
+                assert_eq!(again.resolved(), spec.resolved());
+                let same = again.build().unwrap();
+                assert_eq!(field.heights, same.heights, "{}", entry.kind);
+            }
+        }
+    }
+
+    #[test]
+    fn heights_that_are_none_are_refused() {
+        let field = |size, heights: &[f64]| HeightField::new(size, heights).map(|_| ());
+        let told = field([2, 2], &[0.0, 1.0, f64::NAN, 0.0])
+            .unwrap_err()
+            .to_string();
+        assert!(told.contains("NaN"), "{told}");
+        assert!(
+            field([1, 1], &[0.0])
+                .unwrap_err()
+                .to_string()
+                .contains("2 to 8192")
+        );
+        assert!(field([2, 2], &[1.0; 4]).is_ok());
+    }
+}

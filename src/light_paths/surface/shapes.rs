@@ -1,0 +1,229 @@
+//! Surfaces of one shape, repeated.
+
+use super::{HeightField, SurfaceSpec, check_size};
+use crate::error::{ParameterError, in_closed};
+use crate::registry::{self, Entry};
+use crate::sampling::Random;
+use serde::{Deserialize, Serialize};
+use std::f64::consts::{PI, TAU};
+
+/// The registry entry.
+pub const V_GROOVES: Entry<dyn SurfaceSpec> = Entry {
+    kind: GroovesSpec::KIND,
+    summary: "symmetric V-grooves along y, whose sides are steep by angle_deg",
+    examples: &["angle_deg = 45.0\nsize = 16"],
+    read: |table| Ok(Box::new(registry::parse::<GroovesSpec>(table)?)),
+};
+
+/// The registry entry.
+pub const DIMPLES: Entry<dyn SurfaceSpec> = Entry {
+    kind: DimplesSpec::KIND,
+    summary: "spherical pits (depth above 0) or bumps (below 0) of a radius, at random places, over a share of the plane",
+    examples: &[
+        "radius = 12\ndepth = 6\ncover = 0.5\nsize = 128",
+        "radius = 12\ndepth = -6\nsize = 128",
+    ],
+    read: |table| Ok(Box::new(registry::parse::<DimplesSpec>(table)?)),
+};
+
+/// The registry entry.
+pub const WOVEN: Entry<dyn SurfaceSpec> = Entry {
+    kind: WovenSpec::KIND,
+    summary: "plain weave of round threads, thread cells wide",
+    examples: &["thread = 16\nsize = 64"],
+    read: |table| Ok(Box::new(registry::parse::<WovenSpec>(table)?)),
+};
+
+/// V-grooves, as a config writes them.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct GroovesSpec {
+    /// Angle of both sides to the plane, degrees.
+    pub angle_deg: f64,
+    /// Cells along each axis of a period, an even number: half of them go down.
+    pub size: usize,
+}
+
+impl Default for GroovesSpec {
+    fn default() -> Self {
+        Self {
+            angle_deg: 45.0,
+            size: 16,
+        }
+    }
+}
+
+impl GroovesSpec {
+    const KIND: &'static str = "v-grooves";
+}
+
+impl SurfaceSpec for GroovesSpec {
+    fn resolved(&self) -> registry::Keys {
+        registry::resolved(Self::KIND, self)
+    }
+
+    fn check(&self) -> Result<(), ParameterError> {
+        in_closed("angle_deg", self.angle_deg, 0.0, 85.0)?;
+        check_size(self.size)?;
+        match self.size % 2 {
+            0 => Ok(()),
+            _ => Err(ParameterError::new("size", self.size, "an even number")),
+        }
+    }
+
+    fn build(&self) -> Result<HeightField, ParameterError> {
+        self.check()?;
+        let slope = self.angle_deg.to_radians().tan();
+        let half = self.size / 2;
+        let height = |i: usize| slope * (i % self.size).abs_diff(half) as f64;
+        let heights: Vec<f64> = (0..self.size * self.size).map(height).collect();
+        HeightField::new([self.size; 2], &heights)
+    }
+}
+
+/// Pits or bumps, as a config writes them.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct DimplesSpec {
+    /// Radius of the circle that one cuts out of the plane, cells.
+    pub radius: f64,
+    /// Depth of a pit, cells; that of a bump is below 0.
+    pub depth: f64,
+    /// Share of the plane that has one, on average.
+    pub cover: f64,
+    /// Cells along each axis of a period.
+    pub size: usize,
+    /// Another one gives other places.
+    pub seed: u64,
+}
+
+impl Default for DimplesSpec {
+    fn default() -> Self {
+        Self {
+            radius: 24.0,
+            depth: 12.0,
+            cover: 0.7,
+            size: 1024,
+            seed: 1,
+        }
+    }
+}
+
+impl DimplesSpec {
+    const KIND: &'static str = "dimples";
+}
+
+impl SurfaceSpec for DimplesSpec {
+    fn resolved(&self) -> registry::Keys {
+        registry::resolved(Self::KIND, self)
+    }
+
+    fn check(&self) -> Result<(), ParameterError> {
+        check_size(self.size)?;
+        in_closed("radius", self.radius, 2.0, self.size as f64 / 2.0)?;
+        in_closed("depth", self.depth, -self.radius, self.radius)?;
+        in_closed("cover", self.cover, 0.0, 0.99).map(drop)
+    }
+
+    fn build(&self) -> Result<HeightField, ParameterError> {
+        self.check()?;
+        let n = self.size as f64;
+        // Places of a Poisson process leave exp(−λ) of the plane free.
+        let disk = PI * self.radius * self.radius;
+        let count = (-(-self.cover).ln_1p() * n * n / disk).round() as u64;
+        let (r, d) = (self.radius, self.depth.abs());
+        let sphere = if d > 0.0 {
+            (r * r + d * d) / (2.0 * d)
+        } else {
+            1.0
+        };
+        let mut heights = vec![0.0f64; self.size * self.size];
+        let random = Random::new(self.seed);
+        let reach = r.ceil() as i64;
+        for i in 0..count {
+            let [x, y] = random.point(i).map(|u: f64| u * n);
+            for dy in -reach..=reach {
+                for dx in -reach..=reach {
+                    let (cx, cy) = (x.floor() + dx as f64, y.floor() + dy as f64);
+                    let rho2 = (cx - x).powi(2) + (cy - y).powi(2);
+                    if rho2 < r * r && d > 0.0 {
+                        let depth = d - sphere + (sphere * sphere - rho2).sqrt();
+                        let place = [cx, cy].map(|c| c.rem_euclid(n) as usize);
+                        let held = &mut heights[place[1] * self.size + place[0]];
+                        *held = held.max(depth);
+                    }
+                }
+            }
+        }
+        let sign = -self.depth.signum();
+        heights.iter_mut().for_each(|h| *h *= sign);
+        HeightField::new([self.size; 2], &heights)
+    }
+}
+
+/// A plain weave, as a config writes it.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct WovenSpec {
+    /// Width of a thread, cells.
+    pub thread: usize,
+    /// Height of the round of a thread, in its widths; half a circle is 0.5.
+    pub round: f64,
+    /// Cells along each axis of a period, an even number of threads.
+    pub size: usize,
+}
+
+impl Default for WovenSpec {
+    fn default() -> Self {
+        Self {
+            thread: 32,
+            round: 0.25,
+            size: 256,
+        }
+    }
+}
+
+impl WovenSpec {
+    const KIND: &'static str = "woven";
+}
+
+impl SurfaceSpec for WovenSpec {
+    fn resolved(&self) -> registry::Keys {
+        registry::resolved(Self::KIND, self)
+    }
+
+    fn check(&self) -> Result<(), ParameterError> {
+        check_size(self.size)?;
+        in_closed("round", self.round, 0.0, 0.5)?;
+        if self.thread < 4 || !self.size.is_multiple_of(2 * self.thread.max(1)) {
+            let allowed = format!(
+                "4 or more, of which size = {} has an even number",
+                self.size
+            );
+            return Err(ParameterError::new("thread", self.thread, allowed));
+        }
+        Ok(())
+    }
+
+    fn build(&self) -> Result<HeightField, ParameterError> {
+        self.check()?;
+        let width = self.thread as f64;
+        // The round of a thread across it (−1 … 1), and its way over and under the others along it.
+        let round = |place: usize| {
+            let across = 2.0 * ((place % self.thread) as f64 / width) - 1.0;
+            self.round * width * (1.0 - across * across).max(0.0).sqrt()
+        };
+        let way = |along: usize, thread: usize| {
+            let phase = TAU * (along as f64 / (2.0 * width)) - PI / 2.0 + PI * (thread % 2) as f64;
+            0.5 * self.round * width * -(phase + PI / 2.0).sin()
+        };
+        let height = |i: usize| {
+            let (x, y) = (i % self.size, i / self.size);
+            let warp = round(x) + way(y, x / self.thread);
+            let weft = round(y) - way(x, y / self.thread);
+            warp.max(weft)
+        };
+        let heights: Vec<f64> = (0..self.size * self.size).map(height).collect();
+        HeightField::new([self.size; 2], &heights)
+    }
+}

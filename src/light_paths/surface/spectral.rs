@@ -1,0 +1,316 @@
+//! Gaussian random surfaces: white noise whose spectrum is given a shape.
+//!
+//! Heights have the correlation C(r) = h² c(r), the spectrum is its Fourier transform, and amplitudes are such that the
+//! *triangles* have the asked rms slopes on average over seeds; those of one period differ.
+//!
+//! c = exp(−x²/l_x² − y²/l_y²): slopes are Gaussian of rms √2 h/l, the facets of `beckmann` of alpha = √2 rms slope.
+//! c = exp(−√(x²/l_x² + y²/l_y²)): slopes grow without bound with the detail, so heights are smoothed by a Gaussian of the
+//! given inner scale, and the slope is that of what is left.
+
+use super::{HeightField, SurfaceSpec, check_size};
+use crate::error::{ParameterError, in_closed};
+use crate::registry::{self, Entry};
+use crate::sampling::Random;
+use rayon::prelude::*;
+use rustfft::num_complex::Complex;
+use rustfft::{Fft, FftPlanner};
+use serde::{Deserialize, Serialize};
+use std::f64::consts::TAU;
+use std::sync::Arc;
+
+/// The registry entry.
+pub const GAUSSIAN: Entry<dyn SurfaceSpec> = Entry {
+    kind: GaussianSpec::KIND,
+    summary: "Gaussian random heights with the correlation exp(-r²/l²); rms_slope of one axis or both, brushed where they differ",
+    examples: &[
+        "rms_slope = 0.3\ncorrelation = 8\nsize = 128",
+        "rms_slope = [0.3, 0.02]\ncorrelation = 6\nsize = 128",
+    ],
+    read: |table| Ok(Box::new(registry::parse::<GaussianSpec>(table)?)),
+};
+
+/// The registry entry.
+pub const EXPONENTIAL: Entry<dyn SurfaceSpec> = Entry {
+    kind: ExponentialSpec::KIND,
+    summary: "Gaussian random heights with the correlation exp(-r/l), smooth below inner_scale; rms_slope of one axis or both",
+    examples: &["rms_slope = 0.3\ncorrelation = 16\ninner_scale = 4\nsize = 128"],
+    read: |table| Ok(Box::new(registry::parse::<ExponentialSpec>(table)?)),
+};
+
+/// One number for both axes, or one for each.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(
+    untagged,
+    expecting = "rms_slope: allowed is a number or two numbers [along x, along y]"
+)]
+pub enum Slope {
+    /// The same along both.
+    Isotropic(f64),
+    /// Along x and along y.
+    Anisotropic([f64; 2]),
+}
+
+impl Slope {
+    fn xy(self) -> [f64; 2] {
+        match self {
+            Slope::Isotropic(s) => [s; 2],
+            Slope::Anisotropic(s) => s,
+        }
+    }
+
+    fn check(self) -> Result<(), ParameterError> {
+        self.xy()
+            .iter()
+            .try_for_each(|s| in_closed("rms_slope", *s, 1e-6, 10.0).map(drop))
+    }
+}
+
+/// Heights with a Gaussian correlation, as a config writes them.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct GaussianSpec {
+    /// Root mean square of dz/dx and dz/dy.
+    pub rms_slope: Slope,
+    /// Correlation length along x, cells: c = 1/e there.
+    pub correlation: f64,
+    /// Cells along each axis of a period.
+    pub size: usize,
+    /// Another one gives another surface of the same statistics.
+    pub seed: u64,
+}
+
+impl Default for GaussianSpec {
+    fn default() -> Self {
+        Self {
+            rms_slope: Slope::Isotropic(0.3),
+            correlation: 12.0,
+            size: 1024,
+            seed: 1,
+        }
+    }
+}
+
+/// Heights with an exponential correlation, as a config writes them.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct ExponentialSpec {
+    /// Root mean square of dz/dx and dz/dy.
+    pub rms_slope: Slope,
+    /// Correlation length along x, cells: c = 1/e there.
+    pub correlation: f64,
+    /// Length below which heights are smooth, cells, 4 or more.
+    pub inner_scale: f64,
+    /// Cells along each axis of a period.
+    pub size: usize,
+    /// Another one gives another surface of the same statistics.
+    pub seed: u64,
+}
+
+impl Default for ExponentialSpec {
+    fn default() -> Self {
+        Self {
+            rms_slope: Slope::Isotropic(0.3),
+            correlation: 24.0,
+            inner_scale: 4.0,
+            size: 1024,
+            seed: 1,
+        }
+    }
+}
+
+impl GaussianSpec {
+    const KIND: &'static str = "gaussian";
+}
+
+impl ExponentialSpec {
+    const KIND: &'static str = "exponential";
+}
+
+fn check(slope: Slope, correlation: f64, size: usize) -> Result<(), ParameterError> {
+    slope.check()?;
+    check_size(size)?;
+    in_closed("correlation", correlation, 1.0, size as f64 / 4.0).map(drop)
+}
+
+impl SurfaceSpec for GaussianSpec {
+    fn resolved(&self) -> registry::Keys {
+        registry::resolved(Self::KIND, self)
+    }
+
+    fn check(&self) -> Result<(), ParameterError> {
+        check(self.rms_slope, self.correlation, self.size)
+    }
+
+    fn build(&self) -> Result<HeightField, ParameterError> {
+        self.check()?;
+        synthesise(
+            self.rms_slope,
+            self.correlation,
+            self.size,
+            self.seed,
+            |k2| (-0.25 * k2).exp(),
+        )
+    }
+}
+
+impl SurfaceSpec for ExponentialSpec {
+    fn resolved(&self) -> registry::Keys {
+        registry::resolved(Self::KIND, self)
+    }
+
+    fn check(&self) -> Result<(), ParameterError> {
+        check(self.rms_slope, self.correlation, self.size)?;
+        in_closed("inner_scale", self.inner_scale, 4.0, self.correlation).map(drop)
+    }
+
+    fn build(&self) -> Result<HeightField, ParameterError> {
+        self.check()?;
+        // Both heights of a product are smoothed, hence twice the exponent.
+        let inner = (self.inner_scale / self.correlation).powi(2);
+        synthesise(
+            self.rms_slope,
+            self.correlation,
+            self.size,
+            self.seed,
+            |k2| (1.0 + k2).powf(-1.5) * (-0.5 * inner * k2).exp(),
+        )
+    }
+}
+
+/// Heights whose spectrum goes as `shape` of the squared wave number in units of the correlation lengths. Those are `length`
+/// along x, and along y as the ratio of the slopes asks.
+fn synthesise(
+    slope: Slope,
+    length: f64,
+    n: usize,
+    seed: u64,
+    shape: impl Fn(f64) -> f64 + Sync,
+) -> Result<HeightField, ParameterError> {
+    let [sx, sy] = slope.xy();
+    let lengths = [length, length * sx / sy];
+    let wave = |i: usize, length: f64| {
+        let i = if 2 * i > n {
+            i as f64 - n as f64
+        } else {
+            i as f64
+        };
+        (TAU / n as f64 * i, TAU / n as f64 * i * length)
+    };
+    let density = |x: usize, y: usize| match (x, y) {
+        // The mean height says nothing.
+        (0, 0) => 0.0,
+        _ => shape(wave(x, lengths[0]).1.powi(2) + wave(y, lengths[1]).1.powi(2)),
+    };
+    // What a difference of neighbours along x has of each wave: |exp(ik) − 1|².
+    let across: Vec<f64> = (0..n)
+        .into_par_iter()
+        .map(|y| {
+            let row = (0..n).map(|x| density(x, y) * (2.0 * (0.5 * wave(x, 1.0).0).sin()).powi(2));
+            row.sum()
+        })
+        .collect();
+    let expected = across.iter().sum::<f64>() / (n * n) as f64;
+    let scale = sx / expected.sqrt();
+
+    let mut plan = FftPlanner::new();
+    let [forward, back] = [plan.plan_fft_forward(n), plan.plan_fft_inverse(n)];
+    let random = Random::new(seed);
+    let mut field = vec![Complex::new(0.0, 0.0); n * n];
+    field.par_chunks_mut(n).enumerate().for_each(|(y, row)| {
+        let mut stream = random.stream(y as u64);
+        for value in row {
+            let radius = (-2.0 * (-stream.next()).ln_1p()).sqrt();
+            value.re = radius * (TAU * stream.next()).cos();
+        }
+    });
+    along_both(&forward, &mut field, n);
+    // Transposed now: rows are of one x.
+    field.par_chunks_mut(n).enumerate().for_each(|(x, column)| {
+        for (y, value) in column.iter_mut().enumerate() {
+            *value *= scale * density(x, y).sqrt() / (n * n) as f64;
+        }
+    });
+    along_both(&back, &mut field, n);
+    let heights: Vec<f64> = field.into_iter().map(|value| value.re).collect();
+    HeightField::new([n, n], &heights)
+}
+
+/// Transforms rows, and then columns; what comes out is transposed.
+fn along_both(fft: &Arc<dyn Fft<f64>>, field: &mut Vec<Complex<f64>>, n: usize) {
+    let rows = |field: &mut Vec<Complex<f64>>| {
+        field.par_chunks_mut(n).for_each(|row| fft.process(row));
+    };
+    rows(field);
+    let columns = (0..n)
+        .into_par_iter()
+        .flat_map_iter(|x| (0..n).map(move |y| y * n + x));
+    *field = columns.map(|place| field[place]).collect();
+    rows(field);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Rms slopes of many seeds, and 1/e of the correlation at the correlation length.
+    #[test]
+    fn statistics_are_those_asked_for() {
+        let (size, length) = (128, 6.0);
+        for (kind, slope) in [
+            ("gaussian", Slope::Isotropic(0.2)),
+            ("gaussian", Slope::Anisotropic([0.3, 0.1])),
+            ("exponential", Slope::Isotropic(0.2)),
+        ] {
+            let (mut slopes, mut products) = ([0.0; 2], [0.0; 2]);
+            let seeds = 40;
+            for seed in 0..seeds {
+                let field = match kind {
+                    "gaussian" => GaussianSpec {
+                        rms_slope: slope,
+                        correlation: length,
+                        size,
+                        seed,
+                    }
+                    .build(),
+                    _ => ExponentialSpec {
+                        rms_slope: slope,
+                        correlation: length,
+                        size,
+                        seed,
+                        ..ExponentialSpec::default()
+                    }
+                    .build(),
+                };
+                let field = field.unwrap();
+                for s in field.all_slopes() {
+                    slopes[0] += s[0] * s[0];
+                    slopes[1] += s[1] * s[1];
+                }
+                let heights: Vec<f64> = field.heights().collect();
+                for (i, h) in heights.iter().enumerate() {
+                    let (x, y) = (i % size, i / size);
+                    products[0] += h * h;
+                    products[1] += h * heights[y * size + (x + length as usize) % size];
+                }
+            }
+            let count = (2 * size * size * seeds as usize) as f64;
+            let asked = slope.xy();
+            for axis in 0..2 {
+                let rms = (slopes[axis] / count).sqrt();
+                // 40 tiles of some 450 independent squares each; along y the ratio holds for waves, and for differences of
+                // neighbours up to (π/12 l)².
+                assert!(
+                    (rms / asked[axis] - 1.0).abs() < 0.03,
+                    "{kind} {axis}: {rms}"
+                );
+            }
+            if kind == "gaussian" {
+                let correlation = products[1] / products[0];
+                assert!(
+                    (correlation - (-1.0f64).exp()).abs() < 0.03,
+                    "{correlation}"
+                );
+            }
+        }
+    }
+}

@@ -1,0 +1,444 @@
+//! Light by the number of facets it met: closed forms, an independent walk, energy and laws within errors.
+
+use gonio::brdf::microfacet::{Beckmann, Distribution, FresnelSpec, Ggx, Microfacet};
+use gonio::brdf::{Brdf, Channels, Roughness, SampleBrdf, Spectrum, laws};
+use gonio::geometry::{Direction, DirectionPair};
+use gonio::light_paths::{CLASSES, DiffuseSpec, FacetsSpec, Part, Paths, SmithMultiple};
+use gonio::sampling::{Random, cosine_hemisphere, cosine_hemisphere_pdf};
+
+const MIRRORS: FacetsSpec = FacetsSpec::Mirror(FresnelSpec::None);
+
+fn white() -> FacetsSpec {
+    FacetsSpec::Diffuse(DiffuseSpec {
+        albedo: Spectrum::Grey(1.0),
+    })
+}
+
+fn paths(bounces: Part, paths: usize) -> Paths {
+    Paths {
+        bounces,
+        paths,
+        seed: 1,
+    }
+}
+
+fn surface<D: Distribution>(alpha: Roughness, facets: &FacetsSpec, n: usize) -> SmithMultiple<D> {
+    SmithMultiple::new(alpha, facets, paths(Part::All, n), Channels::Luminance)
+}
+
+/// Energy of each class seen from `theta_deg`, of their sum, and standard errors: directions from a mixture of the cosine and
+/// of the mirrored visible normals.
+fn energies<D: Distribution>(
+    surface: &SmithMultiple<D>,
+    alpha: Roughness,
+    omega_o: Direction,
+    count: u64,
+) -> ([f64; CLASSES + 1], [f64; CLASSES + 1]) {
+    let lobe = Microfacet::<D>::new(alpha, &FresnelSpec::None, Channels::Luminance);
+    let random = Random::new(7);
+    let mut sums = [[0.0; 2]; CLASSES + 1];
+    for i in 0..count {
+        let [choice, a, b] = random.point(i);
+        let omega_i = match choice < 0.5 {
+            true => Some(cosine_hemisphere([a, b])),
+            false => lobe.sample(omega_o, [a, b]),
+        };
+        // A draw below the horizon brings nothing.
+        let Some(omega_i) = omega_i else { continue };
+        let pair = DirectionPair::new(omega_i, omega_o);
+        let density = 0.5 * (cosine_hemisphere_pdf(omega_i) + lobe.pdf(&pair));
+        let split = surface.split(&pair);
+        let mut values = [0.0; CLASSES + 1];
+        for class in 0..CLASSES {
+            values[class] = split.value[class][0] * omega_i.cos_theta() / density;
+            values[CLASSES] += values[class];
+        }
+        for (sum, value) in sums.iter_mut().zip(values) {
+            sum[0] += value;
+            sum[1] += value * value;
+        }
+    }
+    let n = count as f64;
+    let mean = sums.map(|[sum, _]| sum / n);
+    let error = sums.map(|[sum, square]| ((square - sum * sum / n) / (n * n)).max(0.0).sqrt());
+    (mean, error)
+}
+
+#[test]
+fn one_facet_is_the_model_of_single_reflection() {
+    let fresnel = FresnelSpec::Schlick(gonio::brdf::microfacet::fresnel::SchlickSpec {
+        f0: Spectrum::Rgb([0.9, 0.5, 0.1]),
+    });
+    fn compare<D: Distribution>(fresnel: &FresnelSpec) {
+        for alpha in [
+            Roughness::Isotropic(0.3),
+            Roughness::Anisotropic([0.05, 1.5]),
+        ] {
+            let facets = FacetsSpec::Mirror(fresnel.clone());
+            let first = paths(Part::First, 2);
+            let walk = SmithMultiple::<D>::new(alpha, &facets, first, Channels::Rgb);
+            let model = Microfacet::<D>::new(alpha, fresnel, Channels::Rgb);
+            for pair in laws::pairs(2000, 3) {
+                let [mut a, mut b] = [[0.0; 3]; 2];
+                _ = walk.eval(&pair, &mut a);
+                _ = model.eval(&pair, &mut b);
+                for (a, b) in a.iter().zip(b) {
+                    // Twelve digits, of D at 1e-12 of a half vector's angle where it is steep.
+                    assert!((a - b).abs() <= 1e-12 * b.max(1e-3), "{a} {b} {pair:?}");
+                }
+                assert!(
+                    walk.split(&pair)
+                        .error
+                        .iter()
+                        .all(|e| *e <= 1e-12 * a[0].max(1.0))
+                );
+            }
+        }
+    }
+    compare::<Ggx>(&fresnel);
+    compare::<Beckmann>(&fresnel);
+}
+
+/// GGX of roughness 1 seen along the normal: the energy of one facet is 1 − ln 2.
+#[test]
+fn one_facet_of_unit_roughness_has_a_closed_form() {
+    let alpha = Roughness::Isotropic(1.0);
+    let first = paths(Part::First, 2);
+    let surface = SmithMultiple::<Ggx>::new(alpha, &MIRRORS, first, Channels::Luminance);
+    let albedo = laws::directional_albedo(&surface, Direction::NORMAL).value[0];
+    assert!(
+        (albedo - (1.0 - std::f64::consts::LN_2)).abs() < 1e-8,
+        "{albedo}"
+    );
+}
+
+/// Energies of one, two and three facets by an independent walk (± .001); the rest, so that all of them are 1.
+#[test]
+fn energies_are_those_of_an_independent_walk() {
+    let known = [
+        (0.1, 0.0, [0.988, 0.011]),
+        (0.5, 0.0, [0.688, 0.232]),
+        (0.5, 60.0, [0.698, 0.240]),
+        (1.0, 0.0, [0.306, 0.323]),
+    ];
+    for (alpha, theta_deg, known) in known {
+        let alpha = Roughness::Isotropic(alpha);
+        let omega_o = Direction::from_spherical(f64::to_radians(theta_deg), 0.4);
+        let (mean, error) = energies(&surface::<Ggx>(alpha, &MIRRORS, 4), alpha, omega_o, 40_000);
+        for (class, known) in known.into_iter().enumerate() {
+            let off = (mean[class] - known).abs();
+            assert!(
+                off < 0.0015 + 3.0 * error[class],
+                "{alpha} {theta_deg} {mean:?} {error:?}"
+            );
+            assert!(error[class] < 0.006, "{error:?}");
+        }
+    }
+}
+
+#[test]
+fn no_light_is_lost() {
+    let views = [0.0, 30.0, 60.0, 80.0].map(|t| Direction::from_spherical(f64::to_radians(t), 0.4));
+    fn check<D: Distribution>(alpha: Roughness, facets: &FacetsSpec, views: &[Direction]) {
+        let surface = surface::<D>(alpha, facets, 4);
+        for view in views {
+            let (mean, error) = energies(&surface, alpha, *view, 20_000);
+            let [all, off] = [mean[CLASSES], error[CLASSES]];
+            assert!(
+                (all - 1.0).abs() < 3.5 * off,
+                "{alpha} {view:?}: {all} ± {off}"
+            );
+            assert!(off < 0.03, "{alpha} {view:?}: ± {off}");
+        }
+    }
+    for alpha in [
+        Roughness::Isotropic(0.2),
+        Roughness::Anisotropic([0.3, 1.0]),
+    ] {
+        for facets in [MIRRORS, white()] {
+            check::<Ggx>(alpha, &facets, &views);
+            check::<Beckmann>(alpha, &facets, &views);
+        }
+    }
+}
+
+#[test]
+fn equal_pairs_have_equal_values() {
+    for (alpha, facets) in [
+        (Roughness::Isotropic(0.3), MIRRORS),
+        (Roughness::Anisotropic([0.3, 0.8]), MIRRORS),
+        (Roughness::Isotropic(0.6), white()),
+    ] {
+        let surface = surface::<Ggx>(alpha, &facets, 16);
+        let pairs = laws::pairs(500, 5);
+        let exchanged = laws::reciprocity(&surface, &pairs);
+        assert!(exchanged.max_relative < 1e-9, "{exchanged:?}");
+        let mirrored = laws::bilateral_symmetry(&surface, &pairs);
+        assert!(mirrored.max_relative < 1e-9, "{mirrored:?}");
+        if alpha.is_isotropic() {
+            let turned = laws::isotropy(&surface, &pairs, 1);
+            assert!(turned.max_relative < 1e-9, "{turned:?}");
+        }
+    }
+}
+
+#[test]
+fn values_are_finite_at_the_edges() {
+    for alpha in [1e-6, 1e-3, 0.3, 10.0] {
+        for facets in [MIRRORS, white()] {
+            let alpha = Roughness::Isotropic(alpha);
+            let edges = laws::edge_pairs();
+            let found = laws::positivity(&surface::<Ggx>(alpha, &facets, 8), &edges);
+            assert!(found.holds(), "ggx {alpha}: {found:?}");
+            let found = laws::positivity(&surface::<Beckmann>(alpha, &facets, 8), &edges);
+            assert!(found.holds(), "Beckmann {alpha}: {found:?}");
+        }
+    }
+}
+
+/// Values of two seeds differ by what their errors say.
+#[test]
+fn errors_are_what_values_are_off_by() {
+    let alpha = Roughness::Isotropic(0.5);
+    for facets in [MIRRORS, white()] {
+        let of = |seed| {
+            let paths = Paths {
+                seed,
+                ..paths(Part::All, 400)
+            };
+            SmithMultiple::<Ggx>::new(alpha, &facets, paths, Channels::Luminance)
+        };
+        let [a, b] = [of(1), of(2)];
+        let pairs: Vec<_> = laws::pairs(800, 9).into_iter().step_by(2).collect();
+        let (mut square, mut n) = ([0.0; CLASSES + 1], 0.0);
+        for pair in pairs {
+            let [a, b] = [a.split(&pair), b.split(&pair)];
+            n += 1.0;
+            for class in 0..CLASSES {
+                let off = a.value[class][0] - b.value[class][0];
+                let error = a.error[class].hypot(b.error[class]);
+                square[class] += if off == 0.0 {
+                    0.0
+                } else {
+                    (off / error).powi(2)
+                };
+            }
+            let sum = |s: &gonio::light_paths::Split| s.value.iter().map(|v| v[0]).sum::<f64>();
+            square[CLASSES] += ((sum(&a) - sum(&b)) / a.error_of_sum.hypot(b.error_of_sum)).powi(2);
+        }
+        let ratio = square.map(|s: f64| (s / n).sqrt());
+        // The first class of mirrors is exact.
+        let judged = if facets == MIRRORS {
+            &ratio[1..]
+        } else {
+            &ratio[..]
+        };
+        assert!(judged.iter().all(|r| (0.85..1.2).contains(r)), "{ratio:?}");
+    }
+}
+
+#[cfg(feature = "surfaces")]
+mod surfaces {
+    use super::{MIRRORS, white};
+    use glam::DVec3;
+    use gonio::brdf::Channels;
+    use gonio::brdf::microfacet::FresnelSpec;
+    use gonio::geometry::Direction;
+    use gonio::light_paths::surface::{self, HeightField};
+    use gonio::light_paths::{Energies, Exit, FacetsSpec, Ray, Tracer, Transport, TransportSpec};
+    use gonio::registry;
+    use gonio::sampling::Random;
+
+    fn field(kind: &str, text: &str) -> HeightField {
+        let entries = surface::all();
+        let entry = entries.iter().find(|e| e.kind == kind).unwrap();
+        registry::read_text(entry, text).unwrap().build().unwrap()
+    }
+
+    fn energies(
+        field: &HeightField,
+        facets: &FacetsSpec,
+        omega_i: Direction,
+        rays: u64,
+    ) -> Energies {
+        let spec = TransportSpec {
+            rays,
+            seed: 3,
+            last: usize::MAX,
+        };
+        Transport::new(field, facets, &Channels::Luminance).energies(omega_i, &spec)
+    }
+
+    fn at(theta_deg: f64, phi_deg: f64) -> Direction {
+        Direction::from_spherical(theta_deg.to_radians(), phi_deg.to_radians())
+    }
+
+    /// Grooves of 45°, light in the plane across them: tan θ of it leaves after one facet, the rest after two, back to the light.
+    #[test]
+    fn square_grooves_have_a_closed_form() {
+        let grooves = field("v-grooves", "angle_deg = 45.0\nsize = 16");
+        for theta_deg in [0.0, 10.0, 30.0, 44.0] {
+            let found = energies(&grooves, &MIRRORS, at(theta_deg, 0.0), 100_000);
+            let first = theta_deg.to_radians().tan();
+            let error = (first * (1.0 - first) / 1e5).sqrt();
+            assert!(
+                (found.bounces[0] - first).abs() < 4.0 * error + 1e-4,
+                "{found:?}"
+            );
+            assert!(
+                (found.bounces[1] - (1.0 - first)).abs() < 4.0 * error + 1e-4,
+                "{found:?}"
+            );
+        }
+    }
+
+    #[test]
+    fn a_plane_reflects_once() {
+        let plane = HeightField::new([3, 2], &[0.7; 6]).unwrap();
+        for theta_deg in [0.0, 45.0, 89.9] {
+            let found = energies(&plane, &MIRRORS, at(theta_deg, 20.0), 5000);
+            assert_eq!(
+                (found.bounces, found.lost),
+                ([1.0, 0.0, 0.0], 0),
+                "{theta_deg}"
+            );
+        }
+    }
+
+    /// Without absorption everything leaves; with it, what leaves and what is absorbed is everything.
+    #[test]
+    fn no_ray_is_lost() {
+        let metal = FacetsSpec::default();
+        let grey = FacetsSpec::Mirror(FresnelSpec::default());
+        for entry in surface::all() {
+            for example in entry.examples {
+                let field = registry::read_text(&entry, example)
+                    .unwrap()
+                    .build()
+                    .unwrap();
+                for facets in [&MIRRORS, &white(), &metal, &grey] {
+                    for theta_deg in [0.0, 30.0, 60.0, 80.0, 89.0] {
+                        let found = energies(&field, facets, at(theta_deg, 33.0), 8000);
+                        let out: f64 = found.bounces.iter().sum();
+                        let name = entry.kind;
+                        assert_eq!(found.lost, 0, "{name} {theta_deg}: {found:?}");
+                        let sum = out + found.absorbed;
+                        assert!((sum - 1.0).abs() < 1e-11, "{name} {theta_deg}: {found:?}");
+                        if *facets == MIRRORS || *facets == white() {
+                            assert!((out - 1.0).abs() < 1e-11, "{name} {theta_deg}: {found:?}");
+                        }
+                    }
+                }
+            }
+        }
+    }
+
+    /// The first of all triangles of the period and its neighbours that a ray meets, by the crossing of a plane.
+    fn first_of_all(field: &HeightField, from: DVec3, direction: DVec3, after: f64) -> Option<f64> {
+        let [nx, ny] = field.size();
+        let mut first: Option<f64> = None;
+        for y in 0..ny {
+            for x in 0..nx {
+                let [a, b, c, d] = field.corners([x, y]);
+                let corner =
+                    |u: usize, v: usize, z: f64| DVec3::new((x + u) as f64, (y + v) as f64, z);
+                let [a, b, c, d] = [
+                    corner(0, 0, a),
+                    corner(1, 0, b),
+                    corner(0, 1, c),
+                    corner(1, 1, d),
+                ];
+                for [p, q, r] in [[a, b, d], [a, d, c]] {
+                    for (tx, ty) in (-2..=2).flat_map(|tx| (-2..=2).map(move |ty| (tx, ty))) {
+                        let shift =
+                            DVec3::new((tx * nx as i32).into(), (ty * ny as i32).into(), 0.0);
+                        let (e, f) = (q - p, r - p);
+                        let s = direction.cross(f);
+                        let det = e.dot(s);
+                        let to = from - p - shift;
+                        let u = to.dot(s) / det;
+                        let k = to.cross(e);
+                        let v = direction.dot(k) / det;
+                        let t = f.dot(k) / det;
+                        if u >= 0.0
+                            && v >= 0.0
+                            && u + v <= 1.0
+                            && t > after
+                            && first.is_none_or(|f| t < f)
+                        {
+                            first = Some(t);
+                        }
+                    }
+                }
+            }
+        }
+        first
+    }
+
+    /// Whole paths, ray by ray, on heights that are all different, of periods that are no squares.
+    #[test]
+    fn rays_hit_what_they_meet_first() {
+        let random = Random::new(11);
+        for (size, steep) in [([13, 7], 1.0), ([2, 9], 3.0), ([70, 3], 0.4)] {
+            let mut stream = random.stream(size[0] as u64);
+            let heights: Vec<f64> = (0..size[0] * size[1])
+                .map(|_| steep * stream.next())
+                .collect();
+            let field = HeightField::new(size, &heights).unwrap();
+            let tracer = Tracer::new(&field);
+            let mut compared = 0;
+            for _ in 0..120 {
+                let theta = 1.1 * stream.next();
+                let phi = std::f64::consts::TAU * stream.next();
+                let direction = -Direction::from_spherical(theta, phi).vector();
+                let mut ray: Ray = tracer.from_sky([stream.next(), stream.next()], direction);
+                let mut after = -1e-9;
+                for _ in 0..6 {
+                    let (from, way) = (ray.place(), ray.direction());
+                    let met = first_of_all(&field, from, way, after);
+                    match tracer.follow(ray) {
+                        Exit::Hit(hit) => {
+                            let place = hit.place();
+                            let back =
+                                |x: f64, n: usize| x - (x / n as f64 + 0.5).floor() * n as f64;
+                            // Within the two periods on each side that are searched.
+                            if let Some(t) = met {
+                                let off = from + way * t - place;
+                                let off =
+                                    DVec3::new(back(off.x, size[0]), back(off.y, size[1]), off.z);
+                                assert!(off.length() < 1e-9, "{off} {from} {way}");
+                                compared += 1;
+                            }
+                            let next = way - 2.0 * way.dot(hit.normal) * hit.normal;
+                            ray = hit.turned(next.normalize());
+                            after = 1e-9;
+                        }
+                        Exit::Sky => {
+                            assert!(met.is_none(), "{from} {way}");
+                            compared += 1;
+                            break;
+                        }
+                        Exit::Lost => panic!("{from} {way}"),
+                    }
+                }
+            }
+            assert!(compared > 200, "{compared}");
+        }
+    }
+
+    /// Energies do not depend on the number of threads.
+    #[test]
+    fn threads_do_not_matter() {
+        let field = field("gaussian", "size = 64\ncorrelation = 6");
+        let on = |threads: usize| {
+            let pool = rayon::ThreadPoolBuilder::new()
+                .num_threads(threads)
+                .build()
+                .unwrap();
+            let found =
+                pool.install(|| energies(&field, &FacetsSpec::default(), at(50.0, 0.0), 20_000));
+            (found.bounces, found.errors, found.absorbed)
+        };
+        assert_eq!(on(1), on(2));
+    }
+}
