@@ -1,9 +1,11 @@
 //! Light by the number of facets it met: closed forms, an independent walk, energy and laws within errors.
 
 use gonio::brdf::microfacet::{Beckmann, Distribution, FresnelSpec, Ggx, Microfacet};
-use gonio::brdf::{Brdf, Channels, Roughness, SampleBrdf, Spectrum, laws};
+use gonio::brdf::{
+    Brdf, CLASSES, Channels, Part, Roughness, SampleBrdf, Spectrum, SplitBrdf, laws,
+};
 use gonio::geometry::{Direction, DirectionPair};
-use gonio::light_paths::{CLASSES, DiffuseSpec, FacetsSpec, Part, Paths, SmithMultiple};
+use gonio::light_paths::{DiffuseSpec, FacetsSpec, Paths, SmithMultiple};
 use gonio::sampling::{Random, cosine_hemisphere, cosine_hemisphere_pdf};
 
 const MIRRORS: FacetsSpec = FacetsSpec::Mirror(FresnelSpec::None);
@@ -88,7 +90,8 @@ fn one_facet_is_the_model_of_single_reflection() {
                 }
                 assert!(
                     walk.split(&pair)
-                        .error
+                        .transport
+                        .classes
                         .iter()
                         .all(|e| *e <= 1e-12 * a[0].max(1.0))
                 );
@@ -214,17 +217,15 @@ fn errors_are_what_values_are_off_by() {
         for pair in pairs {
             let [a, b] = [a.split(&pair), b.split(&pair)];
             n += 1.0;
-            for class in 0..CLASSES {
-                let off = a.value[class][0] - b.value[class][0];
-                let error = a.error[class].hypot(b.error[class]);
-                square[class] += if off == 0.0 {
-                    0.0
-                } else {
-                    (off / error).powi(2)
+            let parts = Part::CLASSES.into_iter().chain([Part::All]);
+            for (square, part) in square.iter_mut().zip(parts) {
+                let off = a.part(part)[0] - b.part(part)[0];
+                let error = a.error(part).hypot(b.error(part));
+                *square += match off == 0.0 {
+                    true => 0.0,
+                    false => (off / error).powi(2),
                 };
             }
-            let sum = |s: &gonio::light_paths::Split| s.value.iter().map(|v| v[0]).sum::<f64>();
-            square[CLASSES] += ((sum(&a) - sum(&b)) / a.error_of_sum.hypot(b.error_of_sum)).powi(2);
         }
         let ratio = square.map(|s: f64| (s / n).sqrt());
         // The first class of mirrors is exact.
@@ -234,6 +235,62 @@ fn errors_are_what_values_are_off_by() {
             &ratio[..]
         };
         assert!(judged.iter().all(|r| (0.85..1.2).contains(r)), "{ratio:?}");
+    }
+}
+
+/// What leaves along paths is what values integrate to, of each class: two ways that share the walk alone, one by what a facet
+/// sends to the sensor, one by where light goes.
+#[test]
+fn paths_bring_what_values_promise() {
+    let alpha = Roughness::Anisotropic([0.3, 0.8]);
+    let coloured = FacetsSpec::Mirror(FresnelSpec::Schlick(
+        gonio::brdf::microfacet::fresnel::SchlickSpec {
+            f0: Spectrum::Rgb([0.9, 0.5, 0.1]),
+        },
+    ));
+    for facets in [coloured, white()] {
+        let surface = surface::<Ggx>(alpha, &facets, 8);
+        let n = 1 << 18;
+        let mut along = [[0.0; 2]; CLASSES];
+        let blocks = 16;
+        for block in 0..blocks {
+            surface.paths(block, n / blocks as usize, &mut |path| {
+                assert!(path.pair.is_above_horizon() && path.met > 0);
+                let class = &mut along[Part::of(path.met).classes().start];
+                class[0] += path.light;
+                class[1] += path.light * path.light;
+            });
+        }
+        // Both directions as their cosines: density cos cos / π², so the mean of π² f is the integral, and π f of the shares.
+        let random = Random::new(11);
+        let pairs = 1 << 16;
+        let mut values = [[0.0; 2]; CLASSES];
+        for i in 0..pairs {
+            let [a, b, c, d] = random.point(i);
+            let pair = DirectionPair::new(cosine_hemisphere([a, b]), cosine_hemisphere([c, d]));
+            let split = surface.split(&pair);
+            for (sum, value) in values.iter_mut().zip(&split.value) {
+                let value = std::f64::consts::PI * value[0];
+                sum[0] += value;
+                sum[1] += value * value;
+            }
+        }
+        let mean = |[sum, square]: [f64; 2], n: f64| {
+            let mean = sum / n;
+            (mean, ((square / n - mean * mean) / n).sqrt())
+        };
+        for class in 0..CLASSES {
+            let (a, ea) = mean(along[class], n as f64);
+            let (b, eb) = mean(values[class], pairs as f64);
+            assert!(
+                (a - b).abs() < 4.0 * ea.hypot(eb),
+                "{class}: {a} ± {ea}, {b} ± {eb}"
+            );
+            assert!(
+                ea < 0.01 * a && eb < 0.03 * b,
+                "{class}: {a} ± {ea}, {b} ± {eb}"
+            );
+        }
     }
 }
 

@@ -2,6 +2,7 @@
 //!
 //! Values are f_r in sr⁻¹ **without** the cosine.
 
+mod bounces;
 mod channels;
 mod favours;
 mod half_vector;
@@ -24,6 +25,7 @@ pub(crate) mod testing;
 mod ward;
 mod watched;
 
+pub use bounces::{CLASSES, LightPath, Part, Split, SplitBrdf, SplitErrors};
 pub use channels::{Channels, Wavelengths};
 pub use favours::Favours;
 pub use lambert::{Lambert, LambertSpec};
@@ -115,6 +117,11 @@ pub trait Brdf: Send + Sync {
 
     /// The sampler, for models that can draw directions.
     fn as_sample(&self) -> Option<&dyn SampleBrdf> {
+        None
+    }
+
+    /// Itself, if it tells light apart by the number of facets it met.
+    fn as_split(&self) -> Option<&dyn SplitBrdf> {
         None
     }
 

@@ -4,8 +4,11 @@ use crate::brdf::microfacet::fresnel::{self, Fresnel, FresnelSpec};
 use crate::brdf::{ChannelValues, Channels, Spectrum};
 use crate::error::ParameterError;
 use crate::registry::{self, Entry, ReadError, Table};
+use crate::sampling::{RandomStream, cosine_hemisphere};
+use glam::DVec3;
 use serde::de::IgnoredAny;
 use serde::{Deserialize, Serialize};
+use smallvec::smallvec;
 
 const MIRROR: Entry<FacetsSpec> = Entry {
     kind: "mirror",
@@ -142,6 +145,44 @@ impl Facets {
             FacetsSpec::Diffuse(spec) => Facets::Diffuse(spec.albedo.linear(channels).into()),
         }
     }
+
+    /// Where light goes that comes from `back`, drawn at a facet of that normal, and what the facet leaves of `weight`.
+    #[inline]
+    pub(super) fn scatter(
+        &self,
+        back: DVec3,
+        normal: DVec3,
+        weight: &mut ChannelValues,
+        random: &mut RandomStream,
+    ) -> DVec3 {
+        let next = match self {
+            Facets::Mirror(fresnel) => {
+                let cos_d = back.dot(normal).clamp(0.0, 1.0);
+                let mut share: ChannelValues = smallvec![0.0; weight.len()];
+                fresnel.scale(&[cos_d], &[1.0], &mut share);
+                weight.iter_mut().zip(&share).for_each(|(w, s)| *w *= s);
+                2.0 * cos_d * normal - back
+            }
+            Facets::Diffuse(albedo) => {
+                weight.iter_mut().zip(albedo).for_each(|(w, a)| *w *= a);
+                let local = cosine_hemisphere([random.next(), random.next()]).vector();
+                let (t, b) = normal.any_orthonormal_pair();
+                t * local.x + b * local.y + normal * local.z
+            }
+        };
+        next.normalize()
+    }
+}
+
+/// Russian roulette: false if chance ends the path; else its `weight` makes up for those that it ended.
+#[inline]
+pub(super) fn survives(weight: &mut ChannelValues, random: &mut RandomStream) -> bool {
+    let most = weight.iter().copied().fold(0.0, f64::max).min(1.0);
+    if random.next() >= most {
+        return false;
+    }
+    weight.iter_mut().for_each(|w| *w /= most);
+    true
 }
 
 #[cfg(test)]

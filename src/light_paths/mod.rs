@@ -4,11 +4,11 @@
 //!
 //! f_r = f₁ + f₂ + f₃₊,   f_n the part of light that met n facets.
 //!
-//! Values are means over random paths and have a standard error ([`Split`]). The same pair has the same paths in every run and on
+//! Values are means over random paths and have a standard error ([`Split`](crate::brdf::Split)). The same pair has the same paths in every run and on
 //! every number of threads, and so has its mirror image, its reverse, and, of isotropic facets, the pair as the sample is
 //! turned.
 
-mod bounces;
+mod accumulate;
 mod canonical;
 mod facets;
 mod smith;
@@ -20,7 +20,7 @@ mod trace;
 mod transport;
 mod walk;
 
-pub use bounces::{Bounces, CLASSES, Part, Split};
+pub use accumulate::Bounces;
 pub use facets::{DiffuseSpec, FacetsSpec, all as facets, read as read_facets};
 pub use smith::{ENTRY as SMITH_MULTIPLE, Paths, SmithMultiple, SmithMultipleSpec};
 #[cfg(feature = "surfaces")]

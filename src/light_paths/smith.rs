@@ -1,18 +1,19 @@
 //! `smith-multiple`: a rough surface whose facets send light to each other.
 
-use super::bounces::{Bounces, Part, Split, followed};
+use super::accumulate::{Bounces, followed};
 use super::canonical::canonical;
 use super::facets::{self, Facets, FacetsSpec};
 use super::walk::Walk;
 use crate::brdf::laws;
 use crate::brdf::microfacet::{Beckmann, Distribution, Ggx};
 use crate::brdf::{
-    Brdf, BrdfSpec, BuildError, ChannelValues, Channels, Favours, Presence, Roughness, Tables,
+    Brdf, BrdfSpec, BuildError, ChannelValues, Channels, Favours, LightPath, Part, Presence,
+    Roughness, Split, SplitBrdf, Tables,
 };
 use crate::error::{ParameterError, count};
-use crate::geometry::{DirectionPair, Symmetry};
+use crate::geometry::{Direction, DirectionPair, Symmetry};
 use crate::registry::{self, Entry, ReadError, Table};
-use crate::sampling::Random;
+use crate::sampling::{Random, cosine_hemisphere};
 use serde::de::IgnoredAny;
 use serde::{Deserialize, Serialize};
 use smallvec::smallvec;
@@ -204,39 +205,17 @@ impl<D: Distribution> SmithMultiple<D> {
     /// Facets of roughness `alpha`.
     pub fn new(alpha: Roughness, facets: &FacetsSpec, paths: Paths, channels: Channels) -> Self {
         let followed = followed(&channels, facets.distinct(&channels));
-        let last = match paths.bounces.classes().end {
-            super::CLASSES => usize::MAX,
-            last => last,
-        };
         Self {
             symmetry: symmetry(alpha),
             walk: Walk {
                 normals: D::new(alpha),
                 facets: Facets::new(facets, &followed),
-                last,
+                last: paths.bounces.last(),
             },
             channels,
             followed,
             paths,
         }
-    }
-
-    /// f_r of a pair by the number of facets, in the channels that light is followed in: R, G, B where a scene in luminance has
-    /// facets of some colour. What comes after the last one that is asked for is 0.
-    pub fn split(&self, pair: &DirectionPair) -> Split {
-        let channels = self.followed.count();
-        let mut bounces = Bounces::new(channels);
-        if pair.is_above_horizon() {
-            let (pair, key) = canonical(pair, self.symmetry.isotropic);
-            let mut random = self.random(&key);
-            let ways = [pair, [pair[1], pair[0]]];
-            for path in 0..self.paths.paths {
-                self.walk
-                    .follow(ways[path % 2], &mut random, &mut bounces, channels);
-                bounces.end(|values| self.followed.luminance(values));
-            }
-        }
-        bounces.split()
     }
 
     /// The numbers of a pair.
@@ -267,46 +246,76 @@ impl<D: Distribution> Brdf for SmithMultiple<D> {
     }
 
     fn eval(&self, pair: &DirectionPair, out: &mut [f64]) -> Presence {
-        let split = self.split(pair);
-        let mut sum: ChannelValues = smallvec![0.0; self.followed.count()];
-        for class in self.paths.bounces.classes() {
-            sum.iter_mut()
-                .zip(&split.value[class])
-                .for_each(|(s, v)| *s += v);
-        }
-        match out {
-            [luminance] => *luminance = self.followed.luminance(&sum),
-            out => out.copy_from_slice(&sum),
-        }
+        out.copy_from_slice(&self.split(pair).part(self.paths.bounces));
         Presence::Present
     }
 
     fn remarks(&self) -> Vec<String> {
-        let pairs = laws::pairs(64, self.paths.seed);
-        let classes = self.paths.bounces.classes();
-        let [mut value, mut error] = [0.0; 2];
-        for pair in &pairs {
-            let split = self.split(pair);
-            let of = classes
-                .clone()
-                .map(|c| self.followed.luminance(&split.value[c]));
-            value += of.sum::<f64>().powi(2);
-            let off = if classes.len() == 1 {
-                split.error[classes.start]
-            } else {
-                split.error_of_sum
-            };
-            error += off * off;
-        }
-        let share = if value > 0.0 {
-            100.0 * (error / value).sqrt()
-        } else {
-            0.0
-        };
-        vec![format!(
-            "{} a pair: values have a standard error of {share:.2} % of their root mean square ({} of all elevations and lobes)",
-            count(self.paths.paths, "path"),
-            count(pairs.len(), "pair"),
-        )]
+        vec![remark(self, self.paths)]
     }
+
+    fn as_split(&self) -> Option<&dyn SplitBrdf> {
+        Some(self)
+    }
+}
+
+impl<D: Distribution> SplitBrdf for SmithMultiple<D> {
+    fn split(&self, pair: &DirectionPair) -> Split {
+        let channels = self.followed.count();
+        let mut bounces = Bounces::new(channels);
+        if pair.is_above_horizon() {
+            let (pair, key) = canonical(pair, self.symmetry.isotropic);
+            let mut random = self.random(&key);
+            let ways = [pair, [pair[1], pair[0]]];
+            for path in 0..self.paths.paths {
+                self.walk
+                    .follow(ways[path % 2], &mut random, &mut bounces, channels);
+                bounces.end(|values| self.followed.luminance(values));
+            }
+        }
+        bounces.split(&self.followed, &self.channels)
+    }
+
+    fn paths(&self, block: u64, count: usize, each: &mut dyn FnMut(LightPath)) {
+        // Far from the numbers of pairs, which are hashes.
+        let mut random = Random::new(!self.paths.seed).stream(block);
+        for _ in 0..count {
+            let omega_i = cosine_hemisphere([random.next(), random.next()]);
+            let mut weight: ChannelValues = smallvec![1.0; self.followed.count()];
+            let left = self.walk.path(omega_i.vector(), &mut random, &mut weight);
+            if let Some((omega_o, met)) = left
+                && let Some(omega_o) = Direction::try_new(omega_o)
+            {
+                each(LightPath {
+                    pair: DirectionPair::new(omega_i, omega_o),
+                    met,
+                    light: self.followed.luminance(&weight),
+                });
+            }
+        }
+    }
+}
+
+/// What values may be off by, of a material in random paths.
+pub(super) fn remark(brdf: &dyn SplitBrdf, paths: Paths) -> String {
+    let pairs = laws::pairs(64, paths.seed);
+    let [mut value, mut error] = [0.0; 2];
+    for pair in &pairs {
+        let split = brdf.split(pair);
+        value += brdf
+            .channels()
+            .luminance(&split.part(paths.bounces))
+            .powi(2);
+        error += split.error(paths.bounces).powi(2);
+    }
+    let share = if value > 0.0 {
+        100.0 * (error / value).sqrt()
+    } else {
+        0.0
+    };
+    format!(
+        "{} a pair: values have a standard error of {share:.2} % of their root mean square ({} of all elevations and lobes)",
+        count(paths.paths, "path"),
+        count(pairs.len(), "pair"),
+    )
 }

@@ -1,13 +1,12 @@
 //! Light that goes through a surface, counted by the number of facets it met.
 
-use super::bounces::CLASSES;
-use super::facets::Facets;
+use super::facets::{Facets, survives};
 use super::surface::HeightField;
 use super::trace::{Exit, Ray, Tracer};
-use super::{FacetsSpec, bounces};
-use crate::brdf::{ChannelValues, Channels};
+use super::{FacetsSpec, accumulate};
+use crate::brdf::{CLASSES, ChannelValues, Channels};
 use crate::geometry::Direction;
-use crate::sampling::{Random, cosine_hemisphere};
+use crate::sampling::Random;
 use glam::DVec3;
 use rayon::prelude::*;
 use serde::Serialize;
@@ -75,7 +74,7 @@ struct Sums {
 impl<'a> Transport<'a> {
     /// Light through `field`.
     pub fn new(field: &'a HeightField, facets: &FacetsSpec, channels: &Channels) -> Self {
-        let channels = bounces::followed(channels, facets.distinct(channels));
+        let channels = accumulate::followed(channels, facets.distinct(channels));
         Self {
             tracer: Tracer::new(field),
             facets: Facets::new(facets, &channels),
@@ -135,7 +134,6 @@ impl<'a> Transport<'a> {
         sums: &mut Sums,
     ) -> Option<(DVec3, usize, f64)> {
         let mut weight: ChannelValues = smallvec![1.0; self.channels.count()];
-        let mut share = weight.clone();
         let mut light = 1.0;
         for met in 0..TRAPPED {
             sums.segments += 1;
@@ -153,35 +151,20 @@ impl<'a> Transport<'a> {
             }
             let back = -hit.direction();
             let before = light;
-            let next = match &self.facets {
-                Facets::Mirror(fresnel) => {
-                    let cos_d = back.dot(hit.normal).clamp(0.0, 1.0);
-                    fresnel.scale(&[cos_d], &[1.0], &mut share);
-                    weight.iter_mut().zip(&share).for_each(|(w, s)| *w *= s);
-                    2.0 * cos_d * hit.normal - back
-                }
-                Facets::Diffuse(albedo) => {
-                    weight.iter_mut().zip(albedo).for_each(|(w, a)| *w *= a);
-                    let local = cosine_hemisphere([random.next(), random.next()]).vector();
-                    let (t, b) = hit.normal.any_orthonormal_pair();
-                    t * local.x + b * local.y + hit.normal * local.z
-                }
-            };
+            let next = self.facets.scatter(back, hit.normal, &mut weight, random);
             light = self.channels.luminance(&weight);
             sums.absorbed += before - light;
             if met + 1 >= CERTAIN {
-                let most = weight.iter().copied().fold(0.0, f64::max).min(1.0);
-                if random.next() >= most {
+                if !survives(&mut weight, random) {
                     // What chance takes here it gives to those that go on.
                     sums.absorbed += light;
                     return None;
                 }
-                weight.iter_mut().for_each(|w| *w /= most);
                 let kept = self.channels.luminance(&weight);
                 sums.absorbed += light - kept;
                 light = kept;
             }
-            ray = hit.turned(next.normalize());
+            ray = hit.turned(next);
         }
         sums.lost += 1;
         None

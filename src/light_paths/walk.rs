@@ -13,12 +13,12 @@
 //! followed, their share is taken off the weight instead. So light of one facet is exact for mirrors: D G₂ F/(4 cos θ_i cos θ_o)
 //! with the height-correlated G₂, and rare second facets of smooth surfaces are found by every path.
 
-use super::bounces::Bounces;
-use super::facets::Facets;
+use super::accumulate::Bounces;
+use super::facets::{Facets, survives};
 use crate::brdf::ChannelValues;
 use crate::brdf::microfacet::Distribution;
 use crate::numeric::DENOMINATOR_FLOOR;
-use crate::sampling::{RandomStream, cosine_hemisphere};
+use crate::sampling::RandomStream;
 use glam::DVec3;
 use smallvec::smallvec;
 use std::f64::consts::FRAC_1_PI;
@@ -72,7 +72,7 @@ impl<D: Distribution> Walk<D> {
             }
             let normal = self.normals.visible_normal(back, random);
             let seen = seen / cos_to;
-            let next = match &self.facets {
+            match &self.facets {
                 Facets::Mirror(fresnel) => {
                     let half = back + to;
                     if half.z > 0.0 && seen > 0.0 {
@@ -83,30 +83,50 @@ impl<D: Distribution> Walk<D> {
                         fresnel.scale(&[cos_d], &[density * seen], &mut values);
                         bounces.add(met, weight.iter().zip(&values).map(|(w, v)| w * v));
                     }
-                    let cos_d = back.dot(normal).clamp(0.0, 1.0);
-                    fresnel.scale(&[cos_d], &[held], &mut values);
-                    weight.iter_mut().zip(&values).for_each(|(w, v)| *w *= v);
-                    2.0 * cos_d * normal - back
                 }
                 Facets::Diffuse(albedo) => {
-                    weight.iter_mut().zip(albedo).for_each(|(w, a)| *w *= a);
                     let lit = normal.dot(to).max(0.0) * FRAC_1_PI * seen;
-                    bounces.add(met, weight.iter().map(|w| w * lit));
-                    weight.iter_mut().for_each(|w| *w *= held);
-                    let local = cosine_hemisphere([random.next(), random.next()]).vector();
-                    let (t, b) = normal.any_orthonormal_pair();
-                    t * local.x + b * local.y + normal * local.z
+                    bounces.add(met, weight.iter().zip(albedo).map(|(w, a)| w * a * lit));
                 }
-            };
-            if met >= CERTAIN {
-                let most = weight.iter().copied().fold(0.0, f64::max).min(1.0);
-                if random.next() >= most {
-                    return;
-                }
-                weight.iter_mut().for_each(|w| *w /= most);
             }
-            back = -next.normalize();
+            let next = self.facets.scatter(back, normal, &mut weight, random);
+            weight.iter_mut().for_each(|w| *w *= held);
+            if met >= CERTAIN && !survives(&mut weight, random) {
+                return;
+            }
+            back = -next;
         }
+    }
+
+    /// Follows light from `from` as it goes: where it leaves and how many facets it met, `None` of what chance ended or what
+    /// meets more than are asked for. `weight` is what is left of each channel.
+    pub fn path(
+        &self,
+        from: DVec3,
+        random: &mut RandomStream,
+        weight: &mut ChannelValues,
+    ) -> Option<(DVec3, usize)> {
+        let mut depth = 0.0f64;
+        let mut back = from;
+        for met in 0.. {
+            let area = self.normals.seen_area(back);
+            let optical = -(-random.next()).ln_1p();
+            // What it rises by; without facets it leaves.
+            let rise = -back.z * optical;
+            if rise > 0.0 && rise >= depth * area {
+                return (met > 0).then_some((-back, met));
+            }
+            if met == self.last || area <= 0.0 {
+                return None;
+            }
+            depth = (depth - rise / area).max(0.0);
+            let normal = self.normals.visible_normal(back, random);
+            back = -self.facets.scatter(back, normal, weight, random);
+            if met + 1 >= CERTAIN && !survives(weight, random) {
+                return None;
+            }
+        }
+        None
     }
 }
 

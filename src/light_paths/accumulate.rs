@@ -1,62 +1,7 @@
-//! Light by the number of facets it met.
+//! Paths that are averaged.
 
-use crate::brdf::{ChannelValues, Channels};
-use serde::{Deserialize, Serialize};
+use crate::brdf::{CLASSES, ChannelValues, Channels, Split, SplitErrors};
 use smallvec::smallvec;
-use std::fmt;
-
-/// Classes of light: one facet, two, three or more.
-pub const CLASSES: usize = 3;
-
-/// Light that is asked for, by the number of facets it met.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Part {
-    /// All of it.
-    #[default]
-    All,
-    /// One facet.
-    First,
-    /// Two.
-    Second,
-    /// Three or more.
-    Later,
-}
-
-impl Part {
-    /// The classes that it is made of.
-    pub fn classes(self) -> std::ops::Range<usize> {
-        match self {
-            Part::All => 0..CLASSES,
-            Part::First => 0..1,
-            Part::Second => 1..2,
-            Part::Later => 2..CLASSES,
-        }
-    }
-}
-
-/// As a config writes it.
-impl fmt::Display for Part {
-    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        f.write_str(match self {
-            Part::All => "all",
-            Part::First => "first",
-            Part::Second => "second",
-            Part::Later => "later",
-        })
-    }
-}
-
-/// f_r of one pair by the number of facets, and what it may be off by: sr⁻¹, without the cosine.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Split {
-    /// Value of each class and channel.
-    pub value: [ChannelValues; CLASSES],
-    /// Standard error of the luminance of each class.
-    pub error: [f64; CLASSES],
-    /// Standard error of the luminance of their sum; errors of classes that one path makes are not independent.
-    pub error_of_sum: f64,
-}
 
 /// Paths that are averaged: what each of them gave to the classes.
 #[derive(Clone, Debug)]
@@ -115,8 +60,9 @@ impl Bounces {
         }
     }
 
-    /// Means and standard errors; an error of one path is infinite where it brought light.
-    pub fn split(&self) -> Split {
+    /// Means and standard errors, of paths in the channels `followed`, for a scene in `channels`; an error of one path is
+    /// infinite where it brought light.
+    pub fn split(&self, followed: &Channels, channels: &Channels) -> Split {
         let n = self.paths as f64;
         let error = |[mean, square]: [f64; 2]| match self.paths {
             0 | 1 if mean == 0.0 => 0.0,
@@ -125,12 +71,15 @@ impl Bounces {
         };
         let [a, b, c, sum] = self.moments.map(error);
         Split {
-            value: self
-                .sums
-                .clone()
-                .map(|sums| sums.iter().map(|s| s / n.max(1.0)).collect()),
-            error: [a, b, c],
-            error_of_sum: sum,
+            value: self.sums.each_ref().map(|sums| {
+                let mean: ChannelValues = sums.iter().map(|s| s / n.max(1.0)).collect();
+                seen(mean, followed, channels)
+            }),
+            transport: SplitErrors {
+                classes: [a, b, c],
+                sum,
+            },
+            realisation: SplitErrors::default(),
         }
     }
 }
@@ -141,5 +90,17 @@ pub(super) fn followed(channels: &Channels, distinct: usize) -> Channels {
     match channels {
         Channels::Luminance if distinct > 1 => Channels::Rgb,
         other => other.clone(),
+    }
+}
+
+/// Values in the channels that light was followed in, for a scene in `channels`.
+pub(super) fn seen(
+    values: ChannelValues,
+    followed: &Channels,
+    channels: &Channels,
+) -> ChannelValues {
+    match channels.count() {
+        1 => smallvec![followed.luminance(&values)],
+        _ => values,
     }
 }

@@ -1,0 +1,142 @@
+//! Light told apart by the number of facets it met: f_r = f₁ + f₂ + f₃₊.
+
+use super::{Brdf, ChannelValues};
+use crate::geometry::DirectionPair;
+use serde::{Deserialize, Serialize};
+use std::fmt;
+
+/// Classes of light: one facet, two, three or more.
+pub const CLASSES: usize = 3;
+
+/// Light that is asked for, by the number of facets it met.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Part {
+    /// All of it.
+    #[default]
+    All,
+    /// One facet.
+    First,
+    /// Two.
+    Second,
+    /// Three or more.
+    Later,
+}
+
+impl Part {
+    /// The parts of one class each, in the order of the classes.
+    pub const CLASSES: [Part; CLASSES] = [Part::First, Part::Second, Part::Later];
+
+    /// The part of one class that light of so many facets, 1 or more, is in.
+    pub fn of(met: usize) -> Part {
+        Self::CLASSES[met.clamp(1, CLASSES) - 1]
+    }
+
+    /// The classes that it is made of.
+    pub fn classes(self) -> std::ops::Range<usize> {
+        match self {
+            Part::All => 0..CLASSES,
+            Part::First => 0..1,
+            Part::Second => 1..2,
+            Part::Later => 2..CLASSES,
+        }
+    }
+
+    /// The largest number of facets that has to be followed for it.
+    pub fn last(self) -> usize {
+        match self.classes().end {
+            CLASSES => usize::MAX,
+            last => last,
+        }
+    }
+}
+
+/// As a config writes it.
+impl fmt::Display for Part {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        f.write_str(match self {
+            Part::All => "all",
+            Part::First => "first",
+            Part::Second => "second",
+            Part::Later => "later",
+        })
+    }
+}
+
+/// Standard errors of luminance, sr⁻¹.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct SplitErrors {
+    /// Of each class.
+    pub classes: [f64; CLASSES],
+    /// Of their sum; errors of classes that one path makes are not independent.
+    pub sum: f64,
+}
+
+impl SplitErrors {
+    /// That of a part.
+    pub fn of(&self, part: Part) -> f64 {
+        match part {
+            Part::All => self.sum,
+            part => self.classes[part.classes().start],
+        }
+    }
+}
+
+/// f_r of one pair by the number of facets, and what it may be off by: sr⁻¹, without the cosine.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Split {
+    /// Value of each class and channel.
+    pub value: [ChannelValues; CLASSES],
+    /// Errors that more paths make smaller.
+    pub transport: SplitErrors,
+    /// Errors that only more surface makes smaller: of its kind this one is a draw. 0 of what is an average over all.
+    pub realisation: SplitErrors,
+}
+
+impl Split {
+    /// Values of a part, one a channel.
+    pub fn part(&self, part: Part) -> ChannelValues {
+        let mut classes = self.value[part.classes()].iter();
+        let mut sum = classes.next().cloned().unwrap_or_default();
+        for class in classes {
+            sum.iter_mut().zip(class).for_each(|(s, v)| *s += v);
+        }
+        sum
+    }
+
+    /// Standard error of the luminance of a part, both kinds together.
+    pub fn error(&self, part: Part) -> f64 {
+        self.transport.of(part).hypot(self.realisation.of(part))
+    }
+}
+
+/// A path of light through the facets of a surface.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LightPath {
+    /// Where it came from and where it left to.
+    pub pair: DirectionPair,
+    /// Facets it met, 1 or more.
+    pub met: usize,
+    /// Luminance that is left of it, 1 of a path that lost nothing.
+    pub light: f64,
+}
+
+/// A BRDF that tells light apart by the number of facets it met.
+pub trait SplitBrdf: Brdf {
+    /// f_r of a pair by the number of facets, in the channels of the BRDF. What comes after the last facet that the material
+    /// asks for is 0.
+    fn split(&self, pair: &DirectionPair) -> Split;
+
+    /// Follows `count` paths of block `block` and hands over those that leave. Light comes from the hemisphere as its cosine, so
+    /// the mean of [`LightPath::light`] over all `count` paths whose pairs are in a set S is
+    ///
+    /// (1/π) ∫_S f_r cos θ_i cos θ_o dω_i dω_o.
+    ///
+    /// Blocks are independent of each other, and a block is the same whenever it is asked for.
+    fn paths(&self, block: u64, count: usize, each: &mut dyn FnMut(LightPath));
+
+    /// Surfaces that it averages over; block b is followed on surface b modulo this number. 1 of what is an average over all.
+    fn surfaces(&self) -> usize {
+        1
+    }
+}
