@@ -25,7 +25,7 @@ fn paths(bounces: Part, paths: usize) -> Paths {
 }
 
 fn surface<D: Distribution>(alpha: Roughness, facets: &FacetsSpec, n: usize) -> SmithMultiple<D> {
-    SmithMultiple::new(alpha, facets, paths(Part::All, n), Channels::Luminance)
+    SmithMultiple::new(alpha, facets, paths(Part::All, n), Channels::Luminance).unwrap()
 }
 
 /// Energy of each class seen from `theta_deg`, of their sum, and standard errors: directions from a mixture of the cosine and
@@ -78,7 +78,7 @@ fn one_facet_is_the_model_of_single_reflection() {
         ] {
             let facets = FacetsSpec::Mirror(fresnel.clone());
             let first = paths(Part::First, 2);
-            let walk = SmithMultiple::<D>::new(alpha, &facets, first, Channels::Rgb);
+            let walk = SmithMultiple::<D>::new(alpha, &facets, first, Channels::Rgb).unwrap();
             let model = Microfacet::<D>::new(alpha, fresnel, Channels::Rgb);
             for pair in laws::pairs(2000, 3) {
                 let [mut a, mut b] = [[0.0; 3]; 2];
@@ -107,7 +107,7 @@ fn one_facet_is_the_model_of_single_reflection() {
 fn one_facet_of_unit_roughness_has_a_closed_form() {
     let alpha = Roughness::Isotropic(1.0);
     let first = paths(Part::First, 2);
-    let surface = SmithMultiple::<Ggx>::new(alpha, &MIRRORS, first, Channels::Luminance);
+    let surface = SmithMultiple::<Ggx>::new(alpha, &MIRRORS, first, Channels::Luminance).unwrap();
     let albedo = laws::directional_albedo(&surface, Direction::NORMAL).value[0];
     assert!(
         (albedo - (1.0 - std::f64::consts::LN_2)).abs() < 1e-8,
@@ -209,7 +209,7 @@ fn errors_are_what_values_are_off_by() {
                 seed,
                 ..paths(Part::All, 400)
             };
-            SmithMultiple::<Ggx>::new(alpha, &facets, paths, Channels::Luminance)
+            SmithMultiple::<Ggx>::new(alpha, &facets, paths, Channels::Luminance).unwrap()
         };
         let [a, b] = [of(1), of(2)];
         let pairs: Vec<_> = laws::pairs(800, 9).into_iter().step_by(2).collect();
@@ -305,11 +305,12 @@ mod surfaces {
     use gonio::light_paths::{Energies, Exit, FacetsSpec, Ray, Tracer, Transport, TransportSpec};
     use gonio::registry;
     use gonio::sampling::Random;
+    use std::sync::Arc;
 
     fn field(kind: &str, text: &str) -> HeightField {
         let entries = surface::all();
         let entry = entries.iter().find(|e| e.kind == kind).unwrap();
-        registry::read_text(entry, text).unwrap().build().unwrap()
+        registry::read_text(entry, text).unwrap().build(0).unwrap()
     }
 
     fn energies(
@@ -323,7 +324,9 @@ mod surfaces {
             seed: 3,
             last: usize::MAX,
         };
-        Transport::new(field, facets, &Channels::Luminance).energies(omega_i, &spec)
+        Transport::new(Arc::new(field.clone()), facets, &Channels::Luminance)
+            .unwrap()
+            .energies(omega_i, &spec)
     }
 
     fn at(theta_deg: f64, phi_deg: f64) -> Direction {
@@ -371,7 +374,7 @@ mod surfaces {
             for example in entry.examples {
                 let field = registry::read_text(&entry, example)
                     .unwrap()
-                    .build()
+                    .build(0)
                     .unwrap();
                 for facets in [&MIRRORS, &white(), &metal, &grey] {
                     for theta_deg in [0.0, 30.0, 60.0, 80.0, 89.0] {
@@ -442,7 +445,7 @@ mod surfaces {
                 .map(|_| steep * stream.next())
                 .collect();
             let field = HeightField::new(size, &heights).unwrap();
-            let tracer = Tracer::new(&field);
+            let tracer = Tracer::new(Arc::new(field.clone()));
             let mut compared = 0;
             for _ in 0..120 {
                 let theta = 1.1 * stream.next();

@@ -21,6 +21,8 @@ pub enum Part {
     Second,
     /// Three or more.
     Later,
+    /// Two or more.
+    Multiple,
 }
 
 impl Part {
@@ -39,6 +41,7 @@ impl Part {
             Part::First => 0..1,
             Part::Second => 1..2,
             Part::Later => 2..CLASSES,
+            Part::Multiple => 1..CLASSES,
         }
     }
 
@@ -59,6 +62,7 @@ impl fmt::Display for Part {
             Part::First => "first",
             Part::Second => "second",
             Part::Later => "later",
+            Part::Multiple => "multiple",
         })
     }
 }
@@ -73,11 +77,11 @@ pub struct SplitErrors {
 }
 
 impl SplitErrors {
-    /// That of a part.
+    /// That of a part; of two classes as if they had nothing to do with each other.
     pub fn of(&self, part: Part) -> f64 {
         match part {
             Part::All => self.sum,
-            part => self.classes[part.classes().start],
+            part => self.classes[part.classes()].iter().fold(0.0, |all, e| all.hypot(*e)),
         }
     }
 }

@@ -2,7 +2,7 @@
 
 use super::output::{JsonArgs, print_json};
 use super::{ThreadArgs, member, print};
-use crate::brdf::Channels;
+use crate::brdf::{BuildError, Channels};
 use crate::error::{Error, ParameterError, count, in_closed, in_left_open};
 use crate::experiment::{KeyPath, Source};
 use crate::geometry::Direction;
@@ -12,6 +12,7 @@ use crate::registry;
 use crate::report::Columns;
 use clap::Args;
 use serde::Serialize;
+use std::sync::Arc;
 use std::time::Instant;
 
 #[derive(Debug, Args)]
@@ -90,7 +91,8 @@ impl SurfaceArgs {
         let (field, facets) = self.surface()?;
         let statistics = Statistics::new(&field);
         let optics = statistics.optics(self.pitch_um, self.wavelength_um);
-        let transport = Transport::new(&field, &facets, &Channels::Luminance);
+        let transport = Transport::new(Arc::new(field), &facets, &Channels::Luminance)
+            .map_err(|e| Error::config("--set", e))?;
         let spec = TransportSpec {
             rays: self.rays,
             seed: self.seed,
@@ -139,8 +141,11 @@ impl SurfaceArgs {
             let first = KeyPath::of(keys.next().unwrap_or_default());
             source.error_at(&keys.fold(first, |path, key| path.key(key)), e)
         };
-        facets.check(&Channels::Luminance).map_err(refused)?;
-        Ok((spec.build().map_err(refused)?, facets))
+        facets.check(&Channels::Luminance).map_err(|e| match e {
+            BuildError::Parameter(e) => refused(e),
+            BuildError::Data { path, message } => Error::data(path, message),
+        })?;
+        Ok((spec.build(0).map_err(refused)?, facets))
     }
 }
 

@@ -64,7 +64,12 @@ pub fn all() -> Vec<Entry<dyn BrdfSpec>> {
     static JOIN: Once = Once::new();
     // A program's own kind of this name stays.
     JOIN.call_once(|| {
-        for entry in [of_readings::ENTRY, light_paths::SMITH_MULTIPLE] {
+        for entry in [
+            of_readings::ENTRY,
+            light_paths::SMITH_MULTIPLE,
+            #[cfg(feature = "surfaces")]
+            light_paths::MICRO_SURFACE,
+        ] {
             _ = brdf::join(entry);
         }
     });

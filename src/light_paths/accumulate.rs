@@ -35,11 +35,12 @@ impl Bounces {
         }
     }
 
-    /// Ends the path; `luminance` is that of the channels.
-    pub fn end(&mut self, luminance: impl Fn(&[f64]) -> f64) {
+    /// Ends the path; `luminance` is that of the channels. Returns the luminance of each class and of their sum.
+    pub fn end(&mut self, luminance: impl Fn(&[f64]) -> f64) -> [f64; CLASSES + 1] {
         self.paths += 1;
         let n = self.paths as f64;
         let mut whole = 0.0;
+        let mut light = [0.0; CLASSES + 1];
         for class in 0..=CLASSES {
             let value = match self.path.get_mut(class) {
                 Some(values) => {
@@ -57,7 +58,9 @@ impl Bounces {
             let step = value - *mean;
             *mean += step / n;
             *square += step * (value - *mean);
+            light[class] = value;
         }
+        light
     }
 
     /// Means and standard errors, of paths in the channels `followed`, for a scene in `channels`; an error of one path is

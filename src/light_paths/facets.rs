@@ -1,14 +1,17 @@
 //! What a single facet does to light.
 
 use crate::brdf::microfacet::fresnel::{self, Fresnel, FresnelSpec};
-use crate::brdf::{ChannelValues, Channels, Spectrum};
+use crate::brdf::{self, Brdf, BrdfSpec, BuildError, ChannelValues, Channels, Spectrum, Tables};
 use crate::error::ParameterError;
+use crate::geometry::{Direction, DirectionPair};
 use crate::registry::{self, Entry, ReadError, Table};
-use crate::sampling::{RandomStream, cosine_hemisphere};
-use glam::DVec3;
+use crate::sampling::{RandomStream, cosine_hemisphere, cosine_hemisphere_pdf};
+use glam::{DMat3, DVec3};
 use serde::de::IgnoredAny;
 use serde::{Deserialize, Serialize};
 use smallvec::smallvec;
+use std::f64::consts::FRAC_1_PI;
+use std::sync::Arc;
 
 const MIRROR: Entry<FacetsSpec> = Entry {
     kind: "mirror",
@@ -24,9 +27,16 @@ const DIFFUSE: Entry<FacetsSpec> = Entry {
     read: |table| Ok(Box::new(FacetsSpec::Diffuse(registry::parse(table)?))),
 };
 
+const MATERIAL: Entry<FacetsSpec> = Entry {
+    kind: "material",
+    summary: "facets of the material that its table brdf names, in the frame of each facet; an isotropic one",
+    examples: &["brdf = { kind = \"ggx\", alpha = 0.2 }"],
+    read: read_material,
+};
+
 /// Every kind of facet that a config can name.
 pub fn all() -> Vec<Entry<FacetsSpec>> {
-    vec![MIRROR, DIFFUSE]
+    vec![MIRROR, DIFFUSE, MATERIAL]
 }
 
 /// Reads facets from their config table.
@@ -35,12 +45,21 @@ pub fn read(table: Table<'_>) -> Result<FacetsSpec, ReadError> {
 }
 
 /// Facets, as a config writes them.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug)]
 pub enum FacetsSpec {
     /// Mirrors.
     Mirror(FresnelSpec),
     /// Lambertian ones.
     Diffuse(DiffuseSpec),
+    /// Those of a material, isotropic.
+    Material(Arc<dyn BrdfSpec>),
+}
+
+/// By what a config would write.
+impl PartialEq for FacetsSpec {
+    fn eq(&self, other: &Self) -> bool {
+        self.resolved() == other.resolved()
+    }
 }
 
 /// Lambertian facets.
@@ -82,6 +101,25 @@ fn read_mirror(mut table: Table<'_>) -> Result<Box<FacetsSpec>, ReadError> {
     Ok(Box::new(FacetsSpec::Mirror(term)))
 }
 
+/// The only key of facets of a material.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct MaterialKeys {
+    #[serde(rename = "brdf")]
+    _brdf: Option<IgnoredAny>,
+}
+
+fn read_material(mut table: Table<'_>) -> Result<Box<FacetsSpec>, ReadError> {
+    let span = table.span();
+    let spec = registry::take_table(&mut table, "brdf")?;
+    let MaterialKeys { .. } = registry::parse(table)?;
+    let Some(spec) = spec else {
+        let message = "brdf is missing from the facets; allowed: a table with a kind of material";
+        return Err(ReadError::at(span, message));
+    };
+    Ok(Box::new(FacetsSpec::Material(brdf::read(spec)?.into())))
+}
+
 impl FacetsSpec {
     /// The kind and every key with its value.
     pub fn resolved(&self) -> registry::Keys {
@@ -93,6 +131,12 @@ impl FacetsSpec {
                 keys
             }
             FacetsSpec::Diffuse(spec) => registry::resolved(DIFFUSE.kind, spec),
+            FacetsSpec::Material(spec) => {
+                let mut keys = registry::Keys::new();
+                keys.insert("kind".into(), MATERIAL.kind.into());
+                keys.insert("brdf".into(), spec.resolved().into());
+                keys
+            }
         }
     }
 
@@ -102,47 +146,103 @@ impl FacetsSpec {
             FacetsSpec::Mirror(fresnel) if *fresnel == FresnelSpec::default() => None,
             FacetsSpec::Mirror(fresnel) => Some(fresnel.label()),
             FacetsSpec::Diffuse(spec) => Some(format!("{}-{}", DIFFUSE.kind, spec.albedo)),
+            FacetsSpec::Material(spec) => Some(spec.label()),
         }
     }
 
     /// Checks every parameter.
     ///
     /// # Errors
-    /// The first parameter outside its range.
-    pub fn check(&self, channels: &Channels) -> Result<(), ParameterError> {
+    /// The first parameter outside its range, or a file that cannot be used.
+    pub fn check(&self, channels: &Channels) -> Result<(), BuildError> {
+        let within = |mut e: ParameterError, table: &str| {
+            e.key = format!("{table}.{}", e.key);
+            BuildError::Parameter(e)
+        };
+        let own = |e| within(e, "facets");
         match self {
-            FacetsSpec::Mirror(fresnel) => fresnel.check(channels),
-            FacetsSpec::Diffuse(spec) => spec.albedo.check("albedo", 0.0, 1.0, channels),
+            FacetsSpec::Mirror(fresnel) => fresnel.check(channels).map_err(own),
+            FacetsSpec::Diffuse(spec) => spec
+                .albedo
+                .check("albedo", 0.0, 1.0, channels)
+                .map(drop)
+                .map_err(own),
+            FacetsSpec::Material(spec) => {
+                let told = |e| match e {
+                    BuildError::Parameter(e) => within(e, "facets.brdf"),
+                    data => data,
+                };
+                spec.check(channels).map_err(told)?;
+                match spec.symmetry(channels).map_err(told)?.isotropic {
+                    true => Ok(()),
+                    false => Err(own(ParameterError::new(
+                        "brdf",
+                        spec.label(),
+                        "an isotropic material",
+                    ))),
+                }
+            }
         }
-        .map_err(|mut e| {
-            e.key = format!("facets.{}", e.key);
-            e
-        })
     }
 
-    /// True if they have a colour that a scene in `channels` can see.
+    /// The files they read and the tables they hold.
+    pub(super) fn tables(&self) -> Tables {
+        match self {
+            FacetsSpec::Material(spec) => spec.tables(),
+            _ => Tables::NONE,
+        }
+    }
+
+    /// Values that a scene in `channels` can tell apart.
     pub(super) fn distinct(&self, channels: &Channels) -> usize {
         match self {
             FacetsSpec::Mirror(fresnel) => fresnel.distinct(channels),
             FacetsSpec::Diffuse(spec) => spec.albedo.distinct(channels),
+            // Of a table it is not known before it is read.
+            FacetsSpec::Material(_) => 3,
         }
     }
 }
 
 /// Facets ready for a scene's channels.
-#[derive(Clone, Debug)]
+#[derive(Clone)]
 pub(super) enum Facets {
     Mirror(Fresnel),
     /// Albedo of each channel.
     Diffuse(ChannelValues),
+    Material(Arc<dyn Brdf>),
 }
 
 impl Facets {
-    /// Those of a checked `spec`.
-    pub(super) fn new(spec: &FacetsSpec, channels: &Channels) -> Self {
-        match spec {
+    /// Those of a `spec`.
+    ///
+    /// # Errors
+    /// What a material cannot be built of.
+    pub(super) fn new(spec: &FacetsSpec, channels: &Channels) -> Result<Self, BuildError> {
+        Ok(match spec {
             FacetsSpec::Mirror(fresnel) => Facets::Mirror(Fresnel::new(fresnel, channels)),
             FacetsSpec::Diffuse(spec) => Facets::Diffuse(spec.albedo.linear(channels).into()),
+            FacetsSpec::Material(spec) => Facets::Material(spec.build(channels.clone())?.into()),
+        })
+    }
+
+    /// f_r of a facet of that normal, sr⁻¹; 0 of mirrors, where data is missing, and below the facet.
+    #[inline]
+    pub(super) fn value(&self, from: DVec3, to: DVec3, normal: DVec3, out: &mut [f64]) {
+        out.fill(0.0);
+        match self {
+            Facets::Mirror(_) => {}
+            Facets::Diffuse(albedo) => {
+                out.iter_mut()
+                    .zip(albedo)
+                    .for_each(|(o, a)| *o = a * FRAC_1_PI);
+            }
+            Facets::Material(brdf) => {
+                let frame = frame(normal);
+                if let [Some(from), Some(to)] = [from, to].map(|v| seen_in(&frame, v)) {
+                    _ = brdf.eval(&DirectionPair::new(from, to), out);
+                }
+            }
         }
     }
 
@@ -166,12 +266,54 @@ impl Facets {
             Facets::Diffuse(albedo) => {
                 weight.iter_mut().zip(albedo).for_each(|(w, a)| *w *= a);
                 let local = cosine_hemisphere([random.next(), random.next()]).vector();
-                let (t, b) = normal.any_orthonormal_pair();
-                t * local.x + b * local.y + normal * local.z
+                frame(normal) * local
+            }
+            Facets::Material(brdf) => {
+                let frame = frame(normal);
+                let u = [random.next(), random.next()];
+                let mut share: ChannelValues = smallvec![0.0; weight.len()];
+                let mut next = normal;
+                if let Some(back) = seen_in(&frame, back) {
+                    let sampler = brdf.as_sample();
+                    let drawn = match sampler {
+                        // Drawn as the light of a sensor there, and weighted as what it is.
+                        Some(sampler) => sampler.sample(back, u),
+                        None => Some(cosine_hemisphere(u)),
+                    };
+                    if let Some(drawn) = drawn {
+                        let density = match sampler {
+                            Some(sampler) => sampler.pdf(&DirectionPair::new(drawn, back)),
+                            None => cosine_hemisphere_pdf(drawn),
+                        };
+                        _ = brdf.eval(&DirectionPair::new(back, drawn), &mut share);
+                        let scale = if density > 0.0 {
+                            drawn.cos_theta() / density
+                        } else {
+                            0.0
+                        };
+                        share.iter_mut().for_each(|s| *s *= scale);
+                        next = frame * drawn.vector();
+                    }
+                }
+                weight.iter_mut().zip(&share).for_each(|(w, s)| *w *= s);
+                next
             }
         };
         next.normalize()
     }
+}
+
+/// Axes of a facet: any tangents, and its normal.
+#[inline]
+fn frame(normal: DVec3) -> DMat3 {
+    let (t, b) = normal.any_orthonormal_pair();
+    DMat3::from_cols(t, b, normal)
+}
+
+/// A unit vector as a facet of that frame sees it.
+#[inline]
+fn seen_in(frame: &DMat3, v: DVec3) -> Option<Direction> {
+    Direction::try_new(frame.transpose() * v)
 }
 
 /// Russian roulette: false if chance ends the path; else its `weight` makes up for those that it ended.

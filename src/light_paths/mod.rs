@@ -11,6 +11,12 @@
 mod accumulate;
 mod canonical;
 mod facets;
+#[cfg(feature = "surfaces")]
+mod gathered;
+#[cfg(feature = "surfaces")]
+mod micro;
+#[cfg(feature = "surfaces")]
+mod normals;
 mod smith;
 #[cfg(feature = "surfaces")]
 pub mod surface;
@@ -22,6 +28,8 @@ mod walk;
 
 pub use accumulate::Bounces;
 pub use facets::{DiffuseSpec, FacetsSpec, all as facets, read as read_facets};
+#[cfg(feature = "surfaces")]
+pub use micro::{ENTRY as MICRO_SURFACE, MicroSurface, MicroSurfaceSpec};
 pub use smith::{ENTRY as SMITH_MULTIPLE, Paths, SmithMultiple, SmithMultipleSpec};
 #[cfg(feature = "surfaces")]
 pub use trace::{Exit, Hit, Ray, Tracer};

@@ -1,7 +1,7 @@
 //! `smith-multiple`: a rough surface whose facets send light to each other.
 
 use super::accumulate::{Bounces, followed};
-use super::canonical::canonical;
+use super::canonical::{canonical, stream};
 use super::facets::{self, Facets, FacetsSpec};
 use super::walk::Walk;
 use crate::brdf::laws;
@@ -24,7 +24,7 @@ const KIND: &str = "smith-multiple";
 pub const ENTRY: Entry<dyn BrdfSpec> = Entry {
     kind: KIND,
     summary: "ggx or Beckmann facets that light meets one after the other (Heitz et al. 2016): mirrors or diffuse ones; bounces: \
-              all, first, second or later; a random walk, of so many paths a pair",
+              all, first, second, later or multiple; a random walk, of so many paths a pair",
     examples: &[
         "alpha = 0.5\npaths = 64",
         "normals = \"beckmann\"\nalpha = [0.2, 0.6]\nbounces = \"second\"\npaths = 64",
@@ -87,7 +87,7 @@ pub struct SmithMultipleSpec {
 }
 
 /// Paths a pair: two at least, since one tells no error.
-const PATHS: [usize; 2] = [2, 1 << 24];
+pub(super) const PATHS: [usize; 2] = [2, 1 << 24];
 
 fn read(mut table: Table<'_>) -> Result<Box<dyn BrdfSpec>, ReadError> {
     let facets = match registry::take_table(&mut table, "facets")? {
@@ -161,15 +161,15 @@ impl BrdfSpec for SmithMultipleSpec {
         };
         let facets = &self.facets;
         Ok(match normals {
-            Normals::Ggx => Box::new(SmithMultiple::<Ggx>::new(alpha, facets, paths, channels)),
+            Normals::Ggx => Box::new(SmithMultiple::<Ggx>::new(alpha, facets, paths, channels)?),
             Normals::Beckmann => Box::new(SmithMultiple::<Beckmann>::new(
                 alpha, facets, paths, channels,
-            )),
+            )?),
         })
     }
 
     fn tables(&self) -> Tables {
-        Tables::NONE
+        self.facets.tables()
     }
 }
 
@@ -192,7 +192,7 @@ pub struct Paths {
 }
 
 /// A surface of facets that light meets one after the other.
-#[derive(Clone, Debug)]
+#[derive(Clone)]
 pub struct SmithMultiple<D> {
     channels: Channels,
     followed: Channels,
@@ -203,27 +203,27 @@ pub struct SmithMultiple<D> {
 
 impl<D: Distribution> SmithMultiple<D> {
     /// Facets of roughness `alpha`.
-    pub fn new(alpha: Roughness, facets: &FacetsSpec, paths: Paths, channels: Channels) -> Self {
+    ///
+    /// # Errors
+    /// What a material of facets cannot be built of.
+    pub fn new(
+        alpha: Roughness,
+        facets: &FacetsSpec,
+        paths: Paths,
+        channels: Channels,
+    ) -> Result<Self, BuildError> {
         let followed = followed(&channels, facets.distinct(&channels));
-        Self {
+        Ok(Self {
             symmetry: symmetry(alpha),
             walk: Walk {
                 normals: D::new(alpha),
-                facets: Facets::new(facets, &followed),
+                facets: Facets::new(facets, &followed)?,
                 last: paths.bounces.last(),
             },
             channels,
             followed,
             paths,
-        }
-    }
-
-    /// The numbers of a pair.
-    fn random(&self, key: &[i64; 5]) -> crate::sampling::RandomStream {
-        let mut hasher = blake3::Hasher::new();
-        key.iter().for_each(|k| _ = hasher.update(&k.to_le_bytes()));
-        let [a, b, c, d, e, f, g, h, ..] = *hasher.finalize().as_bytes();
-        Random::new(self.paths.seed).stream(u64::from_le_bytes([a, b, c, d, e, f, g, h]))
+        })
     }
 }
 
@@ -264,8 +264,8 @@ impl<D: Distribution> SplitBrdf for SmithMultiple<D> {
         let channels = self.followed.count();
         let mut bounces = Bounces::new(channels);
         if pair.is_above_horizon() {
-            let (pair, key) = canonical(pair, self.symmetry.isotropic);
-            let mut random = self.random(&key);
+            let (pair, key) = canonical(pair, self.symmetry);
+            let mut random = stream(&Random::new(self.paths.seed), &key);
             let ways = [pair, [pair[1], pair[0]]];
             for path in 0..self.paths.paths {
                 self.walk

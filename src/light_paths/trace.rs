@@ -10,6 +10,7 @@
 
 use super::surface::HeightField;
 use glam::DVec3;
+use std::sync::Arc;
 
 /// Logarithms (base 2) of the cells along a square of each level.
 const SHIFTS: [u32; 4] = [0, 2, 4, 6];
@@ -86,17 +87,17 @@ impl Hit {
 
 /// A height field with the largest heights of its squares.
 #[derive(Debug)]
-pub struct Tracer<'a> {
-    field: &'a HeightField,
+pub struct Tracer {
+    field: Arc<HeightField>,
     /// Of each level, x fastest, and squares along x.
     largest: [(Vec<f32>, usize); SHIFTS.len()],
     /// The largest of all.
     top: f64,
 }
 
-impl<'a> Tracer<'a> {
+impl Tracer {
     /// Rays through `field`.
-    pub fn new(field: &'a HeightField) -> Self {
+    pub fn new(field: Arc<HeightField>) -> Self {
         let size = field.size();
         let cells: Vec<f32> = (0..size[1])
             .flat_map(|y| (0..size[0]).map(move |x| [x, y]))
@@ -130,6 +131,35 @@ impl<'a> Tracer<'a> {
             place: DVec3::new(x, y, self.top),
             direction,
             start: None,
+        }
+    }
+
+    /// The heights.
+    pub fn field(&self) -> &HeightField {
+        &self.field
+    }
+
+    /// A point of a triangle: that of x ≥ y of cell (x, y) is number 2 (y n_x + x), the other one the next; `u`, of the unit
+    /// square, is spread evenly over it. It goes on as a hit from above does.
+    pub fn on_triangle(&self, triangle: usize, [u, v]: [f64; 2]) -> Hit {
+        let (index, side) = (triangle / 2, triangle % 2);
+        let row = self.field.size()[0];
+        let cell = [index % row, index / row];
+        // Folded into the half of the square.
+        let (u, v) = match (u < v) == (side == 1) {
+            true => (u, v),
+            false => (v, u),
+        };
+        let corners = self.field.corners(cell);
+        let [cx, cy] = cell.map(|c| c as f64);
+        Hit {
+            ray: Ray {
+                cell,
+                place: DVec3::new(cx + u, cy + v, height(corners, side, u, v)),
+                direction: DVec3::NEG_Z,
+                start: Some(side),
+            },
+            normal: normal(corners, side),
         }
     }
 
@@ -256,7 +286,7 @@ struct Step {
 }
 
 impl Way {
-    fn new(tracer: &Tracer<'_>, direction: DVec3) -> Self {
+    fn new(tracer: &Tracer, direction: DVec3) -> Self {
         // Along an axis that it does not move along a ray gets to the edge in the end: no infinities, and heights that are
         // interpolated up to there are as right.
         let moving = |d: f64| if d.abs() < STILL { STILL } else { d };
@@ -328,8 +358,6 @@ fn meet(at: &At, way: &Way, time: f64, side: usize, corners: [f64; 4]) -> Hit {
         let low = f64::from(at.cell[axis]);
         place[axis].clamp(low, low + 1.0)
     });
-    let [a, b, c, d] = corners;
-    let [slope_x, slope_y] = [[b - a, d - b], [d - c, c - a]][side];
     let [cx, cy] = at.cell.map(f64::from);
     Hit {
         ray: Ray {
@@ -338,8 +366,15 @@ fn meet(at: &At, way: &Way, time: f64, side: usize, corners: [f64; 4]) -> Hit {
             direction: way.direction,
             start: Some(side),
         },
-        normal: DVec3::new(-slope_x, -slope_y, 1.0).normalize(),
+        normal: normal(corners, side),
     }
+}
+
+/// Unit normal of a triangle of a cell.
+#[inline]
+fn normal([a, b, c, d]: [f64; 4], side: usize) -> DVec3 {
+    let [x, y] = [[b - a, d - b], [d - c, c - a]][side];
+    DVec3::new(-x, -y, 1.0).normalize()
 }
 
 /// Height of a triangle of a cell at (u, v).

@@ -1,16 +1,19 @@
 //! Light that goes through a surface, counted by the number of facets it met.
 
+use super::accumulate::Bounces;
 use super::facets::{Facets, survives};
 use super::surface::HeightField;
-use super::trace::{Exit, Ray, Tracer};
+use super::trace::{Exit, Hit, Ray, Tracer};
 use super::{FacetsSpec, accumulate};
-use crate::brdf::{CLASSES, ChannelValues, Channels};
-use crate::geometry::Direction;
-use crate::sampling::Random;
+use crate::brdf::{BuildError, CLASSES, ChannelValues, Channels};
+use crate::geometry::{Direction, DirectionPair};
+use crate::numeric::DENOMINATOR_FLOOR;
+use crate::sampling::{Random, RandomStream, cosine_hemisphere};
 use glam::DVec3;
 use rayon::prelude::*;
 use serde::Serialize;
 use smallvec::smallvec;
+use std::sync::Arc;
 
 /// Rays of a block, which has numbers and sums of its own: results do not depend on the number of threads.
 const BLOCK: u64 = 4096;
@@ -53,8 +56,8 @@ pub struct Energies {
 }
 
 /// A surface and what its facets do.
-pub struct Transport<'a> {
-    tracer: Tracer<'a>,
+pub struct Transport {
+    tracer: Tracer,
     facets: Facets,
     channels: Channels,
 }
@@ -71,15 +74,22 @@ struct Sums {
     segments: u64,
 }
 
-impl<'a> Transport<'a> {
+impl Transport {
     /// Light through `field`.
-    pub fn new(field: &'a HeightField, facets: &FacetsSpec, channels: &Channels) -> Self {
+    ///
+    /// # Errors
+    /// What a material of facets cannot be built of.
+    pub fn new(
+        field: Arc<HeightField>,
+        facets: &FacetsSpec,
+        channels: &Channels,
+    ) -> Result<Self, BuildError> {
         let channels = accumulate::followed(channels, facets.distinct(channels));
-        Self {
+        Ok(Self {
             tracer: Tracer::new(field),
-            facets: Facets::new(facets, &channels),
+            facets: Facets::new(facets, &channels)?,
             channels,
-        }
+        })
     }
 
     /// Where the light of a direction goes.
@@ -98,9 +108,11 @@ impl<'a> Transport<'a> {
                     let x = (ray as f64 + stream.next()) / rays as f64;
                     let y = (first as f64 + rays as f64 * stream.next()) / spec.rays as f64;
                     let ray = self.tracer.from_sky([x, y], -omega_i.vector());
-                    let path = self.path(ray, spec.last, &mut stream, &mut sums);
+                    let mut weight = smallvec![1.0; self.channels.count()];
+                    let path = self.path(ray, spec.last, &mut weight, &mut stream, &mut sums);
                     sums.rays += 1.0;
-                    if let Some((_, met, energy)) = path {
+                    if let Some((_, met)) = path {
+                        let energy = self.channels.luminance(&weight);
                         for class in [met.min(CLASSES) - 1, CLASSES] {
                             sums.value[class] += energy;
                             sums.square[class] += energy * energy;
@@ -125,22 +137,23 @@ impl<'a> Transport<'a> {
         }
     }
 
-    /// A path of a ray from the sky: where it leaves, the facets it met, and its luminance; `None` if it does not leave.
+    /// A path of a ray from the sky: where it leaves and the facets it met; `None` if it does not leave. `weight`, one number a
+    /// channel, is what is left of it.
     fn path(
         &self,
         mut ray: Ray,
         last: usize,
-        random: &mut crate::sampling::RandomStream,
+        weight: &mut ChannelValues,
+        random: &mut RandomStream,
         sums: &mut Sums,
-    ) -> Option<(DVec3, usize, f64)> {
-        let mut weight: ChannelValues = smallvec![1.0; self.channels.count()];
-        let mut light = 1.0;
+    ) -> Option<(DVec3, usize)> {
+        let mut light = self.channels.luminance(weight);
         for met in 0..TRAPPED {
             sums.segments += 1;
             let hit = match self.tracer.follow(ray) {
                 Exit::Hit(hit) => hit,
                 Exit::Sky if met == 0 => break,
-                Exit::Sky => return Some((ray.direction(), met, light)),
+                Exit::Sky => return Some((ray.direction(), met)),
                 Exit::Lost => break,
             };
             if met == 1 {
@@ -149,18 +162,18 @@ impl<'a> Transport<'a> {
             if met == last {
                 return None;
             }
-            let back = -hit.direction();
-            let before = light;
-            let next = self.facets.scatter(back, hit.normal, &mut weight, random);
-            light = self.channels.luminance(&weight);
+            let next = self
+                .facets
+                .scatter(-hit.direction(), hit.normal, weight, random);
+            let before = std::mem::replace(&mut light, self.channels.luminance(weight));
             sums.absorbed += before - light;
             if met + 1 >= CERTAIN {
-                if !survives(&mut weight, random) {
+                if !survives(weight, random) {
                     // What chance takes here it gives to those that go on.
                     sums.absorbed += light;
                     return None;
                 }
-                let kept = self.channels.luminance(&weight);
+                let kept = self.channels.luminance(weight);
                 sums.absorbed += light - kept;
                 light = kept;
             }
@@ -169,6 +182,95 @@ impl<'a> Transport<'a> {
         sums.lost += 1;
         None
     }
+
+    /// A path of light from the hemisphere to wherever it leaves, begun at a point of the illuminated part of the period.
+    pub(super) fn draw(
+        &self,
+        spot: f64,
+        last: usize,
+        weight: &mut ChannelValues,
+        random: &mut RandomStream,
+    ) -> Option<Drawn> {
+        let omega_i = cosine_hemisphere([random.next(), random.next()]);
+        let start = [spot * random.next(), spot * random.next()];
+        let ray = self.tracer.from_sky(start, -omega_i.vector());
+        let left = self.path(ray, last, weight, random, &mut Sums::default());
+        let (omega_o, met) = left?;
+        let omega_o = Direction::try_new(omega_o)?;
+        Some(Drawn {
+            pair: DirectionPair::new(omega_i, omega_o),
+            met,
+            start,
+        })
+    }
+
+    /// Follows light from `from`, begun at `start` (shares of the period), and adds what each facet sends to `to`, both above the
+    /// horizon: f_r in sr⁻¹ of each number of facets, one sample of it. Facets are not mirrors.
+    pub(super) fn light(
+        &self,
+        [from, to]: [DVec3; 2],
+        start: [f64; 2],
+        last: usize,
+        random: &mut RandomStream,
+        bounces: &mut Bounces,
+    ) {
+        let mut ray = self.tracer.from_sky(start, -from);
+        let mut weight: ChannelValues = smallvec![1.0; self.channels.count()];
+        let mut lit = weight.clone();
+        let cos_to = to.z.max(DENOMINATOR_FLOOR);
+        for met in 1..=last.min(TRAPPED) {
+            let Exit::Hit(hit) = self.tracer.follow(ray) else {
+                return;
+            };
+            let back = -hit.direction();
+            let cosine = hit.normal.dot(to);
+            if cosine > 0.0 && matches!(self.tracer.follow(hit.turned(to)), Exit::Sky) {
+                let scale = cosine / cos_to;
+                self.facets.value(back, to, hit.normal, &mut lit);
+                bounces.add(met, weight.iter().zip(&lit).map(|(w, f)| w * f * scale));
+            }
+            if met == last {
+                return;
+            }
+            let next = self.facets.scatter(back, hit.normal, &mut weight, random);
+            if met >= CERTAIN && !survives(&mut weight, random) {
+                return;
+            }
+            ray = hit.turned(next);
+        }
+    }
+
+    /// True if a point sees the sky in both directions, unit vectors.
+    pub(super) fn is_seen(&self, point: &Hit, directions: [DVec3; 2]) -> bool {
+        directions.into_iter().all(|d| {
+            point.normal.dot(d) > 0.0 && matches!(self.tracer.follow(point.turned(d)), Exit::Sky)
+        })
+    }
+
+    /// Rays through the surface.
+    pub(super) fn tracer(&self) -> &Tracer {
+        &self.tracer
+    }
+
+    /// The channels in which light is followed.
+    pub(super) fn channels(&self) -> &Channels {
+        &self.channels
+    }
+
+    /// What the facets do.
+    pub(super) fn facets(&self) -> &Facets {
+        &self.facets
+    }
+}
+
+/// A path that left.
+pub(super) struct Drawn {
+    /// Where it came from and where it left to.
+    pub pair: DirectionPair,
+    /// Facets it met.
+    pub met: usize,
+    /// Where it began, shares of the period.
+    pub start: [f64; 2],
 }
 
 impl Sums {

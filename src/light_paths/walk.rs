@@ -21,13 +21,12 @@ use crate::numeric::DENOMINATOR_FLOOR;
 use crate::sampling::RandomStream;
 use glam::DVec3;
 use smallvec::smallvec;
-use std::f64::consts::FRAC_1_PI;
 
 /// Facets that every path meets before chance ends it.
 const CERTAIN: usize = 4;
 
 /// A surface of facets.
-#[derive(Clone, Debug)]
+#[derive(Clone)]
 pub(super) struct Walk<D> {
     pub normals: D,
     pub facets: Facets,
@@ -84,9 +83,10 @@ impl<D: Distribution> Walk<D> {
                         bounces.add(met, weight.iter().zip(&values).map(|(w, v)| w * v));
                     }
                 }
-                Facets::Diffuse(albedo) => {
-                    let lit = normal.dot(to).max(0.0) * FRAC_1_PI * seen;
-                    bounces.add(met, weight.iter().zip(albedo).map(|(w, a)| w * a * lit));
+                Facets::Diffuse(_) | Facets::Material(_) => {
+                    let lit = normal.dot(to).max(0.0) * seen;
+                    self.facets.value(back, to, normal, &mut values);
+                    bounces.add(met, weight.iter().zip(&values).map(|(w, f)| w * f * lit));
                 }
             }
             let next = self.facets.scatter(back, normal, &mut weight, random);

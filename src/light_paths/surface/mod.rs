@@ -7,8 +7,10 @@ mod statistics;
 pub use statistics::{Optics, Statistics};
 
 use crate::error::ParameterError;
+use crate::geometry::Symmetry;
 use crate::registry::{self, Entry, ReadError, Table};
 use std::fmt;
+use std::path::PathBuf;
 
 /// A surface, as a config writes it.
 pub trait SurfaceSpec: fmt::Debug + Send + Sync {
@@ -21,11 +23,27 @@ pub trait SurfaceSpec: fmt::Debug + Send + Sync {
     /// The first parameter outside its range.
     fn check(&self) -> Result<(), ParameterError>;
 
-    /// Heights of one period.
+    /// A piece of a material's label, e.g. `gaussian-0.3`.
+    fn label(&self) -> String;
+
+    /// Symmetries of what the surface does to light, on average over all surfaces of its kind.
+    fn symmetry(&self) -> Symmetry;
+
+    /// True if its heights are drawn by a seed, so that there are others of its kind.
+    fn is_random(&self) -> bool {
+        false
+    }
+
+    /// The files it reads.
+    fn files(&self) -> Vec<PathBuf> {
+        Vec::new()
+    }
+
+    /// Heights of one period; of a random surface those of the seed `draw` after its own.
     ///
     /// # Errors
     /// As [`check`](Self::check).
-    fn build(&self) -> Result<HeightField, ParameterError>;
+    fn build(&self, draw: u64) -> Result<HeightField, ParameterError>;
 }
 
 /// Every kind of surface that a config can name.
@@ -142,10 +160,10 @@ mod tests {
             for example in entry.examples {
                 let spec = registry::read_text(&entry, example).unwrap();
                 spec.check().unwrap();
-                let field = spec.build().unwrap();
+                let field = spec.build(0).unwrap();
                 let again = registry::read_keys("surface", &all(), spec.resolved()).unwrap();
                 assert_eq!(again.resolved(), spec.resolved());
-                let same = again.build().unwrap();
+                let same = again.build(0).unwrap();
                 assert_eq!(field.heights, same.heights, "{}", entry.kind);
             }
         }

@@ -2,6 +2,7 @@
 
 use super::{HeightField, SurfaceSpec, check_size};
 use crate::error::{ParameterError, in_closed};
+use crate::geometry::Symmetry;
 use crate::registry::{self, Entry};
 use crate::sampling::Random;
 use serde::{Deserialize, Serialize};
@@ -62,6 +63,14 @@ impl SurfaceSpec for GroovesSpec {
         registry::resolved(Self::KIND, self)
     }
 
+    fn label(&self) -> String {
+        format!("{}-{}", Self::KIND, self.angle_deg)
+    }
+
+    fn symmetry(&self) -> Symmetry {
+        Symmetry::ORTHOTROPIC
+    }
+
     fn check(&self) -> Result<(), ParameterError> {
         in_closed("angle_deg", self.angle_deg, 0.0, 85.0)?;
         check_size(self.size)?;
@@ -71,7 +80,7 @@ impl SurfaceSpec for GroovesSpec {
         }
     }
 
-    fn build(&self) -> Result<HeightField, ParameterError> {
+    fn build(&self, _draw: u64) -> Result<HeightField, ParameterError> {
         self.check()?;
         let slope = self.angle_deg.to_radians().tan();
         let half = self.size / 2;
@@ -118,6 +127,19 @@ impl SurfaceSpec for DimplesSpec {
         registry::resolved(Self::KIND, self)
     }
 
+    fn label(&self) -> String {
+        let kind = if self.depth < 0.0 { "bumps" } else { "pits" };
+        format!("{kind}-{}", (self.depth / self.radius).abs())
+    }
+
+    fn symmetry(&self) -> Symmetry {
+        Symmetry::FULL
+    }
+
+    fn is_random(&self) -> bool {
+        true
+    }
+
     fn check(&self) -> Result<(), ParameterError> {
         check_size(self.size)?;
         in_closed("radius", self.radius, 2.0, self.size as f64 / 2.0)?;
@@ -125,7 +147,7 @@ impl SurfaceSpec for DimplesSpec {
         in_closed("cover", self.cover, 0.0, 0.99).map(drop)
     }
 
-    fn build(&self) -> Result<HeightField, ParameterError> {
+    fn build(&self, draw: u64) -> Result<HeightField, ParameterError> {
         self.check()?;
         let n = self.size as f64;
         // Places of a Poisson process leave exp(−λ) of the plane free.
@@ -138,7 +160,7 @@ impl SurfaceSpec for DimplesSpec {
             1.0
         };
         let mut heights = vec![0.0f64; self.size * self.size];
-        let random = Random::new(self.seed);
+        let random = Random::new(self.seed.wrapping_add(draw));
         let reach = r.ceil() as i64;
         for i in 0..count {
             let [x, y] = random.point(i).map(|u: f64| u * n);
@@ -192,6 +214,14 @@ impl SurfaceSpec for WovenSpec {
         registry::resolved(Self::KIND, self)
     }
 
+    fn label(&self) -> String {
+        format!("{}-{}", Self::KIND, self.round)
+    }
+
+    fn symmetry(&self) -> Symmetry {
+        Symmetry::ORTHOTROPIC
+    }
+
     fn check(&self) -> Result<(), ParameterError> {
         check_size(self.size)?;
         in_closed("round", self.round, 0.0, 0.5)?;
@@ -205,7 +235,7 @@ impl SurfaceSpec for WovenSpec {
         Ok(())
     }
 
-    fn build(&self) -> Result<HeightField, ParameterError> {
+    fn build(&self, _draw: u64) -> Result<HeightField, ParameterError> {
         self.check()?;
         let width = self.thread as f64;
         // The round of a thread across it (−1 … 1), and its way over and under the others along it.

@@ -9,6 +9,7 @@
 
 use super::{HeightField, SurfaceSpec, check_size};
 use crate::error::{ParameterError, in_closed};
+use crate::geometry::Symmetry;
 use crate::registry::{self, Entry};
 use crate::sampling::Random;
 use rayon::prelude::*;
@@ -16,6 +17,7 @@ use rustfft::num_complex::Complex;
 use rustfft::{Fft, FftPlanner};
 use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
+use std::fmt;
 use std::sync::Arc;
 
 /// The registry entry.
@@ -50,7 +52,24 @@ pub enum Slope {
     Anisotropic([f64; 2]),
 }
 
+impl fmt::Display for Slope {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        match self {
+            Slope::Isotropic(s) => write!(f, "{s}"),
+            Slope::Anisotropic([x, y]) => write!(f, "{x}-{y}"),
+        }
+    }
+}
+
 impl Slope {
+    fn symmetry(self) -> Symmetry {
+        let [x, y] = self.xy();
+        match x == y {
+            true => Symmetry::FULL,
+            false => Symmetry::ORTHOTROPIC,
+        }
+    }
+
     fn xy(self) -> [f64; 2] {
         match self {
             Slope::Isotropic(s) => [s; 2],
@@ -137,17 +156,29 @@ impl SurfaceSpec for GaussianSpec {
         registry::resolved(Self::KIND, self)
     }
 
+    fn label(&self) -> String {
+        format!("{}-{}", Self::KIND, self.rms_slope)
+    }
+
+    fn symmetry(&self) -> Symmetry {
+        self.rms_slope.symmetry()
+    }
+
+    fn is_random(&self) -> bool {
+        true
+    }
+
     fn check(&self) -> Result<(), ParameterError> {
         check(self.rms_slope, self.correlation, self.size)
     }
 
-    fn build(&self) -> Result<HeightField, ParameterError> {
+    fn build(&self, draw: u64) -> Result<HeightField, ParameterError> {
         self.check()?;
         synthesise(
             self.rms_slope,
             self.correlation,
             self.size,
-            self.seed,
+            self.seed.wrapping_add(draw),
             |k2| (-0.25 * k2).exp(),
         )
     }
@@ -158,12 +189,24 @@ impl SurfaceSpec for ExponentialSpec {
         registry::resolved(Self::KIND, self)
     }
 
+    fn label(&self) -> String {
+        format!("{}-{}", Self::KIND, self.rms_slope)
+    }
+
+    fn symmetry(&self) -> Symmetry {
+        self.rms_slope.symmetry()
+    }
+
+    fn is_random(&self) -> bool {
+        true
+    }
+
     fn check(&self) -> Result<(), ParameterError> {
         check(self.rms_slope, self.correlation, self.size)?;
         in_closed("inner_scale", self.inner_scale, 4.0, self.correlation).map(drop)
     }
 
-    fn build(&self) -> Result<HeightField, ParameterError> {
+    fn build(&self, draw: u64) -> Result<HeightField, ParameterError> {
         self.check()?;
         // Both heights of a product are smoothed, hence twice the exponent.
         let inner = (self.inner_scale / self.correlation).powi(2);
@@ -171,7 +214,7 @@ impl SurfaceSpec for ExponentialSpec {
             self.rms_slope,
             self.correlation,
             self.size,
-            self.seed,
+            self.seed.wrapping_add(draw),
             |k2| (1.0 + k2).powf(-1.5) * (-0.5 * inner * k2).exp(),
         )
     }
@@ -271,7 +314,7 @@ mod tests {
                         size,
                         seed,
                     }
-                    .build(),
+                    .build(0),
                     _ => ExponentialSpec {
                         rms_slope: slope,
                         correlation: length,
@@ -279,7 +322,7 @@ mod tests {
                         seed,
                         ..ExponentialSpec::default()
                     }
-                    .build(),
+                    .build(0),
                 };
                 let field = field.unwrap();
                 for s in field.all_slopes() {

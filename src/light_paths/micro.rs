@@ -1,0 +1,542 @@
+//! `micro-surface`: what the facets of a height field do to light.
+//!
+//! Of mirrors no path hits a pair of points, so f_r is an average over a small solid angle. Light of one facet:
+//!
+//! f₁ = F D G/(4 cos θ_i cos θ_o),
+//!
+//! D the density of normals in a cone of half the asked angle about the half vector, whose mirror directions lie in a cone of the
+//! asked one, and G the share of their area from which both directions see the sky, which rays tell. Light of more facets is
+//! counted about the pair in a wider cone, since it varies more slowly.
+//!
+//! Other facets have values at a pair: paths from either side send light from each facet to the other direction.
+//!
+//! What looks the same however it is turned, or mirrored, is averaged over turns or mirrors.
+
+use super::accumulate::{Bounces, seen};
+use super::canonical::{canonical, stream};
+use super::facets::{self, Facets, FacetsSpec};
+use super::gathered::{Drawing, Gathered, MIRRORS, beyond, errors};
+use super::normals::{BLOCKS, Density, Normals, in_block};
+use super::smith::{PATHS, Paths, remark};
+use super::surface::{self, SurfaceSpec};
+use super::transport::Transport;
+use crate::brdf::{
+    Brdf, BrdfSpec, BuildError, CLASSES, ChannelValues, Channels, LightPath, Part, Presence, Split,
+    SplitBrdf, SplitErrors, Tables,
+};
+use crate::error::{ParameterError, in_closed, in_left_open};
+use crate::geometry::{DirectionPair, Symmetry};
+use crate::numeric::DENOMINATOR_FLOOR;
+use crate::registry::{self, Entry, ReadError, Table};
+use crate::sampling::{Random, RandomStream};
+use glam::{DMat3, DVec3};
+use serde::de::IgnoredAny;
+use serde::{Deserialize, Serialize};
+use smallvec::smallvec;
+use std::f64::consts::TAU;
+use std::sync::Arc;
+
+const KIND: &str = "micro-surface";
+
+/// The registry entry.
+pub const ENTRY: Entry<dyn BrdfSpec> = Entry {
+    kind: KIND,
+    summary: "the facets of a height field (gonio list surfaces), which light meets one after the other; bounces: all, first, \
+              second, later or multiple; mirrors are counted in a cone of half_angle_deg, after the second facet of multiple_half_angle_deg",
+    examples: &[
+        "surface = { kind = \"gaussian\", rms_slope = 0.3, size = 128, correlation = 8 }\nrays = 65536\npaths = 64",
+        "surface = { kind = \"dimples\", radius = 12, depth = 6, size = 128 }\nbounces = \"second\"\nrays = 65536\npaths = 64",
+        "surface = { kind = \"woven\", thread = 16, size = 64 }\nfacets = { kind = \"diffuse\", albedo = 0.8 }\npaths = 64",
+    ],
+    read,
+};
+
+/// The keys of the table itself; `surface` and `facets`, tables with kinds of their own, are taken out before.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+struct Keys {
+    bounces: Part,
+    /// Surfaces that are averaged, each of the next seed.
+    surfaces: usize,
+    /// Illuminated part of the edges of a period.
+    spot: f64,
+    half_angle_deg: f64,
+    multiple_half_angle_deg: f64,
+    /// Paths a pair.
+    paths: usize,
+    /// Standard error of the paths for each of the value, down to which up to 64 times as many are followed.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    relative_error: Option<f64>,
+    /// Paths that are kept of mirrors, for light of more than one.
+    rays: u64,
+    seed: u64,
+    #[serde(rename = "surface", skip_serializing)]
+    _surface: IgnoredAny,
+    #[serde(rename = "facets", skip_serializing)]
+    _facets: IgnoredAny,
+}
+
+impl Default for Keys {
+    fn default() -> Self {
+        Self {
+            bounces: Part::All,
+            surfaces: 1,
+            spot: 1.0,
+            half_angle_deg: 1.0,
+            multiple_half_angle_deg: 4.0,
+            paths: 256,
+            relative_error: None,
+            rays: 1 << 23,
+            seed: 1,
+            _surface: IgnoredAny,
+            _facets: IgnoredAny,
+        }
+    }
+}
+
+/// Most times that the asked paths are followed for a relative error.
+const ROUNDS: usize = 64;
+
+/// Draws for each path that is asked for, of facets that may lie outside the cone.
+const DRAWS: usize = 16;
+
+/// Facets of a height field, as a config writes them.
+#[derive(Debug)]
+pub struct MicroSurfaceSpec {
+    keys: Keys,
+    surface: Box<dyn SurfaceSpec>,
+    facets: FacetsSpec,
+}
+
+fn read(mut table: Table<'_>) -> Result<Box<dyn BrdfSpec>, ReadError> {
+    let span = table.span();
+    let surface = registry::take_table(&mut table, "surface")?;
+    let facets = match registry::take_table(&mut table, "facets")? {
+        Some(table) => facets::read(table)?,
+        None => FacetsSpec::default(),
+    };
+    let keys = registry::parse(table)?;
+    let Some(surface) = surface else {
+        let message =
+            "surface is missing from the micro-surface; allowed: a table with a kind of surface";
+        return Err(ReadError::at(span, message));
+    };
+    Ok(Box::new(MicroSurfaceSpec {
+        keys,
+        surface: surface::read(surface)?,
+        facets,
+    }))
+}
+
+impl MicroSurfaceSpec {
+    fn in_surface(mut e: ParameterError) -> BuildError {
+        e.key = format!("surface.{}", e.key);
+        e.into()
+    }
+}
+
+impl BrdfSpec for MicroSurfaceSpec {
+    fn resolved(&self) -> registry::Keys {
+        let mut table = registry::resolved(KIND, &self.keys);
+        table.insert("surface".into(), self.surface.resolved().into());
+        table.insert("facets".into(), self.facets.resolved().into());
+        table
+    }
+
+    fn label(&self) -> String {
+        let mut label = format!("micro-{}", self.surface.label());
+        if let Some(facets) = self.facets.label() {
+            label += &format!("-{facets}");
+        }
+        if self.keys.bounces != Part::All {
+            label += &format!("-{}", self.keys.bounces);
+        }
+        label
+    }
+
+    fn check(&self, channels: &Channels) -> Result<(), BuildError> {
+        let keys = &self.keys;
+        self.surface.check().map_err(Self::in_surface)?;
+        self.facets.check(channels)?;
+        let whole = |key: &str, value: u64, [least, most]: [u64; 2]| match (least..=most)
+            .contains(&value)
+        {
+            true => Ok(()),
+            false => {
+                let allowed = format!("a whole number from {least} to {most}");
+                Err(ParameterError::new(key, value, allowed))
+            }
+        };
+        let most = if self.surface.is_random() { 64 } else { 1 };
+        whole("surfaces", keys.surfaces as u64, [1, most]).map_err(|e| match most {
+            1 => ParameterError::new("surfaces", keys.surfaces, "1 of a surface without a seed"),
+            _ => e,
+        })?;
+        in_left_open("spot", keys.spot, 0.0, 1.0)?;
+        in_closed("half_angle_deg", keys.half_angle_deg, 0.05, 10.0)?;
+        in_closed(
+            "multiple_half_angle_deg",
+            keys.multiple_half_angle_deg,
+            0.5,
+            20.0,
+        )?;
+        whole("paths", keys.paths as u64, PATHS.map(|n| n as u64))?;
+        if let Some(error) = keys.relative_error {
+            in_closed("relative_error", error, 1e-3, 1.0)?;
+        }
+        whole("rays", keys.rays, [1 << 10, 1 << 32])?;
+        Ok(())
+    }
+
+    fn symmetry(&self, _channels: &Channels) -> Result<Symmetry, BuildError> {
+        Ok(self.surface.symmetry())
+    }
+
+    fn build(&self, channels: Channels) -> Result<Box<dyn Brdf>, BuildError> {
+        self.check(&channels)?;
+        Ok(Box::new(MicroSurface::new(self, channels)?))
+    }
+
+    fn tables(&self) -> Tables {
+        Tables {
+            files: self.surface.files(),
+            ..self.facets.tables()
+        }
+    }
+}
+
+/// Facets of a height field.
+pub struct MicroSurface {
+    channels: Channels,
+    keys: Keys,
+    symmetry: Symmetry,
+    surfaces: Vec<Transport>,
+    random: Random,
+    mirrors: Option<Mirrors>,
+}
+
+/// What is known of mirrors.
+struct Mirrors {
+    /// True if all have one of a few normals: light leaves in as many directions, and no pair has a value.
+    are_few: bool,
+    /// Of each surface.
+    normals: Vec<Normals>,
+    density: Density,
+    /// Light of more facets, if it is asked for.
+    gathered: Option<Gathered>,
+}
+
+impl MicroSurface {
+    fn new(spec: &MicroSurfaceSpec, channels: Channels) -> Result<Self, BuildError> {
+        let keys = spec.keys.clone();
+        let fields = (0..keys.surfaces as u64).map(|draw| spec.surface.build(draw).map(Arc::new));
+        let fields: Vec<_> = fields
+            .collect::<Result<_, _>>()
+            .map_err(MicroSurfaceSpec::in_surface)?;
+        let surfaces = fields
+            .iter()
+            .map(|field| Transport::new(field.clone(), &spec.facets, &channels))
+            .collect::<Result<Vec<_>, _>>()?;
+        let symmetry = spec.surface.symmetry();
+        let random = Random::new(keys.seed);
+        let mut mirrors = None;
+        if let FacetsSpec::Mirror(_) = &spec.facets {
+            let radius = 0.5 * keys.half_angle_deg.to_radians();
+            let normals: Vec<_> = fields
+                .iter()
+                .map(|field| Normals::new(field, keys.spot, radius))
+                .collect();
+            let density = Density::new(&normals, &fields[0], keys.spot, radius, symmetry.isotropic);
+            let drawing = Drawing {
+                radius: keys.multiple_half_angle_deg.to_radians(),
+                rays: keys.rays,
+                spot: keys.spot,
+                last: keys.bounces.last(),
+                symmetry,
+            };
+            let are_few = normals.iter().all(Normals::are_few);
+            let gathered = (keys.bounces != Part::First && !are_few)
+                .then(|| Gathered::new(&surfaces, &Random::new(!keys.seed), drawing));
+            mirrors = Some(Mirrors {
+                are_few,
+                normals,
+                density,
+                gathered,
+            });
+        }
+        Ok(Self {
+            channels,
+            keys,
+            symmetry,
+            surfaces,
+            random,
+            mirrors,
+        })
+    }
+
+    /// A pair that means the same as `pair`: turned or mirrored at random, as far as the surface may be.
+    fn image(&self, pair: [DVec3; 2], random: &mut RandomStream) -> [DVec3; 2] {
+        if self.symmetry.isotropic {
+            let turn = DMat3::from_rotation_z(TAU * random.next());
+            pair.map(|v| turn * v)
+        } else if self.symmetry.bilateral {
+            let mirror = MIRRORS[(4.0 * random.next()) as usize];
+            pair.map(|v| v * mirror)
+        } else {
+            pair
+        }
+    }
+
+    fn is_of_few_mirrors(&self) -> bool {
+        self.mirrors.as_ref().is_some_and(|mirrors| mirrors.are_few)
+    }
+
+    /// Light of one mirror.
+    fn first(&self, mirrors: &Mirrors, pair: [DVec3; 2], random: &mut RandomStream) -> Split {
+        let half = pair[0] + pair[1];
+        let cos_d = (0.5 * half.length()).min(1.0);
+        let h = half.normalize_or(DVec3::X);
+        let images: Vec<_> = match self.symmetry {
+            Symmetry {
+                isotropic: false,
+                bilateral: true,
+                ..
+            } => MIRRORS.iter().map(|m| h * *m).collect(),
+            _ => vec![h],
+        };
+        let [density, spread] = mirrors.density.at(&mirrors.normals, &images);
+        // Weights of the draws that were seen, and that were not; the same of their squares.
+        let (mut sums, mut squares, mut within) = ([0.0; 2], [0.0; 2], 0);
+        let asked = self.keys.paths;
+        let most = self.keys.relative_error.map_or(1, |_| ROUNDS) * asked * DRAWS;
+        let share = |sums: [f64; 2]| {
+            if sums[0] > 0.0 {
+                sums[0] / (sums[0] + sums[1])
+            } else {
+                0.0
+            }
+        };
+        let error = |sums: [f64; 2], squares: [f64; 2], within: usize| {
+            let seen = share(sums);
+            match seen > 0.0 && seen < 1.0 {
+                true => {
+                    (squares[0] * (1.0 - seen).powi(2) + squares[1] * seen * seen).sqrt()
+                        / (sums[0] + sums[1])
+                }
+                // Of n draws that agree one more may not.
+                false => 1.0 / (within + 2) as f64,
+            }
+        };
+        if density > 0.0 {
+            for draw in 0..most {
+                if within >= asked && within.is_multiple_of(asked) {
+                    let rel = error(sums, squares, within) / share(sums).max(DENOMINATOR_FLOOR);
+                    if self.keys.relative_error.is_none_or(|asked| rel <= asked) {
+                        break;
+                    }
+                }
+                let image = self.image(pair, random);
+                let surface = draw % self.surfaces.len();
+                let half = (image[0] + image[1]).normalize_or(h);
+                let Some(found) = mirrors.normals[surface].draw(half, random.next()) else {
+                    continue;
+                };
+                if found.weight == 0.0 {
+                    continue;
+                }
+                within += 1;
+                let surface = &self.surfaces[surface];
+                let point = surface
+                    .tracer()
+                    .on_triangle(found.triangle, [random.next(), random.next()]);
+                let place = usize::from(!surface.is_seen(&point, image));
+                sums[place] += found.weight;
+                squares[place] += found.weight * found.weight;
+            }
+        }
+        let cosines = (pair[0].z * pair[1].z).max(DENOMINATOR_FLOOR);
+        let scale = density / (4.0 * cosines);
+        let transport = &self.surfaces[0];
+        let mut value: ChannelValues = smallvec![0.0; transport.channels().count()];
+        if let Facets::Mirror(fresnel) = transport.facets() {
+            fresnel.scale(&[cos_d], &[scale], &mut value);
+        }
+        let luminance = transport.channels().luminance(&value);
+        let seen_share = share(sums);
+        value.iter_mut().for_each(|v| *v *= seen_share);
+        let off = match within {
+            0 => 0.5,
+            n => error(sums, squares, n),
+        };
+        let relative = if density > 0.0 { spread / density } else { 0.0 };
+        let split_errors = |e: f64| errors([e, 0.0, 0.0, e]);
+        let none = || ChannelValues::from_elem(0.0, self.channels.count());
+        Split {
+            value: [
+                seen(value, transport.channels(), &self.channels),
+                none(),
+                none(),
+            ],
+            transport: split_errors(luminance * off),
+            realisation: split_errors(luminance * seen_share * relative),
+        }
+    }
+
+    /// Light of facets that are not mirrors.
+    fn lit(&self, pair: [DVec3; 2], random: &mut RandomStream) -> Split {
+        let channels = self.surfaces[0].channels();
+        let groups = self.surfaces.len() * BLOCKS;
+        let mut bounces = Bounces::new(channels.count());
+        let mut sums = vec![[0.0; CLASSES + 1]; groups];
+        let mut counts = vec![0.0; groups];
+        let asked = self.keys.paths;
+        let most = self.keys.relative_error.map_or(1, |_| ROUNDS) * asked;
+        for path in 0..most {
+            if path >= asked && path.is_multiple_of(asked) {
+                let split = bounces.split(channels, &self.channels);
+                let value = self.channels.luminance(&split.part(self.keys.bounces));
+                let error = split.transport.of(self.keys.bounces);
+                if self
+                    .keys
+                    .relative_error
+                    .is_none_or(|asked| error <= asked * value)
+                {
+                    break;
+                }
+            }
+            // Every block, from one side and then from the other.
+            let group = path % groups;
+            let mut image = self.image(pair, random);
+            if (path / groups) % 2 == 1 {
+                image.swap(0, 1);
+            }
+            let start = in_block(group % BLOCKS, [random.next(), random.next()]);
+            let start = start.map(|s| s * self.keys.spot);
+            let surface = &self.surfaces[group / BLOCKS];
+            surface.light(image, start, self.keys.bounces.last(), random, &mut bounces);
+            let light = bounces.end(|values| channels.luminance(values));
+            sums[group].iter_mut().zip(light).for_each(|(s, l)| *s += l);
+            counts[group] += 1.0;
+        }
+        let mut split = bounces.split(channels, &self.channels);
+        // Each block's share of the mean, from the paths that it had.
+        let used = counts.iter().filter(|n| **n > 0.0).count() as f64;
+        for (sums, n) in sums.iter_mut().zip(&counts) {
+            sums.iter_mut().for_each(|s| *s /= f64::max(*n, 1.0) * used);
+        }
+        sums.truncate(used as usize);
+        let [a, b, c] = split.transport.classes;
+        let squares = [a, b, c, split.transport.sum].map(|e| e * e);
+        split.realisation = errors(beyond(&sums, squares));
+        split
+    }
+}
+
+/// Both together, of errors that have nothing to do with each other.
+fn with(first: SplitErrors, more: SplitErrors) -> SplitErrors {
+    SplitErrors {
+        classes: std::array::from_fn(|i| first.classes[i].hypot(more.classes[i])),
+        sum: first.sum.hypot(more.sum),
+    }
+}
+
+impl Brdf for MicroSurface {
+    fn channels(&self) -> &Channels {
+        &self.channels
+    }
+
+    fn symmetry(&self) -> Symmetry {
+        self.symmetry
+    }
+
+    /// The paths do; what is averaged over few of them may stray by its error.
+    fn conserves_energy(&self) -> bool {
+        true
+    }
+
+    fn is_mirrored(&self) -> bool {
+        self.symmetry.bilateral
+    }
+
+    fn eval(&self, pair: &DirectionPair, out: &mut [f64]) -> Presence {
+        if self.is_of_few_mirrors() {
+            out.fill(0.0);
+            return Presence::Missing;
+        }
+        out.copy_from_slice(&self.split(pair).part(self.keys.bounces));
+        Presence::Present
+    }
+
+    fn remarks(&self) -> Vec<String> {
+        if self.is_of_few_mirrors() {
+            return vec![
+                "its mirrors have a few normals only, so that no pair has a value; gonio surface and gonio paths tell where light goes"
+                    .into(),
+            ];
+        }
+        vec![remark(
+            self,
+            Paths {
+                bounces: self.keys.bounces,
+                paths: self.keys.paths,
+                seed: self.keys.seed,
+            },
+        )]
+    }
+
+    fn as_split(&self) -> Option<&dyn SplitBrdf> {
+        Some(self)
+    }
+}
+
+impl SplitBrdf for MicroSurface {
+    fn split(&self, pair: &DirectionPair) -> Split {
+        let followed = self.surfaces[0].channels();
+        if !pair.is_above_horizon() {
+            return Bounces::new(followed.count()).split(followed, &self.channels);
+        }
+        let (pair, key) = canonical(pair, self.symmetry);
+        let mut random = stream(&self.random, &key);
+        let Some(mirrors) = &self.mirrors else {
+            return self.lit(pair, &mut random);
+        };
+        let bounces = self.keys.bounces.classes();
+        let first = bounces
+            .contains(&0)
+            .then(|| self.first(mirrors, pair, &mut random));
+        let more = mirrors.gathered.as_ref();
+        let more = more.map(|gathered| gathered.split(pair, followed, &self.channels));
+        match (first, more) {
+            (Some(first), Some(mut more)) => {
+                more.value[0] = first.value.into_iter().next().unwrap_or_default();
+                more.transport = with(first.transport, more.transport);
+                more.realisation = with(first.realisation, more.realisation);
+                more
+            }
+            (Some(split), None) | (None, Some(split)) => split,
+            (None, None) => Bounces::new(followed.count()).split(followed, &self.channels),
+        }
+    }
+
+    fn paths(&self, block: u64, count: usize, each: &mut dyn FnMut(LightPath)) {
+        // Far from the numbers of pairs, which are hashes, and of the paths that are kept.
+        let mut random = Random::new(self.keys.seed ^ (1 << 63)).stream(block);
+        let surface = &self.surfaces[block as usize % self.surfaces.len()];
+        let channels = surface.channels();
+        for _ in 0..count {
+            let mut weight: ChannelValues = smallvec![1.0; channels.count()];
+            let last = self.keys.bounces.last();
+            if let Some(drawn) = surface.draw(self.keys.spot, last, &mut weight, &mut random) {
+                each(LightPath {
+                    pair: drawn.pair,
+                    met: drawn.met,
+                    light: channels.luminance(&weight),
+                });
+            }
+        }
+    }
+
+    fn surfaces(&self) -> usize {
+        self.surfaces.len()
+    }
+}

@@ -1,0 +1,334 @@
+//! Facets of height fields, found by their normals.
+//!
+//! The density of normals D(h) is the area of the facets whose normals are within an angle r of h, for each area of the plane
+//! and each steradian of that cone. For a surface that looks the same however it is turned, D is the mean over its turns.
+
+use super::surface::HeightField;
+use glam::DVec3;
+use std::f64::consts::{FRAC_PI_2, PI, TAU};
+use std::ops::Range;
+
+/// Blocks along an edge of the illuminated part of a period: as many surfaces of their own, for errors.
+const EDGE: usize = 4;
+
+/// Blocks of a period.
+pub(super) const BLOCKS: usize = EDGE * EDGE;
+
+/// Steps of elevation in the radius of a cone.
+const STEPS: f64 = 8.0;
+
+/// The largest number of squares along an axis.
+const MOST: f64 = 2048.0;
+
+/// Facets of one period, in squares of (m_x, m_y), the normals' components in the plane.
+pub(super) struct Normals {
+    /// Square of the chord of the cone's angle.
+    chord2: f64,
+    /// Squares for each unit, and along an axis.
+    per_unit: f64,
+    across: usize,
+    /// Number of the first facet of each square, m_x fastest.
+    first: Vec<u32>,
+    facets: Vec<Facet>,
+    /// Cells of each block.
+    cells: [f64; BLOCKS],
+}
+
+/// A facet: m_x and m_y, and its triangle.
+#[derive(Clone, Copy, Default)]
+struct Facet {
+    normal: [f32; 2],
+    triangle: u32,
+}
+
+impl Facet {
+    fn normal(&self) -> DVec3 {
+        let [x, y] = self.normal.map(f64::from);
+        DVec3::new(x, y, (1.0 - x * x - y * y).max(0.0).sqrt())
+    }
+}
+
+/// A facet that was drawn.
+pub(super) struct Candidate {
+    /// Its triangle.
+    pub triangle: usize,
+    /// Its area over the probability that it was drawn with; 0 outside the cone.
+    pub weight: f64,
+}
+
+/// The block of a cell, of cells that are illuminated.
+fn block([x, y]: [usize; 2], lit: [usize; 2]) -> usize {
+    let along = |place: usize, all: usize| place * EDGE / all;
+    along(y, lit[1]) * EDGE + along(x, lit[0])
+}
+
+/// Cells along each axis of the illuminated part.
+fn lit(field: &HeightField, spot: f64) -> [usize; 2] {
+    field
+        .size()
+        .map(|n| ((spot * n as f64).round() as usize).clamp(1, n))
+}
+
+/// The block of a point, shares of the illuminated part.
+pub(super) fn block_of(start: [f64; 2]) -> usize {
+    let [x, y] = start.map(|s| ((s * EDGE as f64) as usize).min(EDGE - 1));
+    y * EDGE + x
+}
+
+/// A point of a block from one of the unit square, shares of the illuminated part.
+pub(super) fn in_block(block: usize, [u, v]: [f64; 2]) -> [f64; 2] {
+    let [x, y] = [block % EDGE, block / EDGE].map(|i| i as f64);
+    [(x + u) / EDGE as f64, (y + v) / EDGE as f64]
+}
+
+impl Normals {
+    /// Facets of the part `spot` of the edges of `field`, for cones of an angle `radius`.
+    pub(super) fn new(field: &HeightField, spot: f64, radius: f64) -> Self {
+        let across = (2.0 / radius).clamp(1.0, MOST) as usize;
+        let per_unit = across as f64 / 2.0;
+        let lit = lit(field, spot);
+        let [nx, _] = field.size();
+        let all = || {
+            (0..lit[1]).flat_map(move |y| {
+                (0..lit[0]).flat_map(move |x| {
+                    let slopes = field.slopes([x, y]);
+                    (0..2).map(move |side| {
+                        let [sx, sy] = slopes[side];
+                        let long = (1.0 + sx * sx + sy * sy).sqrt();
+                        Facet {
+                            normal: [(-sx / long) as f32, (-sy / long) as f32],
+                            triangle: (2 * (y * nx + x) + side) as u32,
+                        }
+                    })
+                })
+            })
+        };
+        let square = |facet: &Facet| {
+            let [x, y] = facet.normal.map(|m| place(f64::from(m), per_unit, across));
+            y * across + x
+        };
+        // Sorted by counting.
+        let mut first = vec![0u32; across * across + 1];
+        all().for_each(|facet| first[square(&facet) + 1] += 1);
+        for i in 1..first.len() {
+            first[i] += first[i - 1];
+        }
+        let mut next = first.clone();
+        let mut facets = vec![Facet::default(); 2 * lit[0] * lit[1]];
+        for facet in all() {
+            let to = &mut next[square(&facet)];
+            facets[*to as usize] = facet;
+            *to += 1;
+        }
+        let mut cells = [0.0; BLOCKS];
+        for y in 0..lit[1] {
+            (0..lit[0]).for_each(|x| cells[block([x, y], lit)] += 1.0);
+        }
+        Self {
+            chord2: (2.0 * (0.5 * radius).sin()).powi(2),
+            per_unit,
+            across,
+            first,
+            facets,
+            cells,
+        }
+    }
+
+    /// True if all facets have one of 64 normals at most: then D is a sum of peaks.
+    pub(super) fn are_few(&self) -> bool {
+        let mut seen: Vec<[u32; 2]> = Vec::new();
+        self.facets.iter().all(|facet| {
+            let bits = facet.normal.map(f32::to_bits);
+            if !seen.contains(&bits) {
+                seen.push(bits);
+            }
+            seen.len() <= 64
+        })
+    }
+
+    /// The facets of the squares about `h`, which hold its cone.
+    fn about(&self, h: DVec3) -> [Range<u32>; 3] {
+        let [x, y] = [h.x, h.y].map(|m| place(m, self.per_unit, self.across) as i64);
+        let last = self.across as i64 - 1;
+        [-1, 0, 1].map(|step| {
+            let row = y + step;
+            if !(0..=last).contains(&row) {
+                return 0..0;
+            }
+            let [low, high] =
+                [x - 1, x + 1].map(|x| (row * (last + 1) + x.clamp(0, last)) as usize);
+            self.first[low]..self.first[high + 1]
+        })
+    }
+
+    fn is_within(&self, facet: &Facet, h: DVec3) -> bool {
+        (facet.normal() - h).length_squared() <= self.chord2
+    }
+
+    /// A facet about `h`, drawn by a number of [0, 1); `None` if there is none.
+    pub(super) fn draw(&self, h: DVec3, u: f64) -> Option<Candidate> {
+        let ranges = self.about(h);
+        let count: usize = ranges.iter().map(|r| r.len()).sum();
+        let mut left = ((u * count as f64) as usize).min(count.checked_sub(1)?);
+        let mut ranges = ranges.into_iter();
+        let facet = loop {
+            let range = ranges.next()?;
+            match left.checked_sub(range.len()) {
+                None => break self.facets[range.start as usize + left],
+                Some(rest) => left = rest,
+            }
+        };
+        let weight = match self.is_within(&facet, h) {
+            true => area(&facet) * count as f64,
+            false => 0.0,
+        };
+        Some(Candidate {
+            triangle: facet.triangle as usize,
+            weight,
+        })
+    }
+
+    /// Adds the area of the facets in the cone about `h` to that of their blocks.
+    fn add_cone(&self, h: DVec3, row: usize, lit: [usize; 2], areas: &mut [f64]) {
+        for range in self.about(h) {
+            for facet in &self.facets[range.start as usize..range.end as usize] {
+                if self.is_within(facet, h) {
+                    areas[self.block(facet, row, lit)] += area(facet);
+                }
+            }
+        }
+    }
+
+    fn block(&self, facet: &Facet, row: usize, lit: [usize; 2]) -> usize {
+        let cell = facet.triangle as usize / 2;
+        block([cell % row, cell / row], lit)
+    }
+}
+
+/// Area of a facet, cells.
+fn area(facet: &Facet) -> f64 {
+    0.5 / facet.normal().z.max(1e-6)
+}
+
+/// The square of a component.
+fn place(m: f64, per_unit: f64, across: usize) -> usize {
+    (((m + 1.0) * per_unit) as usize).min(across - 1)
+}
+
+/// D of several periods of one kind of surface.
+pub(super) struct Density {
+    /// sr of the cone.
+    solid_angle: f64,
+    /// Cells of each block of each period.
+    cells: Vec<f64>,
+    kind: Kind,
+}
+
+enum Kind {
+    /// Mean over all turns: values at equal steps of the elevation of h, blocks together.
+    Turned { step: f64, values: Vec<f64> },
+    /// Of the facets themselves; cells along x, and those that are illuminated.
+    Fixed { row: usize, lit: [usize; 2] },
+}
+
+impl Density {
+    /// Of periods of one size, in cones of an angle `radius`; `turned`: averaged over all turns.
+    pub(super) fn new(
+        all: &[Normals],
+        field: &HeightField,
+        spot: f64,
+        radius: f64,
+        turned: bool,
+    ) -> Self {
+        let lit = lit(field, spot);
+        let row = field.size()[0];
+        let solid_angle = TAU * 2.0 * (0.5 * radius).sin().powi(2);
+        let cells: Vec<f64> = all.iter().flat_map(|n| n.cells).collect();
+        let kind = match turned {
+            false => Kind::Fixed { row, lit },
+            true => {
+                let bins = (STEPS * FRAC_PI_2 / radius).ceil().max(1.0);
+                let step = FRAC_PI_2 / bins;
+                let bins = bins as usize;
+                let blocks = cells.len();
+                let mut areas = vec![0.0; bins * blocks];
+                for (period, normals) in all.iter().enumerate() {
+                    for facet in &normals.facets {
+                        let m = facet.normal();
+                        let bin = ((m.x.hypot(m.y).atan2(m.z) / step) as usize).min(bins - 1);
+                        let block = period * BLOCKS + normals.block(facet, row, lit);
+                        areas[bin * blocks + block] += area(facet);
+                    }
+                }
+                let reach = (radius / step).ceil() as usize + 1;
+                let mut values = vec![0.0; (bins + 1) * blocks];
+                for node in 0..=bins {
+                    for bin in node.saturating_sub(reach)..(node + reach).min(bins) {
+                        let share = turns(node as f64 * step, (bin as f64 + 0.5) * step, radius);
+                        for block in 0..blocks {
+                            values[node * blocks + block] += share * areas[bin * blocks + block];
+                        }
+                    }
+                }
+                Kind::Turned { step, values }
+            }
+        };
+        Self {
+            solid_angle,
+            cells,
+            kind,
+        }
+    }
+
+    /// D at each of `images` of a unit vector, which mean the same, and its standard error, of which more surface is the cure;
+    /// sr⁻¹.
+    pub(super) fn at(&self, all: &[Normals], images: &[DVec3]) -> [f64; 2] {
+        let blocks = self.cells.len();
+        let mut areas = vec![0.0; blocks];
+        match &self.kind {
+            Kind::Turned { step, values } => {
+                let h = images[0];
+                let place = h.x.hypot(h.y).atan2(h.z) / step;
+                let last = values.len() / blocks - 2;
+                let node = (place as usize).min(last);
+                let share = (place - node as f64).clamp(0.0, 1.0);
+                for (block, area) in areas.iter_mut().enumerate() {
+                    let [a, b] = [node, node + 1].map(|n| values[n * blocks + block]);
+                    *area = a + share * (b - a);
+                }
+            }
+            Kind::Fixed { row, lit } => {
+                for h in images {
+                    for (normals, areas) in all.iter().zip(areas.chunks_mut(BLOCKS)) {
+                        normals.add_cone(*h, *row, *lit, areas);
+                    }
+                }
+                areas.iter_mut().for_each(|a| *a /= images.len() as f64);
+            }
+        }
+        let whole = self.cells.iter().sum::<f64>() * self.solid_angle;
+        let mean = areas.iter().sum::<f64>() / whole;
+        // Blocks have the same number of cells, but for a row.
+        let used = self.cells.iter().filter(|c| **c > 0.0).count() as f64;
+        let squares = areas
+            .iter()
+            .zip(&self.cells)
+            .filter(|(_, cells)| **cells > 0.0);
+        let squares = squares.map(|(a, cells)| (a / (cells * self.solid_angle) - mean).powi(2));
+        let error = (squares.sum::<f64>() / (used * (used - 1.0).max(1.0))).sqrt();
+        [mean, error]
+    }
+}
+
+/// Share of the turns about the normal in which a facet at an elevation is within `radius` of a vector at another.
+fn turns(vector: f64, facet: f64, radius: f64) -> f64 {
+    let over = (0.5 * radius).sin().powi(2) - (0.5 * (vector - facet)).sin().powi(2);
+    if over <= 0.0 {
+        return 0.0;
+    }
+    let sines = vector.sin() * facet.sin();
+    match over >= sines {
+        true => 1.0,
+        false => 2.0 * (over / sines).sqrt().asin() / PI,
+    }
+}

@@ -1,0 +1,273 @@
+//! Facets of height fields as BRDFs: energy, errors, and what their slopes alone would do.
+#![cfg(feature = "surfaces")]
+
+use gonio::brdf::microfacet::{Beckmann, FresnelSpec, Microfacet};
+use gonio::brdf::{
+    self, Brdf, BrdfSpec, CLASSES, Channels, Part, Presence, Roughness, Split, laws,
+};
+use gonio::geometry::{Direction, DirectionPair};
+use gonio::light_paths::MICRO_SURFACE;
+use gonio::registry;
+use gonio::sampling::{
+    Random, Sobol, cosine_hemisphere, cosine_hemisphere_pdf, ggx_half_vector, ggx_half_vector_pdf,
+};
+use std::f64::consts::{PI, SQRT_2};
+
+fn build(text: &str) -> Box<dyn Brdf> {
+    let spec: Box<dyn BrdfSpec> = registry::read_text(&MICRO_SURFACE, text).unwrap();
+    spec.build(Channels::Luminance).unwrap()
+}
+
+const WHITE: &str = "facets = { kind = \"diffuse\", albedo = 1.0 }";
+const MIRRORS: &str = "facets = { kind = \"mirror\", fresnel = { kind = \"none\" } }";
+
+/// Every kind of surface, steep.
+const SURFACES: [&str; 6] = [
+    "kind = \"gaussian\", rms_slope = 0.4, size = 512",
+    "kind = \"gaussian\", rms_slope = [0.6, 0.2], size = 512",
+    "kind = \"exponential\", rms_slope = 0.4, size = 512",
+    "kind = \"dimples\", size = 512",
+    "kind = \"dimples\", depth = -12.0, size = 512",
+    "kind = \"woven\", thread = 128, size = 512",
+];
+
+#[test]
+fn a_plane_of_any_facets_is_the_facet() {
+    let model = brdf::read(toml::de::DeTable::parse("kind = \"ggx\"\nalpha = 0.2").unwrap());
+    let model = model.unwrap().build(Channels::Rgb).unwrap();
+    let plane = "surface = { kind = \"v-grooves\", angle_deg = 0.0 }\npaths = 32\n\
+                 facets = { kind = \"material\", brdf = { kind = \"ggx\", alpha = 0.2 } }";
+    let plane = registry::read_text(&MICRO_SURFACE, plane).unwrap();
+    let plane = plane.build(Channels::Rgb).unwrap();
+    for pair in laws::pairs(500, 5) {
+        let [mut a, mut b] = [[0.0; 3]; 2];
+        assert_eq!(plane.eval(&pair, &mut a), Presence::Present);
+        _ = model.eval(&pair, &mut b);
+        for (a, b) in a.iter().zip(b) {
+            assert!((a - b).abs() <= 1e-14 * b.max(1.0), "{a} {b} {pair:?}");
+        }
+    }
+}
+
+/// ∫ f cos over the hemisphere, and its standard error over sets of directions: cosines, and reflections at GGX normals of two
+/// roughnesses, the smaller for the flat parts of a surface.
+fn energy(brdf: &dyn Brdf, theta_deg: f64, rays: Option<f64>) -> [f64; 2] {
+    const SETS: u64 = 16;
+    const POINTS: u64 = 64;
+    const LOBES: [f64; 2] = [0.5, 0.008];
+    let omega_o = Direction::from_spherical(theta_deg.to_radians(), 0.4);
+    let split = brdf.as_split().unwrap();
+    let (mut sum, mut square, mut more) = (0.0, 0.0, 0.0);
+    for set in 0..SETS {
+        let mut points = Sobol::new(set);
+        let mut all = 0.0;
+        for i in 0..POINTS {
+            let [choice, a, b] = points.point(i);
+            let lobe = (4.0 * choice) as usize;
+            let omega_i = match LOBES.get(lobe) {
+                Some(alpha) => {
+                    let (o, h) = (omega_o.vector(), ggx_half_vector(*alpha, [a, b]).vector());
+                    Direction::try_new(2.0 * o.dot(h) * h - o).unwrap()
+                }
+                None => cosine_hemisphere([a, b]),
+            };
+            if omega_i.cos_theta() <= 0.0 {
+                continue;
+            }
+            let half = (omega_i.vector() + omega_o.vector()).normalize();
+            let lobes: f64 = LOBES
+                .iter()
+                .map(|alpha| ggx_half_vector_pdf(*alpha, Direction::try_new(half).unwrap()))
+                .sum();
+            let density = 0.5 * cosine_hemisphere_pdf(omega_i)
+                + 0.25 * lobes / (4.0 * half.dot(omega_o.vector()));
+            let split = split.split(&DirectionPair::new(omega_i, omega_o));
+            let scale = omega_i.cos_theta() / density / POINTS as f64;
+            all += split.part(Part::All)[0] * scale;
+            more += (split.value[1][0] + split.value[2][0]) * scale / SETS as f64;
+        }
+        sum += all;
+        square += all * all;
+    }
+    let n = SETS as f64;
+    let error = ((square - sum * sum / n) / (n * (n - 1.0))).sqrt();
+    // Light of several mirrors is that of the paths that began within 4° of the direction, the same for all sets.
+    let (theta, r) = (theta_deg.to_radians(), 4f64.to_radians());
+    let share = (theta + r).min(PI / 2.0).sin().powi(2) - (theta - r).max(0.0).sin().powi(2);
+    let share = match brdf.symmetry().isotropic {
+        true => share,
+        // A cone, and its mirror images.
+        false => r.sin().powi(2) * theta.cos() * if theta > 0.0 { 4.0 } else { 1.0 },
+    };
+    let kept = rays.map_or(0.0, |rays| more / (rays * share * more).sqrt());
+    [sum / n, error.hypot(kept)]
+}
+
+/// Facets that lose nothing: all light that comes leaves.
+#[test]
+fn values_integrate_to_one() {
+    let (mut pulls, mut errors, mut n) = (0.0, 0.0, 0.0);
+    for surface in SURFACES {
+        for facets in [MIRRORS, WHITE] {
+            let material = build(&format!(
+                "surface = {{ {surface} }}\n{facets}\nrays = 2000000\npaths = 128\nhalf_angle_deg = 2"
+            ));
+            for theta_deg in [0.0, 30.0, 60.0, 80.0] {
+                let rays = (facets == MIRRORS).then_some(2e6);
+                let [energy, error] = energy(&*material, theta_deg, rays);
+                pulls += ((energy - 1.0) / error).powi(2);
+                errors += error * error;
+                n += 1.0;
+                assert!(
+                    (energy - 1.0).abs() < 4.0 * error,
+                    "{surface}, {facets}, {theta_deg} deg: {energy} ± {error}"
+                );
+            }
+        }
+    }
+    // Student's t of 15 degrees of freedom has a variance of 15/13.
+    let (spread, error): (f64, f64) = (pulls / n, f64::sqrt(errors / n));
+    assert!(spread < 1.8 && error < 0.02, "{spread} {error}");
+}
+
+/// Values of another surface and of other paths differ by what their errors say.
+#[test]
+fn errors_are_what_surfaces_differ_by() {
+    for (facets, bounds) in [(MIRRORS, 0.7..1.4), (WHITE, 0.7..1.4)] {
+        let of = |seed: u64| {
+            build(&format!(
+                "surface = {{ kind = \"gaussian\", rms_slope = 0.5, size = 512, seed = {seed} }}\n{facets}\n\
+                 seed = {seed}\nrays = 2000000\npaths = 128"
+            ))
+        };
+        let all: Vec<_> = (1..=4).map(|seed| of(100 * seed)).collect();
+        let (mut squares, mut n) = ([0.0; CLASSES + 1], [0.0; CLASSES + 1]);
+        let random = Random::new(2);
+        for i in 0..150 {
+            let [a, b, c, d] = random.point(i);
+            let pair = DirectionPair::new(cosine_hemisphere([a, b]), cosine_hemisphere([c, d]));
+            let splits: Vec<Split> = all
+                .iter()
+                .map(|m| m.as_split().unwrap().split(&pair))
+                .collect();
+            for (a, b) in [(0, 1), (2, 3)] {
+                let parts = Part::CLASSES.into_iter().chain([Part::All]);
+                for (i, part) in parts.enumerate() {
+                    let [a, b] = [&splits[a], &splits[b]];
+                    let error = a.error(part).hypot(b.error(part));
+                    if error > 0.0 {
+                        squares[i] += ((a.part(part)[0] - b.part(part)[0]) / error).powi(2);
+                        n[i] += 1.0;
+                    }
+                }
+            }
+        }
+        let ratio: Vec<f64> = squares
+            .iter()
+            .zip(n)
+            .map(|(s, n): (&f64, f64)| (s / n).sqrt())
+            .collect();
+        assert!(
+            ratio.iter().all(|r| bounds.contains(r)),
+            "{facets}: {ratio:?}"
+        );
+    }
+}
+
+/// What leaves along paths is what values integrate to, of each class.
+#[test]
+fn paths_bring_what_values_promise() {
+    for facets in [MIRRORS, WHITE] {
+        let surface = "surface = { kind = \"gaussian\", rms_slope = 0.7, size = 512, seed = 4 }";
+        let material = build(&format!("{surface}\n{facets}\nrays = 2000000\npaths = 64"));
+        let split = material.as_split().unwrap();
+        let (mut along, n) = ([[0.0; 2]; CLASSES], 1 << 18);
+        // By reciprocity as much goes from steep to grazing as back.
+        let mut ways = [0.0; 2];
+        for block in 0..16 {
+            split.paths(block, n / 16, &mut |path| {
+                let class = &mut along[Part::of(path.met).classes().start];
+                class[0] += path.light;
+                class[1] += path.light * path.light;
+                let steep = [path.pair.omega_i, path.pair.omega_o].map(|o| o.cos_theta() > 0.7);
+                match steep {
+                    [true, false] => ways[0] += path.light,
+                    [false, true] => ways[1] += path.light,
+                    _ => {}
+                }
+            });
+        }
+        assert!(
+            (ways[0] - ways[1]).abs() < 4.0 * (ways[0] + ways[1]).sqrt(),
+            "{ways:?}"
+        );
+        let (mut values, pairs) = ([[0.0; 2]; CLASSES], 1 << 14);
+        let random = Random::new(11);
+        for i in 0..pairs {
+            let [a, b, c, d] = random.point(i);
+            let pair = DirectionPair::new(cosine_hemisphere([a, b]), cosine_hemisphere([c, d]));
+            let split = split.split(&pair);
+            for (sum, value) in values.iter_mut().zip(&split.value) {
+                sum[0] += PI * value[0];
+                sum[1] += (PI * value[0]).powi(2);
+            }
+        }
+        let mean = |[sum, square]: [f64; 2], n: f64| {
+            let mean = sum / n;
+            (mean, ((square / n - mean * mean) / n).sqrt())
+        };
+        for class in 0..CLASSES {
+            let (a, ea) = mean(along[class], n as f64);
+            let (b, eb) = mean(values[class], pairs as f64);
+            assert!(
+                (a - b).abs() < 4.0 * ea.hypot(eb),
+                "{facets} {class}: {a} ± {ea}, {b} ± {eb}"
+            );
+            assert!(ea < 0.02 * a && eb < 0.05 * b);
+        }
+    }
+}
+
+/// Gaussian slopes are the facets of Beckmann, alpha = √2 rms slope, whatever the correlation of heights. Of one facet only
+/// shadows may differ, where heights and slopes have to do with each other.
+#[test]
+fn gaussian_slopes_are_beckmanns_facets() {
+    // Short correlations: of a small surface the rms slope itself is a draw, and a mean over draws is no Gaussian.
+    for kind in [
+        "gaussian\", correlation = 6",
+        "exponential\", correlation = 12",
+    ] {
+        for slope in [0.1, 0.3] {
+            let material = build(&format!(
+                "surface = {{ kind = \"{kind}, rms_slope = {slope}, size = 256 }}\n{MIRRORS}\n\
+                 surfaces = 50\nbounces = \"first\"\npaths = 2000"
+            ));
+            let alpha = Roughness::Isotropic(SQRT_2 * slope);
+            let model = Microfacet::<Beckmann>::new(alpha, &FresnelSpec::None, Channels::Luminance);
+            for theta_i in [0.0, 30.0, 60.0f64] {
+                for lean in [0.0, 0.5, 1.0, 1.5] {
+                    // A half vector of a slope that is some rms slopes steep, in the plane of the light and across.
+                    for phi in [0.0, 90.0f64] {
+                        let h = Direction::from_spherical((lean * slope).atan(), phi.to_radians());
+                        let i = Direction::from_spherical(theta_i.to_radians(), 0.0);
+                        let (h, i_vector) = (h.vector(), i.vector());
+                        let o = Direction::try_new(2.0 * i_vector.dot(h) * h - i_vector).unwrap();
+                        if o.cos_theta() < 0.3 {
+                            continue;
+                        }
+                        let pair = DirectionPair::new(i, o);
+                        let split = material.as_split().unwrap().split(&pair);
+                        let (found, error) = (split.value[0][0], split.error(Part::First));
+                        let asked = model.luminance(&pair).unwrap();
+                        // Shadows agree with Smith's to 2 % here.
+                        let bound = 4.0 * error + 0.02 * asked;
+                        assert!(
+                            (found - asked).abs() < bound && error < 0.03 * asked,
+                            "{kind} {slope} {pair:?}: {found}, {asked}"
+                        );
+                    }
+                }
+            }
+        }
+    }
+}
