@@ -79,7 +79,8 @@
 //!
 //! # Features
 //!
-//! `cli` (default): the `gonio` command; it has `pictures`, `schemas` and `stability`. `pictures`: OpenEXR, PNG, diagrams,
+//! `cli` (default): the `gonio` command; it has all others. `surfaces`: height fields, also from OpenEXR, PNG and CSV, and rays
+//! through them. `pictures`: OpenEXR, PNG, diagrams,
 //! HTML reports, and environment maps from files; it has `experiments`. `experiments`: plans, configs in TOML,
 //! runs, their statistics and tables, presets of instruments. `stability`: the walk over extreme cases. `schemas`:
 //! JSON Schemas of files. Without any:

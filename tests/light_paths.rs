@@ -362,6 +362,25 @@ mod surfaces {
                 ([1.0, 0.0, 0.0], 0),
                 "{theta_deg}"
             );
+            assert!(found.shadowed < 1e-15, "{found:?}");
+        }
+    }
+
+    /// Light at 45° < θ across grooves of 45° meets one side alone, (cos θ + sin θ)/2 of it for each of the plane, and of the plane
+    /// it meets cos θ: what is behind others is tan(θ − 45°). Along the grooves nothing is.
+    #[test]
+    fn grooves_are_shadowed_by_a_closed_form() {
+        let grooves = field("v-grooves", "angle_deg = 45.0\nsize = 16");
+        let shadowed =
+            |theta_deg, phi_deg| energies(&grooves, &MIRRORS, at(theta_deg, phi_deg), 1).shadowed;
+        for theta_deg in [46.0, 60.0, 75.0, 89.0] {
+            let expected = f64::to_radians(theta_deg - 45.0).tan();
+            for phi_deg in [0.0, 180.0] {
+                let found = shadowed(theta_deg, phi_deg);
+                assert!((found - expected).abs() < 1e-12, "{theta_deg}: {found}");
+            }
+            assert!(shadowed(theta_deg, 90.0) < 1e-12, "{theta_deg}");
+            assert!(shadowed(44.0, 0.0) < 1e-12);
         }
     }
 
@@ -433,6 +452,44 @@ mod surfaces {
             }
         }
         first
+    }
+
+    /// Points of a surface, and whether they see the light.
+    #[test]
+    fn what_is_shadowed_does_not_see_the_light() {
+        let mut stream = Random::new(5).stream(0);
+        let heights: Vec<f64> = (0..35).map(|_| 3.0 * stream.next()).collect();
+        let field = HeightField::new([7, 5], &heights).unwrap();
+        for theta_deg in [20.0, 45.0, 60.0] {
+            let omega_i = at(theta_deg, 70.0);
+            let light = omega_i.vector();
+            let (mut turned, mut behind, mut squares) = (0.0, 0.0, 0.0);
+            for _ in 0..5000 {
+                let [x, y] = [7.0, 5.0].map(|n| n * stream.next());
+                let cell = [x as usize, y as usize];
+                let [u, v] = [x.fract(), y.fract()];
+                let [low, high] = field.slopes(cell);
+                let slope = if u >= v { low } else { high };
+                let height = field.corners(cell)[0] + slope[0] * u + slope[1] * v;
+                let area = light.dot(DVec3::new(-slope[0], -slope[1], 1.0)).max(0.0);
+                turned += area;
+                let from = DVec3::new(x, y, height);
+                if area > 0.0 && first_of_all(&field, from, light, 1e-9).is_some() {
+                    behind += area;
+                    squares += area * area;
+                }
+            }
+            let [share, error] = [behind, squares.sqrt()].map(|sum| sum / turned);
+            let found = energies(&field, &MIRRORS, omega_i, 1).shadowed;
+            assert!(
+                (share - found).abs() < 4.0 * error + 1e-9,
+                "{theta_deg}: {share} ± {error}, {found}"
+            );
+            assert!(
+                theta_deg < 40.0 || (0.01..0.6).contains(&found),
+                "{theta_deg}: {found}"
+            );
+        }
     }
 
     /// Whole paths, ray by ray, on heights that are all different, of periods that are no squares.

@@ -5,7 +5,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// Modules from the bottom of the house to its roof; each uses only earlier ones.
-const ORDER: [&str; 25] = [
+const ORDER: [&str; 26] = [
     "numeric",
     "statistics",
     "error",
@@ -15,6 +15,7 @@ const ORDER: [&str; 25] = [
     "sampling",
     "parametrization",
     "brdf",
+    "light_paths",
     "lighting",
     "schedule",
     "measurement",

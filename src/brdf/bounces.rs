@@ -81,7 +81,9 @@ impl SplitErrors {
     pub fn of(&self, part: Part) -> f64 {
         match part {
             Part::All => self.sum,
-            part => self.classes[part.classes()].iter().fold(0.0, |all, e| all.hypot(*e)),
+            part => self.classes[part.classes()]
+                .iter()
+                .fold(0.0, |all, e| all.hypot(*e)),
         }
     }
 }

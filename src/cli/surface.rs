@@ -1,12 +1,13 @@
 //! `gonio surface`.
 
 use super::output::{JsonArgs, print_json};
+use super::talk::{detail, say};
 use super::{ThreadArgs, member, print};
 use crate::brdf::{BuildError, Channels};
 use crate::error::{Error, ParameterError, count, in_closed, in_left_open};
 use crate::experiment::{KeyPath, Source};
 use crate::geometry::Direction;
-use crate::light_paths::surface::{self, HeightField, Optics, Statistics};
+use crate::light_paths::surface::{self, HeightField, Optics, Statistics, SurfaceSpec};
 use crate::light_paths::{Energies, FacetsSpec, Transport, TransportSpec, read_facets};
 use crate::registry;
 use crate::report::Columns;
@@ -21,7 +22,8 @@ Light is followed from facet to facet; shares are of the light that comes from a
 more of them. Their errors are those of the rays: another seed of the surface differs by more.
 
   gonio surface gaussian --set rms_slope=0.5
-  gonio surface v-grooves --set angle_deg=45 --set facets.fresnel.kind=none --elevation 0,30")]
+  gonio surface v-grooves --set angle_deg=45 --set facets.kind=diffuse --elevation 0,30
+  gonio surface height-map --set file=map.exr --set pitch_um=0.5")]
 pub(super) struct SurfaceArgs {
     /// A kind of surface (see `gonio list surfaces`)
     kind: String,
@@ -40,9 +42,9 @@ pub(super) struct SurfaceArgs {
     /// Seed of the rays
     #[arg(long, value_name = "N", default_value_t = 1)]
     seed: u64,
-    /// Width of a cell, µm
-    #[arg(long, value_name = "UM", default_value_t = 1.0, value_parser = length)]
-    pitch_um: f64,
+    /// Width of a cell, µm, of a surface that has no pitch_um [default: 1]
+    #[arg(long, value_name = "UM", value_parser = length)]
+    pitch_um: Option<f64>,
     /// Wavelength that the surface is compared with, µm
     #[arg(long, value_name = "UM", default_value_t = 0.55, value_parser = length)]
     wavelength_um: f64,
@@ -88,9 +90,13 @@ struct Line {
 impl SurfaceArgs {
     pub(super) fn run(self) -> Result<(), Error> {
         self.threads.apply()?;
-        let (field, facets) = self.surface()?;
+        let (spec, field, facets) = self.surface()?;
+        let pitch_um = self.pitch_um(&*spec)?;
+        for remark in spec.remarks(&field) {
+            say(&format!("gonio: {remark}"));
+        }
         let statistics = Statistics::new(&field);
-        let optics = statistics.optics(self.pitch_um, self.wavelength_um);
+        let optics = statistics.optics(pitch_um, self.wavelength_um);
         let transport = Transport::new(Arc::new(field), &facets, &Channels::Luminance)
             .map_err(|e| Error::config("--set", e))?;
         let spec = TransportSpec {
@@ -120,8 +126,19 @@ impl SurfaceArgs {
         print(&report.text())
     }
 
-    /// The heights, and what the facets do.
-    fn surface(&self) -> Result<(HeightField, FacetsSpec), Error> {
+    /// Width of a cell, µm.
+    fn pitch_um(&self, spec: &dyn SurfaceSpec) -> Result<f64, Error> {
+        match (self.pitch_um, spec.pitch_um()) {
+            (Some(asked), Some(own)) if asked != own => {
+                let message = format!("{asked}: allowed is {own}, the pitch_um of the surface");
+                Err(Error::config("--pitch-um", message))
+            }
+            (asked, own) => Ok(own.or(asked).unwrap_or(1.0)),
+        }
+    }
+
+    /// The surface, its heights, and what the facets do.
+    fn surface(&self) -> Result<(Box<dyn SurfaceSpec>, HeightField, FacetsSpec), Error> {
         let entry = member("KIND", "surface", &self.kind, &surface::all())?;
         let mut source = Source::new(self.kind.as_str(), "");
         for assignment in &self.set {
@@ -141,11 +158,16 @@ impl SurfaceArgs {
             let first = KeyPath::of(keys.next().unwrap_or_default());
             source.error_at(&keys.fold(first, |path, key| path.key(key)), e)
         };
-        facets.check(&Channels::Luminance).map_err(|e| match e {
+        let told = |e| match e {
             BuildError::Parameter(e) => refused(e),
             BuildError::Data { path, message } => Error::data(path, message),
-        })?;
-        Ok((spec.build(0).map_err(refused)?, facets))
+        };
+        facets.check(&Channels::Luminance).map_err(told)?;
+        for file in spec.files() {
+            detail(|| format!("gonio: surface {}, reads {}", self.kind, file.display()));
+        }
+        let field = spec.build(0).map_err(told)?;
+        Ok((spec, field, facets))
     }
 }
 
@@ -182,7 +204,7 @@ impl Report {
         }
         text += &format!("{}\n\n", self.optics);
         let mut table = Columns::new(
-            ">light\t>1 facet\t>2\t>3 and more\t>absorbed\t>masked\t>± of all\t>M segments/s",
+            ">light\t>1 facet\t>2\t>3 and more\t>absorbed\t>masked\t>shadowed\t>± of all\t>M segments/s",
         );
         for line in &self.light {
             let e = &line.energies;
@@ -190,11 +212,12 @@ impl Report {
                 .map(|i| format!("{:.4} ± {:.4}", e.bounces[i], e.errors[i]))
                 .collect();
             table.row(&format!(
-                "{}°\t{}\t{:.4}\t{:.4}\t{:.4}\t{:.2}",
+                "{}°\t{}\t{:.4}\t{:.4}\t{:.4}\t{:.4}\t{:.2}",
                 line.elevation_deg,
                 shares.join("\t"),
                 e.absorbed,
                 e.masked,
+                e.shadowed,
                 e.error_of_sum,
                 e.segments as f64 / line.seconds / 1e6
             ));

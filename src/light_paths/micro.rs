@@ -129,9 +129,14 @@ fn read(mut table: Table<'_>) -> Result<Box<dyn BrdfSpec>, ReadError> {
 }
 
 impl MicroSurfaceSpec {
-    fn in_surface(mut e: ParameterError) -> BuildError {
-        e.key = format!("surface.{}", e.key);
-        e.into()
+    fn in_surface(e: BuildError) -> BuildError {
+        match e {
+            BuildError::Parameter(mut e) => {
+                e.key = format!("surface.{}", e.key);
+                e.into()
+            }
+            data => data,
+        }
     }
 }
 
@@ -213,6 +218,8 @@ pub struct MicroSurface {
     surfaces: Vec<Transport>,
     random: Random,
     mirrors: Option<Mirrors>,
+    /// What is peculiar about the heights.
+    remarks: Vec<String>,
 }
 
 /// What is known of mirrors.
@@ -271,6 +278,7 @@ impl MicroSurface {
             surfaces,
             random,
             mirrors,
+            remarks: spec.surface.remarks(&fields[0]),
         })
     }
 
@@ -468,20 +476,16 @@ impl Brdf for MicroSurface {
     }
 
     fn remarks(&self) -> Vec<String> {
-        if self.is_of_few_mirrors() {
-            return vec![
-                "its mirrors have a few normals only, so that no pair has a value; gonio surface and gonio paths tell where light goes"
-                    .into(),
-            ];
-        }
-        vec![remark(
-            self,
-            Paths {
-                bounces: self.keys.bounces,
-                paths: self.keys.paths,
-                seed: self.keys.seed,
-            },
-        )]
+        let paths = Paths {
+            bounces: self.keys.bounces,
+            paths: self.keys.paths,
+            seed: self.keys.seed,
+        };
+        let told = match self.is_of_few_mirrors() {
+            true => "its mirrors have a few normals only, so that no pair has a value; gonio surface and gonio paths tell where light goes".into(),
+            false => remark(self, paths),
+        };
+        self.remarks.iter().cloned().chain([told]).collect()
     }
 
     fn as_split(&self) -> Option<&dyn SplitBrdf> {

@@ -49,6 +49,9 @@ pub struct Energies {
     pub absorbed: f64,
     /// Share of the rays whose first mirror direction, or draw, met another facet: masked.
     pub masked: f64,
+    /// Share of the area of the facets turned to the light, as the light would see it, that lies behind others. Exact: the rest of
+    /// it is all that the light sees, the plane.
+    pub shadowed: f64,
     /// Rays that neither left nor were absorbed: lost along a groove, or trapped.
     pub lost: u64,
     /// Ways from facet to facet, to the first and from the last one included.
@@ -132,8 +135,24 @@ impl Transport {
             error_of_sum: error(CLASSES),
             absorbed: total.absorbed / n,
             masked: total.masked as f64 / n,
+            shadowed: self.shadowed(omega_i),
             lost: total.lost,
             segments: total.segments,
+        }
+    }
+
+    /// See [`Energies::shadowed`].
+    fn shadowed(&self, omega_i: Direction) -> f64 {
+        let light = omega_i.vector();
+        // The area of a facet towards the light, for each of the plane below it.
+        let towards = |[x, y]: [f64; 2]| (light.z - x * light.x - y * light.y).max(0.0);
+        let [nx, ny] = self.tracer.field().size();
+        let turned =
+            self.tracer.field().all_slopes().map(towards).sum::<f64>() / (2 * nx * ny) as f64;
+        // Rounding may leave a plane a little less than itself.
+        match turned > light.z {
+            true => 1.0 - light.z / turned,
+            false => 0.0,
         }
     }
 

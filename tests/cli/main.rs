@@ -28,6 +28,7 @@ mod slice;
 mod spectral;
 mod stability;
 mod study;
+mod surface;
 mod symmetry;
 mod tables;
 mod training;

@@ -1,11 +1,14 @@
 //! Surfaces whose heights are known: one period of a height field.
 
+mod height_map;
 mod shapes;
 mod spectral;
 mod statistics;
 
+pub use height_map::HeightMapSpec;
 pub use statistics::{Optics, Statistics};
 
+use crate::brdf::BuildError;
 use crate::error::ParameterError;
 use crate::geometry::Symmetry;
 use crate::registry::{self, Entry, ReadError, Table};
@@ -17,11 +20,11 @@ pub trait SurfaceSpec: fmt::Debug + Send + Sync {
     /// The kind and every key with its value.
     fn resolved(&self) -> registry::Keys;
 
-    /// Checks every parameter.
+    /// Checks every parameter, and every file.
     ///
     /// # Errors
-    /// The first parameter outside its range.
-    fn check(&self) -> Result<(), ParameterError>;
+    /// The first parameter outside its range, or what is wrong with a file.
+    fn check(&self) -> Result<(), BuildError>;
 
     /// A piece of a material's label, e.g. `gaussian-0.3`.
     fn label(&self) -> String;
@@ -34,16 +37,26 @@ pub trait SurfaceSpec: fmt::Debug + Send + Sync {
         false
     }
 
-    /// The files it reads.
-    fn files(&self) -> Vec<PathBuf> {
-        Vec::new()
-    }
-
     /// Heights of one period; of a random surface those of the seed `draw` after its own.
     ///
     /// # Errors
     /// As [`check`](Self::check).
-    fn build(&self, draw: u64) -> Result<HeightField, ParameterError>;
+    fn build(&self, draw: u64) -> Result<HeightField, BuildError>;
+
+    /// What is peculiar about its files, or may be wrong, a sentence each; of the heights that it was built to.
+    fn remarks(&self, _field: &HeightField) -> Vec<String> {
+        Vec::new()
+    }
+
+    /// The files that it reads.
+    fn files(&self) -> Vec<PathBuf> {
+        Vec::new()
+    }
+
+    /// Width of a cell, µm, of a surface that has one.
+    fn pitch_um(&self) -> Option<f64> {
+        None
+    }
 }
 
 /// Every kind of surface that a config can name.
@@ -54,6 +67,7 @@ pub fn all() -> Vec<Entry<dyn SurfaceSpec>> {
         shapes::V_GROOVES,
         shapes::DIMPLES,
         shapes::WOVEN,
+        height_map::ENTRY,
     ]
 }
 
@@ -64,6 +78,9 @@ pub fn read(table: Table<'_>) -> Result<Box<dyn SurfaceSpec>, ReadError> {
 
 /// Fewest and most heights along an axis of a period.
 const SIZE: [usize; 2] = [2, 8192];
+
+/// Heights in cells, and their range, are below it: squares of slopes are numbers.
+const HIGHEST: f64 = 1e30;
 
 /// Checks the number of heights along an axis.
 fn check_size(size: usize) -> Result<(), ParameterError> {
@@ -99,7 +116,7 @@ impl HeightField {
         size.into_iter().try_for_each(check_size)?;
         let [nx, ny] = size;
         assert_eq!(heights.len(), nx * ny);
-        if let Some(bad) = heights.iter().find(|h| !(h.abs() < 1e30)) {
+        if let Some(bad) = heights.iter().find(|h| !(h.abs() < HIGHEST)) {
             return Err(ParameterError::new(
                 "height",
                 bad,
@@ -156,7 +173,8 @@ mod tests {
     #[test]
     fn every_example_reads_builds_and_resolves_to_itself() {
         for entry in all() {
-            assert!(!entry.examples.is_empty());
+            // A kind without examples needs a file.
+            assert!(!entry.examples.is_empty() || entry.kind == "height-map");
             for example in entry.examples {
                 let spec = registry::read_text(&entry, example).unwrap();
                 spec.check().unwrap();

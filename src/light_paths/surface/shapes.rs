@@ -1,6 +1,7 @@
 //! Surfaces of one shape, repeated.
 
 use super::{HeightField, SurfaceSpec, check_size};
+use crate::brdf::BuildError;
 use crate::error::{ParameterError, in_closed};
 use crate::geometry::Symmetry;
 use crate::registry::{self, Entry};
@@ -71,22 +72,22 @@ impl SurfaceSpec for GroovesSpec {
         Symmetry::ORTHOTROPIC
     }
 
-    fn check(&self) -> Result<(), ParameterError> {
+    fn check(&self) -> Result<(), BuildError> {
         in_closed("angle_deg", self.angle_deg, 0.0, 85.0)?;
         check_size(self.size)?;
         match self.size % 2 {
             0 => Ok(()),
-            _ => Err(ParameterError::new("size", self.size, "an even number")),
+            _ => Err(ParameterError::new("size", self.size, "an even number").into()),
         }
     }
 
-    fn build(&self, _draw: u64) -> Result<HeightField, ParameterError> {
+    fn build(&self, _draw: u64) -> Result<HeightField, BuildError> {
         self.check()?;
         let slope = self.angle_deg.to_radians().tan();
         let half = self.size / 2;
         let height = |i: usize| slope * (i % self.size).abs_diff(half) as f64;
         let heights: Vec<f64> = (0..self.size * self.size).map(height).collect();
-        HeightField::new([self.size; 2], &heights)
+        Ok(HeightField::new([self.size; 2], &heights)?)
     }
 }
 
@@ -140,14 +141,15 @@ impl SurfaceSpec for DimplesSpec {
         true
     }
 
-    fn check(&self) -> Result<(), ParameterError> {
+    fn check(&self) -> Result<(), BuildError> {
         check_size(self.size)?;
         in_closed("radius", self.radius, 2.0, self.size as f64 / 2.0)?;
         in_closed("depth", self.depth, -self.radius, self.radius)?;
-        in_closed("cover", self.cover, 0.0, 0.99).map(drop)
+        in_closed("cover", self.cover, 0.0, 0.99)?;
+        Ok(())
     }
 
-    fn build(&self, draw: u64) -> Result<HeightField, ParameterError> {
+    fn build(&self, draw: u64) -> Result<HeightField, BuildError> {
         self.check()?;
         let n = self.size as f64;
         // Places of a Poisson process leave exp(−λ) of the plane free.
@@ -179,7 +181,7 @@ impl SurfaceSpec for DimplesSpec {
         }
         let sign = -self.depth.signum();
         heights.iter_mut().for_each(|h| *h *= sign);
-        HeightField::new([self.size; 2], &heights)
+        Ok(HeightField::new([self.size; 2], &heights)?)
     }
 }
 
@@ -222,7 +224,7 @@ impl SurfaceSpec for WovenSpec {
         Symmetry::ORTHOTROPIC
     }
 
-    fn check(&self) -> Result<(), ParameterError> {
+    fn check(&self) -> Result<(), BuildError> {
         check_size(self.size)?;
         in_closed("round", self.round, 0.0, 0.5)?;
         if self.thread < 4 || !self.size.is_multiple_of(2 * self.thread.max(1)) {
@@ -230,12 +232,12 @@ impl SurfaceSpec for WovenSpec {
                 "4 or more, of which size = {} has an even number",
                 self.size
             );
-            return Err(ParameterError::new("thread", self.thread, allowed));
+            return Err(ParameterError::new("thread", self.thread, allowed).into());
         }
         Ok(())
     }
 
-    fn build(&self, _draw: u64) -> Result<HeightField, ParameterError> {
+    fn build(&self, _draw: u64) -> Result<HeightField, BuildError> {
         self.check()?;
         let width = self.thread as f64;
         // The round of a thread across it (−1 … 1), and its way over and under the others along it.
@@ -254,6 +256,6 @@ impl SurfaceSpec for WovenSpec {
             warp.max(weft)
         };
         let heights: Vec<f64> = (0..self.size * self.size).map(height).collect();
-        HeightField::new([self.size; 2], &heights)
+        Ok(HeightField::new([self.size; 2], &heights)?)
     }
 }

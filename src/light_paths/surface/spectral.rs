@@ -8,6 +8,7 @@
 //! given inner scale, and the slope is that of what is left.
 
 use super::{HeightField, SurfaceSpec, check_size};
+use crate::brdf::BuildError;
 use crate::error::{ParameterError, in_closed};
 use crate::geometry::Symmetry;
 use crate::registry::{self, Entry};
@@ -168,11 +169,11 @@ impl SurfaceSpec for GaussianSpec {
         true
     }
 
-    fn check(&self) -> Result<(), ParameterError> {
-        check(self.rms_slope, self.correlation, self.size)
+    fn check(&self) -> Result<(), BuildError> {
+        Ok(check(self.rms_slope, self.correlation, self.size)?)
     }
 
-    fn build(&self, draw: u64) -> Result<HeightField, ParameterError> {
+    fn build(&self, draw: u64) -> Result<HeightField, BuildError> {
         self.check()?;
         synthesise(
             self.rms_slope,
@@ -201,12 +202,13 @@ impl SurfaceSpec for ExponentialSpec {
         true
     }
 
-    fn check(&self) -> Result<(), ParameterError> {
+    fn check(&self) -> Result<(), BuildError> {
         check(self.rms_slope, self.correlation, self.size)?;
-        in_closed("inner_scale", self.inner_scale, 4.0, self.correlation).map(drop)
+        in_closed("inner_scale", self.inner_scale, 4.0, self.correlation)?;
+        Ok(())
     }
 
-    fn build(&self, draw: u64) -> Result<HeightField, ParameterError> {
+    fn build(&self, draw: u64) -> Result<HeightField, BuildError> {
         self.check()?;
         // Both heights of a product are smoothed, hence twice the exponent.
         let inner = (self.inner_scale / self.correlation).powi(2);
@@ -228,7 +230,7 @@ fn synthesise(
     n: usize,
     seed: u64,
     shape: impl Fn(f64) -> f64 + Sync,
-) -> Result<HeightField, ParameterError> {
+) -> Result<HeightField, BuildError> {
     let [sx, sy] = slope.xy();
     let lengths = [length, length * sx / sy];
     let wave = |i: usize, length: f64| {
@@ -275,7 +277,7 @@ fn synthesise(
     });
     along_both(&back, &mut field, n);
     let heights: Vec<f64> = field.into_iter().map(|value| value.re).collect();
-    HeightField::new([n, n], &heights)
+    Ok(HeightField::new([n, n], &heights)?)
 }
 
 /// Transforms rows, and then columns; what comes out is transposed.

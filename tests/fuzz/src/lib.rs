@@ -22,6 +22,7 @@ use gonio::files::UNPACKED_A_BYTE;
 use gonio::formats::{self, READ_SCHEDULE, load_readings};
 use gonio::geometry::{Direction, DirectionPair};
 use gonio::instrument::{Bench, Parts};
+use gonio::light_paths::surface::{HeightMapSpec, SurfaceSpec};
 use gonio::measurement::Outcome;
 use gonio::reconstruct::Prior;
 use gonio::report::{MadeFrom, RunFolder, read_rows};
@@ -262,6 +263,16 @@ pub fn all() -> Vec<Target> {
             Ok(())
         })
     });
+    // All formats of heights: the first bytes say which. A sample is held in the file's width, and as a height.
+    all.push(Target {
+        memory: [ANY, 5 * UNPACKED_A_BYTE as usize],
+        ..Target::new(
+            "surface-height-map".into(),
+            "input.map",
+            seeds::height_maps,
+            height_map,
+        )
+    });
     all.push(records::<Row>("acquisition"));
     all.push(records::<MaterialProfiles>("moments"));
     all.push(records::<MaterialRelations>("relations"));
@@ -414,6 +425,21 @@ fn environment(spec: &dyn gonio::lighting::LightingSpec) -> Result<(), Refusal> 
                 "{radiance:?}"
             );
         }
+    }
+    Ok(())
+}
+
+fn height_map(path: &Path) -> Result<(), Refusal> {
+    let spec = HeightMapSpec {
+        file: path.to_owned(),
+        pitch_um: 0.5,
+        height_um: Some(10.0),
+    };
+    let field = spec.build(0)?;
+    assert!(field.size().iter().all(|n| (2..=8192).contains(n)));
+    assert!(field.heights().all(f64::is_finite));
+    for remark in spec.remarks(&field) {
+        assert!(!remark.contains(char::is_control) && remark.len() < SENTENCE);
     }
     Ok(())
 }

@@ -145,6 +145,30 @@ pub fn of_environment(format: &Format) -> Vec<Vec<u8>> {
     vec![fs::read(path).expect("a picture")]
 }
 
+/// Heights as OpenEXR, as PNG of 16 bits and as CSV.
+pub fn height_maps() -> Vec<Vec<u8>> {
+    const SIZE: [u32; 2] = [8, 5];
+    let height = |x: u32, y: u32| (x * x + 3 * y) as u16;
+    let dir = tempfile::tempdir().expect("a folder");
+    let paths = ["map.exr", "map.png", "map.csv"].map(|name| dir.path().join(name));
+    let at = |x: usize, y: usize| {
+        let z = f32::from(height(x as u32, y as u32));
+        (z, -z, 0.5_f32)
+    };
+    let [width, rows] = SIZE.map(|n| n as usize);
+    exr::prelude::write_rgb_file(&paths[0], width, rows, at).expect("a picture");
+    let png = image::ImageBuffer::from_fn(SIZE[0], SIZE[1], |x, y| image::Luma([height(x, y)]));
+    png.save(&paths[1]).expect("a picture");
+    let row = |y: u32| (0..SIZE[0]).map(move |x| height(x, y).to_string());
+    let lines = (0..SIZE[1]).map(|y| row(y).collect::<Vec<_>>().join(",") + "\n");
+    fs::write(
+        &paths[2],
+        "# heights\n".to_owned() + &lines.collect::<String>(),
+    )
+    .expect("a file");
+    paths.map(|path| fs::read(path).expect("a map")).into()
+}
+
 /// The head of every small config.
 const SMALL: &str = "budgets = [30]\nmeasures = [\"cosine\"]\n";
 const MATERIAL: &str = "[[material]]\nkind = \"ggx\"\nalpha = 0.4\n";

@@ -1,0 +1,241 @@
+//! Light through a surface.
+
+use super::Bench;
+use serde_json::Value;
+use std::fs;
+
+const FEW: [&str; 2] = ["--rays", "500"];
+
+/// A bench with a map of one wave along x, and of two along y.
+fn map() -> Bench {
+    let bench = Bench::new();
+    let turn = std::f64::consts::TAU / 16.0;
+    let height = |x: u8, y: u8| (turn * f64::from(x)).sin() + (2.0 * turn * f64::from(y)).cos();
+    let row = |y: u8| (0..16).map(move |x| height(x, y).to_string());
+    let rows = (0..16).map(|y| row(y).collect::<Vec<_>>().join(",") + "\n");
+    fs::write(bench.path("map.csv"), rows.collect::<String>()).unwrap();
+    bench
+}
+
+fn with<'a>(args: &[&'a str], more: &[&'a str]) -> Vec<&'a str> {
+    [&["surface"], args, &FEW, more].concat()
+}
+
+fn numbers(bench: &Bench, args: &[&str]) -> Value {
+    serde_json::from_str(&bench.good(&with(args, &["--json"]))).unwrap()
+}
+
+#[test]
+fn examples_of_the_help_run() {
+    let bench = map();
+    let help = bench.good(&["surface", "--help"]);
+    let lines = help.lines().map(str::trim);
+    let examples: Vec<_> = lines.filter(|l| l.starts_with("gonio surface ")).collect();
+    assert_eq!(examples.len(), 3, "{help}");
+    for example in examples {
+        let example = example
+            .replace("map.exr", "map.csv")
+            .replace("rms_slope", "size=64 --set correlation=8 --set rms_slope");
+        let args: Vec<&str> = example.split(' ').skip(2).collect();
+        let said = bench.good(&with(&args, &[]));
+        for part in [
+            " cells; heights: rms ",
+            "geometric optics ",
+            "masked",
+            "shadowed",
+        ] {
+            assert!(said.contains(part), "{example}: {said}");
+        }
+    }
+}
+
+/// Light along the normal of mirrors at 45° leaves after two, and at 60° across them tan 15° is shadowed.
+#[test]
+fn json_has_every_number() {
+    let bench = Bench::new();
+    let grooves = [
+        "v-grooves",
+        "--set",
+        "facets.kind=mirror",
+        "--set",
+        "facets.fresnel.kind=none",
+        "--elevation",
+        "0,60",
+    ];
+    let found = numbers(&bench, &grooves);
+    let keys =
+        |value: &Value| -> Vec<String> { value.as_object().unwrap().keys().cloned().collect() };
+    assert_eq!(keys(&found), ["surface", "optics", "light"]);
+    assert_eq!(
+        keys(&found["light"][0]),
+        [
+            "elevation_deg",
+            "bounces",
+            "errors",
+            "error_of_sum",
+            "absorbed",
+            "masked",
+            "shadowed",
+            "lost",
+            "segments",
+            "seconds"
+        ]
+    );
+    let light = found["light"].as_array().unwrap();
+    assert_eq!(light.len(), 2);
+    assert_eq!(
+        (&light[0]["elevation_deg"], &light[0]["lost"]),
+        (&0.0.into(), &0.into())
+    );
+    assert_eq!(light[0]["bounces"], serde_json::json!([0.0, 1.0, 0.0]));
+    assert_eq!(
+        (&light[0]["absorbed"], &light[0]["masked"]),
+        (&0.0.into(), &1.0.into())
+    );
+    let shadowed = [0, 1].map(|i| light[i]["shadowed"].as_f64().unwrap());
+    assert!(shadowed[0] < 1e-12 && (shadowed[1] - f64::to_radians(15.0).tan()).abs() < 1e-12);
+    assert_eq!(found["surface"]["size"], serde_json::json!([16, 16]));
+    let area = found["surface"]["area"].as_f64().unwrap();
+    assert!((area - std::f64::consts::SQRT_2).abs() < 1e-12);
+
+    // The same rays, on one thread and on two.
+    let timeless = |threads: &str| {
+        let args = [&grooves[..], &["--threads", threads]].concat();
+        let mut found = numbers(&bench, &args);
+        for line in found["light"].as_array_mut().unwrap() {
+            line.as_object_mut().unwrap().remove("seconds");
+        }
+        found
+    };
+    assert_eq!(timeless("1"), timeless("2"));
+}
+
+#[test]
+fn a_map_has_a_pitch_and_is_told_to_have_edges() {
+    let bench = map();
+    let set = [
+        "height-map",
+        "--set",
+        "file=map.csv",
+        "--set",
+        "pitch_um=0.5",
+    ];
+    let output = bench.gonio(&with(&set, &["-v"]));
+    assert_eq!(output.status.code(), Some(0));
+    let told = String::from_utf8(output.stderr).unwrap();
+    let reads = "gonio: surface height-map, reads map.csv\n";
+    assert!(
+        told.starts_with(reads) && !told.contains("periodic"),
+        "{told}"
+    );
+    let found = numbers(&bench, &set);
+    assert_eq!(found["optics"]["wavelength"], 0.55 / 0.5);
+    // Two sines of amplitude 2 cells.
+    let rms = found["surface"]["rms_height"].as_f64().unwrap();
+    assert!((rms - 2.0).abs() < 1e-6, "{rms}");
+    // Twice the height of half the cells is twice the slope.
+    let slope = |more: &[&str]| {
+        let found = numbers(&bench, &[&set[..], more].concat());
+        found["surface"]["rms_slope"][0].as_f64().unwrap()
+    };
+    assert!((slope(&["--set", "height_um=3"]) / slope(&[]) - 3.0).abs() < 1e-6);
+    let told = bench.refused(&with(&set, &["--pitch-um", "2"]), 2);
+    assert!(
+        told.contains("--pitch-um: 2: allowed is 0.5, the pitch_um of the surface"),
+        "{told}"
+    );
+    bench.good(&with(&set, &["--pitch-um", "0.5"]));
+
+    fs::write(bench.path("map.csv"), "0,1,2,3,4,5,6\n0,1,2,3,4,5,6\n").unwrap();
+    let output = bench.gonio(&with(&set, &[]));
+    assert_eq!(output.status.code(), Some(0));
+    let told = String::from_utf8(output.stderr).unwrap();
+    assert!(
+        told.starts_with("gonio: map.csv: not periodic: ") && told.lines().count() == 1,
+        "{told}"
+    );
+}
+
+#[test]
+fn what_is_wrong_is_told_in_a_sentence() {
+    let bench = map();
+    fs::write(bench.path("text.csv"), "1,2\n3,four\n").unwrap();
+    fs::write(bench.path("dot.csv"), "1\n").unwrap();
+    let set = |assignment| vec!["height-map", "--set", "pitch_um=1", "--set", assignment];
+    let of = |kind, assignment| vec![kind, "--set", assignment];
+    for (args, code, part) in [
+        (vec!["gausian"], 2, "did you mean gaussian?"),
+        (of("gaussian", "rms_slop=0.5"), 2, "did you mean rms_slope?"),
+        (
+            of("gaussian", "rms_slope=-1"),
+            2,
+            "rms_slope = -1: allowed is a number in [0.000001, 10]",
+        ),
+        (of("gaussian", "rms_slope"), 2, "has no `=`"),
+        (
+            of("gaussian", "size=1"),
+            2,
+            "size = 1: allowed is a whole number from 2 to 8192",
+        ),
+        (
+            of("v-grooves", "size=3"),
+            2,
+            "size = 3: allowed is an even number",
+        ),
+        (
+            of("v-grooves", "facets.kind=glass"),
+            2,
+            "allowed: mirror, diffuse",
+        ),
+        (of("height-map", "file=map.csv"), 2, "pitch_um"),
+        (set("pitch_um=0"), 2, "file"),
+        (
+            vec!["woven", "--elevation", "90"],
+            2,
+            "elevation = 90: allowed is a number in [0, 89.9]",
+        ),
+        (
+            vec!["woven", "--elevation", "low"],
+            2,
+            "elevation = NaN: allowed is a number",
+        ),
+        (
+            vec!["woven", "--azimuth", "361"],
+            2,
+            "azimuth = 361: allowed is",
+        ),
+        (
+            vec!["woven", "--pitch-um", "0"],
+            2,
+            "length = 0: allowed is",
+        ),
+        (set("file=none.exr"), 3, "none.exr: cannot read this file: "),
+        (
+            set("file=."),
+            3,
+            ".: cannot read this file: this is no regular file",
+        ),
+        (
+            set("file=text.csv"),
+            3,
+            "text.csv: line 2: cell 2 is \"four\"; allowed: a finite number",
+        ),
+        (
+            set("file=dot.csv"),
+            3,
+            "dot.csv: this map has 1 × 1 heights; allowed: 2 to 8192",
+        ),
+    ] {
+        let output = bench.gonio(&with(&args, &[]));
+        let told = String::from_utf8(output.stderr).unwrap();
+        assert_eq!(output.status.code(), Some(code), "{args:?}: {told}");
+        assert!(
+            output.stdout.is_empty() && told.contains(part),
+            "{args:?}: {told}"
+        );
+    }
+    for args in [vec!["gausian"], of("gaussian", "rms_slope=-1")] {
+        bench.refused(&with(&args, &[]), 2);
+    }
+    bench.refused(&with(&set("file=none.exr"), &[]), 3);
+}
