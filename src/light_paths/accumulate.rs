@@ -1,6 +1,8 @@
 //! Paths that are averaged.
 
-use crate::brdf::{CLASSES, ChannelValues, Channels, Split, SplitErrors};
+use crate::brdf::{Brdf, CLASSES, ChannelValues, Channels, Presence, Split, SplitErrors};
+use crate::geometry::DirectionPair;
+use rayon::prelude::*;
 use smallvec::smallvec;
 
 /// Paths that are averaged: what each of them gave to the classes.
@@ -106,4 +108,19 @@ pub(super) fn seen(
         1 => smallvec![followed.luminance(&values)],
         _ => values,
     }
+}
+
+/// Values of many pairs, in parallel: each takes the time of thousands of formulas.
+pub(super) fn batch(
+    brdf: &dyn Brdf,
+    pairs: &[DirectionPair],
+    out: &mut [f64],
+    presence: &mut [Presence],
+) {
+    let n = brdf.channels().count();
+    let places = out.par_chunks_mut(n).zip(presence);
+    pairs
+        .par_iter()
+        .zip(places)
+        .for_each(|(pair, (out, presence))| *presence = brdf.eval(pair, out));
 }

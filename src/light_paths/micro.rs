@@ -12,7 +12,7 @@
 //!
 //! What looks the same however it is turned, or mirrored, is averaged over turns or mirrors.
 
-use super::accumulate::{Bounces, seen};
+use super::accumulate::{Bounces, batch, seen};
 use super::canonical::{canonical, stream};
 use super::facets::{self, Facets, FacetsSpec};
 use super::gathered::{Drawing, Gathered, MIRRORS, beyond, errors};
@@ -129,6 +129,11 @@ fn read(mut table: Table<'_>) -> Result<Box<dyn BrdfSpec>, ReadError> {
 }
 
 impl MicroSurfaceSpec {
+    /// Angle about a half vector of the normals whose mirror directions lie within the asked one.
+    fn cone(&self) -> f64 {
+        0.5 * self.keys.half_angle_deg.to_radians()
+    }
+
     fn in_surface(e: BuildError) -> BuildError {
         match e {
             BuildError::Parameter(mut e) => {
@@ -197,6 +202,24 @@ impl BrdfSpec for MicroSurfaceSpec {
         Ok(self.surface.symmetry())
     }
 
+    /// Of heights that are drawn there is nothing to tell before they are.
+    fn remarks(&self) -> Vec<String> {
+        let known = (!self.surface.is_random()).then(|| self.surface.build(0));
+        let Some(Ok(field)) = known else {
+            return Vec::new();
+        };
+        let mut remarks = self.surface.remarks(&field);
+        if let FacetsSpec::Mirror(_) = self.facets
+            && Normals::new(&field, self.keys.spot, self.cone()).are_few()
+        {
+            remarks.push(
+                "its mirrors have a few normals only, so that no pair has a value; gonio surface and gonio paths tell where light goes"
+                    .into(),
+            );
+        }
+        remarks
+    }
+
     fn build(&self, channels: Channels) -> Result<Box<dyn Brdf>, BuildError> {
         self.check(&channels)?;
         Ok(Box::new(MicroSurface::new(self, channels)?))
@@ -218,8 +241,6 @@ pub struct MicroSurface {
     surfaces: Vec<Transport>,
     random: Random,
     mirrors: Option<Mirrors>,
-    /// What is peculiar about the heights.
-    remarks: Vec<String>,
 }
 
 /// What is known of mirrors.
@@ -248,7 +269,7 @@ impl MicroSurface {
         let random = Random::new(keys.seed);
         let mut mirrors = None;
         if let FacetsSpec::Mirror(_) = &spec.facets {
-            let radius = 0.5 * keys.half_angle_deg.to_radians();
+            let radius = spec.cone();
             let normals: Vec<_> = fields
                 .iter()
                 .map(|field| Normals::new(field, keys.spot, radius))
@@ -278,7 +299,6 @@ impl MicroSurface {
             surfaces,
             random,
             mirrors,
-            remarks: spec.surface.remarks(&fields[0]),
         })
     }
 
@@ -475,17 +495,20 @@ impl Brdf for MicroSurface {
         Presence::Present
     }
 
+    fn eval_batch(&self, pairs: &[DirectionPair], out: &mut [f64], presence: &mut [Presence]) {
+        batch(self, pairs, out, presence);
+    }
+
     fn remarks(&self) -> Vec<String> {
         let paths = Paths {
             bounces: self.keys.bounces,
             paths: self.keys.paths,
             seed: self.keys.seed,
         };
-        let told = match self.is_of_few_mirrors() {
-            true => "its mirrors have a few normals only, so that no pair has a value; gonio surface and gonio paths tell where light goes".into(),
-            false => remark(self, paths),
-        };
-        self.remarks.iter().cloned().chain([told]).collect()
+        match self.is_of_few_mirrors() {
+            true => Vec::new(),
+            false => vec![remark(self, paths)],
+        }
     }
 
     fn as_split(&self) -> Option<&dyn SplitBrdf> {

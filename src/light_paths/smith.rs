@@ -1,6 +1,6 @@
 //! `smith-multiple`: a rough surface whose facets send light to each other.
 
-use super::accumulate::{Bounces, followed};
+use super::accumulate::{Bounces, batch, followed};
 use super::canonical::{canonical, stream};
 use super::facets::{self, Facets, FacetsSpec};
 use super::walk::Walk;
@@ -248,6 +248,10 @@ impl<D: Distribution> Brdf for SmithMultiple<D> {
     fn eval(&self, pair: &DirectionPair, out: &mut [f64]) -> Presence {
         out.copy_from_slice(&self.split(pair).part(self.paths.bounces));
         Presence::Present
+    }
+
+    fn eval_batch(&self, pairs: &[DirectionPair], out: &mut [f64], presence: &mut [Presence]) {
+        batch(self, pairs, out, presence);
     }
 
     fn remarks(&self) -> Vec<String> {

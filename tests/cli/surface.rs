@@ -239,3 +239,119 @@ fn what_is_wrong_is_told_in_a_sentence() {
     }
     bench.refused(&with(&set("file=none.exr"), &[]), 3);
 }
+
+/// A config with a micro-surface: its surface, and other keys of it.
+fn micro(bench: &Bench, surface: &str, keys: &str) {
+    let text = format!(
+        "budgets = [40]\n\n[[material]]\nname = \"facets\"\nkind = \"micro-surface\"\nsurface = {{ {surface} }}\n\
+         rays = 4096\npaths = 8\n{keys}\n\n[[parametrization]]\nkind = \"hybrid\"\n\n[[sample_set]]\nkind = \"sobol\"\n\n\
+         [[reconstruction]]\nkind = \"inverse-distance\"\n\n[metrics]\npairs = 512\nmax_pairs = 512\n"
+    );
+    fs::write(bench.path("micro.toml"), text).unwrap();
+}
+
+const SMALL: &str = "kind = \"gaussian\", size = 64, correlation = 8";
+
+#[test]
+fn a_micro_surface_says_what_is_wrong() {
+    let bench = map();
+    let cases: [(&str, &str, &[&str]); 11] = [
+        ("kind = \"gravel\"", "", &["gravel", "gaussian"]),
+        (
+            "kind = \"gaussian\", size = 1",
+            "",
+            &["surface.size = 1", "2 to 8192"],
+        ),
+        (
+            "kind = \"gaussian\", slope = 1",
+            "",
+            &["slope", "rms_slope"],
+        ),
+        (SMALL, "surfaces = 65", &["surfaces = 65", "1 to 64"]),
+        (
+            "kind = \"woven\"",
+            "surfaces = 2",
+            &["surfaces = 2", "without a seed"],
+        ),
+        (
+            SMALL,
+            "half_angle_deg = 0.0",
+            &["half_angle_deg = 0", "0.05"],
+        ),
+        (
+            SMALL,
+            "multiple_half_angle_deg = 30",
+            &["multiple_half_angle_deg = 30", "20"],
+        ),
+        (SMALL, "spot = 0.0", &["spot = 0", "1"]),
+        (SMALL, "bounces = \"third\"", &["bounces", "later"]),
+        (
+            SMALL,
+            "relative_error = 0.0",
+            &["relative_error = 0", "0.001"],
+        ),
+        (
+            SMALL,
+            "facets = { kind = \"material\", brdf = { kind = \"ward\", alpha = [0.1, 0.3] } }",
+            &["facets.brdf", "isotropic"],
+        ),
+    ];
+    for (surface, keys, says) in cases {
+        micro(&bench, surface, keys);
+        let sentence = bench.refused(&["check", "micro.toml"], 2);
+        for part in says {
+            assert!(
+                sentence.contains(part),
+                "{keys}: {part} is not in: {sentence}"
+            );
+        }
+    }
+    micro(
+        &bench,
+        "kind = \"height-map\", file = \"gone.csv\", pitch_um = 1.0",
+        "",
+    );
+    let sentence = bench.refused(&["check", "micro.toml"], 3);
+    assert!(sentence.contains("gone.csv"), "{sentence}");
+}
+
+/// A map that was measured is a material like any other; rows say nothing of threads.
+#[test]
+fn a_micro_surface_is_measured_and_reconstructed() {
+    let bench = map();
+    micro(
+        &bench,
+        "kind = \"height-map\", file = \"map.csv\", pitch_um = 2.0",
+        "facets = { kind = \"diffuse\", albedo = 0.5 }",
+    );
+    let rows = |threads: &str, folder: &str| {
+        bench.good(&["run", "micro.toml", "--threads", threads, "-o", folder]);
+        let text = fs::read_to_string(bench.path(folder).join("results.csv")).unwrap();
+        // Without the columns of seconds.
+        let mut lines = text.lines().map(|l| l.split(',').collect::<Vec<_>>());
+        let head = lines.next().unwrap();
+        let kept: Vec<usize> = (0..head.len())
+            .filter(|i| !head[*i].ends_with("_seconds"))
+            .collect();
+        lines
+            .map(|line| kept.iter().map(|i| line[*i].to_owned()).collect::<Vec<_>>())
+            .collect::<Vec<_>>()
+    };
+    let (one, two) = (rows("1", "one"), rows("2", "two"));
+    assert_eq!(one, two);
+    assert!(one.len() >= 2, "{one:?}");
+}
+
+/// Mirrors of a few normals send light in a few directions: no pair has a value, and whoever checks or runs it is told.
+#[test]
+fn mirrors_of_grooves_have_no_value_at_a_pair() {
+    let bench = Bench::new();
+    micro(&bench, "kind = \"v-grooves\"", "");
+    for (command, code) in [("check", 0), ("run", 5)] {
+        let said = bench.gonio(&[command, "micro.toml"]);
+        assert_eq!(said.status.code(), Some(code));
+        let told = [said.stdout, said.stderr].concat();
+        let told = String::from_utf8(told).unwrap();
+        assert!(told.contains("no pair has a value"), "{command}: {told}");
+    }
+}

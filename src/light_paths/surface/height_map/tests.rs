@@ -123,7 +123,7 @@ fn all_formats_have_the_same_heights() {
         let heights: Vec<f64> = field.heights().collect();
         assert_eq!(heights, CELLS);
         map.spec.check().unwrap();
-        assert_eq!(map.spec.files(), [map.spec.file.clone()]);
+        assert_eq!(map.spec.files(), std::slice::from_ref(&map.spec.file));
     }
 }
 
