@@ -191,8 +191,11 @@ impl Gathered {
         let isotropic = self.symmetry.isotropic;
         let at = placed([light, sensor], isotropic);
         let chord2 = (2.0 * (0.5 * self.radius).sin()).powi(2);
-        let [light, sensor] = [[at[0], at[1]], [at[2], at[3]]].map(|[x, y]| lifted(x, y));
+        let light = lifted(at[0], at[1]);
+        let sensor = lifted(at[2], at[3]);
+        // Sines of a ring of elevations.
         let elevation = at[0].atan2(light.z);
+        let ring = (elevation - self.radius).sin()..(elevation + self.radius).min(FRAC_PI_2).sin();
         let places: [i64; 4] =
             std::array::from_fn(|i| place(at[i], self.per_unit, self.across[i]) as i64);
         let near = |i: usize| {
@@ -209,12 +212,11 @@ impl Gathered {
                     let [low, high] = range.map(|place| self.first[place as usize]);
                     for index in low..high {
                         let [x, y, u, v] = self.events[index as usize].at.map(f64::from);
-                        let from = lifted(x, y);
                         let near = match isotropic {
-                            true => (x.atan2(from.z) - elevation).abs() < self.radius,
-                            false => (from - light).length_squared() < chord2,
+                            true => ring.contains(&x),
+                            false => is_within([x, y], light, chord2),
                         };
-                        if near && (lifted(u, v) - sensor).length_squared() < chord2 {
+                        if near && is_within([u, v], sensor, chord2) {
                             each(index);
                         }
                     }
@@ -299,6 +301,14 @@ fn event(drawn: &Drawn, symmetry: Symmetry, group: usize) -> Event {
         group: group as u16,
         class: Part::of(drawn.met).classes().start as u8,
     }
+}
+
+/// True if the unit vector of these x and y is within a chord of another one.
+#[inline]
+fn is_within([x, y]: [f64; 2], other: DVec3, chord2: f64) -> bool {
+    // In the plane they are nearer to each other.
+    (x - other.x).powi(2) + (y - other.y).powi(2) < chord2
+        && (lifted(x, y) - other).length_squared() < chord2
 }
 
 /// The unit vector above the horizon of these x and y.
