@@ -3,6 +3,7 @@
 
 mod alignment;
 mod anisotropy;
+pub mod bounces;
 mod claims;
 mod density;
 mod distortion;
