@@ -141,8 +141,9 @@ pub trait SplitBrdf: Brdf {
     /// Blocks are independent of each other, and a block is the same whenever it is asked for.
     fn paths(&self, block: u64, count: usize, each: &mut dyn FnMut(LightPath));
 
-    /// Surfaces that it averages over; block b is followed on surface b modulo this number. 1 of what is an average over all.
+    /// Surfaces of a kind that it averages over, of which block b is followed on number b modulo this; 0 of what is an average over
+    /// all of a kind, or the only one.
     fn surfaces(&self) -> usize {
-        1
+        0
     }
 }

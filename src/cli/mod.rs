@@ -22,6 +22,7 @@ mod merge;
 mod moments;
 mod next;
 mod output;
+mod paths;
 mod picture;
 mod progress;
 mod reading;
@@ -109,7 +110,9 @@ enum Command {
     Picture(picture::Picture),
     /// The light paths that a box of coordinates stands for
     Subset(subset::Subset),
-    /// A rough surface: its statistics, and the light that leaves it after one facet or several
+    /// Which coordinates light of one facet, of two, of more is in
+    Paths(paths::PathsArgs),
+    /// A rough surface: its statistics, and light after one facet and more
     Surface(surface::SurfaceArgs),
     #[command(about = format!("Write a material of a config as a table ({})", WRITE_TABLE.extensions(".")))]
     Tabulate(tabulate::Tabulate),
@@ -201,6 +204,7 @@ impl Command {
             Command::Symmetry(command) => command.run(),
             Command::Picture(command) => command.run(),
             Command::Subset(command) => command.run(),
+            Command::Paths(command) => command.run(),
             Command::Surface(command) => command.run(),
             Command::Tabulate(command) => command.run(),
             Command::Convert(command) => command.run(),

@@ -4,6 +4,7 @@ use super::brdf_args::BrdfArgs;
 use super::refuse_existing;
 use super::talk::wrote;
 use super::{ThreadArgs, build, choose_material, member, print};
+use crate::analysis::bounces::PathSample;
 use crate::analysis::{Reach, Subset as LightPaths};
 use crate::brdf::{Brdf, Channels};
 use crate::error::Error;
@@ -22,6 +23,9 @@ enum Format {
     Json,
 }
 
+/// Light paths that are followed of a material that tells its bounces apart.
+const PATHS: usize = 1 << 18;
+
 /// Name, symmetries and BRDF of a material.
 type Known = (String, Symmetry, Box<dyn Brdf>);
 
@@ -35,7 +39,8 @@ pub(super) struct Subset {
     #[arg(long = "box", value_name = "AXIS=LOW..HIGH")]
     bounds: String,
     /// A material: a MERL table (*.binary), a kind of material, or a config with one. Its symmetries
-    /// fold the coordinates, and the share of its energy is told [default: every symmetry]
+    /// fold the coordinates, and the share of its energy is told, of each number of facets that light met where the
+    /// material tells them apart (see `gonio paths`) [default: every symmetry]
     #[arg(long, value_name = "CONFIG|BRDF")]
     material: Option<String>,
     /// Set a key of the material (alpha=0.1)
@@ -82,6 +87,11 @@ impl Subset {
             let message = format!("{}: no pair of this box is above the horizon", self.bounds);
             return Err(Error::config("--box", message));
         };
+        let bounces = material.as_ref().and_then(|(_, _, brdf)| {
+            let sample = PathSample::follow(brdf.as_split()?, PATHS);
+            let capture = sample.capture(|pair| subset.contains(pair));
+            Some((sample, capture))
+        });
         let energy = material.map(|(name, _, brdf)| {
             let share = subset.energy_share(&*brdf);
             (name, share)
@@ -100,6 +110,7 @@ impl Subset {
             images: images.collect(),
             reaches: reaches(&subset)?,
             energy,
+            bounces,
             subset: &subset,
         };
         match self.format {

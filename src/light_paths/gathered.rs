@@ -27,7 +27,7 @@ const MOST: f64 = 48.0;
 
 /// A path: its place among the squares of (ω_i, ω_o), who made it, and what it met.
 #[derive(Clone, Copy, Default)]
-struct Event {
+pub(super) struct Event {
     /// x and y of ω_i and of ω_o; turned so that ω_i has no y if the surface may be turned.
     at: [f32; 4],
     group: u16,

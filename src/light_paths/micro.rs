@@ -15,8 +15,8 @@
 use super::accumulate::{Bounces, batch, seen};
 use super::canonical::{canonical, stream};
 use super::facets::{self, Facets, FacetsSpec};
-use super::gathered::{Drawing, Gathered, MIRRORS, beyond, errors};
-use super::normals::{BLOCKS, Density, Normals, in_block};
+use super::gathered::{Drawing, Event, Gathered, MIRRORS, beyond, errors};
+use super::normals::{BLOCKS, Density, Facet, Normals, in_block};
 use super::smith::{PATHS, Paths, remark};
 use super::surface::{self, SurfaceSpec};
 use super::transport::Transport;
@@ -226,9 +226,16 @@ impl BrdfSpec for MicroSurfaceSpec {
     }
 
     fn tables(&self) -> Tables {
+        // Of a cell a height and, of mirrors, two facets; of a path that is kept, of which there are a few in ten, its directions.
+        let of_facets = self.facets.tables();
+        let [cell, path] = match self.facets {
+            FacetsSpec::Mirror(_) => [4 + 2 * size_of::<Facet>(), size_of::<Event>() / 4],
+            _ => [4, 0],
+        };
+        let cells = self.keys.surfaces * self.surface.cells();
         Tables {
-            files: self.surface.files(),
-            ..self.facets.tables()
+            files: [self.surface.files(), of_facets.files].concat(),
+            channel_bytes: of_facets.channel_bytes + cells * cell + self.keys.rays as usize * path,
         }
     }
 }
@@ -238,6 +245,8 @@ pub struct MicroSurface {
     channels: Channels,
     keys: Keys,
     symmetry: Symmetry,
+    /// True if there are other surfaces of the kind.
+    is_random: bool,
     surfaces: Vec<Transport>,
     random: Random,
     mirrors: Option<Mirrors>,
@@ -296,6 +305,7 @@ impl MicroSurface {
             channels,
             keys,
             symmetry,
+            is_random: spec.surface.is_random(),
             surfaces,
             random,
             mirrors,
@@ -564,6 +574,10 @@ impl SplitBrdf for MicroSurface {
     }
 
     fn surfaces(&self) -> usize {
-        self.surfaces.len()
+        if self.is_random {
+            self.surfaces.len()
+        } else {
+            0
+        }
     }
 }

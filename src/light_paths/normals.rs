@@ -36,7 +36,7 @@ pub(super) struct Normals {
 
 /// A facet: m_x and m_y, and its triangle.
 #[derive(Clone, Copy, Default)]
-struct Facet {
+pub(super) struct Facet {
     normal: [f32; 2],
     triangle: u32,
 }

@@ -40,7 +40,7 @@ pub use stability::{broken, stability_table};
 #[cfg(feature = "pictures")]
 pub use acquisition::{MaterialPictures, Media, Picture, Studio, study_curves, study_html};
 #[cfg(feature = "pictures")]
-pub use analysis::{SubsetReport, alignment_svg};
+pub use analysis::{BouncesReport, SubsetReport, alignment_svg};
 #[cfg(feature = "pictures")]
 pub use moments::{Sheet, group_sheets, material_sheet, relation_sheets};
 #[cfg(feature = "pictures")]

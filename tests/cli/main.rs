@@ -16,6 +16,7 @@ mod moment_study;
 mod moments;
 mod overview;
 mod pages;
+mod paths;
 mod picture;
 mod planning;
 mod readme;

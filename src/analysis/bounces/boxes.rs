@@ -33,6 +33,17 @@ pub struct BestBox {
     pub capture: Capture,
     /// Share of the class in the paths that chose it, in [0, 1]: at least what was asked for, or the largest that was found.
     pub chosen_by: f64,
+    /// The class it was chosen for.
+    class: usize,
+}
+
+impl BestBox {
+    /// True if so much of its light is of the class by those that chose it, and, within three standard errors, by those that tell. Light
+    /// in single directions may lie on a face, where the digits that are printed decide.
+    pub fn is_pure(&self, purity: f64) -> bool {
+        let told = self.capture.inside[self.class];
+        self.chosen_by >= purity && told.value + 3.0 * told.error >= purity
+    }
 }
 
 /// Two numbers of faces of each axis.
@@ -73,6 +84,7 @@ pub(super) fn best(
         ranges: subset.ranges(),
         capture: capture(&inside, &tells(sample.sums(|_| true))),
         chosen_by: of_class / of_all,
+        class,
     })
 }
 

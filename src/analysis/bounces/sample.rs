@@ -64,7 +64,7 @@ pub struct LightShares {
 impl PathSample {
     /// Follows `paths` paths, or a few more so that batches are equal. The same on any number of threads.
     pub fn follow(brdf: &dyn SplitBrdf, paths: usize) -> Self {
-        let surfaces = brdf.surfaces().max(1);
+        let surfaces = brdf.surfaces();
         let batches = match surfaces {
             _ if surfaces >= SURFACES => surfaces.min(MOST),
             _ => BATCHES,
@@ -72,11 +72,11 @@ impl PathSample {
         // Blocks after which every batch has the same number from the same surfaces.
         let round = match surfaces {
             _ if surfaces >= SURFACES => surfaces,
-            few => few * BATCHES,
+            few => few.max(1) * BATCHES,
         };
         let batch_of = |block: usize| match surfaces {
             _ if surfaces >= SURFACES => block % surfaces % MOST,
-            few => block / few % BATCHES,
+            few => block / few.max(1) % BATCHES,
         };
         let count = paths.div_ceil(round).clamp(1, BLOCK);
         let blocks = paths.div_ceil(count * round) * round;
@@ -102,8 +102,8 @@ impl PathSample {
             starts: Vec::with_capacity(batches + 1),
             followed: blocks * count,
             spread: match surfaces {
-                1 => Spread::Paths,
-                2..SURFACES => Spread::FewSurfaces,
+                0 => Spread::Paths,
+                1..SURFACES => Spread::FewSurfaces,
                 _ => Spread::Surfaces,
             },
         };

@@ -37,6 +37,9 @@ pub trait SurfaceSpec: fmt::Debug + Send + Sync {
         false
     }
 
+    /// Cells of a period, or about as many: what it takes to hold one.
+    fn cells(&self) -> usize;
+
     /// Heights of one period; of a random surface those of the seed `draw` after its own.
     ///
     /// # Errors

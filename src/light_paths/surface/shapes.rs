@@ -68,6 +68,10 @@ impl SurfaceSpec for GroovesSpec {
         format!("{}-{}", Self::KIND, self.angle_deg)
     }
 
+    fn cells(&self) -> usize {
+        self.size * self.size
+    }
+
     fn symmetry(&self) -> Symmetry {
         Symmetry::ORTHOTROPIC
     }
@@ -131,6 +135,10 @@ impl SurfaceSpec for DimplesSpec {
     fn label(&self) -> String {
         let kind = if self.depth < 0.0 { "bumps" } else { "pits" };
         format!("{kind}-{}", (self.depth / self.radius).abs())
+    }
+
+    fn cells(&self) -> usize {
+        self.size * self.size
     }
 
     fn symmetry(&self) -> Symmetry {
@@ -218,6 +226,10 @@ impl SurfaceSpec for WovenSpec {
 
     fn label(&self) -> String {
         format!("{}-{}", Self::KIND, self.round)
+    }
+
+    fn cells(&self) -> usize {
+        self.size * self.size
     }
 
     fn symmetry(&self) -> Symmetry {

@@ -161,6 +161,10 @@ impl SurfaceSpec for GaussianSpec {
         format!("{}-{}", Self::KIND, self.rms_slope)
     }
 
+    fn cells(&self) -> usize {
+        self.size * self.size
+    }
+
     fn symmetry(&self) -> Symmetry {
         self.rms_slope.symmetry()
     }
@@ -192,6 +196,10 @@ impl SurfaceSpec for ExponentialSpec {
 
     fn label(&self) -> String {
         format!("{}-{}", Self::KIND, self.rms_slope)
+    }
+
+    fn cells(&self) -> usize {
+        self.size * self.size
     }
 
     fn symmetry(&self) -> Symmetry {

@@ -1,14 +1,20 @@
-//! Output about claims, distortions and subsets: tables, JSON and pictures.
+//! Output about claims, distortions, subsets and light paths: tables, JSON and pictures.
 
 #[cfg(feature = "pictures")]
 mod alignment;
+#[cfg(feature = "pictures")]
+mod bounces;
 mod claims;
 mod distortion;
+#[cfg(feature = "pictures")]
+mod numbers;
 #[cfg(feature = "pictures")]
 mod subset;
 
 #[cfg(feature = "pictures")]
 pub use alignment::alignment_svg;
+#[cfg(feature = "pictures")]
+pub use bounces::BouncesReport;
 pub use claims::{claims_csv, claims_json, claims_table};
 pub use distortion::{
     AlignmentRow, ReductionRow, SharesRow, StretchRow, alignment_table, reduction_table, rows_csv,

@@ -1,6 +1,10 @@
 //! A box of coordinates and its directions: text, JSON and a picture.
 
+use super::bounces::{capture_json, errors_are, listed};
+use super::numbers::{percent, range, shown};
+use crate::analysis::bounces::{Capture, PathSample};
 use crate::analysis::{Estimate, Image, Needs, Reach, Subset, SubsetMeasure};
+use crate::error::count;
 use crate::geometry::DirectionPair;
 use crate::parametrization::{Axis, Parametrization, Unit};
 use crate::report::svg::plot::{Axis as PlotAxis, Mark, Panel, Series};
@@ -19,33 +23,8 @@ pub struct SubsetReport<'a> {
     pub reaches: Vec<(String, Reach)>,
     /// A material, and the share of its energy inside the box; `None` for a black one.
     pub energy: Option<(String, Option<Estimate>)>,
-}
-
-/// "0.377 ± 2.1e-3": the first digit that is uncertain is the last one.
-fn shown(value: f64, error: f64) -> String {
-    let digits = if error > 0.0 {
-        (-error.log10()).ceil().clamp(0.0, 9.0) as usize
-    } else {
-        9
-    };
-    format!("{value:.digits$} ± {error:.1e}")
-}
-
-/// A share as [`shown`], in percent.
-fn percent(share: &Estimate) -> String {
-    format!("{} %", shown(100.0 * share.value, 100.0 * share.error))
-}
-
-/// "30° to 60°", or "0.2 to 0.4".
-fn range(unit: Unit, [lo, hi]: [f64; 2]) -> String {
-    match unit {
-        Unit::Radian => {
-            // Rounded first, and without the sign of a zero.
-            let shown = |v: f64| (v.to_degrees() * 10.0).round() / 10.0 + 0.0;
-            format!("{:.1}° to {:.1}°", shown(lo), shown(hi))
-        }
-        Unit::One => format!("{lo:.4} to {hi:.4}"),
-    }
+    /// Paths of a material that tells light apart by the number of facets that it met, and what the box holds of them.
+    pub bounces: Option<(PathSample, Capture)>,
 }
 
 /// Ranges along axes, by their symbols.
@@ -89,6 +68,18 @@ impl SubsetReport<'_> {
                 Some(share) => percent(share),
             };
             out += &format!("  energy              {share} of that of {material}\n");
+        }
+        if let Some((sample, capture)) = &self.bounces {
+            let followed = count(sample.followed(), "path");
+            out += &match capture.captured.iter().any(|c| c.value > 0.0) {
+                true => format!(
+                    "  facets met          {} of the light inside\n  of each number      {} is inside ({followed}; {})\n",
+                    listed(&capture.inside),
+                    listed(&capture.captured),
+                    errors_are(sample)
+                ),
+                false => format!("  facets met          none of {followed} is inside\n"),
+            };
         }
         for (name, angles) in self.angles() {
             out += &format!("  {name:19} {}\n", range(Unit::Radian, angles));
@@ -164,6 +155,11 @@ impl SubsetReport<'_> {
                 "material": material,
                 "value": share.map(|s| s.value),
                 "error": share.map(|s| s.error),
+            })),
+            "bounces": self.bounces.as_ref().map(|(sample, capture)| serde_json::json!({
+                "paths": sample.followed(),
+                "batches": sample.batches(),
+                "classes": capture_json(capture),
             })),
             "theta_i_deg": degrees(self.needs.theta_i),
             "theta_o_deg": degrees(self.needs.theta_o),

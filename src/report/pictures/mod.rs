@@ -1,6 +1,7 @@
 //! Pictures of materials, reconstructions and parametrizations.
 
 mod bar;
+pub(super) mod bounces;
 mod compare;
 mod contours;
 mod distribution;

@@ -77,6 +77,12 @@ impl SurfaceSpec for HeightMapSpec {
         format!("map-{}", stem.to_string_lossy())
     }
 
+    /// Two bytes each, as in a PNG; numbers of other files are longer.
+    fn cells(&self) -> usize {
+        let bytes = std::fs::metadata(&self.file).map_or(0, |file| file.len());
+        (bytes / 2) as usize
+    }
+
     /// None but exchange: nobody knows what was measured.
     fn symmetry(&self) -> Symmetry {
         Symmetry {

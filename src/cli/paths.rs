@@ -1,0 +1,149 @@
+//! `gonio paths`.
+
+use super::brdf_args::BrdfArgs;
+use super::output::JsonArgs;
+use super::progress::Progress;
+use super::talk::wrote;
+use super::{ThreadArgs, build, choose_material, print, refuse_existing};
+use crate::analysis::bounces::{self, ChartBounces, PathSample};
+use crate::brdf::{Brdf, Channels, Part, SplitBrdf};
+use crate::error::{Error, ParameterError, in_left_open};
+use crate::experiment::materials;
+use crate::files::write_atomically;
+use crate::parametrization;
+use crate::registry;
+use crate::report::BouncesReport;
+use clap::{Args, ValueEnum};
+use std::io::Write;
+use std::path::PathBuf;
+
+/// Classes of light.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum Bounce {
+    /// Light that met one facet
+    First,
+    /// Two
+    Second,
+    /// Three or more
+    Later,
+}
+
+impl Bounce {
+    fn part(self) -> Part {
+        match self {
+            Bounce::First => Part::First,
+            Bounce::Second => Part::Second,
+            Bounce::Later => Part::Later,
+        }
+    }
+}
+
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Light paths are followed through the surface. Printed are, with standard errors, the share of light of each number of facets;
+how many bits the coordinates of each parametrization tell of that number, by the best axis, the best two and all; the box of
+coordinates with almost nothing but light of two facets that holds most of it, as `gonio subset --box` reads it; and the
+ranges that hold 95 % of each. Boxes and pictures are of every turn of the sample.
+
+  gonio paths smith-multiple --set alpha=0.5 -o paths.svg
+  gonio paths smith-multiple --set alpha=1 --bounce later --purity 0.5")]
+pub(super) struct PathsArgs {
+    #[command(flatten)]
+    brdf: BrdfArgs,
+    /// Light paths that are followed, from 1024 on
+    #[arg(long, value_name = "N", default_value_t = 1 << 20, value_parser = clap::value_parser!(u64).range(1 << 10..=1 << 24))]
+    paths: u64,
+    /// The light that boxes are to hold
+    #[arg(long, value_enum, default_value = "second")]
+    bounce: Bounce,
+    /// Share of it in a box, at least
+    #[arg(long, value_name = "SHARE", default_value_t = 0.9, value_parser = purity)]
+    purity: f64,
+    #[command(flatten)]
+    json: JsonArgs,
+    /// Draw maps of each parametrization into this file (*.svg) as well
+    #[arg(short, long, value_name = "FILE")]
+    output: Option<PathBuf>,
+    /// Replace the file if it exists
+    #[arg(long, requires = "output")]
+    force: bool,
+    #[command(flatten)]
+    threads: ThreadArgs,
+}
+
+fn purity(text: &str) -> Result<f64, ParameterError> {
+    let number = text.trim().parse().unwrap_or(f64::NAN);
+    in_left_open("purity", number, 0.0, 1.0)
+}
+
+impl PathsArgs {
+    pub(super) fn run(self) -> Result<(), Error> {
+        self.threads.apply()?;
+        if let Some(path) = &self.output {
+            refuse_existing(path, self.force)?;
+        }
+        let plan = self.brdf.plan(&self.brdf.source()?)?;
+        let material = choose_material(&plan.materials, None)?;
+        let brdf = build(material, plan.seen_in(Channels::Luminance))?;
+        let split = told_apart(&material.name, &*brdf)?;
+        let entries = parametrization::all();
+        let mut progress = Progress::of(1 + entries.len() as u64, "");
+        progress.doing(|| "light paths".into());
+        let sample = PathSample::follow(split, self.paths as usize);
+        progress.advance(1.0);
+        if !sample.has_light() {
+            let message = "no light leaves it; allowed: a material that reflects";
+            return Err(Error::config(&material.name, message));
+        }
+        let class = self.bounce.part();
+        let charts = entries.iter().map(|entry| {
+            progress.doing(|| entry.kind.into());
+            let place = class.classes().start;
+            let chart = ChartBounces::new(&sample, entry, brdf.symmetry(), place, self.purity);
+            progress.advance(1.0);
+            chart
+        });
+        let charts = charts.collect();
+        drop(progress);
+        let report = BouncesReport {
+            material: &material.name,
+            shares: sample.shares(),
+            entropy: bounces::entropy(&sample),
+            class,
+            purity: self.purity,
+            charts,
+            sample: &sample,
+        };
+        match self.json.wanted() {
+            // Of a line for each of the maps' numbers most would be spaces.
+            true => print(&format!("{}\n", report.json()))?,
+            false => print(&report.text())?,
+        }
+        if let Some(path) = &self.output {
+            let svg = report.svg()?;
+            write_atomically(path, |out| out.write_all(svg.as_bytes()))
+                .map_err(|e| Error::output(path, format!("cannot write this file: {e}")))?;
+            wrote(path);
+        }
+        Ok(())
+    }
+}
+
+/// The material as one that tells its bounces apart.
+fn told_apart<'a>(name: &str, brdf: &'a dyn Brdf) -> Result<&'a dyn SplitBrdf, Error> {
+    brdf.as_split().ok_or_else(|| {
+        let kinds = materials().into_iter().filter(|entry| {
+            let spec = registry::read_text(entry, entry.examples.first().copied().unwrap_or(""));
+            // Those of files are tables.
+            let spec = spec.ok().filter(|spec| spec.tables().files.is_empty());
+            let built = spec.and_then(|spec| spec.build(Channels::Luminance).ok());
+            built.is_some_and(|brdf| brdf.as_split().is_some())
+        });
+        let kinds: Vec<&str> = kinds.map(|entry| entry.kind).collect();
+        let message = format!(
+            "this material does not tell light by the number of facets that it met; allowed: one of kind {}",
+            kinds.join(", ")
+        );
+        Error::config(name, message)
+    })
+}

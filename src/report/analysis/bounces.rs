@@ -1,0 +1,281 @@
+//! Light of one facet, of two, of more in each parametrization: text and JSON.
+
+use super::numbers::{percent, range, shown};
+use crate::analysis::Estimate;
+use crate::analysis::bounces::{
+    Capture, ChartBounces, LEAST_CAPTURE, LightShares, MAP_CELLS, Map, PathSample, Spread,
+};
+use crate::brdf::{CLASSES, Part};
+use crate::error::{Error, count};
+use crate::parametrization::{Axis, Unit};
+use crate::report::Columns;
+use crate::report::pictures::bounces::bounces_svg;
+use serde_json::{Value, json};
+
+/// All results about the light paths of a material.
+pub struct BouncesReport<'a> {
+    /// Name of the material.
+    pub material: &'a str,
+    /// Its paths.
+    pub sample: &'a PathSample,
+    /// Light that leaves, and the shares of the classes.
+    pub shares: LightShares,
+    /// Entropy of the class, bits.
+    pub entropy: Estimate,
+    /// The class whose boxes are told.
+    pub class: Part,
+    /// Share of its light that a box has at least.
+    pub purity: f64,
+    /// A part for each parametrization.
+    pub charts: Vec<ChartBounces>,
+}
+
+/// What light of a class met.
+fn met(class: Part) -> &'static str {
+    match class {
+        Part::First => "one facet",
+        Part::Second => "two facets",
+        Part::Later => "three facets and more",
+        Part::Multiple => "two facets and more",
+        Part::All => "any number of facets",
+    }
+}
+
+/// Digits of maps in JSON.
+fn rounded(x: f64) -> f64 {
+    (x * 1e6).round() / 1e6
+}
+
+fn estimate(e: &Estimate) -> Value {
+    json!({ "value": e.value, "error": e.error })
+}
+
+/// An object with a key for each class.
+fn by_class(of: impl Fn(usize) -> Value) -> Value {
+    let classes = Part::CLASSES.iter().enumerate();
+    let classes = classes.map(|(i, class)| (class.to_string(), of(i)));
+    Value::Object(classes.collect())
+}
+
+/// What a set holds, for each class.
+pub(super) fn capture_json(capture: &Capture) -> Value {
+    by_class(|c| {
+        json!({
+            "share_inside": estimate(&capture.inside[c]),
+            "captured": estimate(&capture.captured[c]),
+        })
+    })
+}
+
+/// "first 71.2 ± 1.0e-1 %, second …"; what is no matter of chance has no error.
+pub(super) fn listed(estimates: &[Estimate; CLASSES]) -> String {
+    let parts = Part::CLASSES.iter().zip(estimates);
+    let parts = parts.map(|(class, e)| match e.error > 0.0 {
+        true => format!("{class} {}", percent(e)),
+        false => format!("{class} {} %", 100.0 * e.value),
+    });
+    parts.collect::<Vec<_>>().join(", ")
+}
+
+/// What the errors of a sample hold.
+pub(super) fn errors_are(sample: &PathSample) -> String {
+    let batches = sample.batches();
+    match sample.spread() {
+        Spread::Surfaces => {
+            format!("standard errors are those of paths and surfaces, over {batches} batches")
+        }
+        Spread::Paths => format!("standard errors are those of paths, over {batches} batches"),
+        Spread::FewSurfaces => format!(
+            "standard errors are those of paths, over {batches} batches: another surface of the kind may differ by more"
+        ),
+    }
+}
+
+impl BouncesReport<'_> {
+    /// The report as text.
+    pub fn text(&self) -> String {
+        let mut out = format!(
+            "{}: {} followed, {} left; {}\n\n",
+            self.material,
+            count(self.sample.followed(), "path"),
+            self.sample.pairs().len(),
+            errors_are(self.sample)
+        );
+        out += &format!(
+            "light that leaves   {} of what comes from the hemisphere\n  of that             {}\n",
+            percent(&self.shares.albedo),
+            listed(&self.shares.classes)
+        );
+        out += &self.information();
+        out += &self.boxes();
+        out += &self.ranges();
+        out
+    }
+
+    fn information(&self) -> String {
+        let mut columns = Columns::new("\tbest axis\t>bits\tbest two axes\t>bits\t>all axes, bits");
+        for chart in &self.charts {
+            let told = &chart.information;
+            let (single, of_single) = told.best_single();
+            let (pair, of_pair) = told.best_pair();
+            let [single, a, b] = [single, pair[0], pair[1]].map(|i| chart.axes[i].symbol);
+            let bits = |e: &Estimate| shown(e.value, e.error);
+            columns.row(&format!(
+                "  {}\t{single}\t{}\t{a}, {b}\t{}\t{}",
+                chart.name,
+                bits(&of_single),
+                bits(&of_pair),
+                bits(&told.all)
+            ));
+        }
+        format!(
+            "\nWhat coordinates tell of the class, of {} bits that it takes (mutual information)\n{columns}",
+            shown(self.entropy.value, self.entropy.error)
+        )
+    }
+
+    fn boxes(&self) -> String {
+        let mut out = format!(
+            "\nThe box with at least {} % of its light from {} that holds most of it; told by other paths than chose it\n",
+            // Without the last digits that a product leaves.
+            (1e8 * self.purity).round() / 1e6,
+            met(self.class)
+        );
+        let class = self.class.classes().start;
+        let mut columns = Columns::new("\t>its light\t>of the class\t--box");
+        for chart in &self.charts {
+            let Some(best) = &chart.best else {
+                return format!("\nThere is no light of {}.\n", met(self.class));
+            };
+            let [pure, held] = [best.capture.inside[class], best.capture.captured[class]];
+            let none = match !best.is_pure(self.purity) {
+                true => "no box is so pure; the purest: ",
+                false => "",
+            };
+            columns.row(&format!(
+                "  {}\t{}\t{}\t{none}\"{}\"",
+                chart.name,
+                percent(&pure),
+                percent(&held),
+                best.text
+            ));
+        }
+        out += &columns.to_string();
+        if self
+            .charts
+            .iter()
+            .any(|c| c.best.as_ref().is_some_and(|b| !b.is_pure(self.purity)))
+        {
+            out += &format!(
+                "  boxes that hold less than {} % of the class do not count\n",
+                100.0 * LEAST_CAPTURE
+            );
+        }
+        out
+    }
+
+    fn ranges(&self) -> String {
+        let mut columns = Columns::new("\taxis\tfirst\tsecond\tlater");
+        for chart in &self.charts {
+            for (i, (axis, ranges)) in chart.axes.iter().zip(&chart.ranges).enumerate() {
+                let name = if i == 0 { chart.name } else { "" };
+                let told = ranges.map(|r| r.map_or("–".into(), |r| range(axis.unit, r)));
+                columns.row(&format!("  {name}\t{}\t{}", axis.symbol, told.join("\t")));
+            }
+        }
+        format!("\nRanges that hold 95 % of the light of a class\n{columns}")
+    }
+
+    /// The report as one JSON object; angles in degrees.
+    pub fn json(&self) -> Value {
+        let charts = self
+            .charts
+            .iter()
+            .map(|chart| (chart.name.to_owned(), self.chart(chart)));
+        json!({
+            "material": self.material,
+            "paths": self.sample.followed(),
+            "left": self.sample.pairs().len(),
+            "batches": self.sample.batches(),
+            "errors": match self.sample.spread() {
+                Spread::Surfaces => "paths and surfaces",
+                Spread::Paths | Spread::FewSurfaces => "paths",
+            },
+            "albedo": estimate(&self.shares.albedo),
+            "shares": by_class(|c| estimate(&self.shares.classes[c])),
+            "entropy_bits": estimate(&self.entropy),
+            "box_of": self.class.to_string(),
+            "purity": self.purity,
+            "parametrizations": charts.collect::<serde_json::Map<_, _>>(),
+        })
+    }
+
+    /// Maps of each parametrization.
+    ///
+    /// # Errors
+    /// [`Error::Internal`] if drawing fails, which it should not.
+    pub fn svg(&self) -> Result<String, Error> {
+        let title = format!(
+            "{}: light by the number of facets that it met",
+            self.material
+        );
+        bounces_svg(&title, &self.charts)
+    }
+
+    fn chart(&self, chart: &ChartBounces) -> Value {
+        let symbol = |i: usize| chart.axes[i].symbol;
+        let told = |axes: &[usize], e: &Estimate| {
+            let axes: Vec<&str> = axes.iter().map(|&i| symbol(i)).collect();
+            json!({ "axes": axes, "bits": e.value, "error": e.error })
+        };
+        let found = &chart.information;
+        let every: Vec<usize> = (0..chart.axes.len()).collect();
+        let single = found.single.iter().enumerate().map(|(i, e)| told(&[i], e));
+        let pairs = found.pairs.iter().map(|(pair, e)| told(pair, e));
+        let information = single.chain(pairs).chain([told(&every, &found.all)]);
+        let ranges = chart.axes.iter().zip(&chart.ranges).map(|(axis, ranges)| {
+            let told = |c: usize| json!(ranges[c].map(|r| r.map(|x| axis.file_value(x))));
+            (axis.column(), by_class(told))
+        });
+        let best = chart.best.as_ref().map(|best| {
+            json!({
+                "box": best.text,
+                "pure": best.is_pure(self.purity),
+                "purity_of_choice": best.chosen_by,
+                "classes": capture_json(&best.capture),
+            })
+        });
+        let maps = chart.maps.iter().map(|map| self.map(map, chart));
+        json!({
+            "information": information.collect::<Vec<_>>(),
+            "ranges": ranges.collect::<serde_json::Map<_, _>>(),
+            "box": best,
+            "maps": maps.collect::<Vec<_>>(),
+        })
+    }
+
+    fn map(&self, map: &Map, chart: &ChartBounces) -> Value {
+        let form = &chart.map_axes;
+        let file = |axis: &Axis, x: f64| match axis.unit {
+            // Multiples of a degree but for rounding.
+            Unit::Radian => (axis.file_value(x) * 1e9).round() / 1e9,
+            Unit::One => x,
+        };
+        let about = map.azimuth.map(|about| about.map(|x| file(&form[2], x)));
+        let ranges = [0, 1].map(|i| form[i].range.map(|end| form[i].file_value(end)));
+        let rows = |of: &dyn Fn(usize) -> Value| -> Vec<Value> {
+            let row = |j: usize| (0..MAP_CELLS).map(|i| of(j * MAP_CELLS + i)).collect();
+            (0..MAP_CELLS).map(row).collect()
+        };
+        json!({
+            "axes": [form[0].column(), form[1].column()],
+            "ranges": ranges,
+            "azimuth": form[2].column(),
+            "about": about.map(|[middle, half]| json!({ "middle": middle, "half_width": half })),
+            "light": rows(&|cell| json!(rounded(map.light[cell].iter().sum()))),
+            "shares": by_class(|c| {
+                Value::Array(rows(&|cell| json!(map.shares(cell).map(|s| rounded(s[c])))))
+            }),
+        })
+    }
+}

@@ -1,0 +1,201 @@
+//! Light of one facet, of two, of more over the first two axes of parametrizations.
+
+use super::bar::{Swatch, swatches};
+use super::plot::{BELOW, LEFT, Plane, Plot, text, text_upwards};
+use crate::analysis::bounces::{ChartBounces, MAP_CELLS, Map};
+use crate::brdf::CLASSES;
+use crate::error::Error;
+use crate::parametrization::{self, Unit};
+use crate::report::svg::canvas::{BLACK, Canvas, Ink, fitted};
+
+const SIDE: f64 = 180.0;
+const MARGIN: f64 = 16.0;
+const NAME: f64 = 26.0;
+const STEP: [f64; 2] = [LEFT + SIDE + 12.0, 26.0 + SIDE + BELOW + 4.0];
+const TOP: f64 = 48.0;
+
+const WHITE: Ink = [255; 3];
+
+/// Inks of the classes: dark blue, bright yellow, red between them, which are told apart in grey too (Paul Tol's high contrast).
+const INKS: [Ink; CLASSES] = [[0x00, 0x44, 0x88], [0xdd, 0xaa, 0x33], [0xbb, 0x55, 0x66]];
+
+/// Light that the white line holds.
+const MOST: f64 = 0.9;
+
+/// Pixels of a cell along either side: a viewer that blurs pixels leaves cells sharp.
+const PIXELS: usize = 4;
+
+/// Averages over neighbours before the line about most of the light is drawn, and before those where classes exchange the lead:
+/// of n the standard deviation is √(n/2) cells.
+const SMOOTHED: [usize; 2] = [2, 8];
+
+/// A row per parametrization, a column per map: cells have the classes' colours, mixed by their shares, black lines are where
+/// two of them exchange the lead, and a white line holds most of the light.
+///
+/// # Errors
+/// [`Error::Internal`] if drawing fails, which it should not.
+pub(in crate::report) fn bounces_svg(
+    title: &str,
+    charts: &[ChartBounces],
+) -> Result<String, Error> {
+    let columns = charts.iter().map(|c| c.maps.len()).max().unwrap_or(0);
+    let width = 2.0 * MARGIN + NAME + columns.max(3) as f64 * STEP[0];
+    let below = TOP + charts.len() as f64 * STEP[1];
+    Canvas::draw([width, below + 64.0], |canvas| {
+        let fits = fitted(title, 18.5, width - 2.0 * MARGIN);
+        text(canvas, [0.5 * width, 22.0], &fits, 17.0, true);
+        for (j, chart) in charts.iter().enumerate() {
+            let Some(entry) = parametrization::find(chart.name) else {
+                continue;
+            };
+            let plane = Plane::of(&entry);
+            let y = TOP + j as f64 * STEP[1] + 26.0;
+            let side = [MARGIN + 0.5 * NAME - 4.0, y + 0.5 * SIDE];
+            text_upwards(canvas, side, plane.name, 13.0);
+            for (i, map) in chart.maps.iter().enumerate() {
+                let x = MARGIN + NAME + LEFT + i as f64 * STEP[0];
+                let plot = Plot {
+                    at: [x, y],
+                    side: SIDE,
+                };
+                let axis = &chart.map_axes[2];
+                let unit = match axis.unit {
+                    Unit::Radian => "°",
+                    Unit::One => "",
+                };
+                let title = match map.azimuth {
+                    None => format!("every {}", plane.azimuth),
+                    Some(about) => {
+                        // Without the last digits that radians leave.
+                        let [middle, half] =
+                            about.map(|x| (axis.file_value(x) * 1e6).round() / 1e6);
+                        format!("{} = {middle}{unit} ± {half}{unit}", plane.azimuth)
+                    }
+                };
+                text(canvas, [x + 0.5 * SIDE, y - 11.0], &title, 12.5, false);
+                draw(canvas, &plot, map)?;
+                plot.axes(canvas, &plane, map.azimuth.map(|[middle, _]| middle));
+            }
+        }
+        let swatch = |ink, name| Swatch {
+            ink,
+            stripes: None,
+            name,
+        };
+        let all = [
+            swatch(INKS[0], "one facet"),
+            swatch(INKS[1], "two facets"),
+            swatch(INKS[2], "three facets and more"),
+            swatch(WHITE, "too few paths"),
+            Swatch::OUTSIDE,
+        ];
+        swatches(canvas, [0.5 * width, below + 12.0], &all);
+        let says = "colours are mixed by the shares of the light in a cell; black lines: two numbers of facets exchange the \
+                    lead (light averaged over two cells); white lines: inside lies 90 % of the light of a map, where it is densest";
+        text(canvas, [0.5 * width, below + 38.0], says, 11.5, false);
+        Ok(())
+    })
+}
+
+/// Cells, row after row from the top.
+fn from_top() -> impl Iterator<Item = usize> {
+    let row = |j: usize| (0..MAP_CELLS).map(move |i| j * MAP_CELLS + i);
+    (0..MAP_CELLS).rev().flat_map(row)
+}
+
+fn draw(canvas: &mut Canvas, plot: &Plot, map: &Map) -> Result<(), Error> {
+    let side = PIXELS * MAP_CELLS;
+    let cell = |pixel: usize| {
+        let [column, row] = [pixel % side, side - 1 - pixel / side];
+        row / PIXELS * MAP_CELLS + column / PIXELS
+    };
+    let ink = |pixel: usize| map.shares(cell(pixel)).map_or(WHITE, mixed);
+    plot.raster(canvas, &(0..side * side).map(ink).collect::<Vec<_>>())?;
+    let [near, far] = SMOOTHED.map(|times| smooth(&map.light, times));
+    let light: Vec<Option<f64>> = from_top()
+        .map(|cell| Some(near[cell].iter().sum()))
+        .collect();
+    if let Some(level) = level(&light) {
+        plot.isolines(canvas, &light, level, WHITE, 2.2);
+    }
+    // Between three classes there is a line wherever the first, or the last, leads or does not.
+    for class in [0, CLASSES - 1] {
+        let lead = |cell: usize| {
+            map.shares(cell)?;
+            let light = far[cell];
+            let others = (0..CLASSES).filter(|c| *c != class).map(|c| light[c]);
+            Some((light[class] - others.fold(0.0, f64::max)) / light.iter().sum::<f64>())
+        };
+        let lead: Vec<Option<f64>> = from_top().map(lead).collect();
+        plot.isolines(canvas, &lead, 0.0, BLACK, 1.8);
+    }
+    Ok(())
+}
+
+/// A colour of shares that add up to 1.
+fn mixed(shares: [f64; CLASSES]) -> Ink {
+    [0, 1, 2].map(|k| {
+        let parts = (0..CLASSES).map(|c| shares[c] * f64::from(INKS[c][k]));
+        parts.sum::<f64>().round() as u8
+    })
+}
+
+/// Light of each cell averaged with its neighbours, weighed 1 : 2 : 1 along either axis, some times: lines follow light and not
+/// chance.
+fn smooth(light: &[[f64; CLASSES]], times: usize) -> Vec<[f64; CLASSES]> {
+    let mut light = light.to_vec();
+    for _ in 0..times {
+        for stride in [1, MAP_CELLS] {
+            let before = light.clone();
+            for (cell, light) in light.iter_mut().enumerate() {
+                let place = cell / stride % MAP_CELLS;
+                let low = if place > 0 { cell - stride } else { cell };
+                let high = if place + 1 < MAP_CELLS {
+                    cell + stride
+                } else {
+                    cell
+                };
+                *light = std::array::from_fn(|c| {
+                    0.25 * before[low][c] + 0.5 * before[cell][c] + 0.25 * before[high][c]
+                });
+            }
+        }
+    }
+    light
+}
+
+/// The level above which lies [`MOST`] of the light; `None` of none.
+fn level(light: &[Option<f64>]) -> Option<f64> {
+    let mut sorted: Vec<f64> = light.iter().flatten().copied().collect();
+    sorted.sort_unstable_by(|a, b| b.total_cmp(a));
+    let total: f64 = sorted.iter().sum();
+    let mut sum = 0.0;
+    sorted.into_iter().find(|light| {
+        sum += light;
+        sum >= MOST * total && total > 0.0
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn averages_keep_the_light_and_lines_hold_most_of_it() {
+        let cells = MAP_CELLS * MAP_CELLS;
+        let mut light = vec![[0.0; CLASSES]; cells];
+        light[0] = [1.0, 0.0, 0.5];
+        light[MAP_CELLS + 7] = [0.0, 2.0, 0.0];
+        for (c, all) in [1.0, 2.0, 0.5].into_iter().enumerate() {
+            let kept: f64 = smooth(&light, 5).iter().map(|l| l[c]).sum();
+            assert!((kept - all).abs() < 1e-12, "{kept}");
+        }
+        let steps: Vec<Option<f64>> = (0..100).map(|i| Some(f64::from(i))).collect();
+        let Some(level) = level(&steps) else {
+            panic!("there is light");
+        };
+        let inside: f64 = steps.iter().flatten().filter(|l| **l >= level).sum();
+        assert!(inside >= 0.9 * 4950.0 && inside - level < 0.9 * 4950.0);
+        assert_eq!(mixed([0.0, 1.0, 0.0]), INKS[1]);
+    }
+}

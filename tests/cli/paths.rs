@@ -1,0 +1,166 @@
+//! `gonio paths`, and what `gonio subset` says of facets.
+
+use super::Bench;
+use serde_json::Value;
+
+const FEW: [&str; 6] = [
+    "paths",
+    "smith-multiple",
+    "--set",
+    "paths=2",
+    "--paths",
+    "20000",
+];
+
+fn json(text: &str) -> Value {
+    serde_json::from_str(text).unwrap()
+}
+
+/// A value and its error.
+fn known(estimate: &Value) -> [f64; 2] {
+    ["value", "error"].map(|key| estimate[key].as_f64().unwrap())
+}
+
+#[test]
+fn paths_are_told_and_drawn() {
+    let bench = Bench::new();
+    let rough = ["--set", "alpha=0.5"];
+    let said = bench.good(&[&FEW[..], &rough, &["-o", "maps.svg"]].concat());
+    for part in [
+        "first 7",
+        "half-difference  theta_",
+        "--box",
+        "Ranges that hold 95 %",
+    ] {
+        assert!(said.contains(part), "{part}: {said}");
+    }
+    let drawn = bench.read("maps.svg");
+    let charts = gonio::parametrization::all();
+    assert!(drawn.starts_with("<svg"));
+    // A raster for all azimuths and each of four.
+    assert_eq!(drawn.matches("<image").count(), 5 * charts.len());
+    let again = [&FEW[..], &["-o", "maps.svg"]].concat();
+    assert!(bench.refused(&again, 2).contains("--force"));
+    assert_eq!(bench.read("maps.svg"), drawn);
+
+    let args = [
+        &FEW[..],
+        &rough,
+        &["--json", "--bounce", "first", "--purity", "0.8"],
+    ]
+    .concat();
+    let text = bench.good(&args);
+    for threads in ["1", "2"] {
+        assert!(bench.good(&[&args[..], &["--threads", threads]].concat()) == text);
+    }
+    let told = json(&text);
+    let shares = ["first", "second", "later"].map(|class| known(&told["shares"][class])[0]);
+    assert!(
+        (shares.iter().sum::<f64>() - 1.0).abs() < 1e-12,
+        "{shares:?}"
+    );
+    assert_eq!(
+        told["parametrizations"].as_object().unwrap().len(),
+        charts.len()
+    );
+    assert_eq!([&told["box_of"], &told["errors"]], ["first", "paths"]);
+    for chart in charts {
+        let told = &told["parametrizations"][chart.kind];
+        assert_eq!(told["information"].as_array().unwrap().len(), 3 + 3 + 1);
+        let maps = told["maps"].as_array().unwrap();
+        let light = maps[0]["light"].as_array().unwrap().iter();
+        let light = light.flat_map(|row| row.as_array().unwrap());
+        let all: f64 = light.map(|cell| cell.as_f64().unwrap()).sum();
+        assert!((all - 1.0).abs() < 1e-3 && maps.len() == 5, "{all}");
+    }
+    // The box is what `subset` says that it is, with both orders of light and sensor in it.
+    let found = &told["parametrizations"]["spherical"]["box"];
+    let words = found["box"].as_str().unwrap();
+    let found = &found["classes"]["first"];
+    let args = [
+        "subset",
+        "--parametrization",
+        "spherical",
+        "--box",
+        words,
+        "--json",
+        "--material",
+        "smith-multiple",
+        "--set",
+        "paths=2",
+    ];
+    let again = json(&bench.good(&[&args[..], &rough].concat()));
+    for key in ["share_inside", "captured"] {
+        let [a, b] = [
+            known(&found[key]),
+            known(&again["bounces"]["classes"]["first"][key]),
+        ];
+        assert!(
+            (a[0] - b[0]).abs() < 5.0 * a[1].hypot(b[1]),
+            "{key}: {a:?} {b:?}"
+        );
+    }
+    assert!(known(&found["share_inside"])[0] > 0.75, "{found}");
+}
+
+#[test]
+fn subset_tells_the_facets_that_light_met() {
+    let bench = Bench::new();
+    let args = |bounds: &'static str, material: &'static str| {
+        [
+            "subset",
+            "--parametrization",
+            "hybrid",
+            "--box",
+            bounds,
+            "--material",
+            material,
+        ]
+    };
+    let few = ["--set", "paths=2", "--set", "alpha=0.8"];
+    let said = bench.good(&[&args("h_bar=0..0.5", "smith-multiple")[..], &few].concat());
+    assert!(said.contains("  facets met          first "), "{said}");
+    assert!(said.contains("  of each number      first "), "{said}");
+    // The whole of the light is inside.
+    let first = ["--set", "bounces=first"];
+    let said = bench.good(&[&args("", "smith-multiple")[..], &few, &first].concat());
+    assert!(
+        said.contains("first 100 %, second 0 %, later 0 % of the light inside"),
+        "{said}"
+    );
+    let said = bench.good(&args("h_bar=0..0.5", "lambert"));
+    assert!(!said.contains("facets"), "{said}");
+}
+
+#[test]
+fn paths_refuse_what_they_cannot_use() {
+    let bench = Bench::new();
+    let refused = |args: &[&str], parts: &[&str]| {
+        let sentence = bench.refused(&[&["paths"], args].concat(), 2);
+        assert!(
+            parts.iter().all(|part| sentence.contains(part)),
+            "{sentence}"
+        );
+    };
+    refused(
+        &["lambert"],
+        &["lambert", "number of facets", "smith-multiple"],
+    );
+    refused(&["small.toml"], &["--material", "lambert, ggx-0.4"]);
+    let black = ["--set", "facets.kind=diffuse", "--set", "facets.albedo=0"];
+    refused(
+        &[&["smith-multiple"], &black[..]].concat(),
+        &["no light leaves", "allowed"],
+    );
+    for (option, value, part) in [
+        ("--purity", "0", "(0, 1]"),
+        ("--purity", "nine", "(0, 1]"),
+        ("--paths", "1000", "1024"),
+        ("--bounce", "third", "second"),
+    ] {
+        let output = bench.gonio(&["paths", "smith-multiple", option, value]);
+        let stderr = String::from_utf8(output.stderr).unwrap();
+        assert_eq!(output.status.code(), Some(2), "{stderr}");
+        assert!(stderr.contains(option) && stderr.contains(part), "{stderr}");
+    }
+}
