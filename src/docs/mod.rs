@@ -25,6 +25,11 @@ pub mod relations {}
 #[doc = include_str!("parametrizations.svg")]
 pub mod parametrizations {}
 
+#[doc = include_str!("light_paths.md")]
+#[doc = ""]
+#[doc = include_str!("light_paths.svg")]
+pub mod light_paths {}
+
 #[doc = include_str!("planning.md")]
 pub mod planning {}
 

@@ -93,9 +93,13 @@ impl Bench {
 }
 
 /// `gonio run` of what takes minutes, or needs a folder of measured materials, is a `gonio check`:
-/// that reads the same config and the same files.
+/// that reads the same config and the same files. A million light paths are a few thousand.
 fn checked(command: &str) -> String {
-    command.replacen("gonio run ", "gonio check ", 1)
+    command.replacen("gonio run ", "gonio check ", 1).replacen(
+        "gonio paths ",
+        "gonio paths --paths 4096 ",
+        1,
+    )
 }
 
 #[test]
@@ -109,7 +113,7 @@ fn the_commands_of_the_pages_are_commands() {
         bench.good(&[&some[..], &[file.as_str()]].concat());
     }
     let mut count = 0;
-    for page in ["findings", "parametrizations", "planning"] {
+    for page in ["findings", "parametrizations", "light_paths", "planning"] {
         for block in blocks(&read(&format!("src/docs/{page}.md")), "sh") {
             for command in commands(block) {
                 assert!(command.starts_with("gonio "), "{page}: {command}");
