@@ -45,6 +45,11 @@ impl Part {
         }
     }
 
+    /// True if light of so many facets, 1 or more, is in it.
+    pub fn holds(self, met: usize) -> bool {
+        self.classes().contains(&(met.clamp(1, CLASSES) - 1))
+    }
+
     /// The largest number of facets that has to be followed for it.
     pub fn last(self) -> usize {
         match self.classes().end {
@@ -110,6 +115,21 @@ impl Split {
         sum
     }
 
+    /// The same without the classes that are not in a part.
+    pub fn only(mut self, part: Part) -> Self {
+        let kept = part.classes();
+        for class in (0..CLASSES).filter(|class| !kept.contains(class)) {
+            self.value[class].fill(0.0);
+            for errors in [&mut self.transport, &mut self.realisation] {
+                errors.classes[class] = 0.0;
+            }
+        }
+        for errors in [&mut self.transport, &mut self.realisation] {
+            errors.sum = errors.of(part);
+        }
+        self
+    }
+
     /// Standard error of the luminance of a part, both kinds together.
     pub fn error(&self, part: Part) -> f64 {
         self.transport.of(part).hypot(self.realisation.of(part))
@@ -129,8 +149,7 @@ pub struct LightPath {
 
 /// A BRDF that tells light apart by the number of facets it met.
 pub trait SplitBrdf: Brdf {
-    /// f_r of a pair by the number of facets, in the channels of the BRDF. What comes after the last facet that the material
-    /// asks for is 0.
+    /// f_r of a pair by the number of facets, in the channels of the BRDF; 0 of classes that the material does not ask for.
     fn split(&self, pair: &DirectionPair) -> Split;
 
     /// Follows `count` paths of block `block` and hands over those that leave. Light comes from the hemisphere as its cosine, so

@@ -37,16 +37,16 @@ pub(super) struct SurfaceArgs {
     #[arg(long, value_name = "DEG", default_value_t = 0.0, value_parser = azimuth)]
     azimuth: f64,
     /// Rays from each elevation
-    #[arg(long, value_name = "N", default_value_t = 1_000_000, value_parser = clap::value_parser!(u64).range(1..=1_000_000_000_000))]
+    #[arg(long, value_name = "N", default_value_t = 1_000_000, value_parser = clap::value_parser!(u64).range(2..=1_000_000_000_000))]
     rays: u64,
     /// Seed of the rays
     #[arg(long, value_name = "N", default_value_t = 1)]
     seed: u64,
     /// Width of a cell, µm, of a surface that has no pitch_um [default: 1]
-    #[arg(long, value_name = "UM", value_parser = length)]
+    #[arg(long, value_name = "UM", value_parser = pitch)]
     pitch_um: Option<f64>,
     /// Wavelength that the surface is compared with, µm
-    #[arg(long, value_name = "UM", default_value_t = 0.55, value_parser = length)]
+    #[arg(long, value_name = "UM", default_value_t = 0.55, value_parser = wavelength)]
     wavelength_um: f64,
     #[command(flatten)]
     json: JsonArgs,
@@ -66,8 +66,12 @@ fn azimuth(text: &str) -> Result<f64, ParameterError> {
     in_closed("azimuth", number(text), -360.0, 360.0)
 }
 
-fn length(text: &str) -> Result<f64, ParameterError> {
-    in_left_open("length", number(text), 0.0, 1e9)
+fn pitch(text: &str) -> Result<f64, ParameterError> {
+    in_left_open("pitch_um", number(text), 0.0, 1e9)
+}
+
+fn wavelength(text: &str) -> Result<f64, ParameterError> {
+    in_left_open("wavelength_um", number(text), 0.0, 1e9)
 }
 
 /// What is printed.

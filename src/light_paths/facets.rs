@@ -1,7 +1,9 @@
 //! What a single facet does to light.
 
 use crate::brdf::microfacet::fresnel::{self, Fresnel, FresnelSpec};
-use crate::brdf::{self, Brdf, BrdfSpec, BuildError, ChannelValues, Channels, Spectrum, Tables};
+use crate::brdf::{
+    self, Brdf, BrdfSpec, BuildError, ChannelValues, Channels, Spectrum, Tables, laws,
+};
 use crate::error::ParameterError;
 use crate::geometry::{Direction, DirectionPair};
 use crate::registry::{self, Entry, ReadError, Table};
@@ -204,6 +206,9 @@ impl FacetsSpec {
     }
 }
 
+/// Largest albedo of a material of facets: tables stray by a few percent; of more, each further facet would add light.
+const MOST: f64 = 1.05;
+
 /// Facets ready for a scene's channels.
 #[derive(Clone)]
 pub(super) enum Facets {
@@ -222,8 +227,34 @@ impl Facets {
         Ok(match spec {
             FacetsSpec::Mirror(fresnel) => Facets::Mirror(Fresnel::new(fresnel, channels)),
             FacetsSpec::Diffuse(spec) => Facets::Diffuse(spec.albedo.linear(channels).into()),
-            FacetsSpec::Material(spec) => Facets::Material(spec.build(channels.clone())?.into()),
+            FacetsSpec::Material(spec) => {
+                let brdf = spec.build(channels.clone())?;
+                if !brdf.conserves_energy() {
+                    // Near the horizon tables say little.
+                    let mut views = laws::standard_views(true);
+                    views.retain(|view| view.cos_theta() > 0.4);
+                    let most = laws::max_albedo(&*brdf, &views);
+                    let albedo = most.map_or(0.0, |most| most.albedo.max());
+                    if albedo > MOST {
+                        let allowed = format!(
+                            "a material with an albedo of {MOST} at most up to 65°; this one has {albedo:.3}"
+                        );
+                        return Err(
+                            ParameterError::new("facets.brdf", spec.label(), allowed).into()
+                        );
+                    }
+                }
+                Facets::Material(brdf.into())
+            }
         })
+    }
+
+    /// True if no facet sends more light than it receives, by construction.
+    pub(super) fn conserve_energy(&self) -> bool {
+        match self {
+            Facets::Mirror(_) | Facets::Diffuse(_) => true,
+            Facets::Material(brdf) => brdf.conserves_energy(),
+        }
     }
 
     /// f_r of a facet of that normal, sr⁻¹; 0 of mirrors, where data is missing, and below the facet.

@@ -3,10 +3,10 @@
 //! A path that met mirrors has left in one direction: it says nothing of any pair but its own. So N paths that began as the cosine
 //! of the hemisphere are kept, and f_r of a pair is the light of those within an angle r of its light and of its sensor:
 //!
-//! f_r = Σ w / (N p ∫ cos θ_o dω_o),   p the share of light that comes from about ω_i, the integral over the cone about ω_o.
+//! f_r = Σ w π/(N ∫ cos θ_i dω_i ∫ cos θ_o dω_o),   integrals over the cones about the pair's light and sensor.
 //!
-//! Where the surface looks the same however it is turned, p is of a ring of elevations, and paths are turned to the light of the pair.
-//! A path backwards is a path, so all of them count twice.
+//! A path backwards is a path, so pairs are exchanged; and mirrored, and turned, where the surface looks the same, and values are means
+//! over all of these.
 
 use super::accumulate::seen;
 use super::normals::{BLOCKS, block_of};
@@ -14,10 +14,10 @@ use super::transport::{Drawn, Transport};
 use crate::brdf::{CLASSES, ChannelValues, Channels, Part, Split, SplitErrors};
 use crate::geometry::Symmetry;
 use crate::sampling::{Random, gauss_legendre};
-use glam::DVec3;
+use glam::{DMat3, DVec3};
 use rayon::prelude::*;
 use smallvec::smallvec;
-use std::f64::consts::{FRAC_PI_2, PI};
+use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 /// Paths of a block, which has numbers of its own.
 const BLOCK: u64 = 1 << 14;
@@ -28,7 +28,7 @@ const MOST: f64 = 48.0;
 /// A path: its place among the squares of (ω_i, ω_o), who made it, and what it met.
 #[derive(Clone, Copy, Default)]
 pub(super) struct Event {
-    /// x and y of ω_i and of ω_o; turned so that ω_i has no y if the surface may be turned.
+    /// x and y of ω_i and of ω_o.
     at: [f32; 4],
     group: u16,
     class: u8,
@@ -44,7 +44,7 @@ pub(super) struct Gathered {
     /// Blocks of all surfaces: what they differ by tells what a surface more would change.
     groups: usize,
     per_unit: f64,
-    across: [usize; 4],
+    across: usize,
     first: Vec<u32>,
     events: Vec<Event>,
     /// Of each event, channels together.
@@ -88,7 +88,7 @@ impl Gathered {
                     let drawn = surfaces[surface].draw(spot, last, &mut weight, &mut stream);
                     if let Some(drawn) = drawn.filter(|drawn| drawn.met > 1) {
                         let group = surface * BLOCKS + block_of(drawn.start.map(|s| s / spot));
-                        events.push(event(&drawn, symmetry, group));
+                        events.push(event(&drawn, group));
                         light.extend(weight.iter().map(|w| *w as f32));
                     }
                 }
@@ -97,30 +97,26 @@ impl Gathered {
             .collect();
         let across = (2.0 / radius).clamp(1.0, MOST) as usize;
         let per_unit = across as f64 / 2.0;
-        let across = [
-            across,
-            if symmetry.isotropic { 1 } else { across },
-            across,
-            across,
-        ];
         let square = |event: &Event| index(event.at.map(f64::from), per_unit, across);
         let count = parts.iter().map(|(events, _)| events.len()).sum();
-        let mut first = vec![0u32; across.iter().product::<usize>() + 1];
-        let all = || parts.iter().flat_map(|(events, _)| events);
-        all().for_each(|event| first[square(event) + 1] += 1);
+        let mut first = vec![0u32; across.pow(4) + 1];
+        let all = parts.iter().flat_map(|(events, _)| events);
+        all.for_each(|event| first[square(event) + 1] += 1);
         for i in 1..first.len() {
             first[i] += first[i - 1];
         }
         let mut next = first.clone();
         let mut events = vec![Event::default(); count];
         let mut light = vec![0.0; count * channels];
-        let lights = parts.iter().flat_map(|(_, light)| light.chunks(channels));
-        for (event, values) in all().zip(lights) {
-            let to = &mut next[square(event)];
-            let place = *to as usize;
-            events[place] = *event;
-            light[place * channels..][..channels].copy_from_slice(values);
-            *to += 1;
+        // Each part is let go once it is in its place.
+        for (of_part, values) in parts {
+            for (event, values) in of_part.iter().zip(values.chunks(channels)) {
+                let to = &mut next[square(event)];
+                let place = *to as usize;
+                events[place] = *event;
+                light[place * channels..][..channels].copy_from_slice(values);
+                *to += 1;
+            }
         }
         Self {
             radius,
@@ -145,14 +141,13 @@ impl Gathered {
     ) -> Split {
         let mut found: Vec<(u32, f64)> = Vec::new();
         let images = images(pair, self.symmetry);
+        // What one path more would bring.
+        let mut one = 0.0f64;
         for image in &images {
-            let [light, sensor] = image.map(|v| v.x.hypot(v.y).atan2(v.z));
-            let share = match self.symmetry.isotropic {
-                true => ring(light, self.radius),
-                false => cone(light, self.radius) / PI,
-            };
-            let scale = self.begun * share * cone(sensor, self.radius) * images.len() as f64;
+            let [light, sensor] = image.map(|v| cone(v.x.hypot(v.y).atan2(v.z), self.radius));
+            let scale = self.begun * light * sensor * images.len() as f64 / PI;
             if scale > 0.0 {
+                one = one.max(1.0 / scale);
                 self.about(*image, |event| found.push((event, 1.0 / scale)));
             }
         }
@@ -179,6 +174,12 @@ impl Gathered {
             }
         }
         let realisation = beyond(&sums, squares);
+        // Of a class without paths the next one may be here.
+        let unseen = squares[1..CLASSES].iter().filter(|s| **s == 0.0).count();
+        squares[CLASSES] += unseen as f64 * one * one;
+        for square in squares[1..CLASSES].iter_mut().filter(|s| **s == 0.0) {
+            *square = one * one;
+        }
         Split {
             value: value.map(|v| seen(v, followed, channels)),
             transport: errors(squares.map(f64::sqrt)),
@@ -188,35 +189,20 @@ impl Gathered {
 
     /// Events near a pair.
     fn about(&self, [light, sensor]: [DVec3; 2], mut each: impl FnMut(u32)) {
-        let isotropic = self.symmetry.isotropic;
-        let at = placed([light, sensor], isotropic);
         let chord2 = (2.0 * (0.5 * self.radius).sin()).powi(2);
-        let light = lifted(at[0], at[1]);
-        let sensor = lifted(at[2], at[3]);
-        // Sines of a ring of elevations.
-        let elevation = at[0].atan2(light.z);
-        let ring = (elevation - self.radius).sin()..(elevation + self.radius).min(FRAC_PI_2).sin();
-        let places: [i64; 4] =
-            std::array::from_fn(|i| place(at[i], self.per_unit, self.across[i]) as i64);
-        let near = |i: usize| {
-            let last = self.across[i] as i64 - 1;
-            (places[i] - 1).max(0)..=(places[i] + 1).min(last)
+        let near = |x: f64| {
+            let place = place(x, self.per_unit, self.across);
+            place.saturating_sub(1)..(place + 2).min(self.across)
         };
-        for i in near(0) {
-            for j in near(1) {
-                for k in near(2) {
-                    let [_, b, c, d] = self.across.map(|n| n as i64);
-                    let row = ((i * b + j) * c + k) * d;
-                    let last = near(3);
-                    let range = [row + last.start(), row + last.end() + 1];
-                    let [low, high] = range.map(|place| self.first[place as usize]);
+        for i in near(light.x) {
+            for j in near(light.y) {
+                for k in near(sensor.x) {
+                    let row = ((i * self.across + j) * self.across + k) * self.across;
+                    let last = near(sensor.y);
+                    let [low, high] = [last.start, last.end].map(|l| self.first[row + l]);
                     for index in low..high {
                         let [x, y, u, v] = self.events[index as usize].at.map(f64::from);
-                        let near = match isotropic {
-                            true => ring.contains(&x),
-                            false => is_within([x, y], light, chord2),
-                        };
-                        if near && is_within([u, v], sensor, chord2) {
+                        if is_within([x, y], light, chord2) && is_within([u, v], sensor, chord2) {
                             each(index);
                         }
                     }
@@ -249,24 +235,28 @@ pub(super) fn errors([a, b, c, sum]: [f64; CLASSES + 1]) -> SplitErrors {
     }
 }
 
-/// Pairs that mean the same as `pair` by exchange and by mirrors; turns about the normal are left out.
+/// Pairs that mean the same as `pair`, by exchange, mirrors and turns.
 fn images([a, b]: [DVec3; 2], symmetry: Symmetry) -> Vec<[DVec3; 2]> {
-    let mirrors: &[DVec3] = match symmetry {
-        // Of a pair that is turned to its light the mirror is in y.
-        Symmetry {
-            isotropic: true,
-            bilateral: true,
-            ..
-        } => &MIRRORS[..2],
-        Symmetry {
-            bilateral: true, ..
-        } => &MIRRORS,
-        _ => &MIRRORS[..1],
+    let mirrors = if symmetry.bilateral { 4 } else { 1 };
+    let count = if symmetry.isotropic { TURNS } else { mirrors };
+    let image = |way: [DVec3; 2], i: usize| {
+        // A turn and a mirror are a mirror about another plane: every other turn has one.
+        let way = way.map(|v| v * MIRRORS[i % mirrors]);
+        match symmetry.isotropic {
+            true => {
+                let turn = DMat3::from_rotation_z(TAU * i as f64 / TURNS as f64);
+                way.map(|v| turn * v)
+            }
+            false => way,
+        }
     };
     let ways = [[a, b], [b, a]].into_iter();
-    ways.flat_map(|way| mirrors.iter().map(move |m| way.map(|v| v * *m)))
+    ways.flat_map(|way| (0..count).map(move |i| image(way, i)))
         .collect()
 }
+
+/// Turns that stand for all of them: a pair far from the normal meets other paths in each.
+const TURNS: usize = 24;
 
 /// Factors of x, y and z: none, across y, across x, across both.
 pub(super) const MIRRORS: [DVec3; 4] = [
@@ -276,28 +266,10 @@ pub(super) const MIRRORS: [DVec3; 4] = [
     DVec3::new(-1.0, -1.0, 1.0),
 ];
 
-/// x and y of both directions, turned to the light if the surface may be turned.
-fn placed([light, sensor]: [DVec3; 2], isotropic: bool) -> [f64; 4] {
-    let radius = light.x.hypot(light.y);
-    if !isotropic {
-        return [light.x, light.y, sensor.x, sensor.y];
-    }
-    let [cos, sin] = match radius > 0.0 {
-        true => [light.x / radius, light.y / radius],
-        false => [1.0, 0.0],
-    };
-    [
-        radius,
-        0.0,
-        cos * sensor.x + sin * sensor.y,
-        cos * sensor.y - sin * sensor.x,
-    ]
-}
-
-fn event(drawn: &Drawn, symmetry: Symmetry, group: usize) -> Event {
-    let at = placed(drawn.pair.vectors(), symmetry.isotropic);
+fn event(drawn: &Drawn, group: usize) -> Event {
+    let [light, sensor] = drawn.pair.vectors();
     Event {
-        at: at.map(|x| x as f32),
+        at: [light.x, light.y, sensor.x, sensor.y].map(|x| x as f32),
         group: group as u16,
         class: Part::of(drawn.met).classes().start as u8,
     }
@@ -320,16 +292,9 @@ fn place(x: f64, per_unit: f64, across: usize) -> usize {
     (((x + 1.0) * per_unit) as usize).min(across - 1)
 }
 
-fn index(at: [f64; 4], per_unit: f64, across: [usize; 4]) -> usize {
-    (0..4).fold(0, |sum, i| {
-        sum * across[i] + place(at[i], per_unit, across[i])
-    })
-}
-
-/// Share of cosine-distributed directions within `radius` of an elevation.
-fn ring(elevation: f64, radius: f64) -> f64 {
-    let [low, high] = [elevation - radius, elevation + radius];
-    high.min(FRAC_PI_2).sin().powi(2) - low.max(0.0).sin().powi(2)
+fn index(at: [f64; 4], per_unit: f64, across: usize) -> usize {
+    at.into_iter()
+        .fold(0, |sum, x| sum * across + place(x, per_unit, across))
 }
 
 /// ∫ cos θ dω over the part above the horizon of a cone of an angle `radius` about an elevation.

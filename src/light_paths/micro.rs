@@ -64,7 +64,8 @@ struct Keys {
     multiple_half_angle_deg: f64,
     /// Paths a pair.
     paths: usize,
-    /// Standard error of the paths for each of the value, down to which up to 64 times as many are followed.
+    /// Standard error of the paths for each of the value, down to which up to 64 times as many are followed; of mirrors for light of
+    /// the first.
     #[serde(skip_serializing_if = "Option::is_none")]
     relative_error: Option<f64>,
     /// Paths that are kept of mirrors, for light of more than one.
@@ -96,6 +97,9 @@ impl Default for Keys {
 
 /// Most times that the asked paths are followed for a relative error.
 const ROUNDS: usize = 64;
+
+/// Cells of a surface that is drawn that are illuminated at least: of fewer normals no pair has a value.
+const FEWEST: f64 = 64.0;
 
 /// Draws for each path that is asked for, of facets that may lie outside the cone.
 const DRAWS: usize = 16;
@@ -183,18 +187,35 @@ impl BrdfSpec for MicroSurfaceSpec {
             _ => e,
         })?;
         in_left_open("spot", keys.spot, 0.0, 1.0)?;
-        in_closed("half_angle_deg", keys.half_angle_deg, 0.05, 10.0)?;
+        in_closed("half_angle_deg", keys.half_angle_deg, 0.2, 10.0)?;
         in_closed(
             "multiple_half_angle_deg",
             keys.multiple_half_angle_deg,
             0.5,
             20.0,
         )?;
-        whole("paths", keys.paths as u64, PATHS.map(|n| n as u64))?;
+        let [least, most] = PATHS.map(|n| n as u64);
+        whole(
+            "paths",
+            keys.paths as u64,
+            [least * keys.surfaces as u64, most],
+        )?;
         if let Some(error) = keys.relative_error {
             in_closed("relative_error", error, 1e-3, 1.0)?;
+            if let (FacetsSpec::Mirror(_), false) =
+                (&self.facets, keys.bounces.classes().contains(&0))
+            {
+                let allowed = "none: light of more than one mirror is counted among rays";
+                return Err(ParameterError::new("relative_error", error, allowed).into());
+            }
         }
-        whole("rays", keys.rays, [1 << 10, 1 << 32])?;
+        whole("rays", keys.rays, [1 << 10, 1 << 28])?;
+        let cells = self.surface.cells() as f64;
+        if self.surface.is_random() && keys.spot * keys.spot * cells < FEWEST {
+            let allowed =
+                format!("so large that {FEWEST} cells are illuminated; the period has {cells}");
+            return Err(ParameterError::new("spot", keys.spot, allowed).into());
+        }
         Ok(())
     }
 
@@ -226,10 +247,10 @@ impl BrdfSpec for MicroSurfaceSpec {
     }
 
     fn tables(&self) -> Tables {
-        // Of a cell a height and, of mirrors, two facets; of a path that is kept, of which there are a few in ten, its directions.
+        // Of a cell a height and, of mirrors, two facets; of a path that is kept its directions, twice for a while: half of them at most.
         let of_facets = self.facets.tables();
         let [cell, path] = match self.facets {
-            FacetsSpec::Mirror(_) => [4 + 2 * size_of::<Facet>(), size_of::<Event>() / 4],
+            FacetsSpec::Mirror(_) => [4 + 2 * size_of::<Facet>(), size_of::<Event>()],
             _ => [4, 0],
         };
         let cells = self.keys.surfaces * self.surface.cells();
@@ -442,10 +463,11 @@ impl MicroSurface {
                     break;
                 }
             }
-            // Every block, from one side and then from the other.
-            let group = path % groups;
+            // Every surface from one side and then from the other, and its blocks in turn.
+            let of_surface = path / self.surfaces.len();
+            let group = path % self.surfaces.len() * BLOCKS + of_surface / 2 % BLOCKS;
             let mut image = self.image(pair, random);
-            if (path / groups) % 2 == 1 {
+            if of_surface % 2 == 1 {
                 image.swap(0, 1);
             }
             let start = in_block(group % BLOCKS, [random.next(), random.next()]);
@@ -462,11 +484,12 @@ impl MicroSurface {
         for (sums, n) in sums.iter_mut().zip(&counts) {
             sums.iter_mut().for_each(|s| *s /= f64::max(*n, 1.0) * used);
         }
-        sums.truncate(used as usize);
+        let mut counted = counts.iter();
+        sums.retain(|_| counted.next().is_some_and(|n| *n > 0.0));
         let [a, b, c] = split.transport.classes;
         let squares = [a, b, c, split.transport.sum].map(|e| e * e);
         split.realisation = errors(beyond(&sums, squares));
-        split
+        split.only(self.keys.bounces)
     }
 }
 
@@ -487,9 +510,9 @@ impl Brdf for MicroSurface {
         self.symmetry
     }
 
-    /// The paths do; what is averaged over few of them may stray by its error.
+    /// The paths do if the facets do; what is averaged over few of them may stray by its error.
     fn conserves_energy(&self) -> bool {
-        true
+        self.surfaces.iter().all(|s| s.facets().conserve_energy())
     }
 
     fn is_mirrored(&self) -> bool {
@@ -542,7 +565,10 @@ impl SplitBrdf for MicroSurface {
             .contains(&0)
             .then(|| self.first(mirrors, pair, &mut random));
         let more = mirrors.gathered.as_ref();
-        let more = more.map(|gathered| gathered.split(pair, followed, &self.channels));
+        let more = more.map(|gathered| {
+            let split = gathered.split(pair, followed, &self.channels);
+            split.only(self.keys.bounces)
+        });
         match (first, more) {
             (Some(first), Some(mut more)) => {
                 more.value[0] = first.value.into_iter().next().unwrap_or_default();
@@ -563,7 +589,8 @@ impl SplitBrdf for MicroSurface {
         for _ in 0..count {
             let mut weight: ChannelValues = smallvec![1.0; channels.count()];
             let last = self.keys.bounces.last();
-            if let Some(drawn) = surface.draw(self.keys.spot, last, &mut weight, &mut random) {
+            let drawn = surface.draw(self.keys.spot, last, &mut weight, &mut random);
+            if let Some(drawn) = drawn.filter(|drawn| self.keys.bounces.holds(drawn.met)) {
                 each(LightPath {
                     pair: drawn.pair,
                     met: drawn.met,

@@ -34,17 +34,17 @@ pub(super) struct Normals {
     cells: [f64; BLOCKS],
 }
 
-/// A facet: m_x and m_y, and its triangle.
+/// A facet: its normal and its triangle.
 #[derive(Clone, Copy, Default)]
 pub(super) struct Facet {
-    normal: [f32; 2],
+    normal: [f32; 3],
     triangle: u32,
 }
 
 impl Facet {
     fn normal(&self) -> DVec3 {
-        let [x, y] = self.normal.map(f64::from);
-        DVec3::new(x, y, (1.0 - x * x - y * y).max(0.0).sqrt())
+        let [x, y, z] = self.normal.map(f64::from);
+        DVec3::new(x, y, z)
     }
 }
 
@@ -96,7 +96,7 @@ impl Normals {
                         let [sx, sy] = slopes[side];
                         let long = (1.0 + sx * sx + sy * sy).sqrt();
                         Facet {
-                            normal: [(-sx / long) as f32, (-sy / long) as f32],
+                            normal: [-sx / long, -sy / long, 1.0 / long].map(|m| m as f32),
                             triangle: (2 * (y * nx + x) + side) as u32,
                         }
                     })
@@ -104,7 +104,7 @@ impl Normals {
             })
         };
         let square = |facet: &Facet| {
-            let [x, y] = facet.normal.map(|m| place(f64::from(m), per_unit, across));
+            let [x, y, _] = facet.normal.map(|m| place(f64::from(m), per_unit, across));
             y * across + x
         };
         // Sorted by counting.
@@ -136,7 +136,7 @@ impl Normals {
 
     /// True if all facets have one of 64 normals at most: then D is a sum of peaks.
     pub(super) fn are_few(&self) -> bool {
-        let mut seen: Vec<[u32; 2]> = Vec::new();
+        let mut seen: Vec<[u32; 3]> = Vec::new();
         self.facets.iter().all(|facet| {
             let bits = facet.normal.map(f32::to_bits);
             if !seen.contains(&bits) {
@@ -207,7 +207,7 @@ impl Normals {
 
 /// Area of a facet, cells.
 fn area(facet: &Facet) -> f64 {
-    0.5 / facet.normal().z.max(1e-6)
+    0.5 / f64::from(facet.normal[2])
 }
 
 /// The square of a component.

@@ -236,9 +236,9 @@ impl<D: Distribution> Brdf for SmithMultiple<D> {
         self.symmetry
     }
 
-    /// The paths do; what is averaged over few of them may stray by its error.
+    /// The paths do if the facets do; what is averaged over few of them may stray by its error.
     fn conserves_energy(&self) -> bool {
-        true
+        self.walk.facets.conserve_energy()
     }
 
     fn is_mirrored(&self) -> bool {
@@ -277,7 +277,8 @@ impl<D: Distribution> SplitBrdf for SmithMultiple<D> {
                 bounces.end(|values| self.followed.luminance(values));
             }
         }
-        bounces.split(&self.followed, &self.channels)
+        let split = bounces.split(&self.followed, &self.channels);
+        split.only(self.paths.bounces)
     }
 
     fn paths(&self, block: u64, count: usize, each: &mut dyn FnMut(LightPath)) {
@@ -288,6 +289,7 @@ impl<D: Distribution> SplitBrdf for SmithMultiple<D> {
             let mut weight: ChannelValues = smallvec![1.0; self.followed.count()];
             let left = self.walk.path(omega_i.vector(), &mut random, &mut weight);
             if let Some((omega_o, met)) = left
+                && self.paths.bounces.holds(met)
                 && let Some(omega_o) = Direction::try_new(omega_o)
             {
                 each(LightPath {

@@ -128,7 +128,12 @@ impl Transport {
         let total = sums.into_iter().fold(Sums::default(), Sums::plus);
         let n = total.rays.max(1.0);
         let mean = total.value.map(|v| v / n);
-        let error = |i: usize| ((total.square[i] / n - mean[i] * mean[i]).max(0.0) / n).sqrt();
+        // Of one ray it is not known.
+        let left = total.rays - 1.0;
+        let error = |i: usize| match left > 0.0 {
+            true => ((total.square[i] / n - mean[i] * mean[i]).max(0.0) / left).sqrt(),
+            false => f64::INFINITY,
+        };
         Energies {
             bounces: std::array::from_fn(|i| mean[i]),
             errors: std::array::from_fn(error),

@@ -276,7 +276,7 @@ fn a_micro_surface_says_what_is_wrong() {
         (
             SMALL,
             "half_angle_deg = 0.0",
-            &["half_angle_deg = 0", "0.05"],
+            &["half_angle_deg = 0", "0.2"],
         ),
         (
             SMALL,

@@ -145,8 +145,9 @@ impl SurfaceSpec for DimplesSpec {
         Symmetry::FULL
     }
 
+    /// Without any it is a plane.
     fn is_random(&self) -> bool {
-        true
+        self.depth != 0.0 && self.cover > 0.0
     }
 
     fn check(&self) -> Result<(), BuildError> {

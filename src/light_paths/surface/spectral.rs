@@ -27,7 +27,7 @@ pub const GAUSSIAN: Entry<dyn SurfaceSpec> = Entry {
     summary: "Gaussian random heights with the correlation exp(-r²/l²); rms_slope of one axis or both, brushed where they differ",
     examples: &[
         "rms_slope = 0.3\ncorrelation = 8\nsize = 128",
-        "rms_slope = [0.3, 0.02]\ncorrelation = 6\nsize = 128",
+        "rms_slope = [0.3, 0.1]\ncorrelation = 6\nsize = 128",
     ],
     read: |table| Ok(Box::new(registry::parse::<GaussianSpec>(table)?)),
 };
@@ -149,7 +149,21 @@ impl ExponentialSpec {
 fn check(slope: Slope, correlation: f64, size: usize) -> Result<(), ParameterError> {
     slope.check()?;
     check_size(size)?;
-    in_closed("correlation", correlation, 1.0, size as f64 / 4.0).map(drop)
+    let most = size as f64 / 4.0;
+    in_closed("correlation", correlation, 1.0, most)?;
+    let [x, y] = slope.xy();
+    let across = correlation * x / y;
+    if x != y && !(4.0..=most).contains(&across) {
+        let allowed = format!(
+            "[x, y] with a correlation length along y, {correlation} x/y, from 4 to {most} cells, a quarter of size"
+        );
+        return Err(ParameterError::new(
+            "rms_slope",
+            format!("[{x}, {y}]"),
+            allowed,
+        ));
+    }
+    Ok(())
 }
 
 impl SurfaceSpec for GaussianSpec {
