@@ -294,6 +294,30 @@ fn paths_bring_what_values_promise() {
     }
 }
 
+/// A material of light of two facets has no other, neither along paths nor at pairs.
+#[test]
+fn light_that_is_not_asked_for_is_not_told() {
+    let alpha = Roughness::Isotropic(0.7);
+    for facets in [MIRRORS, white()] {
+        let second = paths(Part::Second, 16);
+        let second =
+            SmithMultiple::<Ggx>::new(alpha, &facets, second, Channels::Luminance).unwrap();
+        let mut left = 0;
+        second.paths(0, 4000, &mut |path| {
+            assert_eq!(path.met, 2);
+            left += 1;
+        });
+        assert!(left > 200, "{left}");
+        for pair in laws::pairs(50, 2) {
+            let split = second.split(&pair);
+            let value = second.luminance(&pair).unwrap();
+            assert_eq!([split.value[0][0], split.value[2][0]], [0.0; 2]);
+            assert_eq!(split.part(Part::All)[0], value);
+            assert_eq!(split.error(Part::All), split.error(Part::Second));
+        }
+    }
+}
+
 #[cfg(feature = "surfaces")]
 mod surfaces {
     use super::{MIRRORS, white};

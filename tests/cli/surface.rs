@@ -171,6 +171,12 @@ fn what_is_wrong_is_told_in_a_sentence() {
             2,
             "rms_slope = -1: allowed is a number in [0.000001, 10]",
         ),
+        // Waves along y would be shorter than a cell.
+        (
+            of("gaussian", "rms_slope=[0.005,0.5]"),
+            2,
+            "rms_slope = [0.005, 0.5]: allowed is",
+        ),
         (of("gaussian", "rms_slope"), 2, "has no `=`"),
         (
             of("gaussian", "size=1"),
@@ -207,7 +213,7 @@ fn what_is_wrong_is_told_in_a_sentence() {
         (
             vec!["woven", "--pitch-um", "0"],
             2,
-            "length = 0: allowed is",
+            "pitch_um = 0: allowed is",
         ),
         (set("file=none.exr"), 3, "none.exr: cannot read this file: "),
         (

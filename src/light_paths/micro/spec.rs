@@ -1,0 +1,233 @@
+//! A micro-surface, as a config writes it.
+
+use super::super::facets::{self, FacetsSpec};
+use super::super::gathered::Event;
+use super::super::normals::{Facet, Normals};
+use super::super::smith::PATHS;
+use super::super::surface::{self, SurfaceSpec};
+use super::MicroSurface;
+use crate::brdf::{Brdf, BrdfSpec, BuildError, Channels, Part, Tables};
+use crate::error::{ParameterError, in_closed, in_left_open};
+use crate::geometry::Symmetry;
+use crate::registry::{self, Entry, ReadError, Table};
+use serde::de::IgnoredAny;
+use serde::{Deserialize, Serialize};
+
+const KIND: &str = "micro-surface";
+
+/// The registry entry.
+pub const ENTRY: Entry<dyn BrdfSpec> = Entry {
+    kind: KIND,
+    summary: "the facets of a height field (gonio list surfaces), which light meets one after the other; bounces: all, first, \
+              second, later or multiple; mirrors are counted in a cone of half_angle_deg, after the second facet of multiple_half_angle_deg",
+    examples: &[
+        "surface = { kind = \"gaussian\", rms_slope = 0.3, size = 128, correlation = 8 }\nrays = 65536\npaths = 64",
+        "surface = { kind = \"dimples\", radius = 12, depth = 6, size = 128 }\nbounces = \"second\"\nrays = 65536\npaths = 64",
+        "surface = { kind = \"woven\", thread = 16, size = 64 }\nfacets = { kind = \"diffuse\", albedo = 0.8 }\npaths = 64",
+    ],
+    read,
+};
+
+/// The keys of the table itself; `surface` and `facets`, tables with kinds of their own, are taken out before.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub(super) struct Keys {
+    pub(super) bounces: Part,
+    /// Surfaces that are averaged, each of the next seed.
+    pub(super) surfaces: usize,
+    /// Illuminated part of the edges of a period.
+    pub(super) spot: f64,
+    pub(super) half_angle_deg: f64,
+    pub(super) multiple_half_angle_deg: f64,
+    /// Paths a pair.
+    pub(super) paths: usize,
+    /// Standard error of the paths for each of the value, down to which up to 64 times as many are followed; of mirrors for light of
+    /// the first.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(super) relative_error: Option<f64>,
+    /// Paths that are kept of mirrors, for light of more than one.
+    pub(super) rays: u64,
+    pub(super) seed: u64,
+    #[serde(rename = "surface", skip_serializing)]
+    _surface: IgnoredAny,
+    #[serde(rename = "facets", skip_serializing)]
+    _facets: IgnoredAny,
+}
+
+impl Default for Keys {
+    fn default() -> Self {
+        Self {
+            bounces: Part::All,
+            surfaces: 1,
+            spot: 1.0,
+            half_angle_deg: 1.0,
+            multiple_half_angle_deg: 4.0,
+            paths: 256,
+            relative_error: None,
+            rays: 1 << 23,
+            seed: 1,
+            _surface: IgnoredAny,
+            _facets: IgnoredAny,
+        }
+    }
+}
+
+/// Cells of a surface that is drawn that are illuminated at least: of fewer normals no pair has a value.
+const FEWEST: f64 = 64.0;
+
+/// Facets of a height field, as a config writes them.
+#[derive(Debug)]
+pub struct MicroSurfaceSpec {
+    pub(super) keys: Keys,
+    pub(super) surface: Box<dyn SurfaceSpec>,
+    pub(super) facets: FacetsSpec,
+}
+
+fn read(mut table: Table<'_>) -> Result<Box<dyn BrdfSpec>, ReadError> {
+    let span = table.span();
+    let surface = registry::take_table(&mut table, "surface")?;
+    let facets = match registry::take_table(&mut table, "facets")? {
+        Some(table) => facets::read(table)?,
+        None => FacetsSpec::default(),
+    };
+    let keys = registry::parse(table)?;
+    let Some(surface) = surface else {
+        let message =
+            "surface is missing from the micro-surface; allowed: a table with a kind of surface";
+        return Err(ReadError::at(span, message));
+    };
+    Ok(Box::new(MicroSurfaceSpec {
+        keys,
+        surface: surface::read(surface)?,
+        facets,
+    }))
+}
+
+impl MicroSurfaceSpec {
+    /// Angle about a half vector of the normals whose mirror directions lie within the asked one.
+    pub(super) fn cone(&self) -> f64 {
+        0.5 * self.keys.half_angle_deg.to_radians()
+    }
+
+    pub(super) fn in_surface(e: BuildError) -> BuildError {
+        match e {
+            BuildError::Parameter(mut e) => {
+                e.key = format!("surface.{}", e.key);
+                e.into()
+            }
+            data => data,
+        }
+    }
+}
+
+impl BrdfSpec for MicroSurfaceSpec {
+    fn resolved(&self) -> registry::Keys {
+        let mut table = registry::resolved(KIND, &self.keys);
+        table.insert("surface".into(), self.surface.resolved().into());
+        table.insert("facets".into(), self.facets.resolved().into());
+        table
+    }
+
+    fn label(&self) -> String {
+        let mut label = format!("micro-{}", self.surface.label());
+        if let Some(facets) = self.facets.label() {
+            label += &format!("-{facets}");
+        }
+        if self.keys.bounces != Part::All {
+            label += &format!("-{}", self.keys.bounces);
+        }
+        label
+    }
+
+    fn check(&self, channels: &Channels) -> Result<(), BuildError> {
+        let keys = &self.keys;
+        self.surface.check().map_err(Self::in_surface)?;
+        self.facets.check(channels)?;
+        let whole = |key: &str, value: u64, [least, most]: [u64; 2]| match (least..=most)
+            .contains(&value)
+        {
+            true => Ok(()),
+            false => {
+                let allowed = format!("a whole number from {least} to {most}");
+                Err(ParameterError::new(key, value, allowed))
+            }
+        };
+        let most = if self.surface.is_random() { 64 } else { 1 };
+        whole("surfaces", keys.surfaces as u64, [1, most]).map_err(|e| match most {
+            1 => ParameterError::new("surfaces", keys.surfaces, "1 of a surface without a seed"),
+            _ => e,
+        })?;
+        in_left_open("spot", keys.spot, 0.0, 1.0)?;
+        in_closed("half_angle_deg", keys.half_angle_deg, 0.2, 10.0)?;
+        in_closed(
+            "multiple_half_angle_deg",
+            keys.multiple_half_angle_deg,
+            0.5,
+            20.0,
+        )?;
+        let [least, most] = PATHS.map(|n| n as u64);
+        whole(
+            "paths",
+            keys.paths as u64,
+            [least * keys.surfaces as u64, most],
+        )?;
+        if let Some(error) = keys.relative_error {
+            in_closed("relative_error", error, 1e-3, 1.0)?;
+            if let (FacetsSpec::Mirror(_), false) =
+                (&self.facets, keys.bounces.classes().contains(&0))
+            {
+                let allowed = "none: light of more than one mirror is counted among rays";
+                return Err(ParameterError::new("relative_error", error, allowed).into());
+            }
+        }
+        whole("rays", keys.rays, [1 << 10, 1 << 28])?;
+        let cells = self.surface.cells() as f64;
+        if self.surface.is_random() && keys.spot * keys.spot * cells < FEWEST {
+            let allowed =
+                format!("so large that {FEWEST} cells are illuminated; the period has {cells}");
+            return Err(ParameterError::new("spot", keys.spot, allowed).into());
+        }
+        Ok(())
+    }
+
+    fn symmetry(&self, _channels: &Channels) -> Result<Symmetry, BuildError> {
+        Ok(self.surface.symmetry())
+    }
+
+    /// Of heights that are drawn there is nothing to tell before they are.
+    fn remarks(&self) -> Vec<String> {
+        let known = (!self.surface.is_random()).then(|| self.surface.build(0));
+        let Some(Ok(field)) = known else {
+            return Vec::new();
+        };
+        let mut remarks = self.surface.remarks(&field);
+        if let FacetsSpec::Mirror(_) = self.facets
+            && Normals::new(&field, self.keys.spot, self.cone()).are_few()
+        {
+            remarks.push(
+                "its mirrors have a few normals only, so that no pair has a value; gonio surface and gonio paths tell where light goes"
+                    .into(),
+            );
+        }
+        remarks
+    }
+
+    fn build(&self, channels: Channels) -> Result<Box<dyn Brdf>, BuildError> {
+        self.check(&channels)?;
+        Ok(Box::new(MicroSurface::new(self, channels)?))
+    }
+
+    fn tables(&self) -> Tables {
+        // Of a cell a height and, of mirrors, two facets; of a path that is kept its directions, twice for a while: half of them at most.
+        let of_facets = self.facets.tables();
+        let [cell, path] = match self.facets {
+            FacetsSpec::Mirror(_) => [4 + 2 * size_of::<Facet>(), size_of::<Event>()],
+            _ => [4, 0],
+        };
+        let cells = self.keys.surfaces * self.surface.cells();
+        Tables {
+            files: [self.surface.files(), of_facets.files].concat(),
+            channel_bytes: of_facets.channel_bytes + cells * cell + self.keys.rays as usize * path,
+        }
+    }
+}
