@@ -145,6 +145,21 @@ pub fn in_closed(key: &str, value: f64, lo: f64, hi: f64) -> Result<f64, Paramet
     }
 }
 
+/// Checks that a whole number is one of `least..=most`.
+pub fn in_whole(
+    key: &str,
+    value: usize,
+    [least, most]: [usize; 2],
+) -> Result<usize, ParameterError> {
+    match (least..=most).contains(&value) {
+        true => Ok(value),
+        false => {
+            let allowed = format!("a whole number from {least} to {most}");
+            Err(ParameterError::new(key, value, allowed))
+        }
+    }
+}
+
 /// The error behind an error.
 pub type Cause = Box<dyn std::error::Error + Send + Sync>;
 

@@ -222,6 +222,22 @@ fn sync(file: &File) -> io::Result<()> {
     }
 }
 
+/// The first layer that can be read of an OpenEXR file, in its finest resolution.
+#[cfg(any(feature = "pictures", feature = "surfaces"))]
+pub fn exr_layer(
+    path: &Path,
+) -> exr::error::Result<exr::prelude::Layer<exr::prelude::AnyChannels<exr::prelude::FlatSamples>>> {
+    use exr::prelude::{ReadChannels, ReadLayers};
+    let image = exr::prelude::read()
+        .no_deep_data()
+        .largest_resolution_level()
+        .all_channels()
+        .first_valid_layer()
+        .all_attributes()
+        .from_file(path)?;
+    Ok(image.layer_data)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -1,5 +1,8 @@
 //! Light by the number of facets it met: closed forms, an independent walk, energy and laws within errors.
 
+mod common;
+
+use common::light::assert_paths_bring_what_values_promise;
 use gonio::brdf::microfacet::{Beckmann, Distribution, FresnelSpec, Ggx, Microfacet};
 use gonio::brdf::{
     Brdf, CLASSES, Channels, Part, Roughness, SampleBrdf, Spectrum, SplitBrdf, laws,
@@ -238,8 +241,7 @@ fn errors_are_what_values_are_off_by() {
     }
 }
 
-/// What leaves along paths is what values integrate to, of each class: two ways that share the walk alone, one by what a facet
-/// sends to the sensor, one by where light goes.
+/// Of coloured facets too, and of rough ones along one axis.
 #[test]
 fn paths_bring_what_values_promise() {
     let alpha = Roughness::Anisotropic([0.3, 0.8]);
@@ -250,47 +252,7 @@ fn paths_bring_what_values_promise() {
     ));
     for facets in [coloured, white()] {
         let surface = surface::<Ggx>(alpha, &facets, 8);
-        let n = 1 << 18;
-        let mut along = [[0.0; 2]; CLASSES];
-        let blocks = 16;
-        for block in 0..blocks {
-            surface.paths(block, n / blocks as usize, &mut |path| {
-                assert!(path.pair.is_above_horizon() && path.met > 0);
-                let class = &mut along[Part::of(path.met).classes().start];
-                class[0] += path.light;
-                class[1] += path.light * path.light;
-            });
-        }
-        // Both directions as their cosines: density cos cos / π², so the mean of π² f is the integral, and π f of the shares.
-        let random = Random::new(11);
-        let pairs = 1 << 16;
-        let mut values = [[0.0; 2]; CLASSES];
-        for i in 0..pairs {
-            let [a, b, c, d] = random.point(i);
-            let pair = DirectionPair::new(cosine_hemisphere([a, b]), cosine_hemisphere([c, d]));
-            let split = surface.split(&pair);
-            for (sum, value) in values.iter_mut().zip(&split.value) {
-                let value = std::f64::consts::PI * value[0];
-                sum[0] += value;
-                sum[1] += value * value;
-            }
-        }
-        let mean = |[sum, square]: [f64; 2], n: f64| {
-            let mean = sum / n;
-            (mean, ((square / n - mean * mean) / n).sqrt())
-        };
-        for class in 0..CLASSES {
-            let (a, ea) = mean(along[class], n as f64);
-            let (b, eb) = mean(values[class], pairs as f64);
-            assert!(
-                (a - b).abs() < 4.0 * ea.hypot(eb),
-                "{class}: {a} ± {ea}, {b} ± {eb}"
-            );
-            assert!(
-                ea < 0.01 * a && eb < 0.03 * b,
-                "{class}: {a} ± {ea}, {b} ± {eb}"
-            );
-        }
+        assert_paths_bring_what_values_promise(&surface, [1 << 18, 1 << 16], [0.01, 0.03]);
     }
 }
 
@@ -343,11 +305,7 @@ mod surfaces {
         omega_i: Direction,
         rays: u64,
     ) -> Energies {
-        let spec = TransportSpec {
-            rays,
-            seed: 3,
-            last: usize::MAX,
-        };
+        let spec = TransportSpec { rays, seed: 3 };
         Transport::new(Arc::new(field.clone()), facets, &Channels::Luminance)
             .unwrap()
             .energies(omega_i, &spec)

@@ -1,6 +1,10 @@
 //! Facets of height fields as BRDFs: energy, errors, and what their slopes alone would do.
 #![cfg(feature = "surfaces")]
 
+mod common;
+
+use common::cosine_pair;
+use common::light::assert_paths_bring_what_values_promise;
 use gonio::brdf::microfacet::{Beckmann, FresnelSpec, Microfacet};
 use gonio::brdf::{
     self, Brdf, BrdfSpec, CLASSES, Channels, Part, Presence, Roughness, Split, laws,
@@ -143,8 +147,7 @@ fn errors_are_what_surfaces_differ_by() {
         let (mut squares, mut n) = ([0.0; CLASSES + 1], [0.0; CLASSES + 1]);
         let random = Random::new(2);
         for i in 0..150 {
-            let [a, b, c, d] = random.point(i);
-            let pair = DirectionPair::new(cosine_hemisphere([a, b]), cosine_hemisphere([c, d]));
+            let pair = cosine_pair(&random, i);
             let splits: Vec<Split> = all
                 .iter()
                 .map(|m| m.as_split().unwrap().split(&pair))
@@ -154,10 +157,9 @@ fn errors_are_what_surfaces_differ_by() {
                 for (i, part) in parts.enumerate() {
                     let [a, b] = [&splits[a], &splits[b]];
                     let error = a.error(part).hypot(b.error(part));
-                    if error > 0.0 {
-                        squares[i] += ((a.part(part)[0] - b.part(part)[0]) / error).powi(2);
-                        n[i] += 1.0;
-                    }
+                    assert!(error > 0.0, "{facets} {part} {pair:?}");
+                    squares[i] += ((a.part(part)[0] - b.part(part)[0]) / error).powi(2);
+                    n[i] += 1.0;
                 }
             }
         }
@@ -173,57 +175,13 @@ fn errors_are_what_surfaces_differ_by() {
     }
 }
 
-/// What leaves along paths is what values integrate to, of each class.
 #[test]
 fn paths_bring_what_values_promise() {
     for facets in [MIRRORS, WHITE] {
         let surface = "surface = { kind = \"gaussian\", rms_slope = 0.7, size = 512, seed = 4 }";
         let material = build(&format!("{surface}\n{facets}\nrays = 2000000\npaths = 64"));
         let split = material.as_split().unwrap();
-        let (mut along, n) = ([[0.0; 2]; CLASSES], 1 << 18);
-        // By reciprocity as much goes from steep to grazing as back.
-        let mut ways = [0.0; 2];
-        for block in 0..16 {
-            split.paths(block, n / 16, &mut |path| {
-                let class = &mut along[Part::of(path.met).classes().start];
-                class[0] += path.light;
-                class[1] += path.light * path.light;
-                let steep = [path.pair.omega_i, path.pair.omega_o].map(|o| o.cos_theta() > 0.7);
-                match steep {
-                    [true, false] => ways[0] += path.light,
-                    [false, true] => ways[1] += path.light,
-                    _ => {}
-                }
-            });
-        }
-        assert!(
-            (ways[0] - ways[1]).abs() < 4.0 * (ways[0] + ways[1]).sqrt(),
-            "{ways:?}"
-        );
-        let (mut values, pairs) = ([[0.0; 2]; CLASSES], 1 << 14);
-        let random = Random::new(11);
-        for i in 0..pairs {
-            let [a, b, c, d] = random.point(i);
-            let pair = DirectionPair::new(cosine_hemisphere([a, b]), cosine_hemisphere([c, d]));
-            let split = split.split(&pair);
-            for (sum, value) in values.iter_mut().zip(&split.value) {
-                sum[0] += PI * value[0];
-                sum[1] += (PI * value[0]).powi(2);
-            }
-        }
-        let mean = |[sum, square]: [f64; 2], n: f64| {
-            let mean = sum / n;
-            (mean, ((square / n - mean * mean) / n).sqrt())
-        };
-        for class in 0..CLASSES {
-            let (a, ea) = mean(along[class], n as f64);
-            let (b, eb) = mean(values[class], pairs as f64);
-            assert!(
-                (a - b).abs() < 4.0 * ea.hypot(eb),
-                "{facets} {class}: {a} ± {ea}, {b} ± {eb}"
-            );
-            assert!(ea < 0.02 * a && eb < 0.05 * b);
-        }
+        assert_paths_bring_what_values_promise(split, [1 << 18, 1 << 14], [0.02, 0.05]);
     }
 }
 

@@ -81,7 +81,23 @@ pub struct SplitErrors {
     pub sum: f64,
 }
 
+/// Of each class, and of their sum.
+impl From<[f64; CLASSES + 1]> for SplitErrors {
+    fn from([a, b, c, sum]: [f64; CLASSES + 1]) -> Self {
+        let classes = [a, b, c];
+        Self { classes, sum }
+    }
+}
+
 impl SplitErrors {
+    /// Those of a sum with something that has nothing to do with it.
+    pub fn hypot(&self, other: &Self) -> Self {
+        Self {
+            classes: std::array::from_fn(|i| self.classes[i].hypot(other.classes[i])),
+            sum: self.sum.hypot(other.sum),
+        }
+    }
+
     /// That of a part; of two classes as if they had nothing to do with each other.
     pub fn of(&self, part: Part) -> f64 {
         match part {
@@ -105,6 +121,15 @@ pub struct Split {
 }
 
 impl Split {
+    /// No light, in so many channels.
+    pub fn dark(channels: usize) -> Self {
+        Self {
+            value: [(); CLASSES].map(|()| ChannelValues::from_elem(0.0, channels)),
+            transport: SplitErrors::default(),
+            realisation: SplitErrors::default(),
+        }
+    }
+
     /// Values of a part, one a channel.
     pub fn part(&self, part: Part) -> ChannelValues {
         let mut classes = self.value[part.classes()].iter();

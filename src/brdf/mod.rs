@@ -236,6 +236,17 @@ pub enum BuildError {
 }
 
 impl BuildError {
+    /// The same of a table inside another, with its key spelled from the outer one.
+    pub fn within(self, table: &str) -> Self {
+        match self {
+            BuildError::Parameter(mut e) => {
+                e.key = format!("{table}.{}", e.key);
+                e.into()
+            }
+            data => data,
+        }
+    }
+
     /// That of a file, in one sentence.
     pub fn data(path: &Path, message: impl std::fmt::Display) -> Self {
         BuildError::Data {

@@ -70,11 +70,13 @@ impl BrdfSpec for RetroReflectiveSpec {
     }
 
     fn check(&self, channels: &Channels) -> Result<(), BuildError> {
-        self.of.check(channels).map_err(inside)
+        self.of.check(channels).map_err(|e| e.within("of"))
     }
 
     fn symmetry(&self, channels: &Channels) -> Result<Symmetry, BuildError> {
-        Ok(symmetry(self.of.symmetry(channels).map_err(inside)?))
+        Ok(symmetry(
+            self.of.symmetry(channels).map_err(|e| e.within("of"))?,
+        ))
     }
 
     fn is_constant(&self) -> bool {
@@ -82,7 +84,7 @@ impl BrdfSpec for RetroReflectiveSpec {
     }
 
     fn build(&self, channels: Channels) -> Result<Box<dyn Brdf>, BuildError> {
-        let of = self.of.build(channels).map_err(inside)?;
+        let of = self.of.build(channels).map_err(|e| e.within("of"))?;
         Ok(Box::new(RetroReflective::new(of)))
     }
 
@@ -92,17 +94,6 @@ impl BrdfSpec for RetroReflectiveSpec {
 
     fn tables(&self) -> Tables {
         self.of.tables()
-    }
-}
-
-/// The error of the material inside, with its key spelled from the outer table.
-fn inside(e: BuildError) -> BuildError {
-    match e {
-        BuildError::Parameter(mut e) => {
-            e.key = format!("of.{}", e.key);
-            e.into()
-        }
-        data => data,
     }
 }
 

@@ -116,7 +116,9 @@ impl BrdfSpec for SumSpec {
         }
         for (j, c) in self.component.iter().enumerate() {
             in_closed(&format!("component[{j}].weight"), c.weight, 0.0, 1e6)?;
-            c.brdf.check(channels).map_err(|e| inside(j, e))?;
+            c.brdf
+                .check(channels)
+                .map_err(|e| e.within(&format!("component[{j}].brdf")))?;
         }
         Ok(())
     }
@@ -144,7 +146,10 @@ impl BrdfSpec for SumSpec {
         self.check(&channels)?;
         let mut components = Vec::with_capacity(self.component.len());
         for (j, c) in self.component.iter().enumerate() {
-            let brdf = c.brdf.build(channels.clone()).map_err(|e| inside(j, e))?;
+            let brdf = c
+                .brdf
+                .build(channels.clone())
+                .map_err(|e| e.within(&format!("component[{j}].brdf")))?;
             components.push((c.weight, brdf));
         }
         Ok(Box::new(Sum::new(components, channels)))
@@ -163,17 +168,6 @@ impl BrdfSpec for SumSpec {
             all.channel_bytes += tables.channel_bytes;
         }
         all
-    }
-}
-
-/// The error of component `j`, with its key spelled from the sum's table.
-fn inside(j: usize, e: BuildError) -> BuildError {
-    match e {
-        BuildError::Parameter(mut e) => {
-            e.key = format!("component[{j}].brdf.{}", e.key);
-            e.into()
-        }
-        data => data,
     }
 }
 

@@ -2,12 +2,10 @@
 
 use super::ThreadArgs;
 use super::brdf_args::BrdfArgs;
-use super::output::OutputArgs;
-use super::talk::wrote;
+use super::output::{OutputArgs, write_text};
 use crate::analysis::{self, Averaging, Scale, Weight};
 use crate::brdf::Brdf;
 use crate::error::Error;
-use crate::files::write_atomically;
 use crate::geometry::{DirectionPair, Symmetry};
 use crate::metrics::{self, Measure, MetricsSpec};
 use crate::parametrization;
@@ -18,7 +16,6 @@ use crate::report::{
 };
 use clap::{ArgGroup, Args, ValueEnum};
 use serde::Serialize;
-use std::io::Write;
 use std::path::PathBuf;
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
@@ -104,11 +101,7 @@ impl Distortion {
         let Some(path) = &self.picture else {
             return Ok(());
         };
-        let svg = alignment_svg(&rows)?;
-        write_atomically(path, |out| out.write_all(svg.as_bytes()))
-            .map_err(|e| Error::output(path, format!("cannot write this file: {e}")))?;
-        wrote(path);
-        Ok(())
+        write_text(path, &alignment_svg(&rows)?)
     }
 
     /// The shares of every material in every parametrization.

@@ -37,6 +37,43 @@ pub(super) fn print_json(value: &impl Serialize) -> Result<(), Error> {
     print(&(text + "\n"))
 }
 
+/// Where a picture of what is printed goes.
+#[derive(Debug, Args)]
+pub(super) struct DrawingArgs {
+    /// Draw it into this file (*.svg) as well
+    #[arg(short, long, value_name = "FILE")]
+    output: Option<PathBuf>,
+    /// Replace the file if it exists
+    #[arg(long, requires = "output")]
+    force: bool,
+}
+
+impl DrawingArgs {
+    /// Refuses to replace a file unless told to; before anything is computed.
+    pub(super) fn check(&self) -> Result<(), Error> {
+        match &self.output {
+            Some(path) => refuse_existing(path, self.force),
+            None => Ok(()),
+        }
+    }
+
+    /// Draws, if that is asked for.
+    pub(super) fn write(&self, svg: impl FnOnce() -> Result<String, Error>) -> Result<(), Error> {
+        match &self.output {
+            Some(path) => write_text(path, &svg()?),
+            None => Ok(()),
+        }
+    }
+}
+
+/// Writes a file of text, and says so.
+pub(super) fn write_text(path: &Path, text: &str) -> Result<(), Error> {
+    write_atomically(path, |out| out.write_all(text.as_bytes()))
+        .map_err(|e| Error::output(path, format!("cannot write this file: {e}")))?;
+    wrote(path);
+    Ok(())
+}
+
 /// How, and where to.
 #[derive(Debug, Args)]
 pub(super) struct OutputArgs {

@@ -1,21 +1,17 @@
 //! `gonio paths`.
 
 use super::brdf_args::BrdfArgs;
-use super::output::JsonArgs;
+use super::output::{DrawingArgs, JsonArgs};
 use super::progress::Progress;
-use super::talk::wrote;
-use super::{ThreadArgs, build, choose_material, print, refuse_existing};
+use super::{ThreadArgs, build, choose_material, print};
 use crate::analysis::bounces::{self, ChartBounces, PathSample};
 use crate::brdf::{Brdf, Channels, Part, SplitBrdf};
 use crate::error::{Error, ParameterError, in_left_open};
 use crate::experiment::materials;
-use crate::files::write_atomically;
 use crate::parametrization;
 use crate::registry;
 use crate::report::BouncesReport;
 use clap::{Args, ValueEnum};
-use std::io::Write;
-use std::path::PathBuf;
 
 /// Classes of light.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
@@ -61,12 +57,8 @@ pub(super) struct PathsArgs {
     purity: f64,
     #[command(flatten)]
     json: JsonArgs,
-    /// Draw maps of each parametrization into this file (*.svg) as well
-    #[arg(short, long, value_name = "FILE")]
-    output: Option<PathBuf>,
-    /// Replace the file if it exists
-    #[arg(long, requires = "output")]
-    force: bool,
+    #[command(flatten)]
+    drawing: DrawingArgs,
     #[command(flatten)]
     threads: ThreadArgs,
 }
@@ -79,9 +71,7 @@ fn purity(text: &str) -> Result<f64, ParameterError> {
 impl PathsArgs {
     pub(super) fn run(self) -> Result<(), Error> {
         self.threads.apply()?;
-        if let Some(path) = &self.output {
-            refuse_existing(path, self.force)?;
-        }
+        self.drawing.check()?;
         let plan = self.brdf.plan(&self.brdf.source()?)?;
         let material = choose_material(&plan.materials, None)?;
         let brdf = build(material, plan.seen_in(Channels::Luminance))?;
@@ -119,13 +109,7 @@ impl PathsArgs {
             true => print(&format!("{}\n", report.json()))?,
             false => print(&report.text())?,
         }
-        if let Some(path) = &self.output {
-            let svg = report.svg()?;
-            write_atomically(path, |out| out.write_all(svg.as_bytes()))
-                .map_err(|e| Error::output(path, format!("cannot write this file: {e}")))?;
-            wrote(path);
-        }
-        Ok(())
+        self.drawing.write(|| report.svg())
     }
 }
 

@@ -1,20 +1,17 @@
 //! `gonio subset`.
 
 use super::brdf_args::BrdfArgs;
-use super::refuse_existing;
-use super::talk::wrote;
+use super::output::DrawingArgs;
 use super::{ThreadArgs, build, choose_material, member, print};
 use crate::analysis::bounces::PathSample;
 use crate::analysis::{Reach, Subset as LightPaths};
 use crate::brdf::{Brdf, Channels};
 use crate::error::Error;
-use crate::files::write_atomically;
 use crate::geometry::Symmetry;
 use crate::instrument::{self, Machine};
 use crate::parametrization;
 use crate::report::SubsetReport;
 use clap::{Args, ValueEnum};
-use std::{io::Write, path::PathBuf};
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 enum Format {
@@ -55,12 +52,8 @@ pub(super) struct Subset {
     /// JSON: the same as --format json
     #[arg(long, conflicts_with = "format")]
     json: bool,
-    /// Draw it into this file (*.svg) as well
-    #[arg(short, long, value_name = "FILE")]
-    output: Option<PathBuf>,
-    /// Replace the file if it exists
-    #[arg(long, requires = "output")]
-    force: bool,
+    #[command(flatten)]
+    drawing: DrawingArgs,
     #[command(flatten)]
     threads: ThreadArgs,
 }
@@ -68,9 +61,7 @@ pub(super) struct Subset {
 impl Subset {
     pub(super) fn run(self) -> Result<(), Error> {
         self.threads.apply()?;
-        if let Some(path) = &self.output {
-            refuse_existing(path, self.force)?;
-        }
+        self.drawing.check()?;
         let entries = parametrization::all();
         let name = &self.parametrization;
         let entry = member("--parametrization", "parametrization", name, &entries)?;
@@ -117,14 +108,10 @@ impl Subset {
             Format::Text if !self.json => print(&report.text())?,
             Format::Text | Format::Json => print(&format!("{:#}\n", report.json()))?,
         }
-        if let Some(path) = &self.output {
+        self.drawing.write(|| {
             let title = format!("{}: {}", self.parametrization, self.bounds);
-            let svg = crate::report::svg(&title, &report.panels(&background()?), 3)?;
-            write_atomically(path, |out| out.write_all(svg.as_bytes()))
-                .map_err(|e| Error::output(path, format!("cannot write this file: {e}")))?;
-            wrote(path);
-        }
-        Ok(())
+            crate::report::svg(&title, &report.panels(&background()?), 3)
+        })
     }
 
     /// The material, if one is named.

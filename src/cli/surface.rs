@@ -106,7 +106,6 @@ impl SurfaceArgs {
         let spec = TransportSpec {
             rays: self.rays,
             seed: self.seed,
-            last: usize::MAX,
         };
         let light = self.elevation.iter().map(|&elevation_deg| {
             let light =

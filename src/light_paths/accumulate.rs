@@ -74,16 +74,12 @@ impl Bounces {
             0 | 1 => f64::INFINITY,
             _ => (square / (n * (n - 1.0))).sqrt(),
         };
-        let [a, b, c, sum] = self.moments.map(error);
         Split {
             value: self.sums.each_ref().map(|sums| {
                 let mean: ChannelValues = sums.iter().map(|s| s / n.max(1.0)).collect();
                 seen(mean, followed, channels)
             }),
-            transport: SplitErrors {
-                classes: [a, b, c],
-                sum,
-            },
+            transport: self.moments.map(error).into(),
             realisation: SplitErrors::default(),
         }
     }

@@ -157,34 +157,27 @@ impl FacetsSpec {
     /// # Errors
     /// The first parameter outside its range, or a file that cannot be used.
     pub fn check(&self, channels: &Channels) -> Result<(), BuildError> {
-        let within = |mut e: ParameterError, table: &str| {
-            e.key = format!("{table}.{}", e.key);
-            BuildError::Parameter(e)
-        };
-        let own = |e| within(e, "facets");
         match self {
-            FacetsSpec::Mirror(fresnel) => fresnel.check(channels).map_err(own),
+            FacetsSpec::Mirror(fresnel) => fresnel.check(channels).map_err(BuildError::from),
             FacetsSpec::Diffuse(spec) => spec
                 .albedo
                 .check("albedo", 0.0, 1.0, channels)
-                .map(drop)
-                .map_err(own),
+                .map_err(BuildError::from),
             FacetsSpec::Material(spec) => {
-                let told = |e| match e {
-                    BuildError::Parameter(e) => within(e, "facets.brdf"),
-                    data => data,
-                };
+                let told = |e: BuildError| e.within("brdf");
                 spec.check(channels).map_err(told)?;
                 match spec.symmetry(channels).map_err(told)?.isotropic {
                     true => Ok(()),
-                    false => Err(own(ParameterError::new(
-                        "brdf",
-                        spec.label(),
-                        "an isotropic material",
-                    ))),
+                    false => {
+                        Err(
+                            ParameterError::new("brdf", spec.label(), "an isotropic material")
+                                .into(),
+                        )
+                    }
                 }
             }
         }
+        .map_err(|e| e.within("facets"))
     }
 
     /// The files they read and the tables they hold.

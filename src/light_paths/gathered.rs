@@ -11,7 +11,7 @@
 use super::accumulate::seen;
 use super::normals::{BLOCKS, block_of};
 use super::transport::{Drawn, Transport};
-use crate::brdf::{CLASSES, ChannelValues, Channels, Part, Split, SplitErrors};
+use crate::brdf::{CLASSES, ChannelValues, Channels, Part, Split};
 use crate::geometry::Symmetry;
 use crate::sampling::{Random, gauss_legendre};
 use glam::{DMat3, DVec3};
@@ -19,8 +19,8 @@ use rayon::prelude::*;
 use smallvec::smallvec;
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
-/// Paths of a block, which has numbers of its own.
-const BLOCK: u64 = 1 << 14;
+/// Paths of a block at most, which has numbers of its own.
+const BLOCK: usize = 1 << 14;
 
 /// The largest number of squares along an axis: memory of four axes.
 const MOST: f64 = 48.0;
@@ -57,7 +57,7 @@ pub(super) struct Drawing {
     /// Angle about light and sensor.
     pub radius: f64,
     /// Paths in all.
-    pub rays: u64,
+    pub rays: usize,
     /// Illuminated part of the edges of a period.
     pub spot: f64,
     /// Facets after which a path is not followed.
@@ -76,14 +76,15 @@ impl Gathered {
             symmetry,
         } = drawing;
         let channels = surfaces[0].channels().count();
-        let blocks = rays.div_ceil(BLOCK);
-        let parts: Vec<(Vec<Event>, Vec<f32>)> = (0..blocks)
+        // Each surface has some, of few paths too.
+        let block = BLOCK.min(rays.div_ceil(surfaces.len()));
+        let parts: Vec<(Vec<Event>, Vec<f32>)> = (0..rays.div_ceil(block))
             .into_par_iter()
-            .map(|block| {
-                let mut stream = random.stream(block);
-                let surface = block as usize % surfaces.len();
+            .map(|place| {
+                let mut stream = random.stream(place as u64);
+                let surface = place % surfaces.len();
                 let (mut events, mut light) = (Vec::new(), Vec::new());
-                for _ in 0..BLOCK.min(rays - block * BLOCK) {
+                for _ in 0..block.min(rays - place * block) {
                     let mut weight: ChannelValues = smallvec![1.0; channels];
                     let drawn = surfaces[surface].draw(spot, last, &mut weight, &mut stream);
                     if let Some(drawn) = drawn.filter(|drawn| drawn.met > 1) {
@@ -139,26 +140,23 @@ impl Gathered {
         followed: &Channels,
         channels: &Channels,
     ) -> Split {
-        let mut found: Vec<(u32, f64)> = Vec::new();
         let images = images(pair, self.symmetry);
-        // What one path more would bring.
-        let mut one = 0.0f64;
-        for image in &images {
-            let [light, sensor] = image.map(|v| cone(v.x.hypot(v.y).atan2(v.z), self.radius));
-            let scale = self.begun * light * sensor * images.len() as f64 / PI;
-            if scale > 0.0 {
-                one = one.max(1.0 / scale);
-                self.about(*image, |event| found.push((event, 1.0 / scale)));
-            }
-        }
+        // What a path brings; elevations, and so the cones, are those of the pair in every image.
+        let [light, sensor] = pair.map(|v| cone(v.x.hypot(v.y).atan2(v.z), self.radius));
+        let measure = self.begun * light * sensor * images.len() as f64 / PI;
+        let one = if measure > 0.0 { 1.0 / measure } else { 0.0 };
+        let mut found: Vec<u32> = Vec::new();
+        images
+            .iter()
+            .for_each(|image| self.about(*image, |event| found.push(event)));
         // A path that is near in several ways is one path.
-        found.sort_unstable_by_key(|(event, _)| *event);
+        found.sort_unstable();
         let mut value = [(); CLASSES].map(|()| ChannelValues::from_elem(0.0, self.channels));
         let mut squares = [0.0; CLASSES + 1];
         let mut sums = vec![[0.0; CLASSES + 1]; self.groups];
-        for same in found.chunk_by(|a, b| a.0 == b.0) {
-            let place = same[0].0 as usize;
-            let scale = same.iter().map(|(_, scale)| scale).sum::<f64>();
+        for same in found.chunk_by(|a, b| a == b) {
+            let place = same[0] as usize;
+            let scale = one * same.len() as f64;
             let event = &self.events[place];
             let light = &self.light[place * self.channels..][..self.channels];
             let light: ChannelValues = light.iter().map(|w| scale * f64::from(*w)).collect();
@@ -182,8 +180,8 @@ impl Gathered {
         }
         Split {
             value: value.map(|v| seen(v, followed, channels)),
-            transport: errors(squares.map(f64::sqrt)),
-            realisation: errors(realisation),
+            transport: squares.map(f64::sqrt).into(),
+            realisation: realisation.into(),
         }
     }
 
@@ -225,14 +223,6 @@ pub(super) fn beyond(
         let whole = spread * n / (n - 1.0).max(1.0);
         (whole - squares[i]).max(0.0).sqrt()
     })
-}
-
-/// Of each class, and of their sum.
-pub(super) fn errors([a, b, c, sum]: [f64; CLASSES + 1]) -> SplitErrors {
-    SplitErrors {
-        classes: [a, b, c],
-        sum,
-    }
 }
 
 /// Pairs that mean the same as `pair`, by exchange, mirrors and turns.

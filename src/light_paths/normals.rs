@@ -281,7 +281,7 @@ impl Density {
     }
 
     /// D at each of `images` of a unit vector, which mean the same, and its standard error, of which more surface is the cure;
-    /// sr⁻¹.
+    /// sr⁻¹. Where there is no facet another surface may have one: the error is that of a cell.
     pub(super) fn at(&self, all: &[Normals], images: &[DVec3]) -> [f64; 2] {
         let blocks = self.cells.len();
         let mut areas = vec![0.0; blocks];
@@ -316,7 +316,7 @@ impl Density {
             .filter(|(_, cells)| **cells > 0.0);
         let squares = squares.map(|(a, cells)| (a / (cells * self.solid_angle) - mean).powi(2));
         let error = (squares.sum::<f64>() / (used * (used - 1.0).max(1.0))).sqrt();
-        [mean, error]
+        [mean, if mean > 0.0 { error } else { 1.0 / whole }]
     }
 }
 

@@ -10,7 +10,7 @@ use crate::brdf::{
     Brdf, BrdfSpec, BuildError, ChannelValues, Channels, Favours, LightPath, Part, Presence,
     Roughness, Split, SplitBrdf, Tables,
 };
-use crate::error::{ParameterError, count};
+use crate::error::{count, in_whole};
 use crate::geometry::{Direction, DirectionPair, Symmetry};
 use crate::registry::{self, Entry, ReadError, Table};
 use crate::sampling::{Random, cosine_hemisphere};
@@ -124,11 +124,7 @@ impl BrdfSpec for SmithMultipleSpec {
 
     fn check(&self, channels: &Channels) -> Result<(), BuildError> {
         self.keys.alpha.check("alpha")?;
-        let [least, most] = PATHS;
-        if !(least..=most).contains(&self.keys.paths) {
-            let allowed = format!("a whole number from {least} to {most}");
-            return Err(ParameterError::new("paths", self.keys.paths, allowed).into());
-        }
+        in_whole("paths", self.keys.paths, PATHS)?;
         self.facets.check(channels)?;
         Ok(())
     }
@@ -198,6 +194,7 @@ pub struct SmithMultiple<D> {
     followed: Channels,
     symmetry: Symmetry,
     paths: Paths,
+    random: Random,
     walk: Walk<D>,
 }
 
@@ -222,6 +219,7 @@ impl<D: Distribution> SmithMultiple<D> {
             },
             channels,
             followed,
+            random: Random::new(paths.seed),
             paths,
         })
     }
@@ -269,7 +267,7 @@ impl<D: Distribution> SplitBrdf for SmithMultiple<D> {
         let mut bounces = Bounces::new(channels);
         if pair.is_above_horizon() {
             let (pair, key) = canonical(pair, self.symmetry);
-            let mut random = stream(&Random::new(self.paths.seed), &key);
+            let mut random = stream(&self.random, &key);
             let ways = [pair, [pair[1], pair[0]]];
             for path in 0..self.paths.paths {
                 self.walk

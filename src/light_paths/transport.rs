@@ -31,8 +31,6 @@ pub struct TransportSpec {
     pub rays: u64,
     /// Another one gives other rays.
     pub seed: u64,
-    /// Facets after which a ray is not followed; what has more is left out.
-    pub last: usize,
 }
 
 /// Shares of the light of one direction: luminance. Standard errors are of the rays, not of the surface, and at most as large as
@@ -88,11 +86,17 @@ impl Transport {
         channels: &Channels,
     ) -> Result<Self, BuildError> {
         let channels = accumulate::followed(channels, facets.distinct(channels));
-        Ok(Self {
+        let facets = Facets::new(facets, &channels)?;
+        Ok(Self::of(field, facets, channels))
+    }
+
+    /// Light through `field`, followed in `channels`.
+    pub(super) fn of(field: Arc<HeightField>, facets: Facets, channels: Channels) -> Self {
+        Self {
             tracer: Tracer::new(field),
-            facets: Facets::new(facets, &channels)?,
+            facets,
             channels,
-        })
+        }
     }
 
     /// Where the light of a direction goes.
@@ -112,7 +116,7 @@ impl Transport {
                     let y = (first as f64 + rays as f64 * stream.next()) / spec.rays as f64;
                     let ray = self.tracer.from_sky([x, y], -omega_i.vector());
                     let mut weight = smallvec![1.0; self.channels.count()];
-                    let path = self.path(ray, spec.last, &mut weight, &mut stream, &mut sums);
+                    let path = self.path(ray, usize::MAX, &mut weight, &mut stream, &mut sums);
                     sums.rays += 1.0;
                     if let Some((_, met)) = path {
                         let energy = self.channels.luminance(&weight);

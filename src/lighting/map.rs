@@ -248,8 +248,8 @@ type Picture = ([usize; 2], Vec<[f32; 3]>);
 #[cfg(feature = "pictures")]
 mod files {
     use super::{MapError, Path, Picture};
-    use crate::files::{UNPACKED_LIMIT, may_unpack, open};
-    use exr::prelude::{MetaData, ReadChannels, ReadLayers};
+    use crate::files::{UNPACKED_LIMIT, exr_layer, may_unpack, open};
+    use exr::prelude::MetaData;
     use image::{ImageDecoder, ImageFormat, ImageReader, Limits};
     use std::fs::File;
     use std::io::{BufReader, Read};
@@ -324,14 +324,7 @@ mod files {
     }
 
     fn exr_pixels(path: &Path) -> Result<Picture, MapError> {
-        let image = exr::prelude::read()
-            .no_deep_data()
-            .largest_resolution_level()
-            .all_channels()
-            .first_valid_layer()
-            .all_attributes()
-            .from_file(path)?;
-        let layer = image.layer_data;
+        let layer = exr_layer(path)?;
         let size = [layer.size.width(), layer.size.height()];
         let list = layer.channel_data.list;
         let find = |name: &str| {

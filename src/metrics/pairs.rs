@@ -16,7 +16,7 @@
 //! do (a cone is convex), so its distribution is cut there too. What is left is the same
 //! conditional distribution that rejection alone would give.
 
-use crate::error::{ParameterError, in_left_open};
+use crate::error::{ParameterError, in_left_open, in_whole};
 use crate::geometry::{Direction, DirectionPair};
 use crate::sampling::{Sobol, cosine_hemisphere, ggx_half_vector};
 use serde::{Deserialize, Serialize};
@@ -128,10 +128,7 @@ impl MetricsSpec {
     /// Names the key, its value and what is allowed.
     pub fn check(&self) -> Result<(), ParameterError> {
         for (key, pairs) in [("pairs", self.pairs), ("max_pairs", self.max_pairs)] {
-            if !(1..=MAX_PAIRS).contains(&pairs) {
-                let allowed = format!("a whole number from 1 to {MAX_PAIRS}");
-                return Err(ParameterError::new(key, pairs, allowed));
-            }
+            in_whole(key, pairs, [1, MAX_PAIRS])?;
         }
         in_left_open("tolerance", self.tolerance, 0.0, 1.0)?;
         in_left_open("mask_deg", self.mask_deg, 0.0, 90.0)?;

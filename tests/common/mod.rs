@@ -1,6 +1,8 @@
 //! Pairs that tests share: random ones, and the edge table every parametrization and model meets.
 #![allow(dead_code)] // Each test binary uses its part of this file.
 
+pub mod light;
+
 use glam::DVec3;
 use gonio::brdf::{Brdf, Channels};
 use gonio::geometry::{Direction, DirectionPair, Symmetry};

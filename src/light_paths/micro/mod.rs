@@ -16,16 +16,16 @@ mod spec;
 
 pub use spec::{ENTRY, MicroSurfaceSpec};
 
-use super::accumulate::{Bounces, batch, seen};
+use super::accumulate::{Bounces, batch, followed, seen as in_scene};
 use super::canonical::{canonical, stream};
 use super::facets::{Facets, FacetsSpec};
-use super::gathered::{Drawing, Gathered, MIRRORS, beyond, errors};
+use super::gathered::{Drawing, Gathered, MIRRORS, beyond};
 use super::normals::{BLOCKS, Density, Normals, in_block};
 use super::smith::{Paths, remark};
+use super::surface::Facts;
 use super::transport::Transport;
 use crate::brdf::{
-    Brdf, BuildError, CLASSES, ChannelValues, Channels, LightPath, Part, Presence, Split,
-    SplitBrdf, SplitErrors,
+    Brdf, BuildError, CLASSES, ChannelValues, Channels, LightPath, Part, Presence, Split, SplitBrdf,
 };
 use crate::geometry::{DirectionPair, Symmetry};
 use crate::numeric::DENOMINATOR_FLOOR;
@@ -71,12 +71,18 @@ impl MicroSurface {
         let fields = (0..keys.surfaces as u64).map(|draw| spec.surface.build(draw).map(Arc::new));
         let fields: Vec<_> = fields
             .collect::<Result<_, _>>()
-            .map_err(MicroSurfaceSpec::in_surface)?;
+            .map_err(|e| e.within("surface"))?;
+        let followed = followed(&channels, spec.facets.distinct(&channels));
+        let facets = Facets::new(&spec.facets, &followed)?;
         let surfaces = fields
             .iter()
-            .map(|field| Transport::new(field.clone(), &spec.facets, &channels))
-            .collect::<Result<Vec<_>, _>>()?;
-        let symmetry = spec.surface.symmetry();
+            .map(|field| Transport::of(field.clone(), facets.clone(), followed.clone()));
+        let surfaces: Vec<_> = surfaces.collect();
+        let Facts {
+            symmetry,
+            is_random,
+            ..
+        } = spec.surface.facts();
         let random = Random::new(keys.seed);
         let mut mirrors = None;
         if let FacetsSpec::Mirror(_) = &spec.facets {
@@ -107,7 +113,7 @@ impl MicroSurface {
             channels,
             keys,
             symmetry,
-            is_random: spec.surface.is_random(),
+            is_random,
             surfaces,
             random,
             mirrors,
@@ -145,81 +151,45 @@ impl MicroSurface {
             _ => vec![h],
         };
         let [density, spread] = mirrors.density.at(&mirrors.normals, &images);
-        // Weights of the draws that were seen, and that were not; the same of their squares.
-        let (mut sums, mut squares, mut within) = ([0.0; 2], [0.0; 2], 0);
-        let asked = self.keys.paths;
+        let (mut seen, asked) = (Seen::default(), self.keys.paths);
         let most = self.keys.relative_error.map_or(1, |_| ROUNDS) * asked * DRAWS;
-        let share = |sums: [f64; 2]| {
-            if sums[0] > 0.0 {
-                sums[0] / (sums[0] + sums[1])
-            } else {
-                0.0
+        for draw in 0..if density > 0.0 { most } else { 0 } {
+            if seen.draws >= asked && seen.draws.is_multiple_of(asked) {
+                let relative = seen.error() / seen.share().max(DENOMINATOR_FLOOR);
+                if self
+                    .keys
+                    .relative_error
+                    .is_none_or(|asked| relative <= asked)
+                {
+                    break;
+                }
             }
-        };
-        let error = |sums: [f64; 2], squares: [f64; 2], within: usize| {
-            let seen = share(sums);
-            match seen > 0.0 && seen < 1.0 {
-                true => {
-                    (squares[0] * (1.0 - seen).powi(2) + squares[1] * seen * seen).sqrt()
-                        / (sums[0] + sums[1])
-                }
-                // Of n draws that agree one more may not.
-                false => 1.0 / (within + 2) as f64,
-            }
-        };
-        if density > 0.0 {
-            for draw in 0..most {
-                if within >= asked && within.is_multiple_of(asked) {
-                    let rel = error(sums, squares, within) / share(sums).max(DENOMINATOR_FLOOR);
-                    if self.keys.relative_error.is_none_or(|asked| rel <= asked) {
-                        break;
-                    }
-                }
-                let image = self.image(pair, random);
-                let surface = draw % self.surfaces.len();
-                let half = (image[0] + image[1]).normalize_or(h);
-                let Some(found) = mirrors.normals[surface].draw(half, random.next()) else {
-                    continue;
-                };
-                if found.weight == 0.0 {
-                    continue;
-                }
-                within += 1;
+            let image = self.image(pair, random);
+            let surface = draw % self.surfaces.len();
+            let half = (image[0] + image[1]).normalize_or(h);
+            let found = mirrors.normals[surface].draw(half, random.next());
+            if let Some(found) = found.filter(|found| found.weight > 0.0) {
                 let surface = &self.surfaces[surface];
-                let point = surface
-                    .tracer()
-                    .on_triangle(found.triangle, [random.next(), random.next()]);
-                let place = usize::from(!surface.is_seen(&point, image));
-                sums[place] += found.weight;
-                squares[place] += found.weight * found.weight;
+                let within = [random.next(), random.next()];
+                let point = surface.tracer().on_triangle(found.triangle, within);
+                seen.add(found.weight, surface.is_seen(&point, image));
             }
         }
-        let cosines = (pair[0].z * pair[1].z).max(DENOMINATOR_FLOOR);
-        let scale = density / (4.0 * cosines);
         let transport = &self.surfaces[0];
         let mut value: ChannelValues = smallvec![0.0; transport.channels().count()];
         if let Facets::Mirror(fresnel) = transport.facets() {
-            fresnel.scale(&[cos_d], &[scale], &mut value);
+            let cosines = (pair[0].z * pair[1].z).max(DENOMINATOR_FLOOR);
+            fresnel.scale(&[cos_d], &[1.0 / (4.0 * cosines)], &mut value);
         }
+        // Of D = 1, all of it seen.
         let luminance = transport.channels().luminance(&value);
-        let seen_share = share(sums);
-        value.iter_mut().for_each(|v| *v *= seen_share);
-        let off = match within {
-            0 => 0.5,
-            n => error(sums, squares, n),
-        };
-        let relative = if density > 0.0 { spread / density } else { 0.0 };
-        let split_errors = |e: f64| errors([e, 0.0, 0.0, e]);
-        let none = || ChannelValues::from_elem(0.0, self.channels.count());
-        Split {
-            value: [
-                seen(value, transport.channels(), &self.channels),
-                none(),
-                none(),
-            ],
-            transport: split_errors(luminance * off),
-            realisation: split_errors(luminance * seen_share * relative),
-        }
+        value.iter_mut().for_each(|v| *v *= density * seen.share());
+        let of_first = |e: f64| [e, 0.0, 0.0, e].into();
+        let mut split = Split::dark(self.channels.count());
+        split.value[0] = in_scene(value, transport.channels(), &self.channels);
+        split.transport = of_first(luminance * density * seen.error());
+        split.realisation = of_first(luminance * seen.share() * spread);
+        split
     }
 
     /// Light of facets that are not mirrors.
@@ -269,16 +239,49 @@ impl MicroSurface {
         sums.retain(|_| counted.next().is_some_and(|n| *n > 0.0));
         let [a, b, c] = split.transport.classes;
         let squares = [a, b, c, split.transport.sum].map(|e| e * e);
-        split.realisation = errors(beyond(&sums, squares));
+        split.realisation = beyond(&sums, squares).into();
         split.only(self.keys.bounces)
     }
 }
 
-/// Both together, of errors that have nothing to do with each other.
-fn with(first: SplitErrors, more: SplitErrors) -> SplitErrors {
-    SplitErrors {
-        classes: std::array::from_fn(|i| first.classes[i].hypot(more.classes[i])),
-        sum: first.sum.hypot(more.sum),
+/// Facets that were drawn, by their weights.
+#[derive(Default)]
+struct Seen {
+    draws: usize,
+    /// Weights of those that were seen and of those that were not, and of their squares.
+    sums: [f64; 2],
+    squares: [f64; 2],
+}
+
+impl Seen {
+    fn add(&mut self, weight: f64, is_seen: bool) {
+        let place = usize::from(!is_seen);
+        self.draws += 1;
+        self.sums[place] += weight;
+        self.squares[place] += weight * weight;
+    }
+
+    /// Share that was seen; a half, more or less, of nothing that was drawn.
+    fn share(&self) -> f64 {
+        let [seen, hidden] = self.sums;
+        match self.draws {
+            0 => 0.5,
+            _ => seen / (seen + hidden),
+        }
+    }
+
+    /// Its standard error.
+    fn error(&self) -> f64 {
+        let share = self.share();
+        match self.sums.iter().all(|sum| *sum > 0.0) {
+            true => {
+                let [seen, hidden] = self.squares;
+                let square = seen * (1.0 - share).powi(2) + hidden * share * share;
+                square.sqrt() / self.sums.iter().sum::<f64>()
+            }
+            // Of n draws that agree one more may not.
+            false => 1.0 / (self.draws + 2) as f64,
+        }
     }
 }
 
@@ -334,32 +337,27 @@ impl SplitBrdf for MicroSurface {
     fn split(&self, pair: &DirectionPair) -> Split {
         let followed = self.surfaces[0].channels();
         if !pair.is_above_horizon() {
-            return Bounces::new(followed.count()).split(followed, &self.channels);
+            return Split::dark(self.channels.count());
         }
         let (pair, key) = canonical(pair, self.symmetry);
         let mut random = stream(&self.random, &key);
         let Some(mirrors) = &self.mirrors else {
             return self.lit(pair, &mut random);
         };
-        let bounces = self.keys.bounces.classes();
-        let first = bounces
-            .contains(&0)
-            .then(|| self.first(mirrors, pair, &mut random));
-        let more = mirrors.gathered.as_ref();
-        let more = more.map(|gathered| {
-            let split = gathered.split(pair, followed, &self.channels);
-            split.only(self.keys.bounces)
-        });
-        match (first, more) {
-            (Some(first), Some(mut more)) => {
-                more.value[0] = first.value.into_iter().next().unwrap_or_default();
-                more.transport = with(first.transport, more.transport);
-                more.realisation = with(first.realisation, more.realisation);
-                more
-            }
-            (Some(split), None) | (None, Some(split)) => split,
-            (None, None) => Bounces::new(followed.count()).split(followed, &self.channels),
+        let mut split = match &mirrors.gathered {
+            Some(gathered) => gathered
+                .split(pair, followed, &self.channels)
+                .only(self.keys.bounces),
+            None => Split::dark(self.channels.count()),
+        };
+        if self.keys.bounces.holds(1) {
+            let [value, ..] = &mut split.value;
+            let first = self.first(mirrors, pair, &mut random);
+            value.clone_from(&first.value[0]);
+            split.transport = first.transport.hypot(&split.transport);
+            split.realisation = first.realisation.hypot(&split.realisation);
         }
+        split
     }
 
     fn paths(&self, block: u64, count: usize, each: &mut dyn FnMut(LightPath)) {

@@ -7,7 +7,7 @@ use super::super::smith::PATHS;
 use super::super::surface::{self, SurfaceSpec};
 use super::MicroSurface;
 use crate::brdf::{Brdf, BrdfSpec, BuildError, Channels, Part, Tables};
-use crate::error::{ParameterError, in_closed, in_left_open};
+use crate::error::{ParameterError, in_closed, in_left_open, in_whole};
 use crate::geometry::Symmetry;
 use crate::registry::{self, Entry, ReadError, Table};
 use serde::de::IgnoredAny;
@@ -46,7 +46,7 @@ pub(super) struct Keys {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(super) relative_error: Option<f64>,
     /// Paths that are kept of mirrors, for light of more than one.
-    pub(super) rays: u64,
+    pub(super) rays: usize,
     pub(super) seed: u64,
     #[serde(rename = "surface", skip_serializing)]
     _surface: IgnoredAny,
@@ -108,16 +108,6 @@ impl MicroSurfaceSpec {
     pub(super) fn cone(&self) -> f64 {
         0.5 * self.keys.half_angle_deg.to_radians()
     }
-
-    pub(super) fn in_surface(e: BuildError) -> BuildError {
-        match e {
-            BuildError::Parameter(mut e) => {
-                e.key = format!("surface.{}", e.key);
-                e.into()
-            }
-            data => data,
-        }
-    }
 }
 
 impl BrdfSpec for MicroSurfaceSpec {
@@ -129,7 +119,7 @@ impl BrdfSpec for MicroSurfaceSpec {
     }
 
     fn label(&self) -> String {
-        let mut label = format!("micro-{}", self.surface.label());
+        let mut label = format!("micro-{}", self.surface.facts().label);
         if let Some(facets) = self.facets.label() {
             label += &format!("-{facets}");
         }
@@ -141,22 +131,14 @@ impl BrdfSpec for MicroSurfaceSpec {
 
     fn check(&self, channels: &Channels) -> Result<(), BuildError> {
         let keys = &self.keys;
-        self.surface.check().map_err(Self::in_surface)?;
+        self.surface.check().map_err(|e| e.within("surface"))?;
         self.facets.check(channels)?;
-        let whole = |key: &str, value: u64, [least, most]: [u64; 2]| match (least..=most)
-            .contains(&value)
-        {
-            true => Ok(()),
-            false => {
-                let allowed = format!("a whole number from {least} to {most}");
-                Err(ParameterError::new(key, value, allowed))
-            }
-        };
-        let most = if self.surface.is_random() { 64 } else { 1 };
-        whole("surfaces", keys.surfaces as u64, [1, most]).map_err(|e| match most {
-            1 => ParameterError::new("surfaces", keys.surfaces, "1 of a surface without a seed"),
-            _ => e,
-        })?;
+        let facts = self.surface.facts();
+        if !facts.is_random && keys.surfaces != 1 {
+            let allowed = "1 of a surface without a seed";
+            return Err(ParameterError::new("surfaces", keys.surfaces, allowed).into());
+        }
+        in_whole("surfaces", keys.surfaces, [1, 64])?;
         in_left_open("spot", keys.spot, 0.0, 1.0)?;
         in_closed("half_angle_deg", keys.half_angle_deg, 0.2, 10.0)?;
         in_closed(
@@ -165,24 +147,18 @@ impl BrdfSpec for MicroSurfaceSpec {
             0.5,
             20.0,
         )?;
-        let [least, most] = PATHS.map(|n| n as u64);
-        whole(
-            "paths",
-            keys.paths as u64,
-            [least * keys.surfaces as u64, most],
-        )?;
+        let [least, most] = PATHS;
+        in_whole("paths", keys.paths, [least * keys.surfaces, most])?;
         if let Some(error) = keys.relative_error {
             in_closed("relative_error", error, 1e-3, 1.0)?;
-            if let (FacetsSpec::Mirror(_), false) =
-                (&self.facets, keys.bounces.classes().contains(&0))
-            {
+            if let (FacetsSpec::Mirror(_), false) = (&self.facets, keys.bounces.holds(1)) {
                 let allowed = "none: light of more than one mirror is counted among rays";
                 return Err(ParameterError::new("relative_error", error, allowed).into());
             }
         }
-        whole("rays", keys.rays, [1 << 10, 1 << 28])?;
-        let cells = self.surface.cells() as f64;
-        if self.surface.is_random() && keys.spot * keys.spot * cells < FEWEST {
+        in_whole("rays", keys.rays, [1 << 10, 1 << 28])?;
+        if facts.is_random && keys.spot * keys.spot * (facts.cells as f64) < FEWEST {
+            let cells = facts.cells;
             let allowed =
                 format!("so large that {FEWEST} cells are illuminated; the period has {cells}");
             return Err(ParameterError::new("spot", keys.spot, allowed).into());
@@ -191,12 +167,12 @@ impl BrdfSpec for MicroSurfaceSpec {
     }
 
     fn symmetry(&self, _channels: &Channels) -> Result<Symmetry, BuildError> {
-        Ok(self.surface.symmetry())
+        Ok(self.surface.facts().symmetry)
     }
 
     /// Of heights that are drawn there is nothing to tell before they are.
     fn remarks(&self) -> Vec<String> {
-        let known = (!self.surface.is_random()).then(|| self.surface.build(0));
+        let known = (!self.surface.facts().is_random).then(|| self.surface.build(0));
         let Some(Ok(field)) = known else {
             return Vec::new();
         };
@@ -224,10 +200,10 @@ impl BrdfSpec for MicroSurfaceSpec {
             FacetsSpec::Mirror(_) => [4 + 2 * size_of::<Facet>(), size_of::<Event>()],
             _ => [4, 0],
         };
-        let cells = self.keys.surfaces * self.surface.cells();
+        let cells = self.keys.surfaces * self.surface.facts().cells;
         Tables {
             files: [self.surface.files(), of_facets.files].concat(),
-            channel_bytes: of_facets.channel_bytes + cells * cell + self.keys.rays as usize * path,
+            channel_bytes: of_facets.channel_bytes + cells * cell + self.keys.rays * path,
         }
     }
 }

@@ -9,7 +9,7 @@ pub use height_map::HeightMapSpec;
 pub use statistics::{Optics, Statistics};
 
 use crate::brdf::BuildError;
-use crate::error::ParameterError;
+use crate::error::{ParameterError, in_whole};
 use crate::geometry::Symmetry;
 use crate::registry::{self, Entry, ReadError, Table};
 use std::fmt;
@@ -26,19 +26,8 @@ pub trait SurfaceSpec: fmt::Debug + Send + Sync {
     /// The first parameter outside its range, or what is wrong with a file.
     fn check(&self) -> Result<(), BuildError>;
 
-    /// A piece of a material's label, e.g. `gaussian-0.3`.
-    fn label(&self) -> String;
-
-    /// Symmetries of what the surface does to light, on average over all surfaces of its kind.
-    fn symmetry(&self) -> Symmetry;
-
-    /// True if its heights are drawn by a seed, so that there are others of its kind.
-    fn is_random(&self) -> bool {
-        false
-    }
-
-    /// Cells of a period, or about as many: what it takes to hold one.
-    fn cells(&self) -> usize;
+    /// What is known before it is built.
+    fn facts(&self) -> Facts;
 
     /// Heights of one period; of a random surface those of the seed `draw` after its own.
     ///
@@ -60,6 +49,19 @@ pub trait SurfaceSpec: fmt::Debug + Send + Sync {
     fn pitch_um(&self) -> Option<f64> {
         None
     }
+}
+
+/// What is known of a surface before it is built.
+#[derive(Clone, Debug)]
+pub struct Facts {
+    /// A piece of a material's label, e.g. `gaussian-0.3`.
+    pub label: String,
+    /// Symmetries of what the surface does to light, on average over all surfaces of its kind.
+    pub symmetry: Symmetry,
+    /// True if its heights are drawn by a seed, so that there are others of its kind.
+    pub is_random: bool,
+    /// Cells of a period, or about as many: what it takes to hold one.
+    pub cells: usize,
 }
 
 /// Every kind of surface that a config can name.
@@ -87,14 +89,7 @@ const HIGHEST: f64 = 1e30;
 
 /// Checks the number of heights along an axis.
 fn check_size(size: usize) -> Result<(), ParameterError> {
-    let [least, most] = SIZE;
-    match (least..=most).contains(&size) {
-        true => Ok(()),
-        false => {
-            let allowed = format!("a whole number from {least} to {most}");
-            Err(ParameterError::new("size", size, allowed))
-        }
-    }
+    in_whole("size", size, SIZE).map(drop)
 }
 
 /// Heights at the corners of square cells, of a surface that goes on periodically. A cell has two triangles, on either side

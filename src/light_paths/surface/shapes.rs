@@ -1,6 +1,6 @@
 //! Surfaces of one shape, repeated.
 
-use super::{HeightField, SurfaceSpec, check_size};
+use super::{Facts, HeightField, SurfaceSpec, check_size};
 use crate::brdf::BuildError;
 use crate::error::{ParameterError, in_closed};
 use crate::geometry::Symmetry;
@@ -64,16 +64,13 @@ impl SurfaceSpec for GroovesSpec {
         registry::resolved(Self::KIND, self)
     }
 
-    fn label(&self) -> String {
-        format!("{}-{}", Self::KIND, self.angle_deg)
-    }
-
-    fn cells(&self) -> usize {
-        self.size * self.size
-    }
-
-    fn symmetry(&self) -> Symmetry {
-        Symmetry::ORTHOTROPIC
+    fn facts(&self) -> Facts {
+        Facts {
+            label: format!("{}-{}", Self::KIND, self.angle_deg),
+            symmetry: Symmetry::ORTHOTROPIC,
+            is_random: false,
+            cells: self.size * self.size,
+        }
     }
 
     fn check(&self) -> Result<(), BuildError> {
@@ -132,22 +129,15 @@ impl SurfaceSpec for DimplesSpec {
         registry::resolved(Self::KIND, self)
     }
 
-    fn label(&self) -> String {
+    fn facts(&self) -> Facts {
         let kind = if self.depth < 0.0 { "bumps" } else { "pits" };
-        format!("{kind}-{}", (self.depth / self.radius).abs())
-    }
-
-    fn cells(&self) -> usize {
-        self.size * self.size
-    }
-
-    fn symmetry(&self) -> Symmetry {
-        Symmetry::FULL
-    }
-
-    /// Without any it is a plane.
-    fn is_random(&self) -> bool {
-        self.depth != 0.0 && self.cover > 0.0
+        Facts {
+            label: format!("{kind}-{}", (self.depth / self.radius).abs()),
+            symmetry: Symmetry::FULL,
+            // Without any it is a plane.
+            is_random: self.depth != 0.0 && self.cover > 0.0,
+            cells: self.size * self.size,
+        }
     }
 
     fn check(&self) -> Result<(), BuildError> {
@@ -225,16 +215,13 @@ impl SurfaceSpec for WovenSpec {
         registry::resolved(Self::KIND, self)
     }
 
-    fn label(&self) -> String {
-        format!("{}-{}", Self::KIND, self.round)
-    }
-
-    fn cells(&self) -> usize {
-        self.size * self.size
-    }
-
-    fn symmetry(&self) -> Symmetry {
-        Symmetry::ORTHOTROPIC
+    fn facts(&self) -> Facts {
+        Facts {
+            label: format!("{}-{}", Self::KIND, self.round),
+            symmetry: Symmetry::ORTHOTROPIC,
+            is_random: false,
+            cells: self.size * self.size,
+        }
     }
 
     fn check(&self) -> Result<(), BuildError> {

@@ -7,7 +7,7 @@
 //! c = exp(−√(x²/l_x² + y²/l_y²)): slopes grow without bound with the detail, so heights are smoothed by a Gaussian of the
 //! given inner scale, and the slope is that of what is left.
 
-use super::{HeightField, SurfaceSpec, check_size};
+use super::{Facts, HeightField, SurfaceSpec, check_size};
 use crate::brdf::BuildError;
 use crate::error::{ParameterError, in_closed};
 use crate::geometry::Symmetry;
@@ -63,14 +63,6 @@ impl fmt::Display for Slope {
 }
 
 impl Slope {
-    fn symmetry(self) -> Symmetry {
-        let [x, y] = self.xy();
-        match x == y {
-            true => Symmetry::FULL,
-            false => Symmetry::ORTHOTROPIC,
-        }
-    }
-
     fn xy(self) -> [f64; 2] {
         match self {
             Slope::Isotropic(s) => [s; 2],
@@ -146,6 +138,19 @@ impl ExponentialSpec {
     const KIND: &'static str = "exponential";
 }
 
+fn facts(kind: &str, slope: Slope, size: usize) -> Facts {
+    let [x, y] = slope.xy();
+    Facts {
+        label: format!("{kind}-{slope}"),
+        symmetry: match x == y {
+            true => Symmetry::FULL,
+            false => Symmetry::ORTHOTROPIC,
+        },
+        is_random: true,
+        cells: size * size,
+    }
+}
+
 fn check(slope: Slope, correlation: f64, size: usize) -> Result<(), ParameterError> {
     slope.check()?;
     check_size(size)?;
@@ -171,20 +176,8 @@ impl SurfaceSpec for GaussianSpec {
         registry::resolved(Self::KIND, self)
     }
 
-    fn label(&self) -> String {
-        format!("{}-{}", Self::KIND, self.rms_slope)
-    }
-
-    fn cells(&self) -> usize {
-        self.size * self.size
-    }
-
-    fn symmetry(&self) -> Symmetry {
-        self.rms_slope.symmetry()
-    }
-
-    fn is_random(&self) -> bool {
-        true
+    fn facts(&self) -> Facts {
+        facts(Self::KIND, self.rms_slope, self.size)
     }
 
     fn check(&self) -> Result<(), BuildError> {
@@ -208,20 +201,8 @@ impl SurfaceSpec for ExponentialSpec {
         registry::resolved(Self::KIND, self)
     }
 
-    fn label(&self) -> String {
-        format!("{}-{}", Self::KIND, self.rms_slope)
-    }
-
-    fn cells(&self) -> usize {
-        self.size * self.size
-    }
-
-    fn symmetry(&self) -> Symmetry {
-        self.rms_slope.symmetry()
-    }
-
-    fn is_random(&self) -> bool {
-        true
+    fn facts(&self) -> Facts {
+        facts(Self::KIND, self.rms_slope, self.size)
     }
 
     fn check(&self) -> Result<(), BuildError> {

@@ -2,7 +2,7 @@
 
 mod read;
 
-use super::{HIGHEST, HeightField, SurfaceSpec};
+use super::{Facts, HIGHEST, HeightField, SurfaceSpec};
 use crate::brdf::BuildError;
 use crate::error::{ParameterError, in_closed, in_left_open};
 use crate::geometry::Symmetry;
@@ -72,22 +72,19 @@ impl SurfaceSpec for HeightMapSpec {
         registry::resolved(Self::KIND, self)
     }
 
-    fn label(&self) -> String {
+    fn facts(&self) -> Facts {
         let stem = self.file.file_stem().unwrap_or_default();
-        format!("map-{}", stem.to_string_lossy())
-    }
-
-    /// Two bytes each, as in a PNG; numbers of other files are longer.
-    fn cells(&self) -> usize {
         let bytes = std::fs::metadata(&self.file).map_or(0, |file| file.len());
-        (bytes / 2) as usize
-    }
-
-    /// None but exchange: nobody knows what was measured.
-    fn symmetry(&self) -> Symmetry {
-        Symmetry {
-            reciprocal: true,
-            ..Symmetry::NONE
+        Facts {
+            label: format!("map-{}", stem.to_string_lossy()),
+            // Nobody knows what was measured, but that light and sensor may be exchanged.
+            symmetry: Symmetry {
+                reciprocal: true,
+                ..Symmetry::NONE
+            },
+            is_random: false,
+            // Two bytes each, as in a PNG; numbers of other files are longer.
+            cells: (bytes / 2) as usize,
         }
     }
 

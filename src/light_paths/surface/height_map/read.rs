@@ -2,8 +2,8 @@
 
 use super::super::SIZE;
 use crate::error::{excerpt, reason};
-use crate::files::{TABLE_LIMIT, Unpacked, may_unpack, open, read_text};
-use exr::prelude::{MetaData, ReadChannels, ReadLayers};
+use crate::files::{TABLE_LIMIT, Unpacked, exr_layer, may_unpack, open, read_text};
+use exr::prelude::MetaData;
 use png::{BitDepth, ColorType};
 use std::fs;
 use std::io::{self, BufReader, ErrorKind, Read};
@@ -143,18 +143,9 @@ fn of_exr(path: &Path) -> Result<Numbers, Unusable> {
         // Each value of each channel is held in four bytes.
         check_packed(packed, size, header.channels.list.len().saturating_mul(4))?;
     }
-    let image = exr::prelude::read()
-        .no_deep_data()
-        .largest_resolution_level()
-        .all_channels()
-        .first_valid_layer()
-        .all_attributes()
-        .from_file(path)?;
-    let size = [
-        image.layer_data.size.width(),
-        image.layer_data.size.height(),
-    ];
-    let list = image.layer_data.channel_data.list;
+    let layer = exr_layer(path)?;
+    let size = [layer.size.width(), layer.size.height()];
+    let list = layer.channel_data.list;
     let called = |name: &&str| {
         list.iter()
             .find(|c| c.name.to_string().eq_ignore_ascii_case(name))
