@@ -4,6 +4,7 @@
 //! moved face by face, two faces of an axis at a time, until nothing is gained, and once more between faces that lie closer about its
 //! own. That is done by every other batch; what the box holds is told by the rest, so that it is not told too well.
 
+use super::forward;
 use super::sample::{Capture, PathSample, capture};
 use crate::analysis::Subset;
 use crate::brdf::CLASSES;
@@ -56,8 +57,7 @@ pub(super) fn best(
     class: usize,
     purity: f64,
 ) -> Option<BestBox> {
-    let mut coords = vec![[0.0; 4]; sample.pairs().len()];
-    form.forward_batch(sample.pairs(), &mut coords);
+    let coords = forward(sample, &**form);
     let axes = form.axes();
     let chooses: Vec<usize> = (0..sample.batches())
         .filter(|batch| batch % 2 == 0)

@@ -3,6 +3,7 @@
 use crate::analysis::Estimate;
 use crate::brdf::{CLASSES, LightPath, Part, SplitBrdf};
 use crate::geometry::DirectionPair;
+use crate::metrics::jackknife;
 use rayon::prelude::*;
 
 /// Paths of a block, at most.
@@ -224,17 +225,13 @@ fn ratio(
     let [a, b] = [&above, &below].map(|v| v.iter().sum::<f64>());
     let share = |a: f64, b: f64| if b > 0.0 { a / b } else { 0.0 };
     let without = (0..above.len()).map(|i| share(a - above[i], b - below[i]));
-    let (_, error) = jackknife(share(a, b), &without.collect::<Vec<_>>());
     Estimate {
         value: share(a, b),
-        error,
+        error: spread(&without.collect::<Vec<_>>()),
     }
 }
 
-/// The bias of an estimate and its standard error, from the estimates that leave out a batch each.
-pub(super) fn jackknife(all: f64, without: &[f64]) -> (f64, f64) {
-    let n = without.len() as f64;
-    let mean = without.iter().sum::<f64>() / n;
-    let square: f64 = without.iter().map(|x| (x - mean) * (x - mean)).sum();
-    ((n - 1.0) * (mean - all), (square * (n - 1.0) / n).sqrt())
+/// Standard error of an estimate from those that leave out a batch each; there are at least four.
+pub(super) fn spread(without: &[f64]) -> f64 {
+    jackknife(without).unwrap_or(f64::INFINITY)
 }
