@@ -16,7 +16,7 @@ ROOT = pathlib.Path(__file__).parents[2]
 RECIPES = ROOT / "configs/cluster"
 PARTS = 4
 # The quickstart, of pairs enough that a part takes a second or two: 20 schedules, 4 materials, 2 methods.
-OPTIONS = ["--set", "budgets=[60,90,120,150]", "--set", "metrics.pairs=60000", "--set", "metrics.max_pairs=1"]
+OPTIONS = ["--set", "budgets=[60,90,120,150]", "--set", "metrics.pairs=500000", "--set", "metrics.max_pairs=1"]
 ROWS = 20 * 4 * 2 * 2
 
 # Where a user has them: `gonio`, and what is installed beside this Python.
