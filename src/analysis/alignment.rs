@@ -47,8 +47,13 @@ const CONTRAST: f64 = 1.1;
 /// Slices a line needs.
 const MIN_SLICES: usize = 5;
 
-/// Bisections of an interval whose ends differ by [`RATIO`]: to the last digits.
-const BISECTIONS: usize = 45;
+/// Steps that are passed over at a time, about a factor of ten, and the least share of the peak that tells nothing of the width.
+const STRETCH: i32 = 24;
+const LEVEL: f64 = 0.99;
+
+/// Largest number of steps towards a half width, and the relative change that ends them.
+const REFINEMENTS: usize = 45;
+const REFINED: f64 = 1e-12;
 
 /// The change of a lobe's width with theta_d, as an exponent.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -127,12 +132,20 @@ impl<'a> Slice<'a> {
             averages: Vec::new(),
         };
         let last = (HORIZON_DEG - theta_d_deg).to_radians();
-        let steps = std::iter::successors(Some(NARROWEST), |theta| Some(theta * RATIO));
+        let peak = slice.average(0.0);
+        // Stretches in which the lobe stays at its peak are passed over.
+        let (mut first, stretch) = (NARROWEST, RATIO.powi(STRETCH));
+        while stretch * first < last
+            && let (Some(peak), Some(next)) = (peak, slice.average(stretch * first))
+            && next >= LEVEL * peak
+        {
+            first *= stretch;
+        }
+        let steps = std::iter::successors(Some(first), |theta| Some(theta * RATIO));
         let thetas = steps.take_while(|theta| *theta < last).chain([last]);
-        slice.averages = std::iter::once(0.0)
-            .chain(thetas)
-            .filter_map(|theta_h| Some((theta_h, slice.average(theta_h)?)))
-            .collect();
+        let averages = thetas.filter_map(|theta_h| Some((theta_h, slice.average(theta_h)?)));
+        let of_peak = peak.map(|peak| (0.0, peak));
+        slice.averages = of_peak.into_iter().chain(averages).collect();
         slice
     }
 
@@ -173,19 +186,33 @@ impl<'a> Slice<'a> {
         }
         let half = 0.5 * (peak + floor);
         let crossing = self.averages.windows(2).find(|pair| pair[1].1 <= half)?;
-        let (mut low, mut high) = (crossing[0].0, crossing[1].0);
-        if low == 0.0 {
+        // Regula falsi, Illinois (Dowell and Jarratt 1971): an end that stays counts half.
+        let [mut low, mut high] = [0, 1].map(|i| (crossing[i].0, crossing[i].1 - half));
+        if low.0 == 0.0 {
             return None;
         }
-        for _ in 0..BISECTIONS {
-            let middle = 0.5 * (low + high);
-            if self.average(middle)? <= half {
-                high = middle;
-            } else {
-                low = middle;
+        let (mut width, mut above) = (high.0, None);
+        for _ in 0..REFINEMENTS {
+            let next = high.0 - high.1 * (high.0 - low.0) / (high.1 - low.1);
+            let is_done = (next - width).abs() <= REFINED * next;
+            width = next;
+            if is_done {
+                break;
+            }
+            let over = self.average(width)? - half;
+            let is_above = over > 0.0;
+            let stays = above == Some(is_above);
+            above = Some(is_above);
+            let (end, other) = match is_above {
+                true => (&mut low, &mut high),
+                false => (&mut high, &mut low),
+            };
+            *end = (width, over);
+            if stays {
+                other.1 *= 0.5;
             }
         }
-        Some(0.5 * (low + high))
+        Some(width)
     }
 }
 
