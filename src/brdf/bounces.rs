@@ -90,12 +90,26 @@ impl From<[f64; CLASSES + 1]> for SplitErrors {
 }
 
 impl SplitErrors {
+    fn with(&self, other: &Self, of: impl Fn(f64, f64) -> f64) -> Self {
+        Self {
+            classes: std::array::from_fn(|i| of(self.classes[i], other.classes[i])),
+            sum: of(self.sum, other.sum),
+        }
+    }
+
     /// Those of a sum with something that has nothing to do with it.
     pub fn hypot(&self, other: &Self) -> Self {
-        Self {
-            classes: std::array::from_fn(|i| self.classes[i].hypot(other.classes[i])),
-            sum: self.sum.hypot(other.sum),
-        }
+        self.with(other, f64::hypot)
+    }
+
+    /// Those of a sum with something that errs as this does.
+    pub fn plus(&self, other: &Self) -> Self {
+        self.with(other, |a, b| a + b)
+    }
+
+    /// Those of a share.
+    pub fn times(&self, share: f64) -> Self {
+        self.with(self, |e, _| share * e)
     }
 
     /// That of a part; of two classes as if they had nothing to do with each other.

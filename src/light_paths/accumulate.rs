@@ -106,6 +106,22 @@ pub(super) fn seen(
     }
 }
 
+/// Does work in threads of their own, as many as work here. A thread that waits for parallel work takes up other work, which may
+/// wait for what is being done; this one only waits.
+///
+/// # Panics
+/// If there can be no threads.
+#[cfg(feature = "surfaces")]
+pub(super) fn apart<T: Send>(work: impl FnOnce() -> T + Send) -> T {
+    let threads = rayon::current_num_threads();
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
+    let pool = pool.expect("threads that follow light");
+    std::thread::scope(|scope| {
+        let done = scope.spawn(|| pool.install(work)).join();
+        done.unwrap_or_else(|panic| std::panic::resume_unwind(panic))
+    })
+}
+
 /// Values of many pairs, in parallel: each takes the time of thousands of formulas.
 pub(super) fn batch(
     brdf: &dyn Brdf,

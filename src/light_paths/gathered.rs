@@ -5,8 +5,8 @@
 //!
 //! f_r = Σ w π/(N ∫ cos θ_i dω_i ∫ cos θ_o dω_o),   integrals over the cones about the pair's light and sensor.
 //!
-//! A path backwards is a path, so pairs are exchanged; and mirrored, and turned, where the surface looks the same, and values are means
-//! over all of these.
+//! A path backwards is a path, so pairs are exchanged; and mirrored, where the surface looks the same, and values are means over all
+//! of these. (Of a surface that looks the same however it is turned, light is counted at nodes, as it leaves.)
 
 use super::accumulate::seen;
 use super::normals::{BLOCKS, block_of};
@@ -14,10 +14,10 @@ use super::transport::{Drawn, Transport};
 use crate::brdf::{CLASSES, ChannelValues, Channels, Part, Split};
 use crate::geometry::Symmetry;
 use crate::sampling::{Random, gauss_legendre};
-use glam::{DMat3, DVec3};
+use glam::DVec3;
 use rayon::prelude::*;
 use smallvec::smallvec;
-use std::f64::consts::{FRAC_PI_2, PI, TAU};
+use std::f64::consts::{FRAC_PI_2, PI};
 
 /// Paths of a block at most, which has numbers of its own.
 const BLOCK: usize = 1 << 14;
@@ -86,9 +86,11 @@ impl Gathered {
                 let (mut events, mut light) = (Vec::new(), Vec::new());
                 for _ in 0..block.min(rays - place * block) {
                     let mut weight: ChannelValues = smallvec![1.0; channels];
-                    let drawn = surfaces[surface].draw(spot, last, &mut weight, &mut stream);
+                    let start = [stream.next(), stream.next()];
+                    let group = surface * BLOCKS + block_of(start);
+                    let start = start.map(|s| s * spot);
+                    let drawn = surfaces[surface].draw(start, last, &mut weight, &mut stream);
                     if let Some(drawn) = drawn.filter(|drawn| drawn.met > 1) {
-                        let group = surface * BLOCKS + block_of(drawn.start.map(|s| s / spot));
                         events.push(event(&drawn, group));
                         light.extend(weight.iter().map(|w| *w as f32));
                     }
@@ -172,7 +174,7 @@ impl Gathered {
             }
         }
         let realisation = beyond(&sums, squares);
-        // Of a class without paths the next one may be here.
+        // A class without paths has the error of one.
         let unseen = squares[1..CLASSES].iter().filter(|s| **s == 0.0).count();
         squares[CLASSES] += unseen as f64 * one * one;
         for square in squares[1..CLASSES].iter_mut().filter(|s| **s == 0.0) {
@@ -216,37 +218,28 @@ pub(super) fn beyond(
     sums: &[[f64; CLASSES + 1]],
     squares: [f64; CLASSES + 1],
 ) -> [f64; CLASSES + 1] {
-    let n = sums.len() as f64;
     std::array::from_fn(|i| {
-        let mean = sums.iter().map(|s| s[i]).sum::<f64>() / n;
-        let spread = sums.iter().map(|s| (s[i] - mean).powi(2)).sum::<f64>();
-        let whole = spread * n / (n - 1.0).max(1.0);
-        (whole - squares[i]).max(0.0).sqrt()
+        let (sum, square) = sums.iter().fold((0.0, 0.0), |(sum, square), s| {
+            (sum + s[i], square + s[i] * s[i])
+        });
+        more_surface(sums.len(), sum, square, squares[i])
     })
 }
 
-/// Pairs that mean the same as `pair`, by exchange, mirrors and turns.
-fn images([a, b]: [DVec3; 2], symmetry: Symmetry) -> Vec<[DVec3; 2]> {
-    let mirrors = if symmetry.bilateral { 4 } else { 1 };
-    let count = if symmetry.isotropic { TURNS } else { mirrors };
-    let image = |way: [DVec3; 2], i: usize| {
-        // A turn and a mirror are a mirror about another plane: every other turn has one.
-        let way = way.map(|v| v * MIRRORS[i % mirrors]);
-        match symmetry.isotropic {
-            true => {
-                let turn = DMat3::from_rotation_z(TAU * i as f64 / TURNS as f64);
-                way.map(|v| turn * v)
-            }
-            false => way,
-        }
-    };
-    let ways = [[a, b], [b, a]].into_iter();
-    ways.flat_map(|way| (0..count).map(move |i| image(way, i)))
-        .collect()
+/// The same of `groups` groups by their sum, the sum of their squares, and that of the paths.
+pub(super) fn more_surface(groups: usize, sum: f64, square: f64, of_paths: f64) -> f64 {
+    let n = groups as f64;
+    let spread = (square - sum * sum / n).max(0.0);
+    (spread * n / (n - 1.0).max(1.0) - of_paths).max(0.0).sqrt()
 }
 
-/// Turns that stand for all of them: a pair far from the normal meets other paths in each.
-const TURNS: usize = 24;
+/// Pairs that mean the same as `pair`, by exchange and mirrors.
+fn images([a, b]: [DVec3; 2], symmetry: Symmetry) -> Vec<[DVec3; 2]> {
+    let mirrors = if symmetry.bilateral { 4 } else { 1 };
+    let ways = [[a, b], [b, a]].into_iter();
+    ways.flat_map(|way| MIRRORS[..mirrors].iter().map(move |m| way.map(|v| v * *m)))
+        .collect()
+}
 
 /// Factors of x, y and z: none, across y, across x, across both.
 pub(super) const MIRRORS: [DVec3; 4] = [

@@ -225,8 +225,13 @@ pub(super) struct Density {
 }
 
 enum Kind {
-    /// Mean over all turns: values at equal steps of the elevation of h, blocks together.
-    Turned { step: f64, values: Vec<f64> },
+    /// Mean over all turns: values at equal steps of the elevation of h, blocks together; the largest elevation whose cone holds
+    /// a cell of facets.
+    Turned {
+        step: f64,
+        values: Vec<f64>,
+        steepest: f64,
+    },
     /// Of the facets themselves; cells along x, and those that are illuminated.
     Fixed { row: usize, lit: [usize; 2] },
 }
@@ -270,7 +275,13 @@ impl Density {
                         }
                     }
                 }
-                Kind::Turned { step, values }
+                let mut cones = values.chunks(blocks);
+                let steepest = cones.rposition(|areas| areas.iter().sum::<f64>() >= 1.0);
+                Kind::Turned {
+                    step,
+                    values,
+                    steepest: steepest.map_or(0.0, |node| node as f64 * step),
+                }
             }
         };
         Self {
@@ -280,13 +291,30 @@ impl Density {
         }
     }
 
+    /// `h`, or, where hardly a facet is as steep, the unit vector above it of the steepest that are there in number; of densities
+    /// that are averaged over turns.
+    pub(super) fn nearest(&self, h: DVec3) -> DVec3 {
+        let steepest = match self.kind {
+            Kind::Turned { steepest, .. } => steepest,
+            Kind::Fixed { .. } => return h,
+        };
+        let radius = h.x.hypot(h.y);
+        match radius.atan2(h.z) > steepest {
+            true => {
+                let (sin, cos) = steepest.sin_cos();
+                DVec3::new(h.x / radius * sin, h.y / radius * sin, cos)
+            }
+            false => h,
+        }
+    }
+
     /// D at each of `images` of a unit vector, which mean the same, and its standard error, of which more surface is the cure;
     /// sr⁻¹. Where there is no facet another surface may have one: the error is that of a cell.
     pub(super) fn at(&self, all: &[Normals], images: &[DVec3]) -> [f64; 2] {
         let blocks = self.cells.len();
         let mut areas = vec![0.0; blocks];
         match &self.kind {
-            Kind::Turned { step, values } => {
+            Kind::Turned { step, values, .. } => {
                 let h = images[0];
                 let place = h.x.hypot(h.y).atan2(h.z) / step;
                 let last = values.len() / blocks - 2;

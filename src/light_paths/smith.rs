@@ -253,7 +253,7 @@ impl<D: Distribution> Brdf for SmithMultiple<D> {
     }
 
     fn remarks(&self) -> Vec<String> {
-        vec![remark(self, self.paths)]
+        vec![remark(self, self.paths, "pair")]
     }
 
     fn as_split(&self) -> Option<&dyn SplitBrdf> {
@@ -301,7 +301,7 @@ impl<D: Distribution> SplitBrdf for SmithMultiple<D> {
 }
 
 /// What values may be off by, of a material in random paths.
-pub(super) fn remark(brdf: &dyn SplitBrdf, paths: Paths) -> String {
+pub(super) fn remark(brdf: &dyn SplitBrdf, paths: Paths, each: &str) -> String {
     let pairs = laws::pairs(64, paths.seed);
     let [mut value, mut error] = [0.0; 2];
     for pair in &pairs {
@@ -318,7 +318,7 @@ pub(super) fn remark(brdf: &dyn SplitBrdf, paths: Paths) -> String {
         0.0
     };
     format!(
-        "{} a pair: values have a standard error of {share:.2} % of their root mean square ({} of all elevations and lobes)",
+        "{} a {each}: values have a standard error of {share:.2} % of their root mean square ({} of all elevations and lobes)",
         count(paths.paths, "path"),
         count(pairs.len(), "pair"),
     )

@@ -211,16 +211,15 @@ impl Transport {
         None
     }
 
-    /// A path of light from the hemisphere to wherever it leaves, begun at a point of the illuminated part of the period.
+    /// A path of light from the hemisphere to wherever it leaves, begun at `start` (shares of the period).
     pub(super) fn draw(
         &self,
-        spot: f64,
+        start: [f64; 2],
         last: usize,
         weight: &mut ChannelValues,
         random: &mut RandomStream,
     ) -> Option<Drawn> {
         let omega_i = cosine_hemisphere([random.next(), random.next()]);
-        let start = [spot * random.next(), spot * random.next()];
         let ray = self.tracer.from_sky(start, -omega_i.vector());
         let left = self.path(ray, last, weight, random, &mut Sums::default());
         let (omega_o, met) = left?;
@@ -228,7 +227,6 @@ impl Transport {
         Some(Drawn {
             pair: DirectionPair::new(omega_i, omega_o),
             met,
-            start,
         })
     }
 
@@ -297,8 +295,6 @@ pub(super) struct Drawn {
     pub pair: DirectionPair,
     /// Facets it met.
     pub met: usize,
-    /// Where it began, shares of the period.
-    pub start: [f64; 2],
 }
 
 impl Sums {

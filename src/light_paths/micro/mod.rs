@@ -10,13 +10,17 @@
 //!
 //! Other facets have values at a pair: paths from either side send light from each facet to the other direction.
 //!
-//! What looks the same however it is turned, or mirrored, is averaged over turns or mirrors.
+//! What looks the same mirrored is averaged over mirrors. What looks the same however it is turned is followed once, before the
+//! first value: G, light of more mirrors and light of diffuse facets are known at nodes of (θ_i, θ_o, |Δφ|) and linear between
+//! them, so that f_r is as smooth as the surface makes it. D is not taken at nodes, and so neither is the width of a lobe.
 
+mod binned;
+mod nodes;
 mod spec;
 
 pub use spec::{ENTRY, MicroSurfaceSpec};
 
-use super::accumulate::{Bounces, batch, followed, seen as in_scene};
+use super::accumulate::{Bounces, apart, batch, followed, seen as in_scene};
 use super::canonical::{canonical, stream};
 use super::facets::{Facets, FacetsSpec};
 use super::gathered::{Drawing, Gathered, MIRRORS, beyond};
@@ -30,17 +34,27 @@ use crate::brdf::{
 use crate::geometry::{DirectionPair, Symmetry};
 use crate::numeric::DENOMINATOR_FLOOR;
 use crate::sampling::{Random, RandomStream};
+use binned::Binned;
 use glam::{DMat3, DVec3};
+use nodes::{LAST, Nodes};
+use rayon::prelude::*;
 use smallvec::smallvec;
 use spec::Keys;
 use std::f64::consts::TAU;
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 /// Most times that the asked paths are followed for a relative error.
 const ROUNDS: usize = 64;
 
 /// Draws for each path that is asked for, of facets that may lie outside the cone.
 const DRAWS: usize = 16;
+
+/// Least G that a relative error is of: light that is hardly seen counts for little.
+const HIDDEN: f64 = 0.01;
+
+/// Radians between nodes at the normal, and how they draw together towards the horizon, where shadows change.
+const STEP: f64 = 3.0 * TAU / 360.0;
+const POWER: f64 = 1.5;
 
 /// Facets of a height field.
 pub struct MicroSurface {
@@ -52,17 +66,38 @@ pub struct MicroSurface {
     surfaces: Vec<Transport>,
     random: Random,
     mirrors: Option<Mirrors>,
+    /// True if the facets have no peaks but those that [`Density`] knows.
+    is_smooth: bool,
+    known: OnceLock<Known>,
 }
 
-/// What is known of mirrors.
+/// Normals of mirrors.
 struct Mirrors {
     /// True if all have one of a few normals: light leaves in as many directions, and no pair has a value.
     are_few: bool,
     /// Of each surface.
     normals: Vec<Normals>,
     density: Density,
-    /// Light of more facets, if it is asked for.
-    gathered: Option<Gathered>,
+}
+
+/// Light that was followed before the first value was asked for.
+struct Known {
+    at_nodes: Option<(Nodes, AtNodes)>,
+    later: Option<Later>,
+}
+
+/// What is known at nodes.
+enum AtNodes {
+    /// G of mirrors, and its standard error.
+    Seen(Vec<[f64; 2]>),
+    /// Light of other facets.
+    Lit(Vec<Split>),
+}
+
+/// Light of more than one mirror.
+enum Later {
+    Binned(Binned),
+    Gathered(Gathered),
 }
 
 impl MicroSurface {
@@ -84,31 +119,19 @@ impl MicroSurface {
             ..
         } = spec.surface.facts();
         let random = Random::new(keys.seed);
-        let mut mirrors = None;
-        if let FacetsSpec::Mirror(_) = &spec.facets {
+        let mirrors = matches!(spec.facets, FacetsSpec::Mirror(_)).then(|| {
             let radius = spec.cone();
             let normals: Vec<_> = fields
                 .iter()
                 .map(|field| Normals::new(field, keys.spot, radius))
                 .collect();
             let density = Density::new(&normals, &fields[0], keys.spot, radius, symmetry.isotropic);
-            let drawing = Drawing {
-                radius: keys.multiple_half_angle_deg.to_radians(),
-                rays: keys.rays,
-                spot: keys.spot,
-                last: keys.bounces.last(),
-                symmetry,
-            };
-            let are_few = normals.iter().all(Normals::are_few);
-            let gathered = (keys.bounces != Part::First && !are_few)
-                .then(|| Gathered::new(&surfaces, &Random::new(!keys.seed), drawing));
-            mirrors = Some(Mirrors {
-                are_few,
+            Mirrors {
+                are_few: normals.iter().all(Normals::are_few),
                 normals,
                 density,
-                gathered,
-            });
-        }
+            }
+        });
         Ok(Self {
             channels,
             keys,
@@ -117,19 +140,79 @@ impl MicroSurface {
             surfaces,
             random,
             mirrors,
+            is_smooth: !matches!(spec.facets, FacetsSpec::Material(_)),
+            known: OnceLock::new(),
         })
     }
 
-    /// A pair that means the same as `pair`: turned or mirrored at random, as far as the surface may be.
-    fn image(&self, pair: [DVec3; 2], random: &mut RandomStream) -> [DVec3; 2] {
+    /// Light that has to be followed once; a run that asks for no value does not wait for it.
+    fn known(&self) -> &Known {
+        self.known.get_or_init(|| apart(|| self.follow()))
+    }
+
+    /// True if values are found at nodes.
+    fn has_nodes(&self) -> bool {
+        let asked = match &self.mirrors {
+            Some(mirrors) => !mirrors.are_few && self.keys.bounces.holds(1),
+            None => self.is_smooth,
+        };
+        self.symmetry.isotropic && asked
+    }
+
+    fn follow(&self) -> Known {
+        let Keys {
+            bounces,
+            spot,
+            rays,
+            multiple_half_angle_deg,
+            ..
+        } = self.keys;
+        let at_nodes = self.has_nodes().then(|| {
+            let nodes = Nodes::new(STEP, POWER, LAST);
+            let pairs = nodes.pairs();
+            let pairs = pairs.par_iter().enumerate();
+            let stream = |node: usize| self.random.stream(node as u64);
+            let values = match &self.mirrors {
+                Some(mirrors) => {
+                    let seen =
+                        pairs.map(|(node, pair)| self.seen(mirrors, *pair, &mut stream(node)));
+                    AtNodes::Seen(seen.collect())
+                }
+                None => {
+                    let lit = pairs.map(|(node, pair)| self.lit(*pair, &mut stream(node)));
+                    AtNodes::Lit(lit.collect())
+                }
+            };
+            (nodes, values)
+        });
+        let has_later = self.mirrors.as_ref().is_some_and(|m| !m.are_few);
+        let later = (has_later && bounces != Part::First).then(|| {
+            let drawing = Drawing {
+                radius: multiple_half_angle_deg.to_radians(),
+                rays,
+                spot,
+                last: bounces.last(),
+                symmetry: self.symmetry,
+            };
+            let random = Random::new(!self.keys.seed);
+            match self.symmetry.isotropic {
+                true => Later::Binned(Binned::new(&self.surfaces, &random, drawing)),
+                false => Later::Gathered(Gathered::new(&self.surfaces, &random, drawing)),
+            }
+        });
+        Known { at_nodes, later }
+    }
+
+    /// Vectors that mean the same as these: turned or mirrored, as far as the surface may be, by a number of [0, 1).
+    fn image<const N: usize>(&self, vectors: [DVec3; N], u: f64) -> [DVec3; N] {
         if self.symmetry.isotropic {
-            let turn = DMat3::from_rotation_z(TAU * random.next());
-            pair.map(|v| turn * v)
+            let turn = DMat3::from_rotation_z(TAU * u);
+            vectors.map(|v| turn * v)
         } else if self.symmetry.bilateral {
-            let mirror = MIRRORS[(4.0 * random.next()) as usize];
-            pair.map(|v| v * mirror)
+            let mirror = MIRRORS[(4.0 * u) as usize];
+            vectors.map(|v| v * mirror)
         } else {
-            pair
+            vectors
         }
     }
 
@@ -137,11 +220,39 @@ impl MicroSurface {
         self.mirrors.as_ref().is_some_and(|mirrors| mirrors.are_few)
     }
 
+    /// G at a pair of mirrors, and its standard error. Where no facet is that steep, those that are the steepest tell.
+    fn seen(&self, mirrors: &Mirrors, pair: [DVec3; 2], random: &mut RandomStream) -> [f64; 2] {
+        let (mut seen, asked) = (Seen::default(), self.keys.paths);
+        let half = mirrors.density.nearest(half_vector(pair));
+        let most = self.keys.relative_error.map_or(1, |_| ROUNDS) * asked * DRAWS;
+        for draw in 0..most {
+            let [lap, place] = [draw / asked, draw % asked];
+            if place == 0 && seen.draws >= asked {
+                let relative = seen.error() / seen.share().max(HIDDEN);
+                let asks_for_more = |error: f64| relative > error && seen.draws < ROUNDS * asked;
+                if !self.keys.relative_error.is_some_and(asks_for_more) {
+                    break;
+                }
+            }
+            // Turn by turn, in whole laps: facets of one are near those of the last.
+            let turn = (place as f64 + random.next()) / asked as f64;
+            let [light, sensor, half] = self.image([pair[0], pair[1], half], turn);
+            let surface = (draw + lap) % self.surfaces.len();
+            let found = mirrors.normals[surface].draw(half, random.next());
+            if let Some(found) = found.filter(|found| found.weight > 0.0) {
+                let surface = &self.surfaces[surface];
+                let within = [random.next(), random.next()];
+                let point = surface.tracer().on_triangle(found.triangle, within);
+                seen.add(found.weight, surface.is_seen(&point, [light, sensor]));
+            }
+        }
+        [seen.share(), seen.error()]
+    }
+
     /// Light of one mirror.
-    fn first(&self, mirrors: &Mirrors, pair: [DVec3; 2], random: &mut RandomStream) -> Split {
-        let half = pair[0] + pair[1];
-        let cos_d = (0.5 * half.length()).min(1.0);
-        let h = half.normalize_or(DVec3::X);
+    fn first(&self, mirrors: &Mirrors, pair: [DVec3; 2], key: &[i64; 5]) -> Split {
+        let cos_d = (0.5 * (pair[0] + pair[1]).length()).min(1.0);
+        let h = half_vector(pair);
         let images: Vec<_> = match self.symmetry {
             Symmetry {
                 isotropic: false,
@@ -151,30 +262,21 @@ impl MicroSurface {
             _ => vec![h],
         };
         let [density, spread] = mirrors.density.at(&mirrors.normals, &images);
-        let (mut seen, asked) = (Seen::default(), self.keys.paths);
-        let most = self.keys.relative_error.map_or(1, |_| ROUNDS) * asked * DRAWS;
-        for draw in 0..if density > 0.0 { most } else { 0 } {
-            if seen.draws >= asked && seen.draws.is_multiple_of(asked) {
-                let relative = seen.error() / seen.share().max(DENOMINATOR_FLOOR);
-                if self
-                    .keys
-                    .relative_error
-                    .is_none_or(|asked| relative <= asked)
-                {
-                    break;
+        let [share, error] = match &self.known().at_nodes {
+            Some((nodes, AtNodes::Seen(seen))) => {
+                let (mut share, mut square) = (0.0, 0.0);
+                for (node, of_node) in nodes.around(pair) {
+                    share += of_node * seen[node][0];
+                    square += (of_node * seen[node][1]).powi(2);
                 }
+                // Beyond the last nodes what is seen ends with the plane.
+                let last = LAST.cos();
+                let seen: f64 = pair.iter().map(|v| (v.z / last).min(1.0)).product();
+                [share, square.sqrt()].map(|v| v * seen)
             }
-            let image = self.image(pair, random);
-            let surface = draw % self.surfaces.len();
-            let half = (image[0] + image[1]).normalize_or(h);
-            let found = mirrors.normals[surface].draw(half, random.next());
-            if let Some(found) = found.filter(|found| found.weight > 0.0) {
-                let surface = &self.surfaces[surface];
-                let within = [random.next(), random.next()];
-                let point = surface.tracer().on_triangle(found.triangle, within);
-                seen.add(found.weight, surface.is_seen(&point, image));
-            }
-        }
+            _ if density == 0.0 => [0.5; 2],
+            _ => self.seen(mirrors, pair, &mut stream(&self.random, key)),
+        };
         let transport = &self.surfaces[0];
         let mut value: ChannelValues = smallvec![0.0; transport.channels().count()];
         if let Facets::Mirror(fresnel) = transport.facets() {
@@ -183,12 +285,12 @@ impl MicroSurface {
         }
         // Of D = 1, all of it seen.
         let luminance = transport.channels().luminance(&value);
-        value.iter_mut().for_each(|v| *v *= density * seen.share());
+        value.iter_mut().for_each(|v| *v *= density * share);
         let of_first = |e: f64| [e, 0.0, 0.0, e].into();
         let mut split = Split::dark(self.channels.count());
         split.value[0] = in_scene(value, transport.channels(), &self.channels);
-        split.transport = of_first(luminance * density * seen.error());
-        split.realisation = of_first(luminance * seen.share() * spread);
+        split.transport = of_first(luminance * density * error);
+        split.realisation = of_first(luminance * share * spread);
         split
     }
 
@@ -217,7 +319,7 @@ impl MicroSurface {
             // Every surface from one side and then from the other, and its blocks in turn.
             let of_surface = path / self.surfaces.len();
             let group = path % self.surfaces.len() * BLOCKS + of_surface / 2 % BLOCKS;
-            let mut image = self.image(pair, random);
+            let mut image = self.image(pair, random.next());
             if of_surface % 2 == 1 {
                 image.swap(0, 1);
             }
@@ -242,6 +344,26 @@ impl MicroSurface {
         split.realisation = beyond(&sums, squares).into();
         split.only(self.keys.bounces)
     }
+}
+
+/// The half vector; of a pair that has none, along the surface.
+fn half_vector([a, b]: [DVec3; 2]) -> DVec3 {
+    (a + b).normalize_or(DVec3::X)
+}
+
+/// Light between nodes. Each has paths of its own, on the same surfaces.
+fn between(nodes: &Nodes, splits: &[Split], pair: [DVec3; 2], channels: usize) -> Split {
+    let mut all = Split::dark(channels);
+    for (node, share) in nodes.around(pair) {
+        let split = &splits[node];
+        for (value, of_node) in all.value.iter_mut().zip(&split.value) {
+            let add = |(v, n): (&mut f64, &f64)| *v += share * n;
+            value.iter_mut().zip(of_node).for_each(add);
+        }
+        all.transport = all.transport.hypot(&split.transport.times(share));
+        all.realisation = all.realisation.plus(&split.realisation.times(share));
+    }
+    all
 }
 
 /// Facets that were drawn, by their weights.
@@ -324,7 +446,8 @@ impl Brdf for MicroSurface {
         };
         match self.is_of_few_mirrors() {
             true => Vec::new(),
-            false => vec![remark(self, paths)],
+            false if self.has_nodes() => vec![remark(self, paths, "node")],
+            false => vec![remark(self, paths, "pair")],
         }
     }
 
@@ -336,23 +459,27 @@ impl Brdf for MicroSurface {
 impl SplitBrdf for MicroSurface {
     fn split(&self, pair: &DirectionPair) -> Split {
         let followed = self.surfaces[0].channels();
-        if !pair.is_above_horizon() {
-            return Split::dark(self.channels.count());
+        let channels = self.channels.count();
+        if !pair.is_above_horizon() || self.is_of_few_mirrors() {
+            return Split::dark(channels);
         }
         let (pair, key) = canonical(pair, self.symmetry);
-        let mut random = stream(&self.random, &key);
+        let Known { at_nodes, later } = self.known();
         let Some(mirrors) = &self.mirrors else {
-            return self.lit(pair, &mut random);
+            return match at_nodes {
+                Some((nodes, AtNodes::Lit(lit))) => between(nodes, lit, pair, channels),
+                _ => self.lit(pair, &mut stream(&self.random, &key)),
+            };
         };
-        let mut split = match &mirrors.gathered {
-            Some(gathered) => gathered
-                .split(pair, followed, &self.channels)
-                .only(self.keys.bounces),
-            None => Split::dark(self.channels.count()),
-        };
+        let mut split = match later {
+            Some(Later::Binned(binned)) => binned.split(pair, followed, &self.channels),
+            Some(Later::Gathered(gathered)) => gathered.split(pair, followed, &self.channels),
+            None => Split::dark(channels),
+        }
+        .only(self.keys.bounces);
         if self.keys.bounces.holds(1) {
             let [value, ..] = &mut split.value;
-            let first = self.first(mirrors, pair, &mut random);
+            let first = self.first(mirrors, pair, &key);
             value.clone_from(&first.value[0]);
             split.transport = first.transport.hypot(&split.transport);
             split.realisation = first.realisation.hypot(&split.realisation);
@@ -368,7 +495,8 @@ impl SplitBrdf for MicroSurface {
         for _ in 0..count {
             let mut weight: ChannelValues = smallvec![1.0; channels.count()];
             let last = self.keys.bounces.last();
-            let drawn = surface.draw(self.keys.spot, last, &mut weight, &mut random);
+            let start = [random.next(), random.next()].map(|s| s * self.keys.spot);
+            let drawn = surface.draw(start, last, &mut weight, &mut random);
             if let Some(drawn) = drawn.filter(|drawn| self.keys.bounces.holds(drawn.met)) {
                 each(LightPath {
                     pair: drawn.pair,

@@ -5,7 +5,7 @@ use super::super::gathered::Event;
 use super::super::normals::{Facet, Normals};
 use super::super::smith::PATHS;
 use super::super::surface::{self, SurfaceSpec};
-use super::MicroSurface;
+use super::{MicroSurface, binned};
 use crate::brdf::{Brdf, BrdfSpec, BuildError, Channels, Part, Tables};
 use crate::error::{ParameterError, in_closed, in_left_open, in_whole};
 use crate::geometry::Symmetry;
@@ -38,14 +38,15 @@ pub(super) struct Keys {
     /// Illuminated part of the edges of a period.
     pub(super) spot: f64,
     pub(super) half_angle_deg: f64,
+    /// Of a surface that looks the same however it is turned, the angle between nodes.
     pub(super) multiple_half_angle_deg: f64,
-    /// Paths a pair.
+    /// Paths a pair, or a node.
     pub(super) paths: usize,
-    /// Standard error of the paths for each of the value, down to which up to 64 times as many are followed; of mirrors for light of
+    /// Standard error of the paths as a share of the value, down to which up to 64 times as many are followed; of mirrors for light of
     /// the first.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(super) relative_error: Option<f64>,
-    /// Paths that are kept of mirrors, for light of more than one.
+    /// Paths that are followed for light of more than one mirror; kept, unless they are counted at nodes.
     pub(super) rays: usize,
     pub(super) seed: u64,
     #[serde(rename = "surface", skip_serializing)]
@@ -71,6 +72,9 @@ impl Default for Keys {
         }
     }
 }
+
+/// Most paths at each of the tens of thousands of nodes of what looks the same however it is turned.
+const MOST_AT_NODES: usize = 1 << 16;
 
 /// Cells of a surface that is drawn that are illuminated at least: of fewer normals no pair has a value.
 const FEWEST: f64 = 64.0;
@@ -148,6 +152,10 @@ impl BrdfSpec for MicroSurfaceSpec {
             20.0,
         )?;
         let [least, most] = PATHS;
+        let most = match (&self.facets, facts.symmetry.isotropic) {
+            (FacetsSpec::Mirror(_) | FacetsSpec::Diffuse(_), true) => MOST_AT_NODES,
+            _ => most,
+        };
         in_whole("paths", keys.paths, [least * keys.surfaces, most])?;
         if let Some(error) = keys.relative_error {
             in_closed("relative_error", error, 1e-3, 1.0)?;
@@ -194,16 +202,24 @@ impl BrdfSpec for MicroSurfaceSpec {
     }
 
     fn tables(&self) -> Tables {
-        // Of a cell a height and, of mirrors, two facets; of a path that is kept its directions, twice for a while: half of them at most.
+        // Of a cell a height and, of mirrors, two facets; of light of more mirrors nodes, or paths that are kept: their directions, twice
+        // for a while, of half of them at most.
         let of_facets = self.facets.tables();
-        let [cell, path] = match self.facets {
-            FacetsSpec::Mirror(_) => [4 + 2 * size_of::<Facet>(), size_of::<Event>()],
-            _ => [4, 0],
+        let is_of_mirrors = matches!(self.facets, FacetsSpec::Mirror(_));
+        let cell = 4 + if is_of_mirrors {
+            2 * size_of::<Facet>()
+        } else {
+            0
+        };
+        let later = match self.surface.facts().symmetry.isotropic {
+            _ if !is_of_mirrors || self.keys.bounces == Part::First => 0,
+            true => binned::channel_bytes(self.keys.multiple_half_angle_deg.to_radians()),
+            false => self.keys.rays * size_of::<Event>(),
         };
         let cells = self.keys.surfaces * self.surface.facts().cells;
         Tables {
             files: [self.surface.files(), of_facets.files].concat(),
-            channel_bytes: of_facets.channel_bytes + cells * cell + self.keys.rays * path,
+            channel_bytes: of_facets.channel_bytes + cells * cell + later,
         }
     }
 }
