@@ -1,7 +1,7 @@
 //! A BRDF, and somebody who sees every look at it.
 
 use super::measured::merl::Merl;
-use super::{Brdf, Channels, Presence, SampleBrdf};
+use super::{Brdf, Channels, LightPath, Part, Presence, SampleBrdf, Split, SplitBrdf};
 use crate::geometry::{Direction, DirectionPair, Symmetry};
 
 /// A BRDF with `seen`, which is called after each evaluation, of one pair or of many, with the values (laid out
@@ -68,8 +68,32 @@ impl<F: Fn(&[f64], &[Presence]) + Send + Sync> Brdf for Watched<'_, F> {
         self.brdf.as_sample().is_some().then_some(self)
     }
 
+    fn as_split(&self) -> Option<&dyn SplitBrdf> {
+        self.brdf.as_split().is_some().then_some(self)
+    }
+
     fn as_merl(&self) -> Option<&Merl> {
         self.brdf.as_merl()
+    }
+}
+
+/// A value that is told apart is seen as one; paths are not.
+impl<F: Fn(&[f64], &[Presence]) + Send + Sync> SplitBrdf for Watched<'_, F> {
+    fn split(&self, pair: &DirectionPair) -> Split {
+        let dark = || Split::dark(self.channels().count());
+        let split = self.brdf.as_split().map_or_else(dark, |of| of.split(pair));
+        (self.seen)(&split.part(Part::All), &[Presence::Present]);
+        split
+    }
+
+    fn paths(&self, block: u64, count: usize, each: &mut dyn FnMut(LightPath)) {
+        if let Some(of) = self.brdf.as_split() {
+            of.paths(block, count, each);
+        }
+    }
+
+    fn surfaces(&self) -> usize {
+        self.brdf.as_split().map_or(0, SplitBrdf::surfaces)
     }
 }
 

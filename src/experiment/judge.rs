@@ -13,7 +13,8 @@ use crate::error::{Error, ParameterError};
 use crate::geometry::DirectionPair;
 use crate::measurement::Measurement;
 use crate::metrics::{
-    self, AlbedoProbe, Errors, Expected, Level, Tally, TestSet, Uncovered, Values, WITHIN,
+    self, AlbedoProbe, Errors, Expected, Level, Tally, TestSet, TruthErrors, Uncovered, Values,
+    WITHIN,
 };
 use crate::moments::{MomentErrors, Profile};
 use crate::reconstruct::{Cover, Coverage, ReconstructError, Replicated, Uncertain};
@@ -33,6 +34,8 @@ const SLAB: usize = 1 << 15;
 pub(super) struct Truth {
     pub brdf: Built,
     pub alignment: Option<f64>,
+    /// What its paths may be off by, one per measure; empty of what has none.
+    errors: Vec<TruthErrors>,
     /// Values at the levels of test pairs that were asked for, sr⁻¹, without the cosine.
     levels: Mutex<Vec<Arc<Values>>>,
     /// Values at the pairs of the albedo probe, sr⁻¹, if albedos are compared.
@@ -58,6 +61,8 @@ pub(super) struct Compared {
     uncovered: Vec<Uncovered>,
     /// Share of the pairs within the uncertainty, one per measure, if it is counted and there is one.
     within: Vec<Option<f64>>,
+    /// Errors of the truth, as [`Truth`] has them.
+    of_truth: Vec<TruthErrors>,
     /// Errors that the reconstruction expects, one per measure, if they are asked for and it knows.
     expected: Vec<Expected>,
     /// Error of the directional albedo, and what its quadrature may be off by.
@@ -130,14 +135,19 @@ impl<'a> Judge<'a> {
         let profile = profile?;
         let (alignment, took) = timed(|| alignment(&at(Stage::Alignment)));
         seconds.alignment += took;
-        let ((first, albedo), took) = timed(|| {
-            let brdf = &at(Stage::Truth);
-            let first = metrics::evaluate(brdf, &self.level(0).pairs);
-            (first, self.probe.as_ref().map(|p| p.evaluate(brdf)))
+        let ((first, albedo, errors), took) = timed(|| {
+            let (brdf_at, level) = (&at(Stage::Truth), self.level(0));
+            let first = metrics::evaluate(brdf_at, &level.pairs);
+            let errors = brdf_at
+                .as_split()
+                .map(|split| TruthErrors::at(&level, split, &first));
+            let albedo = self.probe.as_ref().map(|p| p.evaluate(brdf_at));
+            (first, albedo, errors.unwrap_or_default())
         });
         seconds.truth += took;
         Ok(Truth {
             alignment: alignment.map(|a| a.q),
+            errors,
             levels: Mutex::new(vec![Arc::new(first)]),
             albedo,
             profile,
@@ -199,6 +209,7 @@ impl<'a> Judge<'a> {
             converged: Vec::new(),
             uncovered: Vec::new(),
             within: Vec::new(),
+            of_truth: member.1.errors.clone(),
             expected: Vec::new(),
             albedo: None,
             moments: None,
@@ -523,6 +534,10 @@ impl Compared {
         }
         for (quantity, of) in Uncovered::QUANTITIES {
             to.set(quantity.name, of(&self.uncovered[at]));
+        }
+        let of_truth = self.of_truth.get(at);
+        for (quantity, of) in TruthErrors::QUANTITIES {
+            to.set(quantity.name, of_truth.and_then(of));
         }
         to.set(WITHIN.name, self.within.get(at).copied().flatten());
         let expected = self.expected.get(at);

@@ -3,7 +3,7 @@
 use super::choices::{Allowance, Choice, Label};
 use super::key::RowKey;
 use super::record::Record;
-use crate::metrics::{AlbedoProbe, Errors, Expected, Quantity, Uncovered, WITHIN};
+use crate::metrics::{AlbedoProbe, Errors, Expected, Quantity, TruthErrors, Uncovered, WITHIN};
 use crate::moments::MomentErrors;
 use serde::de::{self, MapAccess, Visitor};
 use serde::ser::SerializeMap;
@@ -137,6 +137,7 @@ pub fn quantities() -> &'static [Quantity] {
         let mut all: Vec<Quantity> = Vec::new();
         all.extend(Errors::QUANTITIES.map(|(q, _)| q));
         all.extend(Errors::STANDARD_ERRORS.map(|(q, _)| q));
+        all.extend(TruthErrors::QUANTITIES.map(|(q, _)| q));
         all.extend(Uncovered::QUANTITIES.map(|(q, _)| q));
         all.push(WITHIN);
         all.extend(Expected::QUANTITIES.map(|(q, _)| q));

@@ -4,7 +4,7 @@ use super::{End, RunContext, Shown};
 use crate::cli::print;
 use crate::cli::talk::note;
 use crate::error::Error;
-use crate::experiment::{Event, Findings, Kind, Observer, Plan, QuantityGroup, Row, Wish};
+use crate::experiment::{Event, Findings, Kind, Metric, Observer, Plan, QuantityGroup, Row, Wish};
 use crate::metrics::{Measure, MetricsSpec};
 use crate::report::Studio;
 use crate::report::{
@@ -55,6 +55,7 @@ impl Shown for Plan {
         }
         if end.whole {
             note_unconverged(&rows, self);
+            note_truths(&rows);
         }
         let mut table = Vec::new();
         let internal = |e: &dyn std::fmt::Display| Error::Internal(e.to_string());
@@ -139,6 +140,25 @@ fn note_unconverged(rows: &[&Row], plan: &Plan) {
              (metrics.max_pairs{parts}); the column `converged` says which",
             rows.len(),
             100.0 * tolerance
+        ));
+    }
+}
+
+/// Tells how many errors are not far above what their truths may be off by.
+fn note_truths(rows: &[&Row]) {
+    let metric = Metric::Nrmse;
+    let is_near = |row: &&&Row| {
+        let both = metric.of_truth(row).zip(row.value(metric.name()));
+        both.is_some_and(|(truth, error)| error < 2.0 * truth)
+    };
+    let near = rows.iter().filter(is_near).count();
+    if near > 0 {
+        note(&format!(
+            "gonio: the {} of {near} of {} rows is below twice the standard error of a truth from random paths (the column \
+             truth_{}); more paths and rays make it smaller",
+            metric.name(),
+            rows.len(),
+            metric.name(),
         ));
     }
 }

@@ -1,7 +1,7 @@
 //! The errors that findings compare.
 
 use crate::experiment::row::Row;
-use crate::metrics::{Errors, Expected};
+use crate::metrics::{Errors, Expected, TruthErrors};
 
 /// An error metric that is compared.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -35,7 +35,7 @@ impl Metric {
         row.value(self.name())
     }
 
-    /// Its standard error as a share of it, 0 if there is none.
+    /// Its standard error as a share of it, 0 if there is none: of the choice of test pairs, and of the truth's paths.
     pub(super) fn relative_error(self, row: &Row) -> f64 {
         let standard = Errors::STANDARD_ERRORS.iter().zip(Errors::QUANTITIES);
         let mut of = standard.filter(|(_, (quantity, _))| quantity.name == self.name());
@@ -43,6 +43,24 @@ impl Metric {
             .next()
             .and_then(|((standard, _), _)| row.value(standard.name));
         let share = standard.zip(self.of(row)).map(|(se, error)| se / error);
-        share.filter(|share| share.is_finite()).unwrap_or(0.0)
+        let share = share.filter(|share| share.is_finite()).unwrap_or(0.0);
+        share.hypot(self.share_of_truth(row))
+    }
+
+    /// The error of the truth that is in it, [`TruthErrors`].
+    pub fn of_truth(self, row: &Row) -> Option<f64> {
+        let name = format!("truth_{}", self.name());
+        TruthErrors::QUANTITIES
+            .iter()
+            .find(|(quantity, _)| quantity.name == name)
+            .and_then(|(quantity, _)| row.value(quantity.name))
+    }
+
+    /// The part of it that the error of the truth may be: of √(e² + t²) what e leaves.
+    fn share_of_truth(self, row: &Row) -> f64 {
+        let both = self.of_truth(row).zip(self.of(row));
+        let share = both.map(|(truth, error)| truth / error);
+        let share = share.filter(|share| share.is_finite()).unwrap_or(0.0);
+        1.0 - (1.0 - share * share).max(0.0).sqrt()
     }
 }

@@ -1,0 +1,106 @@
+//! What a truth that is followed along paths may be off by, in the terms of the errors.
+
+use super::{Judged, Level, Quantity, Uncovered, Values};
+use crate::brdf::SplitBrdf;
+use crate::reconstruct::EPSILON;
+use rayon::prelude::*;
+use std::f64::consts::PI;
+
+/// Errors that the paths of a truth make, which more of them make smaller; `None` where undefined.
+///
+/// Where every pair has an error of its own, a reconstruction cannot know it, and its own error e is found too large:
+///
+/// √(e² + t²), t that of the truth.
+///
+/// Where values are linear between nodes, readings as dense as these know their errors too, and t is the most that they may do.
+///
+/// What other surfaces of a kind would change is not in it: that is no noise, but another truth.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct TruthErrors {
+    /// RMS of u cos over RMS of f cos, u the standard error of f.
+    pub nrmse: Option<f64>,
+    /// Mean of √(2/π) u/(f + ε).
+    pub log_relative: Option<f64>,
+}
+
+impl TruthErrors {
+    /// Both errors, in the order of columns; the name of each begins with `truth_`.
+    pub const QUANTITIES: [Judged<TruthErrors>; 2] = [
+        (
+            Quantity::real(
+                "truth_nrmse",
+                "nrmse that the standard error of a truth from random paths makes (at 2000 pairs), at most; empty where none is known",
+            ),
+            |e| e.nrmse,
+        ),
+        (
+            Quantity::real("truth_log_relative", "the same of log_relative"),
+            |e| e.log_relative,
+        ),
+    ];
+
+    /// The errors under each measure of a level of test pairs, by some of these, where the truth has these `values`.
+    pub fn at(level: &Level, truth: &dyn SplitBrdf, values: &Values) -> Vec<Self> {
+        let counted = Uncovered::counted(level.pairs.len());
+        let present: Vec<_> = counted.filter_map(|i| Some((i, values.get(i)?))).collect();
+        let error = |&(i, _): &(usize, f64)| truth.split(&level.pairs[i]).transport.sum;
+        let errors: Vec<f64> = present.par_iter().map(error).collect();
+        let under = |weights: &Vec<f64>| {
+            let all = present.iter().zip(&errors);
+            let cosine = |i: usize| level.pairs[i].omega_i.cos_theta();
+            Self::of(all.map(|(&(i, f), u)| (weights[i], cosine(i), f, *u)))
+        };
+        level.weights.iter().map(under).collect()
+    }
+
+    /// The errors under a measure: of each pair its weight, cos θ_i, f and u.
+    fn of(pairs: impl Iterator<Item = (f64, f64, f64, f64)>) -> Self {
+        let [mut all, mut log, mut square, mut energy] = [0.0; 4];
+        for (weight, cosine, f, u) in pairs {
+            all += weight;
+            // The mean of the absolute value of a normal number.
+            log += weight * (2.0 / PI).sqrt() * u / (f + EPSILON);
+            square += weight * (u * cosine).powi(2);
+            energy += weight * (f * cosine).powi(2);
+        }
+        let defined = |error: f64| error.is_finite().then_some(error);
+        Self {
+            nrmse: defined((square / energy).sqrt()),
+            log_relative: defined(log / all),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::sampling::Random;
+    use rand_distr::{Distribution, StandardNormal};
+
+    /// A reconstruction without errors of its own, compared with truths that have such errors.
+    #[test]
+    fn errors_are_those_of_what_is_right_against_truths_with_noise() {
+        let pairs = |i: u32| {
+            let i = f64::from(i);
+            let (f, weight) = (1.0 + 0.9 * (0.7 * i).sin(), 1.0 + (0.3 * i).cos());
+            (weight, 0.2 + 0.7 * (0.5 * i).cos().abs(), f, 0.02 * f)
+        };
+        let told = TruthErrors::of((0..4000).map(pairs));
+        let mut random = Random::new(3).stream(0);
+        let [mut all, mut log, mut square, mut energy] = [0.0; 4];
+        for (weight, cosine, f, u) in (0..4000).map(pairs) {
+            let normal: f64 = StandardNormal.sample(&mut random);
+            let truth = f + u * normal;
+            all += weight;
+            log += weight * ((f + EPSILON) / (truth + EPSILON)).ln().abs();
+            square += weight * ((f - truth) * cosine).powi(2);
+            energy += weight * (truth * cosine).powi(2);
+        }
+        let found = [(square / energy).sqrt(), log / all];
+        for ((_, of), found) in TruthErrors::QUANTITIES.iter().zip(found) {
+            let told = of(&told).unwrap();
+            assert!((told / found - 1.0).abs() < 0.05, "{told} {found}");
+        }
+        assert_eq!(TruthErrors::of(std::iter::empty()), TruthErrors::default());
+    }
+}
