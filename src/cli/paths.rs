@@ -4,7 +4,6 @@ use super::brdf_args::BrdfArgs;
 use super::output::{DrawingArgs, JsonArgs};
 use super::progress::Progress;
 use super::{ThreadArgs, build, choose_material, print};
-use crate::analysis::bounces::{self, ChartBounces, PathSample};
 use crate::brdf::{Brdf, Channels, Part, SplitBrdf};
 use crate::error::{Error, ParameterError, in_left_open};
 use crate::experiment::materials;
@@ -78,31 +77,22 @@ impl PathsArgs {
         let split = told_apart(&material.name, &*brdf)?;
         let entries = parametrization::all();
         let mut progress = Progress::of(1 + entries.len() as u64, "");
-        progress.doing(|| "light paths".into());
-        let sample = PathSample::follow(split, self.paths as usize);
-        progress.advance(1.0);
-        if !sample.has_light() {
+        let class = self.bounce.part();
+        let report = BouncesReport::new(
+            &material.name,
+            split,
+            self.paths as usize,
+            &entries,
+            (class, self.purity),
+            |next| {
+                progress.advance(1.0);
+                progress.doing(|| next.into());
+            },
+        );
+        drop(progress);
+        let Some(report) = report else {
             let message = "no light leaves it; allowed: a material that reflects";
             return Err(Error::config(&material.name, message));
-        }
-        let class = self.bounce.part();
-        let charts = entries.iter().map(|entry| {
-            progress.doing(|| entry.kind.into());
-            let place = class.classes().start;
-            let chart = ChartBounces::new(&sample, entry, brdf.symmetry(), place, self.purity);
-            progress.advance(1.0);
-            chart
-        });
-        let charts = charts.collect();
-        drop(progress);
-        let report = BouncesReport {
-            material: &material.name,
-            shares: sample.shares(),
-            entropy: bounces::entropy(&sample),
-            class,
-            purity: self.purity,
-            charts,
-            sample: &sample,
         };
         match self.json.wanted() {
             // Of a line for each of the maps' numbers most would be spaces.

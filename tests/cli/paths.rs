@@ -164,3 +164,77 @@ fn paths_refuse_what_they_cannot_use() {
         assert!(stderr.contains(option) && stderr.contains(part), "{stderr}");
     }
 }
+
+/// Of a truth from random paths rows say what it may be off by, and reports where its light is; of others neither.
+#[test]
+fn studies_tell_of_light_paths_and_of_their_errors() {
+    let bench = Bench::new();
+    let config = r#"
+experiment = "study"
+budgets = [60]
+
+[[material]]
+kind = "smith-multiple"
+alpha = 0.5
+paths = 64
+
+[[material]]
+kind = "ggx"
+alpha = 0.5
+
+[[parametrization]]
+kind = "half-difference"
+
+[[sample_set]]
+kind = "grid"
+
+[[reconstruction]]
+kind = "cubic"
+
+[metrics]
+pairs = 400
+max_pairs = 1
+
+[pictures]
+resolution = 24
+samples = 4
+budget = 60
+"#;
+    std::fs::write(bench.path("c.toml"), config).unwrap();
+    let more_paths = [
+        "--set",
+        "material.0.paths=1024",
+        "--set",
+        "pictures.draw=false",
+        "-o",
+        "more",
+    ];
+    bench.good(&["run", "c.toml", "-q"]);
+    bench.good(&[&["run", "c.toml", "-q"], &more_paths[..]].concat());
+    let errors = |run: &str, material: &str| -> Vec<Option<f64>> {
+        let rows = bench.rows(run);
+        let of = rows.iter().filter(|row| row.material.starts_with(material));
+        let names = ["truth_nrmse", "truth_log_relative"];
+        of.flat_map(|row| names.map(|name| row.quantities.get(name)))
+            .collect()
+    };
+    let [few, many] = ["runs/c", "more"].map(|run| errors(run, "smith"));
+    assert!(!few.is_empty() && few.len() == many.len());
+    for (few, many) in few.into_iter().zip(many) {
+        // Sixteen times the paths: a quarter.
+        let ratio = few.unwrap() / many.unwrap();
+        assert!((3.0..5.0).contains(&ratio), "{few:?} {many:?}");
+    }
+    assert!(errors("runs/c", "ggx").iter().all(Option::is_none));
+    let pictures = bench.files("runs/c/pictures");
+    let of_paths = pictures.iter().filter(|f| f.contains(".paths."));
+    let of_paths: Vec<_> = of_paths.collect();
+    assert!(of_paths.len() == 2 && of_paths.iter().all(|f| f.contains("smith")));
+    let told = "Light by the number of facets that it met, of 131072 paths";
+    assert_eq!(bench.read("runs/c/report.html").matches(told).count(), 2);
+    // Parts bring them along.
+    bench.good(&["run", "c.toml", "-q", "--shard", "1/1"]);
+    bench.good(&["merge", "runs/c.shard-1-of-1", "-o", "merged"]);
+    assert_eq!(bench.files("merged/pictures"), pictures);
+    assert_eq!(bench.read("merged/report.html").matches(told).count(), 2);
+}

@@ -2,7 +2,7 @@
 //! truth, reconstruction and difference.
 
 use super::html::{MaterialPictures, Media, Picture};
-use crate::brdf::Brdf;
+use crate::brdf::{Brdf, Part};
 use crate::error::Error;
 use crate::experiment::{
     Coordinates, Material, Plan, RESULTS_REVISION, Router, Row, Shard, Share, Stage, preview,
@@ -11,6 +11,7 @@ use crate::lighting::Lighting;
 use crate::parametrization::{ParametrizationSpec, find};
 use crate::reconstruct::PriorFile;
 use crate::registry::Entry;
+use crate::report::BouncesReport;
 use crate::report::pictures::{BrdfSlices, Comparison, hemispheres_svg, test_functions_svg};
 use crate::report::run::{Below, RunFolder, file_stem};
 use rayon::prelude::*;
@@ -27,6 +28,12 @@ const RESOLUTION: usize = 128;
 
 /// Raised when pictures look different: a folder that is gone on with holds no two looks.
 const LOOK: u32 = 3;
+
+/// Light paths that are followed of a material that tells its light apart.
+const PATHS: usize = 1 << 17;
+
+/// Share of the light of a box of one class.
+const PURITY: f64 = 0.9;
 
 const HEMISPHERES: &str = "hemispheres.svg";
 const FUNCTIONS: &str = "functions.svg";
@@ -143,9 +150,19 @@ impl<'a> Studio<'a> {
         };
         let materials = self.plan.materials.iter().zip(keys);
         let materials = materials.filter_map(|(material, key)| {
+            let key = key.as_ref()?;
+            let stem = self.stem(material, key);
+            let mut pictures = read(self.of_material(material, key));
+            // Of a material that tells its light apart.
+            if let Some(caption) = folder.below(Below::Pictures, &format!("{stem}.paths.txt")) {
+                pictures.extend(read(vec![Shown {
+                    file: format!("{stem}.paths.svg"),
+                    caption: String::from_utf8_lossy(&caption).trim().into(),
+                }]));
+            }
             Some(MaterialPictures {
                 material: material.name.clone(),
-                pictures: read(self.of_material(material, key.as_ref()?)),
+                pictures,
             })
         });
         (read(general()), materials.collect())
@@ -218,6 +235,19 @@ impl<'a> Studio<'a> {
         let stem = self.stem(material, key);
         let name = format!("{stem}.slices");
         if !folder.has(Below::Pictures, &format!("{name}.svg")) {
+            // Before the slices, which are looked for.
+            if let Some(split) = brdf.as_split() {
+                let class = (Part::Second, PURITY);
+                let of = &self.parametrizations;
+                let report = BouncesReport::new(&material.name, split, PATHS, of, class, |_| ());
+                if let Some(report) = report {
+                    let told = report.caption() + "\n";
+                    folder.write_picture(&format!("{stem}.paths.svg"), || {
+                        report.svg().map(String::into_bytes)
+                    })?;
+                    folder.write_picture(&format!("{stem}.paths.txt"), || Ok(told.into_bytes()))?;
+                }
+            }
             let slices = BrdfSlices::new(brdf, &self.parametrizations, &PHI_DEG, RESOLUTION);
             let title = format!("{}: slices and isolines", material.name);
             folder.write_picture(&format!("{name}.exr"), || {

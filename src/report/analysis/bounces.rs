@@ -3,11 +3,12 @@
 use super::numbers::{percent, range, shown};
 use crate::analysis::Estimate;
 use crate::analysis::bounces::{
-    Capture, ChartBounces, LEAST_CAPTURE, LightShares, MAP_CELLS, Map, PathSample, Spread,
+    self, Capture, ChartBounces, LEAST_CAPTURE, LightShares, MAP_CELLS, Map, PathSample, Spread,
 };
-use crate::brdf::{CLASSES, Part};
+use crate::brdf::{CLASSES, Part, SplitBrdf};
 use crate::error::{Error, count};
-use crate::parametrization::{Axis, Unit};
+use crate::parametrization::{Axis, ParametrizationSpec, Unit};
+use crate::registry::Entry;
 use crate::report::Columns;
 use crate::report::pictures::bounces::bounces_svg;
 use serde_json::{Value, json};
@@ -15,19 +16,19 @@ use serde_json::{Value, json};
 /// All results about the light paths of a material.
 pub struct BouncesReport<'a> {
     /// Name of the material.
-    pub material: &'a str,
+    material: &'a str,
     /// Its paths.
-    pub sample: &'a PathSample,
+    sample: PathSample,
     /// Light that leaves, and the shares of the classes.
-    pub shares: LightShares,
+    shares: LightShares,
     /// Entropy of the class, bits.
-    pub entropy: Estimate,
+    entropy: Estimate,
     /// The class whose boxes are told.
-    pub class: Part,
+    class: Part,
     /// Share of its light that a box has at least.
-    pub purity: f64,
+    purity: f64,
     /// A part for each parametrization.
-    pub charts: Vec<ChartBounces>,
+    charts: Vec<ChartBounces>,
 }
 
 /// What light of a class met.
@@ -91,7 +92,65 @@ pub(super) fn errors_are(sample: &PathSample) -> String {
     }
 }
 
-impl BouncesReport<'_> {
+impl<'a> BouncesReport<'a> {
+    /// Follows so many paths of a material, and analyses `parametrizations`; `boxes`: the class whose boxes are told, and the share
+    /// of its light in them (in (0, 1]). `doing` is told what comes next. `None` of a material that no light leaves.
+    pub fn new(
+        material: &'a str,
+        brdf: &dyn SplitBrdf,
+        paths: usize,
+        parametrizations: &[Entry<ParametrizationSpec>],
+        (class, purity): (Part, f64),
+        mut doing: impl FnMut(&str),
+    ) -> Option<Self> {
+        doing("light paths");
+        let sample = PathSample::follow(brdf, paths);
+        if !sample.has_light() {
+            return None;
+        }
+        let charts = parametrizations.iter().map(|entry| {
+            doing(entry.kind);
+            let place = class.classes().start;
+            ChartBounces::new(&sample, entry, brdf.symmetry(), place, purity)
+        });
+        Some(Self {
+            material,
+            shares: sample.shares(),
+            entropy: bounces::entropy(&sample),
+            class,
+            purity,
+            charts: charts.collect(),
+            sample,
+        })
+    }
+
+    /// What a picture of it says: shares, and what coordinates tell, without the boxes.
+    pub fn caption(&self) -> String {
+        let told = self.charts.iter().map(|chart| {
+            let (pair, bits) = chart.information.best_pair();
+            let [a, b] = pair.map(|i| chart.axes[i].symbol);
+            format!("{} {a}, {b}: {}", chart.name, shown(bits.value, bits.error))
+        });
+        let all = self.charts.iter().map(|chart| chart.information.all.value);
+        let [low, high] = all.fold([f64::INFINITY, 0.0], |[low, high], bits| {
+            [f64::min(low, bits), f64::max(high, bits)]
+        });
+        let mut caption = format!(
+            "Light by the number of facets that it met, of {}: {} of all light leaves; {}.",
+            count(self.sample.followed(), "path"),
+            percent(&self.shares.albedo),
+            listed(&self.shares.classes),
+        );
+        if self.entropy.value > 0.0 {
+            caption += &format!(
+                " Of the {} bits that it takes to know the number, the best two axes tell {}; all axes {low:.3} to {high:.3}.",
+                shown(self.entropy.value, self.entropy.error),
+                told.collect::<Vec<_>>().join("; "),
+            );
+        }
+        caption
+    }
+
     /// The report as text.
     pub fn text(&self) -> String {
         let mut out = format!(
@@ -99,7 +158,7 @@ impl BouncesReport<'_> {
             self.material,
             count(self.sample.followed(), "path"),
             self.sample.pairs().len(),
-            errors_are(self.sample)
+            errors_are(&self.sample)
         );
         out += &format!(
             "light that leaves   {} of what comes from the hemisphere\n  of that             {}\n",
