@@ -222,11 +222,21 @@ fn sync(file: &File) -> io::Result<()> {
     }
 }
 
+/// A layer of an OpenEXR, any channels.
+#[cfg(any(feature = "pictures", feature = "surfaces"))]
+type ExrLayer = exr::prelude::Layer<exr::prelude::AnyChannels<exr::prelude::FlatSamples>>;
+
 /// The first layer that can be read of an OpenEXR file, in its finest resolution.
 #[cfg(any(feature = "pictures", feature = "surfaces"))]
-pub fn exr_layer(
-    path: &Path,
-) -> exr::error::Result<exr::prelude::Layer<exr::prelude::AnyChannels<exr::prelude::FlatSamples>>> {
+pub fn exr_layer(path: &Path) -> exr::error::Result<ExrLayer> {
+    exr_layer_of(std::io::BufReader::new(File::open(path)?))
+}
+
+/// The same of its bytes.
+#[cfg(any(feature = "pictures", feature = "surfaces"))]
+pub fn exr_layer_of(
+    file: impl std::io::Read + std::io::Seek + Send,
+) -> exr::error::Result<ExrLayer> {
     use exr::prelude::{ReadChannels, ReadLayers};
     let image = exr::prelude::read()
         .no_deep_data()
@@ -234,7 +244,7 @@ pub fn exr_layer(
         .all_channels()
         .first_valid_layer()
         .all_attributes()
-        .from_file(path)?;
+        .from_buffered(file)?;
     Ok(image.layer_data)
 }
 

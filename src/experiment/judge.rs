@@ -44,6 +44,16 @@ pub(super) struct Truth {
     profile: Option<Profile>,
 }
 
+impl Truth {
+    /// Writes what it may be off by under a measure, by number.
+    pub fn write(&self, at: usize, to: &mut Quantities) {
+        let errors = self.errors.get(at);
+        for (quantity, of) in TruthErrors::QUANTITIES {
+            to.set(quantity.name, errors.and_then(of));
+        }
+    }
+}
+
 /// A material, its truth, its readings.
 type Member<'a> = (&'a Material, &'a Truth, &'a Readings);
 
@@ -61,8 +71,6 @@ pub(super) struct Compared {
     uncovered: Vec<Uncovered>,
     /// Share of the pairs within the uncertainty, one per measure, if it is counted and there is one.
     within: Vec<Option<f64>>,
-    /// Errors of the truth, as [`Truth`] has them.
-    of_truth: Vec<TruthErrors>,
     /// Errors that the reconstruction expects, one per measure, if they are asked for and it knows.
     expected: Vec<Expected>,
     /// Error of the directional albedo, and what its quadrature may be off by.
@@ -209,7 +217,6 @@ impl<'a> Judge<'a> {
             converged: Vec::new(),
             uncovered: Vec::new(),
             within: Vec::new(),
-            of_truth: member.1.errors.clone(),
             expected: Vec::new(),
             albedo: None,
             moments: None,
@@ -534,10 +541,6 @@ impl Compared {
         }
         for (quantity, of) in Uncovered::QUANTITIES {
             to.set(quantity.name, of(&self.uncovered[at]));
-        }
-        let of_truth = self.of_truth.get(at);
-        for (quantity, of) in TruthErrors::QUANTITIES {
-            to.set(quantity.name, of_truth.and_then(of));
         }
         to.set(WITHIN.name, self.within.get(at).copied().flatten());
         let expected = self.expected.get(at);

@@ -533,6 +533,7 @@ impl<'a> Runner<'a> {
                 let compared = &compared[i];
                 let mut quantities = Quantities::default();
                 let errors = compared.write(at, &mut quantities);
+                m.truth.write(at, &mut quantities);
                 let facts = &m.readings.facts;
                 rows.push(Row {
                     key,

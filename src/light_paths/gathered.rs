@@ -86,9 +86,11 @@ impl Gathered {
                 let (mut events, mut light) = (Vec::new(), Vec::new());
                 for _ in 0..block.min(rays - place * block) {
                     let mut weight: ChannelValues = smallvec![1.0; channels];
-                    let start = [stream.next(), stream.next()];
-                    let group = surface * BLOCKS + block_of(start);
-                    let start = start.map(|s| s * spot);
+                    let mut group = surface * BLOCKS;
+                    let start = |u: [f64; 2]| {
+                        group += block_of(u);
+                        u.map(|s| s * spot)
+                    };
                     let drawn = surfaces[surface].draw(start, last, &mut weight, &mut stream);
                     if let Some(drawn) = drawn.filter(|drawn| drawn.met > 1) {
                         events.push(event(&drawn, group));

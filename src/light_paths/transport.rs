@@ -211,15 +211,16 @@ impl Transport {
         None
     }
 
-    /// A path of light from the hemisphere to wherever it leaves, begun at `start` (shares of the period).
+    /// A path of light from the hemisphere to wherever it leaves, begun where `start` puts numbers of [0, 1)²: shares of the period.
     pub(super) fn draw(
         &self,
-        start: [f64; 2],
+        start: impl FnOnce([f64; 2]) -> [f64; 2],
         last: usize,
         weight: &mut ChannelValues,
         random: &mut RandomStream,
     ) -> Option<Drawn> {
         let omega_i = cosine_hemisphere([random.next(), random.next()]);
+        let start = start([random.next(), random.next()]);
         let ray = self.tracer.from_sky(start, -omega_i.vector());
         let left = self.path(ray, last, weight, random, &mut Sums::default());
         let (omega_o, met) = left?;

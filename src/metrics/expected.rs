@@ -87,21 +87,35 @@ impl Expected {
     /// The square of an error of f is taken for e^v − 1 of that of the median of f, v the variance of ln f: for small v
     /// it is that on average, and for large v between its mean as a share of the median's square and of the mean square.
     pub fn of(pairs: impl Iterator<Item = (f64, f64, LogNormal)>) -> Self {
-        let [mut all, mut log, mut square, mut energy] = [0.0; 4];
-        for (weight, cosine, LogNormal { mean, variance }) in pairs {
-            let shifted = mean.exp();
-            all += weight;
-            // The mean of the absolute value of a normal number.
-            log += weight * (2.0 * variance / PI).sqrt();
-            square += weight * (shifted * cosine).powi(2) * variance.min(TAIL).exp_m1();
-            energy += weight * ((shifted - EPSILON).max(0.0) * cosine).powi(2);
-        }
-        let defined = |error: f64| error.is_finite().then_some(error);
+        let [nrmse, log_relative] =
+            of_means(pairs.map(|(weight, cosine, LogNormal { mean, variance })| {
+                let shifted = mean.exp();
+                [
+                    weight,
+                    (shifted * cosine).powi(2) * variance.min(TAIL).exp_m1(),
+                    ((shifted - EPSILON).max(0.0) * cosine).powi(2),
+                    variance.sqrt(),
+                ]
+            }));
         Self {
-            nrmse: defined((square / energy).sqrt()),
-            log_relative: defined(log / all),
+            nrmse,
+            log_relative,
         }
     }
+}
+
+/// `nrmse` and `log_relative` of errors that are known on average: of each pair its weight, the squares of the error and of f, both
+/// times the cosine, and the standard deviation of the error of ln (f + ε). `None` where undefined.
+pub(super) fn of_means(pairs: impl Iterator<Item = [f64; 4]>) -> [Option<f64>; 2] {
+    let [mut all, mut square, mut energy, mut log] = [0.0; 4];
+    for [weight, of_error, of_f, deviation] in pairs {
+        all += weight;
+        square += weight * of_error;
+        energy += weight * of_f;
+        // The mean of the absolute value of a normal number.
+        log += weight * (2.0 / PI).sqrt() * deviation;
+    }
+    [(square / energy).sqrt(), log / all].map(|error: f64| error.is_finite().then_some(error))
 }
 
 #[cfg(test)]

@@ -1,10 +1,10 @@
 //! What a truth that is followed along paths may be off by, in the terms of the errors.
 
+use super::expected::of_means;
 use super::{Judged, Level, Quantity, Uncovered, Values};
 use crate::brdf::SplitBrdf;
 use crate::reconstruct::EPSILON;
 use rayon::prelude::*;
-use std::f64::consts::PI;
 
 /// Errors that the paths of a truth make, which more of them make smaller; `None` where undefined.
 ///
@@ -55,18 +55,13 @@ impl TruthErrors {
 
     /// The errors under a measure: of each pair its weight, cos θ_i, f and u.
     fn of(pairs: impl Iterator<Item = (f64, f64, f64, f64)>) -> Self {
-        let [mut all, mut log, mut square, mut energy] = [0.0; 4];
-        for (weight, cosine, f, u) in pairs {
-            all += weight;
-            // The mean of the absolute value of a normal number.
-            log += weight * (2.0 / PI).sqrt() * u / (f + EPSILON);
-            square += weight * (u * cosine).powi(2);
-            energy += weight * (f * cosine).powi(2);
-        }
-        let defined = |error: f64| error.is_finite().then_some(error);
+        let [nrmse, log_relative] = of_means(pairs.map(|(weight, cosine, f, u)| {
+            let [of_error, of_f] = [u, f].map(|x| (x * cosine).powi(2));
+            [weight, of_error, of_f, u / (f + EPSILON)]
+        }));
         Self {
-            nrmse: defined((square / energy).sqrt()),
-            log_relative: defined(log / all),
+            nrmse,
+            log_relative,
         }
     }
 }

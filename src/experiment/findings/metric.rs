@@ -1,7 +1,7 @@
 //! The errors that findings compare.
 
 use crate::experiment::row::Row;
-use crate::metrics::{Errors, Expected, TruthErrors};
+use crate::metrics::{Errors, Expected};
 
 /// An error metric that is compared.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -47,13 +47,12 @@ impl Metric {
         share.hypot(self.share_of_truth(row))
     }
 
-    /// The error of the truth that is in it, [`TruthErrors`].
+    /// The error of the truth that is in it, [`crate::metrics::TruthErrors`].
     pub fn of_truth(self, row: &Row) -> Option<f64> {
-        let name = format!("truth_{}", self.name());
-        TruthErrors::QUANTITIES
-            .iter()
-            .find(|(quantity, _)| quantity.name == name)
-            .and_then(|(quantity, _)| row.value(quantity.name))
+        row.value(match self {
+            Metric::Nrmse => "truth_nrmse",
+            Metric::LogRelative => "truth_log_relative",
+        })
     }
 
     /// The part of it that the error of the truth may be: of √(e² + t²) what e leaves.

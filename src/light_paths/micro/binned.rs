@@ -73,8 +73,7 @@ impl Binned {
             let mut sums = Sums::new(&nodes, channels);
             for _ in 0..of_group {
                 let mut weight: ChannelValues = smallvec![1.0; channels];
-                let start = in_block(group % BLOCKS, [stream.next(), stream.next()]);
-                let start = start.map(|s| s * drawing.spot);
+                let start = |u| in_block(group % BLOCKS, u).map(|s| s * drawing.spot);
                 let surface = &surfaces[group / BLOCKS];
                 let drawn = surface.draw(start, drawing.last, &mut weight, &mut stream);
                 let Some(drawn) = drawn.filter(|drawn| drawn.met > 1) else {

@@ -66,8 +66,8 @@ pub struct MicroSurface {
     surfaces: Vec<Transport>,
     random: Random,
     mirrors: Option<Mirrors>,
-    /// True if the facets have no peaks but those that [`Density`] knows.
-    is_smooth: bool,
+    /// True if values are found at nodes.
+    has_nodes: bool,
     known: OnceLock<Known>,
 }
 
@@ -81,6 +81,7 @@ struct Mirrors {
 }
 
 /// Light that was followed before the first value was asked for.
+#[derive(Default)]
 struct Known {
     at_nodes: Option<(Nodes, AtNodes)>,
     later: Option<Later>,
@@ -139,24 +140,24 @@ impl MicroSurface {
             is_random,
             surfaces,
             random,
+            has_nodes: spec.has_nodes() && !mirrors.as_ref().is_some_and(|m| m.are_few),
             mirrors,
-            is_smooth: !matches!(spec.facets, FacetsSpec::Material(_)),
             known: OnceLock::new(),
         })
     }
 
     /// Light that has to be followed once; a run that asks for no value does not wait for it.
     fn known(&self) -> &Known {
-        self.known.get_or_init(|| apart(|| self.follow()))
+        self.known
+            .get_or_init(|| match self.has_nodes || self.has_later() {
+                true => apart(|| self.follow()),
+                false => Known::default(),
+            })
     }
 
-    /// True if values are found at nodes.
-    fn has_nodes(&self) -> bool {
-        let asked = match &self.mirrors {
-            Some(mirrors) => !mirrors.are_few && self.keys.bounces.holds(1),
-            None => self.is_smooth,
-        };
-        self.symmetry.isotropic && asked
+    /// True if light of more than one mirror is followed.
+    fn has_later(&self) -> bool {
+        self.keys.bounces != Part::First && self.mirrors.as_ref().is_some_and(|m| !m.are_few)
     }
 
     fn follow(&self) -> Known {
@@ -167,7 +168,7 @@ impl MicroSurface {
             multiple_half_angle_deg,
             ..
         } = self.keys;
-        let at_nodes = self.has_nodes().then(|| {
+        let at_nodes = self.has_nodes.then(|| {
             let nodes = Nodes::new(STEP, POWER, LAST);
             let pairs = nodes.pairs();
             let pairs = pairs.par_iter().enumerate();
@@ -185,8 +186,7 @@ impl MicroSurface {
             };
             (nodes, values)
         });
-        let has_later = self.mirrors.as_ref().is_some_and(|m| !m.are_few);
-        let later = (has_later && bounces != Part::First).then(|| {
+        let later = self.has_later().then(|| {
             let drawing = Drawing {
                 radius: multiple_half_angle_deg.to_radians(),
                 rays,
@@ -446,7 +446,7 @@ impl Brdf for MicroSurface {
         };
         match self.is_of_few_mirrors() {
             true => Vec::new(),
-            false if self.has_nodes() => vec![remark(self, paths, "node")],
+            false if self.has_nodes => vec![remark(self, paths, "node")],
             false => vec![remark(self, paths, "pair")],
         }
     }
@@ -495,7 +495,7 @@ impl SplitBrdf for MicroSurface {
         for _ in 0..count {
             let mut weight: ChannelValues = smallvec![1.0; channels.count()];
             let last = self.keys.bounces.last();
-            let start = [random.next(), random.next()].map(|s| s * self.keys.spot);
+            let start = |u: [f64; 2]| u.map(|s| s * self.keys.spot);
             let drawn = surface.draw(start, last, &mut weight, &mut random);
             if let Some(drawn) = drawn.filter(|drawn| self.keys.bounces.holds(drawn.met)) {
                 each(LightPath {

@@ -108,6 +108,17 @@ fn read(mut table: Table<'_>) -> Result<Box<dyn BrdfSpec>, ReadError> {
 }
 
 impl MicroSurfaceSpec {
+    /// True if values are found at nodes: those of a surface that looks the same however it is turned, and of facets that have no
+    /// peaks but those that the density of normals knows.
+    pub(super) fn has_nodes(&self) -> bool {
+        let asked = match self.facets {
+            FacetsSpec::Mirror(_) => self.keys.bounces.holds(1),
+            FacetsSpec::Diffuse(_) => true,
+            FacetsSpec::Material(_) => false,
+        };
+        asked && self.surface.facts().symmetry.isotropic
+    }
+
     /// Angle about a half vector of the normals whose mirror directions lie within the asked one.
     pub(super) fn cone(&self) -> f64 {
         0.5 * self.keys.half_angle_deg.to_radians()
@@ -152,9 +163,10 @@ impl BrdfSpec for MicroSurfaceSpec {
             20.0,
         )?;
         let [least, most] = PATHS;
-        let most = match (&self.facets, facts.symmetry.isotropic) {
-            (FacetsSpec::Mirror(_) | FacetsSpec::Diffuse(_), true) => MOST_AT_NODES,
-            _ => most,
+        let most = if self.has_nodes() {
+            MOST_AT_NODES
+        } else {
+            most
         };
         in_whole("paths", keys.paths, [least * keys.surfaces, most])?;
         if let Some(error) = keys.relative_error {

@@ -93,8 +93,8 @@ pub(super) fn errors_are(sample: &PathSample) -> String {
 }
 
 impl<'a> BouncesReport<'a> {
-    /// Follows so many paths of a material, and analyses `parametrizations`; `boxes`: the class whose boxes are told, and the share
-    /// of its light in them (in (0, 1]). `doing` is told what comes next. `None` of a material that no light leaves.
+    /// Follows so many paths of a material, and analyses `parametrizations`; boxes are those of `class` with such a share of its
+    /// light (`purity`, in (0, 1]). `doing` is told what comes next. `None` of a material that no light leaves.
     pub fn new(
         material: &'a str,
         brdf: &dyn SplitBrdf,

@@ -164,7 +164,6 @@ mod tests {
     use crate::brdf::testing::made;
     use crate::brdf::{Lambert, Spectrum};
     use crate::geometry::Symmetry;
-    use exr::prelude::{ReadChannels, ReadLayers};
 
     #[test]
     fn layers_read_back_with_their_mask() {
@@ -173,16 +172,9 @@ mod tests {
         let mut file = io::Cursor::new(Vec::new());
         write_slice(&truth, &other, &mut file).unwrap();
         file.set_position(0);
-        let image = exr::prelude::read()
-            .no_deep_data()
-            .largest_resolution_level()
-            .all_channels()
-            .first_valid_layer()
-            .all_attributes()
-            .from_buffered(file)
-            .unwrap();
+        let layer = crate::files::exr_layer_of(file).unwrap();
         let at = |name: &str, x: usize, y: usize| {
-            let list = &image.layer_data.channel_data.list;
+            let list = &layer.channel_data.list;
             let channel = list.iter().find(|c| c.name.to_string() == name).unwrap();
             channel
                 .sample_data
@@ -193,7 +185,7 @@ mod tests {
         assert_eq!(at("difference.Y", middle, middle), -quarter);
         assert_eq!(at("truth.A", middle, middle), 1.0);
         assert_eq!(at("truth.A", 0, 0), 0.0);
-        assert_eq!(image.layer_data.channel_data.list.len(), 6);
+        assert_eq!(layer.channel_data.list.len(), 6);
     }
 
     #[test]

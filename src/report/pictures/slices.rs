@@ -312,7 +312,6 @@ mod tests {
     use crate::geometry::Symmetry;
     use crate::parametrization;
     use crate::report::pictures::plot::without_images;
-    use exr::prelude::{ReadChannels, ReadLayers};
 
     fn charts(names: &[&str]) -> Vec<Entry<ParametrizationSpec>> {
         let found = names
@@ -329,15 +328,8 @@ mod tests {
         let mut file = io::Cursor::new(Vec::new());
         slices.write_exr(&mut file).unwrap();
         file.set_position(0);
-        let image = exr::prelude::read()
-            .no_deep_data()
-            .largest_resolution_level()
-            .all_channels()
-            .first_valid_layer()
-            .all_attributes()
-            .from_buffered(file)
-            .unwrap();
-        let list = &image.layer_data.channel_data.list;
+        let layer = crate::files::exr_layer_of(file).unwrap();
+        let list = &layer.channel_data.list;
         assert_eq!(list.len(), 2 * 2 * 2);
         let values = |name: &str| {
             let channel = list.iter().find(|c| c.name.to_string() == name).unwrap();
