@@ -5,6 +5,7 @@
 
 use super::surface::HeightField;
 use glam::DVec3;
+use smallvec::SmallVec;
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use std::ops::Range;
 
@@ -17,8 +18,12 @@ pub(super) const BLOCKS: usize = EDGE * EDGE;
 /// Steps of elevation in the radius of a cone.
 const STEPS: f64 = 8.0;
 
-/// The largest number of squares along an axis.
+/// Squares in the radius of a cone, and the largest number of them along an axis.
+const FINE: f64 = 4.0;
 const MOST: f64 = 2048.0;
+
+/// Bits of a triangle's number: two triangles for each of 8192² cells are 2²⁷.
+const TRIANGLE_BITS: u32 = 28;
 
 /// Facets of one period, in squares of (m_x, m_y), the normals' components in the plane.
 pub(super) struct Normals {
@@ -34,14 +39,22 @@ pub(super) struct Normals {
     cells: [f64; BLOCKS],
 }
 
-/// A facet: its normal and its triangle.
+/// A facet: its normal, and its block in the bits above those of its triangle.
 #[derive(Clone, Copy, Default)]
 pub(super) struct Facet {
     normal: [f32; 3],
-    triangle: u32,
+    place: u32,
 }
 
 impl Facet {
+    fn triangle(&self) -> usize {
+        (self.place & ((1 << TRIANGLE_BITS) - 1)) as usize
+    }
+
+    fn block(&self) -> usize {
+        (self.place >> TRIANGLE_BITS) as usize
+    }
+
     fn normal(&self) -> DVec3 {
         let [x, y, z] = self.normal.map(f64::from);
         DVec3::new(x, y, z)
@@ -84,7 +97,7 @@ pub(super) fn in_block(block: usize, [u, v]: [f64; 2]) -> [f64; 2] {
 impl Normals {
     /// Facets of the part `spot` of the edges of `field`, for cones of an angle `radius`.
     pub(super) fn new(field: &HeightField, spot: f64, radius: f64) -> Self {
-        let across = (2.0 / radius).clamp(1.0, MOST) as usize;
+        let across = (2.0 * FINE / radius).clamp(1.0, MOST) as usize;
         let per_unit = across as f64 / 2.0;
         let lit = lit(field, spot);
         let [nx, _] = field.size();
@@ -95,9 +108,10 @@ impl Normals {
                     (0..2).map(move |side| {
                         let [sx, sy] = slopes[side];
                         let long = (1.0 + sx * sx + sy * sy).sqrt();
+                        let triangle = (2 * (y * nx + x) + side) as u32;
                         Facet {
                             normal: [-sx / long, -sy / long, 1.0 / long].map(|m| m as f32),
-                            triangle: (2 * (y * nx + x) + side) as u32,
+                            place: (block([x, y], lit) as u32) << TRIANGLE_BITS | triangle,
                         }
                     })
                 })
@@ -146,19 +160,20 @@ impl Normals {
         })
     }
 
-    /// The facets of the squares about `h`, which hold its cone.
-    fn about(&self, h: DVec3) -> [Range<u32>; 3] {
-        let [x, y] = [h.x, h.y].map(|m| place(m, self.per_unit, self.across) as i64);
-        let last = self.across as i64 - 1;
-        [-1, 0, 1].map(|step| {
-            let row = y + step;
-            if !(0..=last).contains(&row) {
-                return 0..0;
-            }
-            let [low, high] =
-                [x - 1, x + 1].map(|x| (row * (last + 1) + x.clamp(0, last)) as usize);
+    /// The facets of the squares that the cone about `h` may reach, a range for each row.
+    fn about(&self, h: DVec3) -> SmallVec<[Range<u32>; 16]> {
+        // Of the cone's rim, and of what rounding may add.
+        let reach = self.chord2.sqrt() * (1.0 + 1e-9);
+        let at = |m: f64| place(m, self.per_unit, self.across);
+        let rows = at(h.y - reach)..=at(h.y + reach);
+        let facets = rows.map(|row| {
+            let [low, high] = [row, row + 1].map(|edge| edge as f64 / self.per_unit - 1.0);
+            let off = (low - h.y).max(h.y - high).max(0.0);
+            let half = (reach * reach - off * off).max(0.0).sqrt();
+            let [low, high] = [h.x - half, h.x + half].map(|m| row * self.across + at(m));
             self.first[low]..self.first[high + 1]
-        })
+        });
+        facets.collect()
     }
 
     fn is_within(&self, facet: &Facet, h: DVec3) -> bool {
@@ -183,25 +198,20 @@ impl Normals {
             false => 0.0,
         };
         Some(Candidate {
-            triangle: facet.triangle as usize,
+            triangle: facet.triangle(),
             weight,
         })
     }
 
     /// Adds the area of the facets in the cone about `h` to that of their blocks.
-    fn add_cone(&self, h: DVec3, row: usize, lit: [usize; 2], areas: &mut [f64]) {
+    fn add_cone(&self, h: DVec3, areas: &mut [f64; BLOCKS]) {
         for range in self.about(h) {
             for facet in &self.facets[range.start as usize..range.end as usize] {
                 if self.is_within(facet, h) {
-                    areas[self.block(facet, row, lit)] += area(facet);
+                    areas[facet.block()] += area(facet);
                 }
             }
         }
-    }
-
-    fn block(&self, facet: &Facet, row: usize, lit: [usize; 2]) -> usize {
-        let cell = facet.triangle as usize / 2;
-        block([cell % row, cell / row], lit)
     }
 }
 
@@ -232,25 +242,17 @@ enum Kind {
         values: Vec<f64>,
         steepest: f64,
     },
-    /// Of the facets themselves; cells along x, and those that are illuminated.
-    Fixed { row: usize, lit: [usize; 2] },
+    /// Of the facets themselves.
+    Fixed,
 }
 
 impl Density {
     /// Of periods of one size, in cones of an angle `radius`; `turned`: averaged over all turns.
-    pub(super) fn new(
-        all: &[Normals],
-        field: &HeightField,
-        spot: f64,
-        radius: f64,
-        turned: bool,
-    ) -> Self {
-        let lit = lit(field, spot);
-        let row = field.size()[0];
+    pub(super) fn new(all: &[Normals], radius: f64, turned: bool) -> Self {
         let solid_angle = TAU * 2.0 * (0.5 * radius).sin().powi(2);
         let cells: Vec<f64> = all.iter().flat_map(|n| n.cells).collect();
         let kind = match turned {
-            false => Kind::Fixed { row, lit },
+            false => Kind::Fixed,
             true => {
                 let bins = (STEPS * FRAC_PI_2 / radius).ceil().max(1.0);
                 let step = FRAC_PI_2 / bins;
@@ -261,7 +263,7 @@ impl Density {
                     for facet in &normals.facets {
                         let m = facet.normal();
                         let bin = ((m.x.hypot(m.y).atan2(m.z) / step) as usize).min(bins - 1);
-                        let block = period * BLOCKS + normals.block(facet, row, lit);
+                        let block = period * BLOCKS + facet.block();
                         areas[bin * blocks + block] += area(facet);
                     }
                 }
@@ -296,7 +298,7 @@ impl Density {
     pub(super) fn nearest(&self, h: DVec3) -> DVec3 {
         let steepest = match self.kind {
             Kind::Turned { steepest, .. } => steepest,
-            Kind::Fixed { .. } => return h,
+            Kind::Fixed => return h,
         };
         let radius = h.x.hypot(h.y);
         match radius.atan2(h.z) > steepest {
@@ -325,10 +327,11 @@ impl Density {
                     *area = a + share * (b - a);
                 }
             }
-            Kind::Fixed { row, lit } => {
+            Kind::Fixed => {
+                let (periods, _) = areas.as_chunks_mut();
                 for h in images {
-                    for (normals, areas) in all.iter().zip(areas.chunks_mut(BLOCKS)) {
-                        normals.add_cone(*h, *row, *lit, areas);
+                    for (normals, areas) in all.iter().zip(&mut *periods) {
+                        normals.add_cone(*h, areas);
                     }
                 }
                 areas.iter_mut().for_each(|a| *a /= images.len() as f64);

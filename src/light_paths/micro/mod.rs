@@ -126,7 +126,7 @@ impl MicroSurface {
                 .iter()
                 .map(|field| Normals::new(field, keys.spot, radius))
                 .collect();
-            let density = Density::new(&normals, &fields[0], keys.spot, radius, symmetry.isotropic);
+            let density = Density::new(&normals, radius, symmetry.isotropic);
             Mirrors {
                 are_few: normals.iter().all(Normals::are_few),
                 normals,
