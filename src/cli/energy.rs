@@ -23,7 +23,7 @@ const JUDGED_DEG: [f64; 2] = [0.0, 60.0];
 /// measured tables gain.
 const GRAZING_DEG: [f64; 2] = [75.0, 85.0];
 
-/// Azimuths of the views of a BRDF that is not isotropic, degrees; the largest albedo counts.
+/// Azimuths of the views of a BRDF that is not isotropic, degrees; the largest albedo counts. The first three are the others mirrored.
 const AZIMUTHS_DEG: [f64; 8] = [0.0, 45.0, 90.0, 135.0, 180.0, 225.0, 270.0, 315.0];
 
 /// Largest relative uncertainty that excuses an albedo: one of 100 % would excuse every one.
@@ -77,9 +77,10 @@ impl std::fmt::Display for Albedo {
 
 /// The albedos of some views (degrees), the azimuths of all of them at a time.
 fn albedos(brdf: &dyn Brdf, views: &[f64], relative: f64) -> Vec<Albedo> {
-    let azimuths = match brdf.symmetry().isotropic {
-        true => &AZIMUTHS_DEG[..1],
-        false => &AZIMUTHS_DEG,
+    let azimuths = match brdf.symmetry() {
+        symmetry if symmetry.isotropic => &AZIMUTHS_DEG[..1],
+        symmetry if symmetry.bilateral => &AZIMUTHS_DEG[..3],
+        _ => &AZIMUTHS_DEG,
     };
     let seen = |&degrees: &f64| azimuths.iter().map(move |phi| (degrees, phi.to_radians()));
     let seen: Vec<(f64, f64)> = views.iter().flat_map(seen).collect();

@@ -16,6 +16,7 @@ mod density;
 mod distortion;
 mod energy;
 mod init;
+mod kept;
 mod list;
 mod measure;
 mod merge;

@@ -1,12 +1,13 @@
 //! `gonio tabulate`.
 
 use super::energy::EnergyArgs;
+use super::kept::Kept;
 use super::progress::Progress;
 use super::talk::wrote;
 use super::{ConfigArgs, ThreadArgs, build, choose_material, format_names, print, refuse_existing};
 use crate::brdf::{Brdf, Channels, Presence, Watched};
 use crate::error::{Error, ParameterError};
-use crate::experiment::{Material, Plan, Source};
+use crate::experiment::{Material, Plan, Source, material_key};
 use crate::formats::{Format, TableError, WRITE_TABLE};
 use crate::metrics::{self, Errors, Measure, MetricsSpec};
 use clap::Args;
@@ -16,7 +17,10 @@ use std::sync::atomic::{AtomicU64, Ordering};
 #[derive(Debug, Args)]
 #[command(after_help = "\
 A table holds R, G, B: those of the material, unless the config says other channels
-(--set channels=luminance writes a grey table).")]
+(--set channels=luminance writes a grey table).
+
+Values that random paths bring are kept in FILE.part until the table is there: the same command goes
+on from them, with --force it begins anew.")]
 pub(super) struct Tabulate {
     #[command(flatten)]
     config: ConfigArgs,
@@ -61,8 +65,17 @@ impl Tabulate {
         refuse_existing(&self.output, self.force)?;
         let brdf = build(material, channels(&source, &plan, material)?)?;
         let name = || format!("--material {}", material.name);
-        self.table.write(format, &*brdf, &self.output, name)?;
-        Ok(())
+        if brdf.as_split().is_none() {
+            self.table.write(format, &*brdf, &self.output, name)?;
+            return Ok(());
+        }
+        let key = material_key(material)?;
+        let kept = Kept::new(&*brdf, &key, &self.output, self.force)?;
+        match self.table.write(format, &kept, &self.output, name) {
+            Err(e) if !matches!(e, Error::Violation(_)) => Err(e),
+            // The table is there, if not as good as it was asked to be.
+            result => kept.done().and(result.map(drop)),
+        }
     }
 }
 

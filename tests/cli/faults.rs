@@ -141,6 +141,44 @@ fn a_run_that_is_killed_while_it_draws_leaves_no_half_of_a_picture() {
 }
 
 #[test]
+fn a_table_of_random_paths_that_is_killed_goes_on() {
+    let bench = Bench::new();
+    let material = |seed: u64| {
+        format!(
+            "[[material]]\nkind = \"smith-multiple\"\nalpha = [0.3, 0.6]\npaths = 24\nseed = {seed}\n"
+        )
+    };
+    fs::write(bench.path("c.toml"), material(1)).unwrap();
+    fs::write(bench.path("other.toml"), material(2)).unwrap();
+    bench.good(&["tabulate", "c.toml", "-o", "whole.bin"]);
+    assert!(!bench.path("whole.bin.part").exists());
+    let again = ["tabulate", "c.toml", "-o", "killed.bin"];
+    let part = bench.path("killed.bin.part");
+    let kept = || fs::metadata(&part).map_or(0, |of| of.len());
+    for bytes in [1, 500_000, 1_500_000] {
+        let mut table = bench.command(&again);
+        table.stderr(Stdio::null()).stdout(Stdio::null());
+        let mut table = table.spawn().unwrap();
+        while kept() < bytes && table.try_wait().unwrap().is_none() {
+            std::thread::sleep(Duration::from_millis(1));
+        }
+        table.kill().unwrap();
+        table.wait().unwrap();
+        assert!(kept() >= bytes && !bench.path("killed.bin").exists());
+    }
+    let of_other = bench.refused(&["tabulate", "other.toml", "-o", "killed.bin"], 2);
+    assert!(
+        of_other.contains("killed.bin.part") && of_other.contains("--force"),
+        "{of_other}"
+    );
+    let output = bench.gonio(&again);
+    let told = String::from_utf8(output.stderr).unwrap();
+    assert!(told.contains("gonio: goes on from "), "{told}");
+    let [whole, killed] = ["whole.bin", "killed.bin"].map(|name| fs::read(bench.path(name)));
+    assert!(whole.unwrap() == killed.unwrap() && !part.exists());
+}
+
+#[test]
 fn a_folder_that_is_moved_away_ends_its_run() {
     for text in configs() {
         let bench = Bench::new();

@@ -103,8 +103,10 @@ pub fn directional_albedo(brdf: &dyn Brdf, omega_o: Direction) -> DirectionalAlb
 /// Largest error, relative to the albedo.
 const TOLERANCE: f64 = 1e-10;
 
-/// Values of the BRDF after which no cell is halved.
+/// Values of the BRDF after which no cell is halved, and those of one whose values come from random paths: they take longer, and
+/// their noise does not end with smaller cells.
 const REFINEMENT: usize = 150_000;
+const OF_PATHS: usize = 10_000;
 
 /// Nodes along each axis of a cell.
 const NODES: usize = GAUSS_KRONROD.len();
@@ -188,6 +190,10 @@ fn integrate(lobe: &Lobe<'_>) -> DirectionalAlbedo {
         presence: Vec::new(),
     };
     let channels = lobe.brdf.channels().count();
+    let most = match lobe.brdf.as_split() {
+        Some(_) => OF_PATHS,
+        None => REFINEMENT,
+    };
     let mesh = lobe.mesh();
     let narrowest = mesh
         .iter()
@@ -209,7 +215,7 @@ fn integrate(lobe: &Lobe<'_>) -> DirectionalAlbedo {
         }
         let largest = value.iter().copied().fold(0.0, f64::max);
         let error: f64 = cells.iter().map(Cell::error).sum();
-        let done = error <= TOLERANCE * largest || evaluations >= REFINEMENT;
+        let done = error <= TOLERANCE * largest || evaluations >= most;
         let worst = cells.iter().map(Cell::error).fold(0.0, f64::max);
         let count = cells.len();
         if !done {
