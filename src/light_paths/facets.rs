@@ -2,7 +2,8 @@
 
 use crate::brdf::microfacet::fresnel::{self, Fresnel, FresnelSpec};
 use crate::brdf::{
-    self, Brdf, BrdfSpec, BuildError, ChannelValues, Channels, Spectrum, Tables, laws,
+    self, Brdf, BrdfSpec, BuildError, ChannelValues, Channels, Favours, Part, Spectrum, Tables,
+    laws,
 };
 use crate::error::ParameterError;
 use crate::geometry::{Direction, DirectionPair};
@@ -185,6 +186,14 @@ impl FacetsSpec {
         match self {
             FacetsSpec::Material(spec) => spec.tables(),
             _ => Tables::NONE,
+        }
+    }
+
+    /// Coordinates that light of facets favours: that of one mirror goes with the density of half vectors.
+    pub(super) fn favours(&self, bounces: Part) -> Favours {
+        match (self, bounces) {
+            (FacetsSpec::Mirror(_), Part::All | Part::First) => Favours::HalfAngle,
+            _ => Favours::Neither,
         }
     }
 

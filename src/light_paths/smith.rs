@@ -134,10 +134,7 @@ impl BrdfSpec for SmithMultipleSpec {
     }
 
     fn favours(&self) -> Favours {
-        match (&self.facets, self.keys.bounces) {
-            (FacetsSpec::Mirror(_), Part::All | Part::First) => Favours::HalfAngle,
-            _ => Favours::Neither,
-        }
+        self.facets.favours(self.keys.bounces)
     }
 
     fn build(&self, channels: Channels) -> Result<Box<dyn Brdf>, BuildError> {

@@ -6,7 +6,7 @@ use super::super::normals::{Facet, Normals};
 use super::super::smith::PATHS;
 use super::super::surface::{self, SurfaceSpec};
 use super::{MicroSurface, binned};
-use crate::brdf::{Brdf, BrdfSpec, BuildError, Channels, Part, Tables};
+use crate::brdf::{Brdf, BrdfSpec, BuildError, Channels, Favours, Part, Tables};
 use crate::error::{ParameterError, in_closed, in_left_open, in_whole};
 use crate::geometry::Symmetry;
 use crate::registry::{self, Entry, ReadError, Table};
@@ -206,6 +206,10 @@ impl BrdfSpec for MicroSurfaceSpec {
             );
         }
         remarks
+    }
+
+    fn favours(&self) -> Favours {
+        self.facets.favours(self.keys.bounces)
     }
 
     fn build(&self, channels: Channels) -> Result<Box<dyn Brdf>, BuildError> {

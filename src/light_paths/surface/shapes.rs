@@ -144,7 +144,7 @@ impl SurfaceSpec for DimplesSpec {
         check_size(self.size)?;
         in_closed("radius", self.radius, 2.0, self.size as f64 / 2.0)?;
         in_closed("depth", self.depth, -self.radius, self.radius)?;
-        in_closed("cover", self.cover, 0.0, 0.99)?;
+        in_closed("cover", self.cover, 0.0, 0.9999)?;
         Ok(())
     }
 
