@@ -18,7 +18,8 @@ pub(super) const BLOCKS: usize = EDGE * EDGE;
 /// Steps of elevation in the radius of a cone.
 const STEPS: f64 = 8.0;
 
-/// Squares in the radius of a cone, and the largest number of them along an axis.
+/// Squares in the radius of a cone, where all of its facets are looked at, and the largest number of squares along an axis. Where
+/// only a few are drawn, squares are as large as the radius: rows are fewer, and more often in the cache.
 const FINE: f64 = 4.0;
 const MOST: f64 = 2048.0;
 
@@ -95,9 +96,11 @@ pub(super) fn in_block(block: usize, [u, v]: [f64; 2]) -> [f64; 2] {
 }
 
 impl Normals {
-    /// Facets of the part `spot` of the edges of `field`, for cones of an angle `radius`.
-    pub(super) fn new(field: &HeightField, spot: f64, radius: f64) -> Self {
-        let across = (2.0 * FINE / radius).clamp(1.0, MOST) as usize;
+    /// Facets of the part `spot` of the edges of `field`, for cones of an angle `radius`; `turned`: for a density that is averaged
+    /// over all turns.
+    pub(super) fn new(field: &HeightField, spot: f64, radius: f64, turned: bool) -> Self {
+        let squares = if turned { 1.0 } else { FINE };
+        let across = (2.0 * squares / radius).clamp(1.0, MOST) as usize;
         let per_unit = across as f64 / 2.0;
         let lit = lit(field, spot);
         let [nx, _] = field.size();

@@ -124,7 +124,7 @@ impl MicroSurface {
             let radius = spec.cone();
             let normals: Vec<_> = fields
                 .iter()
-                .map(|field| Normals::new(field, keys.spot, radius))
+                .map(|field| Normals::new(field, keys.spot, radius, symmetry.isotropic))
                 .collect();
             let density = Density::new(&normals, radius, symmetry.isotropic);
             Mirrors {

@@ -198,7 +198,7 @@ impl BrdfSpec for MicroSurfaceSpec {
         };
         let mut remarks = self.surface.remarks(&field);
         if let FacetsSpec::Mirror(_) = self.facets
-            && Normals::new(&field, self.keys.spot, self.cone()).are_few()
+            && Normals::new(&field, self.keys.spot, self.cone(), true).are_few()
         {
             remarks.push(
                 "its mirrors have a few normals only, so that no pair has a value; gonio surface and gonio paths tell where light goes"
