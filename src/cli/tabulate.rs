@@ -72,8 +72,8 @@ impl Tabulate {
         let key = material_key(material)?;
         let kept = Kept::new(&*brdf, &key, &self.output, self.force)?;
         match self.table.write(format, &kept, &self.output, name) {
-            Err(e) if !matches!(e, Error::Violation(_)) => Err(e),
-            // The table is there, if not as good as it was asked to be.
+            // The same command may find room for what it could not write; what is refused would be refused again.
+            Err(e @ Error::Output { .. }) => Err(e),
             result => kept.done().and(result.map(drop)),
         }
     }

@@ -3,7 +3,7 @@
 //! The density of normals D(h) is the area of the facets whose normals are within an angle r of h, for each area of the plane
 //! and each steradian of that cone. For a surface that looks the same however it is turned, D is the mean over its turns.
 
-use super::surface::HeightField;
+use super::surface::{HeightField, SIZE};
 use glam::DVec3;
 use smallvec::SmallVec;
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
@@ -23,8 +23,10 @@ const STEPS: f64 = 8.0;
 const FINE: f64 = 4.0;
 const MOST: f64 = 2048.0;
 
-/// Bits of a triangle's number: two triangles for each of 8192² cells are 2²⁷.
+/// Bits of a triangle's number, of two for each cell; a block's are those above.
 const TRIANGLE_BITS: u32 = 28;
+const _: () = assert!(2 * SIZE[1] * SIZE[1] <= 1 << TRIANGLE_BITS);
+const _: () = assert!(BLOCKS <= 1 << (u32::BITS - TRIANGLE_BITS));
 
 /// Facets of one period, in squares of (m_x, m_y), the normals' components in the plane.
 pub(super) struct Normals {

@@ -82,7 +82,7 @@ pub fn read(table: Table<'_>) -> Result<Box<dyn SurfaceSpec>, ReadError> {
 }
 
 /// Fewest and most heights along an axis of a period.
-const SIZE: [usize; 2] = [2, 8192];
+pub(super) const SIZE: [usize; 2] = [2, 8192];
 
 /// Heights in cells, and their range, are below it: squares of slopes are numbers.
 const HIGHEST: f64 = 1e30;
