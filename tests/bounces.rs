@@ -64,6 +64,10 @@ impl<F: Fn(&DirectionPair, u64) -> [f64; CLASSES] + Send + Sync> SplitBrdf for F
         }
     }
 
+    fn follows_pairs(&self) -> bool {
+        true
+    }
+
     fn surfaces(&self) -> usize {
         self.surfaces
     }

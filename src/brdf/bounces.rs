@@ -199,6 +199,9 @@ pub trait SplitBrdf: Brdf {
     /// Blocks are independent of each other, and a block is the same whenever it is asked for.
     fn paths(&self, block: u64, count: usize, each: &mut dyn FnMut(LightPath));
 
+    /// True if each value is the mean of random paths of its own pair: it takes milliseconds, and its noise is not that of the next.
+    fn follows_pairs(&self) -> bool;
+
     /// Surfaces of a kind that it averages over, of which block b is followed on number b modulo this; 0 of what is an average over
     /// all of a kind, or the only one.
     fn surfaces(&self) -> usize {

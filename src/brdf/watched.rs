@@ -92,6 +92,10 @@ impl<F: Fn(&[f64], &[Presence]) + Send + Sync> SplitBrdf for Watched<'_, F> {
         }
     }
 
+    fn follows_pairs(&self) -> bool {
+        self.brdf.as_split().is_some_and(SplitBrdf::follows_pairs)
+    }
+
     fn surfaces(&self) -> usize {
         self.brdf.as_split().map_or(0, SplitBrdf::surfaces)
     }

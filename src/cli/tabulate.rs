@@ -5,7 +5,7 @@ use super::kept::Kept;
 use super::progress::Progress;
 use super::talk::wrote;
 use super::{ConfigArgs, ThreadArgs, build, choose_material, format_names, print, refuse_existing};
-use crate::brdf::{Brdf, Channels, Presence, Watched};
+use crate::brdf::{Brdf, Channels, Presence, SplitBrdf, Watched};
 use crate::error::{Error, ParameterError};
 use crate::experiment::{Material, Plan, Source, material_key};
 use crate::formats::{Format, TableError, WRITE_TABLE};
@@ -19,8 +19,8 @@ use std::sync::atomic::{AtomicU64, Ordering};
 A table holds R, G, B: those of the material, unless the config says other channels
 (--set channels=luminance writes a grey table).
 
-Values that random paths bring are kept in FILE.part until the table is there: the same command goes
-on from them, with --force it begins anew.")]
+Values that each take random paths of their own are kept in FILE.part until the table is there: the
+same command goes on from them, with --force it begins anew.")]
 pub(super) struct Tabulate {
     #[command(flatten)]
     config: ConfigArgs,
@@ -65,7 +65,7 @@ impl Tabulate {
         refuse_existing(&self.output, self.force)?;
         let brdf = build(material, channels(&source, &plan, material)?)?;
         let name = || format!("--material {}", material.name);
-        if brdf.as_split().is_none() {
+        if !brdf.as_split().is_some_and(SplitBrdf::follows_pairs) {
             self.table.write(format, &*brdf, &self.output, name)?;
             return Ok(());
         }

@@ -250,7 +250,10 @@ impl<D: Distribution> Brdf for SmithMultiple<D> {
     }
 
     fn remarks(&self) -> Vec<String> {
-        vec![remark(self, self.paths, "pair")]
+        match self.walk.is_exact() {
+            true => Vec::new(),
+            false => vec![remark(self, self.paths, "pair")],
+        }
     }
 
     fn as_split(&self) -> Option<&dyn SplitBrdf> {
@@ -266,7 +269,11 @@ impl<D: Distribution> SplitBrdf for SmithMultiple<D> {
             let (pair, key) = canonical(pair, self.symmetry);
             let mut random = stream(&self.random, &key);
             let ways = [pair, [pair[1], pair[0]]];
-            for path in 0..self.paths.paths {
+            let paths = match self.walk.is_exact() {
+                true => ways.len(),
+                false => self.paths.paths,
+            };
+            for path in 0..paths {
                 self.walk
                     .follow(ways[path % 2], &mut random, &mut bounces, channels);
                 bounces.end(|values| self.followed.luminance(values));
@@ -274,6 +281,10 @@ impl<D: Distribution> SplitBrdf for SmithMultiple<D> {
         }
         let split = bounces.split(&self.followed, &self.channels);
         split.only(self.paths.bounces)
+    }
+
+    fn follows_pairs(&self) -> bool {
+        !self.walk.is_exact()
     }
 
     fn paths(&self, block: u64, count: usize, each: &mut dyn FnMut(LightPath)) {

@@ -35,6 +35,11 @@ pub(super) struct Walk<D> {
 }
 
 impl<D: Distribution> Walk<D> {
+    /// True if nothing that is asked for depends on chance: light of one mirror.
+    pub fn is_exact(&self) -> bool {
+        self.last == 1 && matches!(self.facets, Facets::Mirror(_))
+    }
+
     /// Follows light from `from` and adds what goes to `to`, both above the horizon; f_r in sr⁻¹ of each number of facets, one
     /// sample of it.
     pub fn follow(
@@ -88,6 +93,9 @@ impl<D: Distribution> Walk<D> {
                     self.facets.value(back, to, normal, &mut values);
                     bounces.add(met, weight.iter().zip(&values).map(|(w, f)| w * f * lit));
                 }
+            }
+            if met == self.last {
+                return;
             }
             let next = self.facets.scatter(back, normal, &mut weight, random);
             weight.iter_mut().for_each(|w| *w *= held);

@@ -103,7 +103,7 @@ pub fn directional_albedo(brdf: &dyn Brdf, omega_o: Direction) -> DirectionalAlb
 /// Largest error, relative to the albedo.
 const TOLERANCE: f64 = 1e-10;
 
-/// Values of the BRDF after which no cell is halved, and those of one whose values come from random paths: they take longer, and
+/// Values of the BRDF after which no cell is halved, and those of one that follows random paths for each: they take longer, and
 /// their noise does not end with smaller cells.
 const REFINEMENT: usize = 150_000;
 const OF_PATHS: usize = 10_000;
@@ -191,8 +191,8 @@ fn integrate(lobe: &Lobe<'_>) -> DirectionalAlbedo {
     };
     let channels = lobe.brdf.channels().count();
     let most = match lobe.brdf.as_split() {
-        Some(_) => OF_PATHS,
-        None => REFINEMENT,
+        Some(split) if split.follows_pairs() => OF_PATHS,
+        _ => REFINEMENT,
     };
     let mesh = lobe.mesh();
     let narrowest = mesh

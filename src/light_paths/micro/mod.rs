@@ -507,6 +507,10 @@ impl SplitBrdf for MicroSurface {
         }
     }
 
+    fn follows_pairs(&self) -> bool {
+        !self.has_nodes && !self.is_of_few_mirrors()
+    }
+
     fn surfaces(&self) -> usize {
         if self.is_random {
             self.surfaces.len()
