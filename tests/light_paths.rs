@@ -280,6 +280,33 @@ fn light_that_is_not_asked_for_is_not_told() {
     }
 }
 
+/// Light of one mirror is that of any number of paths, and has no error; that of a matte facet has one.
+#[test]
+fn one_mirror_knows_no_chance() {
+    let alpha = Roughness::Isotropic(0.7);
+    for facets in [MIRRORS, white()] {
+        let [one, all] = [Part::First, Part::All].map(|part| {
+            SmithMultiple::<Ggx>::new(alpha, &facets, paths(part, 64), Channels::Luminance).unwrap()
+        });
+        let is_exact = facets == MIRRORS;
+        assert_eq!(one.follows_pairs(), !is_exact);
+        assert_eq!(one.remarks().is_empty(), is_exact);
+        assert!(all.follows_pairs() && !all.remarks().is_empty());
+        for pair in laws::pairs(50, 2)
+            .iter()
+            .filter(|pair| pair.is_above_horizon())
+        {
+            let [one, all] = [&one, &all].map(|surface| surface.split(pair));
+            let [a, b] = [&one, &all].map(|split| split.part(Part::First)[0]);
+            let error = one.error(Part::First);
+            match is_exact {
+                true => assert!((a - b).abs().max(error) <= 1e-12 * b, "{a} {b} {error}"),
+                false => assert!(error > 1e-4 * a, "{a} {error}"),
+            }
+        }
+    }
+}
+
 #[cfg(feature = "surfaces")]
 mod surfaces {
     use super::{MIRRORS, white};

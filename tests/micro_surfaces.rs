@@ -7,10 +7,10 @@ use common::cosine_pair;
 use common::light::assert_paths_bring_what_values_promise;
 use gonio::brdf::microfacet::{Beckmann, FresnelSpec, Microfacet};
 use gonio::brdf::{
-    self, Brdf, BrdfSpec, CLASSES, Channels, Part, Presence, Roughness, Split, laws,
+    self, Brdf, BrdfSpec, CLASSES, Channels, Favours, Part, Presence, Roughness, Split, laws,
 };
 use gonio::geometry::{Direction, DirectionPair};
-use gonio::light_paths::MICRO_SURFACE;
+use gonio::light_paths::{MICRO_SURFACE, SMITH_MULTIPLE};
 use gonio::registry;
 use gonio::sampling::{
     Random, Sobol, cosine_hemisphere, cosine_hemisphere_pdf, ggx_half_vector, ggx_half_vector_pdf,
@@ -35,6 +35,31 @@ const SURFACES: [&str; 6] = [
     "kind = \"dimples\", depth = -12.0, size = 512",
     "kind = \"woven\", thread = 128, size = 512",
 ];
+
+/// Light of one mirror goes with the density of half vectors, on any surface.
+#[test]
+fn mirrors_favour_half_vectors() {
+    let [surface, diffuse] = [
+        "surface = { kind = \"gaussian\" }",
+        "facets = { kind = \"diffuse\" }",
+    ];
+    for entry in [&MICRO_SURFACE, &SMITH_MULTIPLE] {
+        let surface = match entry.kind == MICRO_SURFACE.kind {
+            true => surface,
+            false => "",
+        };
+        for (keys, favoured) in [
+            ("", Favours::HalfAngle),
+            ("bounces = \"first\"", Favours::HalfAngle),
+            ("bounces = \"second\"", Favours::Neither),
+            ("bounces = \"multiple\"", Favours::Neither),
+            (diffuse, Favours::Neither),
+        ] {
+            let spec = registry::read_text(entry, &format!("{surface}\n{keys}")).unwrap();
+            assert_eq!(spec.favours(), favoured, "{} {keys}", entry.kind);
+        }
+    }
+}
 
 #[test]
 fn a_plane_of_any_facets_is_the_facet() {

@@ -94,10 +94,6 @@ mod tests {
         };
         let table = |of: &str| format!("kind = \"tabulated\"\nof = {{ kind = \"{of}\" }}");
         let one = |kind: &str| format!("kind = \"{kind}\"");
-        let micro = |keys: &str| {
-            format!("kind = \"micro-surface\"\nsurface = {{ kind = \"gaussian\" }}\n{keys}")
-        };
-        let diffuse = "facets = { kind = \"diffuse\" }";
         for (text, want) in [
             (one("lambert"), "neither"),
             (one("oren-nayar"), "neither"),
@@ -122,11 +118,6 @@ mod tests {
             (sum("ggx", "low-abc-smooth"), "neither"),
             (sum("ggx", "oren-nayar"), "neither"),
             (sum("lambert", "lambert"), "neither"),
-            (one("smith-multiple"), "theta_h"),
-            (micro(""), "theta_h"),
-            (micro("bounces = \"first\""), "theta_h"),
-            (micro("bounces = \"multiple\""), "neither"),
-            (micro(diffuse), "neither"),
             (table("low-abc-smooth"), "half-difference table"),
             (
                 "kind = \"merl\"\npath = \"a\"".into(),
