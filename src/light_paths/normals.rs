@@ -15,8 +15,10 @@ const EDGE: usize = 4;
 /// Blocks of a period.
 pub(super) const BLOCKS: usize = EDGE * EDGE;
 
-/// Steps of elevation in the radius of a cone.
+/// Steps of elevation in the radius of a cone, and parts of a step that facets are counted in: the share of turns has steep ends,
+/// and its sum over n parts of the radius is too large by 0.11 n^(-3/2) of itself.
 const STEPS: f64 = 8.0;
+const PARTS: usize = 32;
 
 /// Squares in the radius of a cone, where all of its facets are looked at, and the largest number of squares along an axis. Where
 /// only a few are drawn, squares are as large as the radius: rows are fewer, and more often in the cache.
@@ -259,27 +261,30 @@ impl Density {
         let kind = match turned {
             false => Kind::Fixed,
             true => {
-                let bins = (STEPS * FRAC_PI_2 / radius).ceil().max(1.0);
-                let step = FRAC_PI_2 / bins;
-                let bins = bins as usize;
+                let nodes = (STEPS * FRAC_PI_2 / radius).ceil().max(1.0) as usize;
+                let bins = nodes * PARTS;
+                let [step, width] = [nodes, bins].map(|n| FRAC_PI_2 / n as f64);
                 let blocks = cells.len();
                 let mut areas = vec![0.0; bins * blocks];
                 for (period, normals) in all.iter().enumerate() {
                     for facet in &normals.facets {
                         let m = facet.normal();
-                        let bin = ((m.x.hypot(m.y).atan2(m.z) / step) as usize).min(bins - 1);
+                        let bin = ((m.x.hypot(m.y).atan2(m.z) / width) as usize).min(bins - 1);
                         let block = period * BLOCKS + facet.block();
                         areas[bin * blocks + block] += area(facet);
                     }
                 }
-                let reach = (radius / step).ceil() as usize + 1;
-                let mut values = vec![0.0; (bins + 1) * blocks];
-                for node in 0..=bins {
-                    for bin in node.saturating_sub(reach)..(node + reach).min(bins) {
-                        let share = turns(node as f64 * step, (bin as f64 + 0.5) * step, radius);
-                        for block in 0..blocks {
-                            values[node * blocks + block] += share * areas[bin * blocks + block];
-                        }
+                let reach = (radius / width).ceil() as usize + 1;
+                let mut values = vec![0.0; (nodes + 1) * blocks];
+                for (node, values) in values.chunks_mut(blocks).enumerate() {
+                    let middle = node * PARTS;
+                    for bin in middle.saturating_sub(reach)..(middle + reach).min(bins) {
+                        let share = turns(node as f64 * step, (bin as f64 + 0.5) * width, radius);
+                        let areas = &areas[bin * blocks..][..blocks];
+                        values
+                            .iter_mut()
+                            .zip(areas)
+                            .for_each(|(v, a)| *v += share * a);
                     }
                 }
                 let mut cones = values.chunks(blocks);
@@ -366,5 +371,45 @@ fn turns(vector: f64, facet: f64, radius: f64) -> f64 {
     match over >= sines {
         true => 1.0,
         false => 2.0 * (over / sines).sqrt().asin() / PI,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::surface;
+    use super::*;
+    use crate::registry;
+
+    /// ∫ D dω is the area of the facets for each of the plane, as each of them is in all of its cone.
+    #[test]
+    fn densities_integrate_to_the_area_of_facets() {
+        let gaussian = surface::all()
+            .into_iter()
+            .find(|entry| entry.kind == "gaussian")
+            .unwrap();
+        for (rms_slope, degrees) in [(0.1, 0.5f64), (0.3, 0.5), (0.3, 2.0), (0.8, 1.0)] {
+            let text = format!("rms_slope = {rms_slope}\nsize = 256");
+            let field = registry::read_text(&gaussian, &text)
+                .unwrap()
+                .build(0)
+                .unwrap();
+            let radius = degrees.to_radians();
+            let normals = [Normals::new(&field, 1.0, radius, true)];
+            let area = normals[0].facets.iter().map(area).sum::<f64>() / (256.0 * 256.0);
+            let density = Density::new(&normals, radius, true);
+            let n = 200_000;
+            let step = FRAC_PI_2 / f64::from(n);
+            let rings = (0..n).map(|i| {
+                let theta = (f64::from(i) + 0.5) * step;
+                let (sin, cos) = theta.sin_cos();
+                TAU * sin * step * density.at(&normals, &[DVec3::new(sin, 0.0, cos)])[0]
+            });
+            let whole: f64 = rings.sum();
+            let off = whole / area - 1.0;
+            assert!(
+                off.abs() < 2e-4,
+                "{rms_slope} {degrees}: {whole} {area} {off:.1e}"
+            );
+        }
     }
 }
