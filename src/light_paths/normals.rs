@@ -265,26 +265,25 @@ impl Density {
                 let bins = nodes * PARTS;
                 let [step, width] = [nodes, bins].map(|n| FRAC_PI_2 / n as f64);
                 let blocks = cells.len();
-                let mut areas = vec![0.0; bins * blocks];
+                let reach = (radius / width).ceil() as usize + 1;
+                let mut values = vec![0.0; (nodes + 1) * blocks];
+                // One period at a time: parts are many.
                 for (period, normals) in all.iter().enumerate() {
+                    let mut areas = vec![[0.0; BLOCKS]; bins];
                     for facet in &normals.facets {
                         let m = facet.normal();
                         let bin = ((m.x.hypot(m.y).atan2(m.z) / width) as usize).min(bins - 1);
-                        let block = period * BLOCKS + facet.block();
-                        areas[bin * blocks + block] += area(facet);
+                        areas[bin][facet.block()] += area(facet);
                     }
-                }
-                let reach = (radius / width).ceil() as usize + 1;
-                let mut values = vec![0.0; (nodes + 1) * blocks];
-                for (node, values) in values.chunks_mut(blocks).enumerate() {
-                    let middle = node * PARTS;
-                    for bin in middle.saturating_sub(reach)..(middle + reach).min(bins) {
-                        let share = turns(node as f64 * step, (bin as f64 + 0.5) * width, radius);
-                        let areas = &areas[bin * blocks..][..blocks];
-                        values
-                            .iter_mut()
-                            .zip(areas)
-                            .for_each(|(v, a)| *v += share * a);
+                    for (node, values) in values.chunks_mut(blocks).enumerate() {
+                        let values = &mut values[period * BLOCKS..][..BLOCKS];
+                        let middle = node * PARTS;
+                        for bin in middle.saturating_sub(reach)..(middle + reach).min(bins) {
+                            let facet = (bin as f64 + 0.5) * width;
+                            let share = turns(node as f64 * step, facet, radius);
+                            let of_bin = values.iter_mut().zip(&areas[bin]);
+                            of_bin.for_each(|(v, a)| *v += share * a);
+                        }
                     }
                 }
                 let mut cones = values.chunks(blocks);
