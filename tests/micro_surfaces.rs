@@ -265,3 +265,51 @@ fn gaussian_slopes_are_beckmanns_facets() {
         }
     }
 }
+
+/// Albedos of other surfaces and paths differ by no more than what each says that it errs by; with four times the paths it is half.
+#[test]
+fn albedos_err_by_their_noise() {
+    const SEEDS: u32 = 8;
+    let seen_from = Direction::from_spherical(0.5, 0.2);
+    let of = |keys: &str, surface: &str, seed: u32| {
+        let text = format!(
+            "{keys}\nseed = {seed}\nsurface = {{ {surface}, size = 128, correlation = 8, seed = {seed} }}"
+        );
+        laws::directional_albedo(&*build(&text), seen_from)
+    };
+    let [even, brushed] =
+        ["0.6", "[0.6, 0.3]"].map(|slope| format!("kind = \"gaussian\", rms_slope = {slope}"));
+    for (keys, more, surface) in [
+        (
+            format!("{WHITE}\npaths = 4"),
+            format!("{WHITE}\npaths = 16"),
+            &even,
+        ),
+        (
+            format!("{MIRRORS}\nrays = 16384\npaths = 16"),
+            String::new(),
+            &even,
+        ),
+        (
+            format!("{MIRRORS}\nrays = 16384\npaths = 4"),
+            String::new(),
+            &brushed,
+        ),
+    ] {
+        let all: Vec<_> = (0..SEEDS).map(|seed| of(&keys, surface, seed)).collect();
+        let n = f64::from(SEEDS);
+        let mean = all.iter().map(|a| a.value[0]).sum::<f64>() / n;
+        let square: f64 = all.iter().map(|a| (a.value[0] - mean).powi(2)).sum();
+        let spread = (square / (n - 1.0)).sqrt();
+        let noise = all.iter().map(|a| a.noise).sum::<f64>() / n;
+        // The spread of eight has an error of a quarter; what does not leave to one side leaves to another, and is counted twice.
+        assert!(
+            spread < 1.7 * noise && noise < 10.0 * spread,
+            "{keys}: {spread} {noise}"
+        );
+        if !more.is_empty() {
+            let ratio = noise / of(&more, surface, 1).noise;
+            assert!((1.6..2.5).contains(&ratio), "{ratio}");
+        }
+    }
+}

@@ -2,6 +2,7 @@
 
 use super::{Brdf, ChannelValues};
 use crate::geometry::DirectionPair;
+use rustc_hash::FxHashMap;
 use serde::{Deserialize, Serialize};
 use std::fmt;
 
@@ -202,9 +203,64 @@ pub trait SplitBrdf: Brdf {
     /// True if each value is the mean of random paths of its own pair: it takes milliseconds, and its noise is not that of the next.
     fn follows_pairs(&self) -> bool;
 
+    /// What the luminance of a pair may be off by (sr⁻¹, standard errors), in parts that have nothing to do with each other. A part
+    /// with a number shifts every pair that names the same number, as they were found from the same paths; one without is the
+    /// pair's own.
+    fn noise(&self, pair: &DirectionPair, each: &mut dyn FnMut(Option<u64>, f64));
+
     /// Surfaces of a kind that it averages over, of which block b is followed on number b modulo this; 0 of what is an average over
     /// all of a kind, or the only one.
     fn surfaces(&self) -> usize {
         0
+    }
+}
+
+/// Standard errors of N weighted sums of luminance, from the [noise](SplitBrdf::noise) of their pairs.
+pub(crate) struct SumErrors<const N: usize> {
+    /// Squares of the noise that pairs have to themselves.
+    own: [f64; N],
+    /// Shifts of the sums by what several pairs have in common.
+    shared: FxHashMap<u64, [f64; N]>,
+}
+
+impl<const N: usize> SumErrors<N> {
+    pub(crate) fn new() -> Self {
+        Self {
+            own: [0.0; N],
+            shared: FxHashMap::default(),
+        }
+    }
+
+    /// Adds a pair by its weights in the sums.
+    pub(crate) fn add(&mut self, brdf: &dyn SplitBrdf, pair: &DirectionPair, weights: [f64; N]) {
+        brdf.noise(pair, &mut |source, error| {
+            let shifts = weights.map(|w| w * error);
+            match source {
+                Some(source) => {
+                    let sums = self.shared.entry(source).or_insert([0.0; N]);
+                    sums.iter_mut().zip(shifts).for_each(|(sum, s)| *sum += s);
+                }
+                None => self
+                    .own
+                    .iter_mut()
+                    .zip(shifts)
+                    .for_each(|(sum, s)| *sum += s * s),
+            }
+        });
+    }
+
+    /// Of all that was added: by what pairs have in common, and by what is their own.
+    pub(crate) fn errors(&self) -> [[f64; N]; 2] {
+        // In the order of their numbers, so that sums round the same.
+        let mut shared: Vec<_> = self.shared.iter().collect();
+        shared.sort_unstable_by_key(|(source, _)| **source);
+        let mut squares = [0.0; N];
+        for (_, shifts) in shared {
+            squares
+                .iter_mut()
+                .zip(shifts)
+                .for_each(|(sum, s)| *sum += s * s);
+        }
+        [squares, self.own].map(|of| of.map(f64::sqrt))
     }
 }

@@ -25,6 +25,7 @@ pub(crate) mod testing;
 mod ward;
 mod watched;
 
+pub(crate) use bounces::SumErrors;
 pub use bounces::{CLASSES, LightPath, Part, Split, SplitBrdf, SplitErrors};
 pub use channels::{Channels, Wavelengths};
 pub use favours::Favours;

@@ -23,12 +23,31 @@ use crate::geometry::{Direction, DirectionPair, Symmetry};
 pub struct Watched<'a, F> {
     brdf: &'a dyn Brdf,
     seen: F,
+    stopped: Option<&'a (dyn Fn() -> bool + Sync)>,
 }
+
+/// Pairs between two questions whether to stop: a multiple of what vector kernels take at a time.
+const BETWEEN: usize = 256;
 
 impl<'a, F: Fn(&[f64], &[Presence]) + Send + Sync> Watched<'a, F> {
     /// A BRDF that tells `seen` of every look.
     pub fn new(brdf: &'a dyn Brdf, seen: F) -> Self {
-        Self { brdf, seen }
+        Self {
+            brdf,
+            seen,
+            stopped: None,
+        }
+    }
+
+    /// The same, without data from when `stopped` is true: whoever looks at many pairs is done soon, with values that are none.
+    #[must_use]
+    pub fn until(mut self, stopped: &'a (dyn Fn() -> bool + Sync)) -> Self {
+        self.stopped = Some(stopped);
+        self
+    }
+
+    fn is_stopped(&self) -> bool {
+        self.stopped.is_some_and(|stopped| stopped())
     }
 }
 
@@ -50,13 +69,29 @@ impl<F: Fn(&[f64], &[Presence]) + Send + Sync> Brdf for Watched<'_, F> {
     }
 
     fn eval(&self, pair: &DirectionPair, out: &mut [f64]) -> Presence {
-        let presence = self.brdf.eval(pair, out);
+        let presence = match self.is_stopped() {
+            true => {
+                out.fill(0.0);
+                Presence::Missing
+            }
+            false => self.brdf.eval(pair, out),
+        };
         (self.seen)(out, &[presence]);
         presence
     }
 
     fn eval_batch(&self, pairs: &[DirectionPair], out: &mut [f64], presence: &mut [Presence]) {
-        self.brdf.eval_batch(pairs, out, presence);
+        let between = self.stopped.map_or(pairs.len(), |_| BETWEEN).max(1);
+        let values = out.chunks_mut(between * self.channels().count());
+        let parts = pairs.chunks(between).zip(values);
+        for ((pairs, values), presence) in parts.zip(presence.chunks_mut(between)) {
+            if self.is_stopped() {
+                values.fill(0.0);
+                presence.fill(Presence::Missing);
+            } else {
+                self.brdf.eval_batch(pairs, values, presence);
+            }
+        }
         (self.seen)(out, presence);
     }
 
@@ -96,6 +131,12 @@ impl<F: Fn(&[f64], &[Presence]) + Send + Sync> SplitBrdf for Watched<'_, F> {
         self.brdf.as_split().is_some_and(SplitBrdf::follows_pairs)
     }
 
+    fn noise(&self, pair: &DirectionPair, each: &mut dyn FnMut(Option<u64>, f64)) {
+        if let Some(of) = self.brdf.as_split() {
+            of.noise(pair, each);
+        }
+    }
+
     fn surfaces(&self) -> usize {
         self.brdf.as_split().map_or(0, SplitBrdf::surfaces)
     }
@@ -114,7 +155,7 @@ impl<F: Fn(&[f64], &[Presence]) + Send + Sync> SampleBrdf for Watched<'_, F> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::brdf;
+    use crate::brdf::{self, Lambert, Spectrum};
     use crate::registry;
     use std::sync::atomic::{AtomicUsize, Ordering};
 
@@ -166,5 +207,29 @@ mod tests {
             }
         }
         assert!(samplers > 3 && tables > 0);
+    }
+
+    /// From the moment that somebody wants to stop no pair is looked at, and the pairs before are as they were.
+    #[test]
+    fn who_is_stopped_is_done_soon() {
+        let brdf = Lambert::new(Spectrum::Grey(0.5), Channels::Luminance);
+        let (asked, looks) = (AtomicUsize::new(0), AtomicUsize::new(0));
+        let inner = Watched::new(&brdf, |_: &[f64], of: &[Presence]| {
+            looks.fetch_add(of.len(), Ordering::Relaxed);
+        });
+        let stopped = || asked.fetch_add(1, Ordering::Relaxed) >= 2;
+        let watched = Watched::new(&inner, |_: &[f64], _: &[Presence]| ()).until(&stopped);
+        let up = Direction::from_spherical(0.3, 0.0);
+        let pairs = vec![DirectionPair::new(up, up); 1000];
+        let mut values = vec![7.0; 1000];
+        let mut presence = vec![Presence::Missing; 1000];
+        watched.eval_batch(&pairs, &mut values, &mut presence);
+        let n = looks.load(Ordering::Relaxed);
+        assert_eq!(n, 2 * BETWEEN);
+        let present = presence.iter().filter(|p| **p == Presence::Present);
+        assert_eq!(present.count(), n);
+        assert!(presence[..n].iter().all(|p| *p == Presence::Present));
+        assert!(values[n..].iter().all(|v| *v == 0.0) && values[0] > 0.1);
+        assert_eq!(watched.luminance(&pairs[0]), None);
     }
 }

@@ -37,7 +37,7 @@ const ABSURD: f64 = 1e3;
 struct Albedo {
     degrees: f64,
     value: f64,
-    /// That of the quadrature, and what the readings share (k = 2) as far as it counts.
+    /// That of the quadrature, three standard errors of random paths, and what the readings share (k = 2) as far as it counts.
     uncertainty: f64,
 }
 
@@ -50,7 +50,7 @@ impl Albedo {
         Self {
             degrees,
             value,
-            uncertainty: albedo.error + relative.min(EXCUSE) * value,
+            uncertainty: albedo.error + 3.0 * albedo.noise + relative.min(EXCUSE) * value,
         }
     }
 

@@ -189,6 +189,15 @@ impl Gathered {
         }
     }
 
+    /// A number that pairs near each other have in common: much of their light is that of the same paths.
+    pub(super) fn place(&self, pair: [DVec3; 2]) -> u64 {
+        let steps = pair.map(|v| [v.x, v.y].map(|x| ((x + 1.0) / (2.0 * self.radius)) as u64));
+        steps
+            .as_flattened()
+            .iter()
+            .fold(0, |all, s| all << 15 | s.min(&0x7fff))
+    }
+
     /// Events near a pair.
     fn about(&self, [light, sensor]: [DVec3; 2], mut each: impl FnMut(u32)) {
         let chord2 = (2.0 * (0.5 * self.radius).sin()).powi(2);

@@ -322,6 +322,34 @@ impl Density {
     /// D at each of `images` of a unit vector, which mean the same, and its standard error, of which more surface is the cure;
     /// sr⁻¹. Where there is no facet another surface may have one: the error is that of a cell.
     pub(super) fn at(&self, all: &[Normals], images: &[DVec3]) -> [f64; 2] {
+        let areas = self.areas(all, images);
+        let mean = self.mean(&areas);
+        let square: f64 = self.of_blocks(&areas, mean).map(|(_, e)| e * e).sum();
+        match mean > 0.0 {
+            true => [mean, square.sqrt()],
+            false => [
+                mean,
+                1.0 / (self.cells.iter().sum::<f64>() * self.solid_angle),
+            ],
+        }
+    }
+
+    /// D as [`at`](Self::at), and its standard error by blocks: what a block has too much it has at all half vectors.
+    pub(super) fn noise(
+        &self,
+        all: &[Normals],
+        images: &[DVec3],
+        mut each: impl FnMut(usize, f64),
+    ) -> f64 {
+        let areas = self.areas(all, images);
+        let mean = self.mean(&areas);
+        self.of_blocks(&areas, mean)
+            .for_each(|(block, e)| each(block, e));
+        mean
+    }
+
+    /// Areas of the facets about `images` in each block, cells.
+    fn areas(&self, all: &[Normals], images: &[DVec3]) -> Vec<f64> {
         let blocks = self.cells.len();
         let mut areas = vec![0.0; blocks];
         match &self.kind {
@@ -346,17 +374,25 @@ impl Density {
                 areas.iter_mut().for_each(|a| *a /= images.len() as f64);
             }
         }
-        let whole = self.cells.iter().sum::<f64>() * self.solid_angle;
-        let mean = areas.iter().sum::<f64>() / whole;
+        areas
+    }
+
+    fn mean(&self, areas: &[f64]) -> f64 {
+        areas.iter().sum::<f64>() / (self.cells.iter().sum::<f64>() * self.solid_angle)
+    }
+
+    /// How far each block that has cells is off the mean, as a part of the standard error of the mean: its square is the sum of
+    /// these squared.
+    fn of_blocks(&self, areas: &[f64], mean: f64) -> impl Iterator<Item = (usize, f64)> {
         // Blocks have the same number of cells, but for a row.
         let used = self.cells.iter().filter(|c| **c > 0.0).count() as f64;
-        let squares = areas
-            .iter()
-            .zip(&self.cells)
-            .filter(|(_, cells)| **cells > 0.0);
-        let squares = squares.map(|(a, cells)| (a / (cells * self.solid_angle) - mean).powi(2));
-        let error = (squares.sum::<f64>() / (used * (used - 1.0).max(1.0))).sqrt();
-        [mean, if mean > 0.0 { error } else { 1.0 / whole }]
+        let scale = 1.0 / (used * (used - 1.0).max(1.0)).sqrt();
+        let blocks = areas.iter().zip(&self.cells).enumerate();
+        blocks
+            .filter(|(_, (_, cells))| **cells > 0.0)
+            .map(move |(block, (a, cells))| {
+                (block, scale * (a / (cells * self.solid_angle) - mean))
+            })
     }
 }
 

@@ -287,6 +287,12 @@ impl<D: Distribution> SplitBrdf for SmithMultiple<D> {
         !self.walk.is_exact()
     }
 
+    fn noise(&self, pair: &DirectionPair, each: &mut dyn FnMut(Option<u64>, f64)) {
+        if !self.walk.is_exact() {
+            each(None, self.split(pair).error(self.paths.bounces));
+        }
+    }
+
     fn paths(&self, block: u64, count: usize, each: &mut dyn FnMut(LightPath)) {
         // Far from the numbers of pairs, which are hashes.
         let mut random = Random::new(!self.paths.seed).stream(block);

@@ -126,7 +126,8 @@ pub struct Estimate {
     /// The number.
     pub value: f64,
     /// One standard deviation for a random estimator, a bound of the quadrature error for a
-    /// deterministic one; in the unit of the value. Infinite where it is not known.
+    /// deterministic one, in the unit of the value; and, of values that follow random paths, one
+    /// standard error of these more. Infinite where it is not known.
     #[serde(with = "crate::numeric::infinite_as_null")]
     pub uncertainty: f64,
 }

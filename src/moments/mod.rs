@@ -27,6 +27,7 @@ mod errors;
 mod estimator;
 mod fit;
 mod model;
+mod noise;
 mod peak;
 mod profile;
 pub mod relations;

@@ -2,6 +2,7 @@
 
 use super::component::{Component, Order};
 use super::estimator::{Estimator, SliceMoments};
+use super::noise;
 use super::slice::{Channel, Slice};
 use super::split::lambertian_part;
 use crate::brdf::{Brdf, Channels};
@@ -142,7 +143,9 @@ impl Profile {
             let seed = seed
                 .wrapping_mul(0x9e37_79b9_7f4a_7c15)
                 .wrapping_add(i as u64);
-            Ok(estimator.estimate(&slice, spec.order, seed))
+            let mut found = estimator.estimate(&slice, spec.order, seed);
+            noise::add(&slice, &mut found.moments);
+            Ok(found)
         });
         Ok(Self {
             channel,

@@ -1,6 +1,6 @@
 //! A BRDF slice: the view fixed, one number per light direction.
 
-use crate::brdf::{Brdf, Channels, Presence};
+use crate::brdf::{Brdf, ChannelValues, Channels, Presence};
 use crate::error::ParameterError;
 use crate::geometry::{Direction, DirectionPair};
 use crate::parametrization::view_centered;
@@ -127,6 +127,26 @@ impl<'a> Slice<'a> {
     /// The BRDF.
     pub fn brdf(&self) -> &'a dyn Brdf {
         self.brdf
+    }
+
+    /// The direction of the view.
+    pub(super) fn omega_o(&self) -> Direction {
+        self.omega_o
+    }
+
+    /// The channel's number over the luminance, at a pair.
+    pub(super) fn of_luminance(&self, pair: &DirectionPair) -> f64 {
+        if self.channel == Channel::Luminance {
+            return 1.0;
+        }
+        let channels = self.brdf.channels();
+        let mut values = ChannelValues::from_elem(0.0, channels.count());
+        let presence = self.brdf.eval(pair, &mut values);
+        let luminance = channels.luminance(&values);
+        match presence == Presence::Present && luminance > 0.0 {
+            true => self.channel.of(channels, &values) / luminance,
+            false => 1.0,
+        }
     }
 
     /// View elevation, rad.

@@ -10,8 +10,8 @@
 //! many values can promise more.
 
 use super::lobe::Lobe;
-use crate::brdf::{Brdf, ChannelValues, Presence};
-use crate::geometry::Direction;
+use crate::brdf::{Brdf, ChannelValues, Presence, SplitBrdf, SumErrors};
+use crate::geometry::{Direction, DirectionPair};
 use crate::sampling::GAUSS_KRONROD;
 
 /// Directional albedo of one view.
@@ -22,6 +22,8 @@ pub struct DirectionalAlbedo {
     /// Bound of the error of every channel, from how much rules of lower degree differ. It is large
     /// where the values that one albedo may cost did not suffice.
     pub error: f64,
+    /// Standard error of the largest channel by random paths, of values that follow some.
+    pub noise: f64,
     /// Share of the cosine-weighted hemisphere without data, which counts as 0 in `value`.
     pub missing: f64,
 }
@@ -80,6 +82,7 @@ pub fn directional_albedo(brdf: &dyn Brdf, omega_o: Direction) -> DirectionalAlb
         return DirectionalAlbedo {
             value: ChannelValues::from_elem(0.0, brdf.channels().count()),
             error: 0.0,
+            noise: 0.0,
             missing: 0.0,
         };
     }
@@ -130,22 +133,44 @@ struct Nodes {
     presence: Vec<Presence>,
 }
 
-impl Cell {
-    fn new(lobe: &Lobe<'_>, range: [[f64; 2]; 2], nodes: &mut Nodes) -> Self {
-        let channels = lobe.brdf.channels().count();
+impl Nodes {
+    /// The pairs of a cell, along s fastest, and what they weigh.
+    fn place(&mut self, lobe: &Lobe<'_>, range: [[f64; 2]; 2]) -> Vec<DirectionPair> {
         let centre = range.map(|[lo, hi]| 0.5 * (lo + hi));
         let half = range.map(|[lo, hi]| 0.5 * (hi - lo));
         let at = |axis: usize, x: f64| centre[axis] + half[axis] * x;
         let mut pairs = Vec::with_capacity(NODES * NODES);
-        nodes.weights.clear();
+        self.weights.clear();
         for [y, ..] in GAUSS_KRONROD {
             let meridian = lobe.meridian(at(1, y));
             for [x, ..] in GAUSS_KRONROD {
                 let (pair, weight) = meridian.at(at(0, x));
                 pairs.push(pair);
-                nodes.weights.push(weight * half[0] * half[1]);
+                self.weights.push(weight * half[0] * half[1]);
             }
         }
+        pairs
+    }
+}
+
+/// Standard error of the luminance of all cells by random paths.
+fn noise(lobe: &Lobe<'_>, brdf: &dyn SplitBrdf, cells: &[Cell], nodes: &mut Nodes) -> f64 {
+    let mut errors = SumErrors::new();
+    for cell in cells {
+        let pairs = nodes.place(lobe, cell.range);
+        for (i, (pair, weight)) in pairs.iter().zip(&nodes.weights).enumerate() {
+            let [[_, k0, _], [_, k1, _]] = [GAUSS_KRONROD[i % NODES], GAUSS_KRONROD[i / NODES]];
+            errors.add(brdf, pair, [k0 * k1 * weight]);
+        }
+    }
+    let [[shared], [own]] = errors.errors();
+    shared.hypot(own)
+}
+
+impl Cell {
+    fn new(lobe: &Lobe<'_>, range: [[f64; 2]; 2], nodes: &mut Nodes) -> Self {
+        let channels = lobe.brdf.channels().count();
+        let pairs = nodes.place(lobe, range);
         nodes.values.resize(pairs.len() * channels, 0.0);
         nodes.presence.resize(pairs.len(), Presence::Present);
         lobe.brdf
@@ -235,9 +260,18 @@ fn integrate(lobe: &Lobe<'_>) -> DirectionalAlbedo {
         if cells.len() == count {
             // Rounding of the sums, and of half vectors against the narrowest cell.
             let rounding = 1e-13 + f64::EPSILON / narrowest;
+            let luminance = lobe.brdf.channels().luminance(&value);
+            let noise = lobe
+                .brdf
+                .as_split()
+                .filter(|_| luminance > 0.0)
+                .map_or(0.0, |split| {
+                    noise(lobe, split, &cells, &mut nodes) * largest / luminance
+                });
             return DirectionalAlbedo {
                 value,
                 error: error + rounding * largest,
+                noise,
                 missing: missing / whole,
             };
         }

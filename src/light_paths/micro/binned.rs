@@ -12,7 +12,7 @@ use super::super::gathered::{Drawing, more_surface};
 use super::super::normals::{BLOCKS, in_block};
 use super::super::transport::Transport;
 use super::nodes::{Nodes, Shares};
-use crate::brdf::{CLASSES, ChannelValues, Channels, Part, Split};
+use crate::brdf::{CLASSES, ChannelValues, Channels, Part, Split, SplitErrors};
 use crate::sampling::Random;
 use rayon::prelude::*;
 use smallvec::smallvec;
@@ -150,6 +150,31 @@ impl Binned {
             light: all.light,
             realisation,
             nodes,
+        }
+    }
+
+    /// Nodes about a pair that have light of a part, and what its luminance errs by at each of them, by its share.
+    pub(super) fn noise(
+        &self,
+        pair: [glam::DVec3; 2],
+        part: Part,
+        mut each: impl FnMut(usize, f64),
+    ) {
+        let of = |errors: [f64; CLASSES]| {
+            let [second, later, sum] = errors;
+            SplitErrors::from([0.0, second, later, sum]).of(part)
+        };
+        let numbers = LATER * self.channels;
+        let is_lit = |node: usize| {
+            let light = &self.light[node * numbers..][..numbers];
+            let mut classes = light.chunks(self.channels).zip(2..);
+            classes.any(|(light, met)| part.holds(met) && light.iter().any(|l| *l > 0.0))
+        };
+        let about = self.nodes.around(pair).into_iter();
+        for (node, share) in about.filter(|(node, _)| is_lit(*node)) {
+            let [transport, realisation] =
+                [&self.transport, &self.realisation].map(|e| of(e[node]));
+            each(node, share * transport.hypot(realisation));
         }
     }
 

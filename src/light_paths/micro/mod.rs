@@ -16,6 +16,7 @@
 
 mod binned;
 mod nodes;
+mod noise;
 mod spec;
 
 pub use spec::{ENTRY, MicroSurfaceSpec};
@@ -249,18 +250,22 @@ impl MicroSurface {
         [seen.share(), seen.error()]
     }
 
-    /// Light of one mirror.
-    fn first(&self, mirrors: &Mirrors, pair: [DVec3; 2], key: &[i64; 5]) -> Split {
-        let cos_d = (0.5 * (pair[0] + pair[1]).length()).min(1.0);
-        let h = half_vector(pair);
-        let images: Vec<_> = match self.symmetry {
+    /// Half vectors that mean the same, of densities that are not averaged over turns.
+    fn images(&self, h: DVec3) -> Vec<DVec3> {
+        match self.symmetry {
             Symmetry {
                 isotropic: false,
                 bilateral: true,
                 ..
             } => MIRRORS.iter().map(|m| h * *m).collect(),
             _ => vec![h],
-        };
+        }
+    }
+
+    /// Light of one mirror.
+    fn first(&self, mirrors: &Mirrors, pair: [DVec3; 2], key: &[i64; 5]) -> Split {
+        let cos_d = (0.5 * (pair[0] + pair[1]).length()).min(1.0);
+        let images = self.images(half_vector(pair));
         let [density, spread] = mirrors.density.at(&mirrors.normals, &images);
         let [share, error] = match &self.known().at_nodes {
             Some((nodes, AtNodes::Seen(seen))) => {
@@ -504,6 +509,12 @@ impl SplitBrdf for MicroSurface {
                     light: channels.luminance(&weight),
                 });
             }
+        }
+    }
+
+    fn noise(&self, pair: &DirectionPair, each: &mut dyn FnMut(Option<u64>, f64)) {
+        if pair.is_above_horizon() && !self.is_of_few_mirrors() {
+            self.noise_above(pair, each);
         }
     }
 

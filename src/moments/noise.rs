@@ -1,0 +1,161 @@
+//! What moments err by since the values of a BRDF follow random paths.
+//!
+//! A value that is off by δ shifts a moment by w δ g/α, w the weight of its node and g the influence of a point on that moment.
+//! Neighbours that come from the same paths are off together. Noise that each pair has to itself is not counted here: the
+//! estimators see that neighbours differ.
+
+use super::component::{Component, Moments};
+use super::slice::Slice;
+use super::tally::{gaussian, powers};
+use crate::brdf::SumErrors;
+use crate::geometry::DirectionPair;
+use crate::parametrization::view_centered;
+use std::f64::consts::{FRAC_PI_2, PI};
+
+/// Nodes along θ, and along half of φ.
+const NODES: [usize; 2] = [64, 32];
+
+/// Adds a standard error to each uncertainty.
+pub(super) fn add(slice: &Slice<'_>, moments: &mut Moments) {
+    let brdf = slice.brdf();
+    let Some(split) = brdf.as_split() else {
+        return;
+    };
+    let Some(alpha) = moments.energy().filter(|alpha| *alpha > 0.0) else {
+        return;
+    };
+    let weight = PI * PI / (2 * NODES[0] * NODES[1]) as f64;
+    let sides: &[f64] = match slice.is_mirrored() {
+        true => &[1.0],
+        false => &[1.0, -1.0],
+    };
+    let mut errors = SumErrors::<15>::new();
+    for i in 0..NODES[0] {
+        let theta = PI * (i as f64 + 0.5) / NODES[0] as f64 - FRAC_PI_2;
+        for j in 0..NODES[1] {
+            for side in sides {
+                let phi = side * FRAC_PI_2 * (j as f64 + 0.5) / NODES[1] as f64;
+                let pair = DirectionPair::new(view_centered(theta, phi), slice.omega_o());
+                let mut influence = influence(moments, [theta, phi]);
+                if slice.is_mirrored() {
+                    // The pair at −φ too: what is odd has no error.
+                    for c in Component::ALL {
+                        influence[c.index()] *= if c.is_odd() { 0.0 } else { 2.0 };
+                    }
+                }
+                let weight = weight * slice.of_luminance(&pair);
+                errors.add(split, &pair, influence.map(|g| weight * g));
+            }
+        }
+    }
+    let [mut shared, _] = errors.errors();
+    shared[1..].iter_mut().for_each(|e| *e /= alpha);
+    for (estimate, error) in moments.0.iter_mut().zip(shared) {
+        if let Some(estimate) = estimate {
+            estimate.uncertainty += error;
+        }
+    }
+}
+
+/// What a share ε more of all light would shift the moments by, if it were at a point: of energy, ε α; of the others, ε times
+/// this.
+fn influence(moments: &Moments, point: [f64; 2]) -> [f64; 15] {
+    let mut of = [0.0; 15];
+    of[0] = 1.0;
+    let Some(mean) = moments.mean() else {
+        return of;
+    };
+    let away = [0, 1].map(|i| point[i] - mean[i]);
+    (of[1], of[2]) = (away[0], away[1]);
+    let Some(covariance) = moments.covariance() else {
+        return of;
+    };
+    of[3] = away[0] * away[0] - covariance[0];
+    of[4] = away[0] * away[1] - covariance[1];
+    of[5] = away[1] * away[1] - covariance[2];
+    let Some(sigma) = moments.sigma() else {
+        return of;
+    };
+    let z = [0, 1].map(|i| away[i] / sigma[i]);
+    let r = covariance[1] / (sigma[0] * sigma[1]);
+    let correlation = z[0] * z[1] - 0.5 * r * (z[0] * z[0] + z[1] * z[1]);
+    let powers = z.map(powers);
+    // Standardised moments, without the normal distribution's taken off.
+    let raw = |n: usize, m: usize| match n + m {
+        2 if n == m => r,
+        2 => 1.0,
+        3 | 4 => moments.value(n, m).unwrap_or(0.0) + gaussian(Component { n, m }, r),
+        _ => 0.0,
+    };
+    for c in Component::ALL.into_iter().filter(|c| c.order() > 2) {
+        let Component { n, m } = c;
+        let [along, across] = [n as f64, m as f64];
+        let own = raw(n, m);
+        let mut shift = powers[0][n] * powers[1][m] - own;
+        // Of the mean, and of both widths.
+        if n > 0 {
+            shift -= along * raw(n - 1, m) * z[0];
+        }
+        if m > 0 {
+            shift -= across * raw(n, m - 1) * z[1];
+        }
+        shift -= 0.5 * own * (along * (z[0] * z[0] - 1.0) + across * (z[1] * z[1] - 1.0));
+        // Of what the normal distribution has.
+        shift -= correlation
+            * match (n, m) {
+                (3, 1) | (1, 3) => 3.0,
+                (2, 2) => 4.0 * r,
+                _ => 0.0,
+            };
+        of[c.index()] = shift;
+    }
+    of
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::component::Estimate;
+    use super::super::{Order, Tally};
+    use super::*;
+
+    /// The influence of a point is what moments change by when it gets more light.
+    #[test]
+    fn influence_is_the_derivative_of_the_moments() {
+        let points: Vec<[f64; 2]> = (0..200)
+            .map(|i| {
+                let [a, b] = [0.618, 0.414].map(|step| (step * f64::from(i)).fract());
+                [a * a - 0.2 * b, 0.5 * b * b * a + 0.3 * a]
+            })
+            .collect();
+        let weights: Vec<f64> = (0..200).map(|i| 1.0 + (0.7 * f64::from(i)).sin()).collect();
+        let whole: f64 = weights.iter().sum();
+        let of = |weights: &[f64]| Tally::of(Order::MAX, &points, weights).values();
+        let estimate = |value: Option<f64>| {
+            value.map(|value| Estimate {
+                value,
+                uncertainty: 0.0,
+            })
+        };
+        let moments = Moments(of(&weights).map(estimate));
+        for place in [0, 17, 150] {
+            let step = 1e-4;
+            let changed = [step, -step].map(|share| {
+                let mut weights = weights.clone();
+                weights[place] += share * whole;
+                of(&weights)
+            });
+            let [more, less] = changed;
+            let mut expected = influence(&moments, points[place]);
+            expected[0] *= whole;
+            for i in 0..15 {
+                let slope = (more[i].unwrap() - less[i].unwrap()) / (2.0 * step);
+                let off = (slope - expected[i]).abs();
+                assert!(
+                    off < 1e-5 * (1.0 + slope.abs()),
+                    "{place} {i}: {slope} {}",
+                    expected[i]
+                );
+            }
+        }
+    }
+}
