@@ -135,32 +135,41 @@ impl<'a> Judge<'a> {
         Arc::clone(&levels[n])
     }
 
-    /// Evaluates a material at the first test pairs and probes.
-    pub fn truth(&self, brdf: Built, seconds: &mut Seconds) -> Result<Truth, ParameterError> {
+    /// Evaluates a material at the first test pairs and probes; what is wrong with it is no reason to stop.
+    pub fn truth(
+        &self,
+        brdf: Built,
+        teller: &mut Teller<'_, Row>,
+    ) -> Result<Result<Truth, ParameterError>, Stop> {
         let at = |stage| brdf.at(&self.ledger, stage);
         let (profile, took) = timed(|| self.profile(&at(Stage::Moments)));
-        seconds.moments += took;
-        let profile = profile?;
+        teller.summary.seconds.moments += took;
+        let profile = match profile {
+            Ok(profile) => profile,
+            Err(e) => return Ok(Err(e)),
+        };
+        teller.go_on()?;
         let (alignment, took) = timed(|| alignment(&at(Stage::Alignment)));
-        seconds.alignment += took;
-        let ((first, albedo, errors), took) = timed(|| {
+        teller.summary.seconds.alignment += took;
+        let (found, took) = timed(|| {
             let (brdf_at, level) = (&at(Stage::Truth), self.level(0));
-            let first = metrics::evaluate(brdf_at, &level.pairs);
+            let first = evaluate(brdf_at, &level.pairs, &|| teller.go_on())?;
             let errors = brdf_at
                 .as_split()
                 .map(|split| TruthErrors::at(&level, split, &first));
             let albedo = self.probe.as_ref().map(|p| p.evaluate(brdf_at));
-            (first, albedo, errors.unwrap_or_default())
+            Ok::<_, Stop>((first, albedo, errors.unwrap_or_default()))
         });
-        seconds.truth += took;
-        Ok(Truth {
+        teller.summary.seconds.truth += took;
+        let (first, albedo, errors) = found?;
+        Ok(Ok(Truth {
             alignment: alignment.map(|a| a.q),
             errors,
             levels: Mutex::new(vec![Arc::new(first)]),
             albedo,
             profile,
             brdf,
-        })
+        }))
     }
 
     /// The values of a truth at a level of pairs; a material asks for them in order.

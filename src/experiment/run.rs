@@ -333,7 +333,7 @@ impl<'a> Runner<'a> {
         if !rows {
             return Ok(());
         }
-        let truth = self.judge.truth(brdf, &mut self.teller.summary.seconds);
+        let truth = self.judge.truth(brdf, &mut self.teller)?;
         member.truth = self.teller.or_failed(&material.name, truth, jobs)?;
         Ok(())
     }

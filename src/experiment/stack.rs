@@ -2,7 +2,7 @@
 //! the poses alone.
 
 use super::observer::Stop;
-use crate::brdf::{Brdf, Channels};
+use crate::brdf::{Brdf, Channels, SplitBrdf};
 use crate::geometry::DirectionPair;
 use crate::measurement::Measurement;
 use crate::metrics::{self, Values};
@@ -12,6 +12,9 @@ use rayon::prelude::*;
 /// Pairs that reconstructions are evaluated at between two checks for cancellation: a
 /// fraction of a second of the slowest one. (A multiple of what a thread takes at a time.)
 const SLAB: usize = 1 << 14;
+
+/// The same of a BRDF each of whose values takes paths of its own, milliseconds.
+const SLOW_SLAB: usize = 1 << 9;
 
 /// Pairs that an interpolant is given at a time: their values stay in a core's own cache.
 const BATCH: usize = 256;
@@ -119,7 +122,8 @@ pub(super) fn evaluate(
     go_on: &dyn Fn() -> Result<(), Stop>,
 ) -> Result<Values, Stop> {
     let mut values = Values::default();
-    for slab in pairs.chunks(SLAB) {
+    let slow = brdf.as_split().is_some_and(SplitBrdf::follows_pairs);
+    for slab in pairs.chunks(if slow { SLOW_SLAB } else { SLAB }) {
         go_on()?;
         values.append(metrics::evaluate(brdf, slab));
     }

@@ -262,7 +262,8 @@ impl Observer<Row> for Drawn<'_> {
         let Event::Loaded(material, key, brdf) = *event else {
             return Ok(());
         };
-        let stopped = || self.stop.load(std::sync::atomic::Ordering::SeqCst);
+        let stop = &*self.stop;
+        let stopped = || stop.load(std::sync::atomic::Ordering::SeqCst);
         let mut folder = self.folder.borrow_mut();
         self.studio
             .material(&mut folder, material, brdf, key, &stopped)

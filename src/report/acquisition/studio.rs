@@ -2,7 +2,7 @@
 //! truth, reconstruction and difference.
 
 use super::html::{MaterialPictures, Media, Picture};
-use crate::brdf::{Brdf, Part};
+use crate::brdf::{Brdf, Part, Presence, Watched};
 use crate::error::Error;
 use crate::experiment::{
     Coordinates, Material, Plan, RESULTS_REVISION, Router, Row, Shard, Share, Stage, preview,
@@ -230,8 +230,9 @@ impl<'a> Studio<'a> {
         material: &Material,
         brdf: &dyn Brdf,
         key: &str,
-        cancelled: &dyn Fn() -> bool,
+        cancelled: &(dyn Fn() -> bool + Sync),
     ) -> Result<(), Error> {
+        let brdf = &Watched::new(brdf, |_: &[f64], _: &[Presence]| ()).until(cancelled);
         let stem = self.stem(material, key);
         let name = format!("{stem}.slices");
         if !folder.has(Below::Pictures, &format!("{name}.svg")) {
@@ -249,6 +250,9 @@ impl<'a> Studio<'a> {
                 }
             }
             let slices = BrdfSlices::new(brdf, &self.parametrizations, &PHI_DEG, RESOLUTION);
+            if cancelled() {
+                return Ok(());
+            }
             let title = format!("{}: slices and isolines", material.name);
             folder.write_picture(&format!("{name}.exr"), || {
                 encoded(|out| slices.write_exr(out))
@@ -292,6 +296,9 @@ impl<'a> Studio<'a> {
         let spec = &self.plan.pictures;
         let (side, samples) = (spec.resolution, spec.samples);
         let all = Comparison::all(brdf, &copies, &*self.lighting, side, samples);
+        if cancelled() {
+            return Ok(());
+        }
         let files = shown
             .par_iter()
             .zip(all)
