@@ -22,7 +22,7 @@ pub use distortion::{
 };
 pub use reduction::{Averaging, reduced};
 pub use shares::{Cell, Shares};
-pub use subset::{Estimate, Image, Member, Needs, Reach, Subset, SubsetMeasure};
+pub use subset::{ENERGY_PAIRS, Estimate, Image, Member, Needs, Reach, Subset, SubsetMeasure};
 pub use symmetry::{
     Deviation, Deviations, SYMMETRY_TOLERANCE, Saving, deviations, savings, symmetry_pairs,
 };

@@ -53,6 +53,9 @@ const SETS: u64 = 16;
 /// Points of each of them.
 const SET_POINTS: u64 = 1 << 13;
 
+/// Pairs that a share of energy asks for; of small sets more, once these are done.
+pub const ENERGY_PAIRS: u64 = SETS * SET_POINTS;
+
 /// A number and its error.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Estimate {

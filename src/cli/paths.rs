@@ -3,9 +3,9 @@
 use super::brdf_args::BrdfArgs;
 use super::output::{DrawingArgs, JsonArgs};
 use super::progress::Progress;
-use super::{ThreadArgs, build, choose_material, print};
+use super::{NoNumber, ThreadArgs, build, choose_material, number, print, whole};
 use crate::brdf::{Brdf, Channels, Part, SplitBrdf};
-use crate::error::{Error, ParameterError, in_left_open};
+use crate::error::{Error, in_left_open};
 use crate::experiment::materials;
 use crate::parametrization;
 use crate::registry;
@@ -45,8 +45,8 @@ ranges that hold 95 % of each. Boxes and pictures are of every turn of the sampl
 pub(super) struct PathsArgs {
     #[command(flatten)]
     brdf: BrdfArgs,
-    /// Light paths that are followed, from 1024 on
-    #[arg(long, value_name = "N", default_value_t = 1 << 20, value_parser = clap::value_parser!(u64).range(1 << 10..=1 << 24))]
+    /// Light paths that are followed, 1024 to 2²⁴
+    #[arg(long, value_name = "N", default_value_t = 1 << 20, value_parser = whole::<1024, 16_777_216>)]
     paths: u64,
     /// The light that boxes are to hold
     #[arg(long, value_enum, default_value = "second")]
@@ -62,9 +62,8 @@ pub(super) struct PathsArgs {
     threads: ThreadArgs,
 }
 
-fn purity(text: &str) -> Result<f64, ParameterError> {
-    let number = text.trim().parse().unwrap_or(f64::NAN);
-    in_left_open("purity", number, 0.0, 1.0)
+fn purity(text: &str) -> Result<f64, NoNumber> {
+    number(text, |n| in_left_open("purity", n, 0.0, 1.0))
 }
 
 impl PathsArgs {

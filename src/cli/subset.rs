@@ -2,9 +2,10 @@
 
 use super::brdf_args::BrdfArgs;
 use super::output::DrawingArgs;
-use super::{ThreadArgs, build, choose_material, member, print};
+use super::progress::Progress;
+use super::{ThreadArgs, build, choose_material, member, print, whole};
 use crate::analysis::bounces::PathSample;
-use crate::analysis::{Reach, Subset as LightPaths};
+use crate::analysis::{ENERGY_PAIRS, Reach, Subset as LightPaths};
 use crate::brdf::{Brdf, Channels};
 use crate::error::Error;
 use crate::geometry::Symmetry;
@@ -44,7 +45,7 @@ pub(super) struct Subset {
     #[arg(long = "set", value_name = "KEY=VALUE", requires = "material")]
     set: Vec<String>,
     /// Seed of the pairs that are counted
-    #[arg(long, value_name = "N", default_value = "1")]
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = whole::<0, { u64::MAX }>)]
     seed: u64,
     /// Format of what is printed
     #[arg(long, value_enum, default_value = "text")]
@@ -84,7 +85,8 @@ impl Subset {
             Some((sample, capture))
         });
         let energy = material.map(|(name, _, brdf)| {
-            let share = subset.energy_share(&*brdf);
+            let progress = Progress::of(ENERGY_PAIRS, "energy");
+            let share = subset.energy_share(&progress.watches(&*brdf));
             (name, share)
         });
         let measure = subset.measure(self.seed);

@@ -128,10 +128,22 @@ impl Grid {
         let tenth = every.len() / 10;
         let high = every.get(every.len().saturating_sub(1 + tenth));
         let spread = high.zip(every.get(tenth)).map_or(1.0, |(h, l)| h - l);
+        let per_unit = 10f64.powi(decimals(spread, is));
+        // Light at one coordinate, of facets that have few normals, is on a face where neighbours agree: one step on either
+        // side, boxes have all of it or none.
+        let on = |pair: &[f64]| {
+            let [low, high] = [pair[0], pair[1]].map(|x| (x * per_unit).round());
+            (low == high).then_some(pair[0])
+        };
+        let singles: Vec<f64> = every.windows(2).filter_map(on).collect();
+        let beside = singles
+            .iter()
+            .flat_map(|x| [x - 1.0 / per_unit, x + 1.0 / per_unit]);
         let mut inside = quantiles(FACES - 2 - FACES / 2, &of_class);
+        inside.extend(beside);
         inside.extend(every);
         let ends = is.range.map(|end| is.file_value(end));
-        Self::rounded(inside, ends, 10f64.powi(decimals(spread, is)))
+        Self::rounded(inside, ends, per_unit)
     }
 
     fn rounded(inside: Vec<f64>, [low, high]: [f64; 2], per_unit: f64) -> Self {

@@ -16,6 +16,9 @@ const AZIMUTHS: usize = 4;
 /// Half of what an azimuth's map is of, as a share of the range: 7.5° of 90°.
 const HALF_WIDTH: f64 = 1.0 / 12.0;
 
+/// Share of a cell that is above rounding, and far below what a map shows.
+const ROUNDING: f64 = 1e-6;
+
 /// Paths of a cell, at least: fewer do not tell who leads.
 const FEWEST: f64 = 12.0;
 
@@ -112,7 +115,8 @@ fn places(form: &dyn Parametrization, coords: Coords) -> Vec<(usize, f64)> {
     let place = |c: &Coords| {
         let cell = |i: usize| {
             let t = (c[i] - axes[i].range[0]) / axes[i].length();
-            ((t * CELLS as f64) as usize).min(CELLS - 1)
+            // What lies on an edge but for rounding, of facets that have few normals, is in one cell.
+            ((t * CELLS as f64 + ROUNDING) as usize).min(CELLS - 1)
         };
         (cell(1) * CELLS + cell(0), c[2])
     };

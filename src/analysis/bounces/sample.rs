@@ -213,7 +213,7 @@ pub(super) fn all(sums: &[f64; CLASSES]) -> f64 {
     sums.iter().sum()
 }
 
-/// A ratio of two sums over batches, 0 of nothing, and its standard error.
+/// A ratio of two sums over batches, NaN of nothing, and its standard error.
 fn ratio(
     above: &BatchSums,
     below: &BatchSums,
@@ -224,6 +224,12 @@ fn ratio(
     let below: Vec<f64> = below.iter().map(of_below).collect();
     let [a, b] = [&above, &below].map(|v| v.iter().sum::<f64>());
     let share = |a: f64, b: f64| if b > 0.0 { a / b } else { 0.0 };
+    if b <= 0.0 {
+        return Estimate {
+            value: f64::NAN,
+            error: f64::NAN,
+        };
+    }
     let without = (0..above.len()).map(|i| share(a - above[i], b - below[i]));
     Estimate {
         value: share(a, b),

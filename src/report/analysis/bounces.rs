@@ -68,13 +68,10 @@ pub(super) fn capture_json(capture: &Capture) -> Value {
     })
 }
 
-/// "first 71.2 ± 1.0e-1 %, second …"; what is no matter of chance has no error.
+/// "first 71.2 ± 1.0e-1 %, second …".
 pub(super) fn listed(estimates: &[Estimate; CLASSES]) -> String {
     let parts = Part::CLASSES.iter().zip(estimates);
-    let parts = parts.map(|(class, e)| match e.error > 0.0 {
-        true => format!("{class} {}", percent(e)),
-        false => format!("{class} {} %", 100.0 * e.value),
-    });
+    let parts = parts.map(|(class, e)| format!("{class} {}", percent(e)));
     parts.collect::<Vec<_>>().join(", ")
 }
 
@@ -165,8 +162,19 @@ impl<'a> BouncesReport<'a> {
             percent(&self.shares.albedo),
             listed(&self.shares.classes)
         );
-        out += &self.information();
-        out += &self.boxes();
+        let only = Part::CLASSES.iter().zip(&self.shares.classes);
+        match only.into_iter().find(|(_, share)| share.value == 1.0) {
+            Some((class, _)) => {
+                out += &format!(
+                    "\nAll of it met {}: there is nothing that coordinates could tell apart.\n",
+                    met(*class)
+                );
+            }
+            None => {
+                out += &self.information();
+                out += &self.boxes();
+            }
+        }
         out += &self.ranges();
         out
     }

@@ -208,9 +208,17 @@ impl SubsetReport<'_> {
             ..PlotAxis::default()
         };
         let elevations = [elevation("θ_i"), elevation("θ_o")];
-        let mut panels = vec![panel("elevations", elevations, &|p| {
-            [p.omega_i, p.omega_o].map(|d| d.theta().to_degrees())
-        })];
+        let both = |p: &DirectionPair| [p.omega_i, p.omega_o].map(|d| d.theta().to_degrees());
+        let mut of_elevations = panel("elevations", elevations, &both);
+        if self.subset.form().symmetry().reciprocal {
+            // The set holds both orders of light and sensor, its members are one of them.
+            for series in of_elevations.series.iter_mut().skip(1) {
+                let other = series.points.clone().into_iter();
+                let other = other.filter_map(|(x, y)| Some((y?, Some(x))));
+                series.points.extend(other);
+            }
+        }
+        let mut panels = vec![of_elevations];
         let images = self.images.iter().map(|(form, _)| &**form);
         for form in std::iter::once(self.subset.form()).chain(images) {
             let axis = |i: usize| {

@@ -19,6 +19,9 @@ const WHITE: Ink = [255; 3];
 /// Inks of the classes: dark blue, bright yellow, red between them, which are told apart in grey too (Paul Tol's high contrast).
 const INKS: [Ink; CLASSES] = [[0x00, 0x44, 0x88], [0xdd, 0xaa, 0x33], [0xbb, 0x55, 0x66]];
 
+/// Grey beside white lines.
+const EDGE: Ink = [110; 3];
+
 /// Light that the white line holds.
 const MOST: f64 = 0.9;
 
@@ -116,6 +119,8 @@ fn draw(canvas: &mut Canvas, plot: &Plot, map: &Map) -> Result<(), Error> {
         .map(|cell| Some(near[cell].iter().sum()))
         .collect();
     if let Some(level) = level(&light) {
+        // Seen on white cells too.
+        plot.isolines(canvas, &light, level, EDGE, 3.4);
         plot.isolines(canvas, &light, level, WHITE, 2.2);
     }
     // Between three classes there is a line wherever the first, or the last, leads or does not.
