@@ -1,7 +1,7 @@
 //! The one public error; its variants say who must act.
 
 use std::borrow::Cow;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// Most characters of a user's text that a message repeats.
 const EXCERPT: usize = 60;
@@ -100,6 +100,9 @@ pub struct ParameterError {
     pub allowed: String,
 }
 
+/// Characters of a number from which on it is told with an exponent: doubles have fewer digits.
+const LONG: usize = 24;
+
 impl ParameterError {
     /// The key, the value that was given (of a long one the start is kept, of none `""`), and what is
     /// allowed.
@@ -112,7 +115,10 @@ impl ParameterError {
             key: key.into(),
             value: match value.to_string() {
                 nothing if nothing.is_empty() => "\"\"".into(),
-                text => excerpt(&text).into_owned(),
+                text => match text.parse::<f64>() {
+                    Ok(number) if text.len() > LONG && number.is_finite() => format!("{number:e}"),
+                    _ => excerpt(&text).into_owned(),
+                },
             },
             allowed: allowed.into(),
         }
@@ -160,6 +166,14 @@ pub fn in_whole(
     }
 }
 
+/// A path in a message; `""` of none.
+fn named(path: &Path) -> String {
+    match path.as_os_str().is_empty() {
+        true => "\"\"".into(),
+        false => path.display().to_string(),
+    }
+}
+
 /// The error behind an error.
 pub type Cause = Box<dyn std::error::Error + Send + Sync>;
 
@@ -176,7 +190,7 @@ pub enum Error {
         message: String,
     },
     /// The owner of the output folder.
-    #[error("{}: {message}", path.display())]
+    #[error("{}: {message}", named(path))]
     Output {
         /// The file or folder.
         path: PathBuf,
@@ -184,7 +198,7 @@ pub enum Error {
         message: String,
     },
     /// The owner of the input data.
-    #[error("{}: {message}", path.display())]
+    #[error("{}: {message}", named(path))]
     Data {
         /// The file or folder.
         path: PathBuf,

@@ -6,7 +6,7 @@ use super::unknown;
 use crate::brdf::{Brdf, Channels};
 use crate::error::{Error, excerpt, one_of};
 use crate::experiment::moments::MomentsPlan;
-use crate::experiment::{Kind, Material, ReadingsSpec, Source, materials};
+use crate::experiment::{AnyPlan, Kind, Material, ReadingsSpec, Source, materials};
 use crate::formats::{self, READ_READINGS, READ_TABLE};
 use clap::Args;
 use std::path::Path;
@@ -152,15 +152,15 @@ impl BrdfArgs {
 
     /// The materials and the settings of their moments.
     pub(super) fn plan(&self, source: &Source) -> Result<MomentsPlan, Error> {
-        let mut plan = super::any_plan(source)?.into_moments();
-        let Some(name) = &self.material else {
-            return Ok(plan);
-        };
-        let names: Vec<_> = plan.materials.iter().map(|m| m.name.clone()).collect();
-        plan.materials.retain(|m| m.name == *name);
-        if plan.materials.is_empty() {
-            return Err(unknown("--material", name, names));
+        let mut plan = AnyPlan::read(source)?.into_moments();
+        if let Some(name) = &self.material {
+            let names: Vec<_> = plan.materials.iter().map(|m| m.name.clone()).collect();
+            plan.materials.retain(|m| m.name == *name);
+            if plan.materials.is_empty() {
+                return Err(unknown("--material", name, names));
+            }
         }
+        super::remark(&plan.materials);
         Ok(plan)
     }
 }

@@ -33,7 +33,7 @@ impl Check {
         if is_instrument(&source)? {
             let read = instrument::read_table(source.table()?);
             let spec = read.map_err(|e| source.error(e))?;
-            let seed = self.seed.seed.map_or(1, i64::unsigned_abs);
+            let seed = self.seed.seed.unwrap_or(1);
             let described = Described::new(&spec, seed)?;
             return match self.json.wanted() {
                 true => print_json(&described),

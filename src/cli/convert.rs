@@ -5,7 +5,7 @@ use super::reading::ReadingArgs;
 use super::readings_file::ReadingsFile;
 use super::tabulate::TableArgs;
 use super::talk::wrote;
-use super::{ThreadArgs, format_names, print, read_as, refuse_existing, written};
+use super::{ThreadArgs, format_names, print, read_as, refuse_unwritable, written};
 use crate::brdf::{Brdf, BrdfSpec, Channels, laws};
 use crate::error::{Error, count};
 use crate::files::write_atomically;
@@ -82,7 +82,7 @@ impl Convert {
             .function(&format)
             .map_err(|e| Error::output(output, e))?;
         self.table.suits(format)?;
-        refuse_existing(output, self.force)?;
+        refuse_unwritable(output, self.force)?;
         let held = spec.held_channels().map_err(|e| told(&e))?;
         let channels = held.unwrap_or_else(|| match spec.check(&Channels::Rgb).is_ok() {
             true => Channels::Rgb,
@@ -178,7 +178,7 @@ impl Convert {
     fn schedule(&self, file: &ScheduleFile, format: Format, output: &Path) -> Result<(), Error> {
         let write = WRITE_SCHEDULE.function(&format);
         let write = write.map_err(|e| Error::output(output, e))?;
-        refuse_existing(output, self.force)?;
+        refuse_unwritable(output, self.force)?;
         let done = write_atomically(output, |out| {
             write(&file.schedule, Sequence::Order(&file.order), out)
         });

@@ -2,7 +2,7 @@
 
 use super::ThreadArgs;
 use super::brdf_args::BrdfArgs;
-use super::output::{OutputArgs, write_text};
+use super::output::{OutputArgs, refuse_other_endings, write_text};
 use crate::analysis::{self, Averaging, Scale, Weight};
 use crate::brdf::Brdf;
 use crate::error::Error;
@@ -73,6 +73,9 @@ impl Distortion {
     pub(super) fn run(self) -> Result<(), Error> {
         self.threads.apply()?;
         self.output.check()?;
+        if let Some(path) = &self.picture {
+            refuse_other_endings(path, "svg")?;
+        }
         self.output.check_also(self.picture.as_deref())?;
         if self.picture.is_some() && self.table != Table::Alignment {
             let message = "this table has no picture; allowed: --table alignment";

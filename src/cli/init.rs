@@ -1,7 +1,7 @@
 //! `gonio init`: starters, each a config that runs as it is.
 
 use super::talk::note;
-use super::{print, refuse_existing, written};
+use super::{print, refuse_unwritable, written};
 use crate::error::Error;
 use crate::files::write_atomically;
 use clap::{Args, ValueEnum};
@@ -59,7 +59,7 @@ impl Init {
         if path == Path::new("-") {
             return print(text);
         }
-        refuse_existing(&path, self.force)?;
+        refuse_unwritable(&path, self.force)?;
         let result = write_atomically(&path, |out| out.write_all(text.as_bytes()));
         written(&path, result)?;
         note(&format!(

@@ -109,6 +109,18 @@ impl<'a> Kept<'a> {
         })
     }
 
+    /// Says where the values are when Ctrl-C (or SIGTERM) ends the program.
+    pub(super) fn tell_when_stopped(&self) -> Result<(), Error> {
+        let path = self.path.display().to_string();
+        let stopped = move || {
+            say(&format!(
+                "gonio: interrupted; values are kept in {path}, and the same command goes on from them"
+            ));
+            std::process::exit(130);
+        };
+        ctrlc::set_handler(stopped).map_err(|e| Error::Internal(e.to_string()))
+    }
+
     /// Removes the file: what was to be made of it is there.
     pub(super) fn done(self) -> Result<(), Error> {
         remove(&self.path).map_err(|e| Error::output(&self.path, e))

@@ -309,8 +309,19 @@ fn sections(family: Family) -> Vec<Section> {
             Section::new("lightings", title, members)
         }
         Family::Surfaces => {
-            let members = entries(&light_paths::surface::all(), |surface| surface.resolved());
-            Section::new("surfaces", "surfaces: gonio surface KIND", members)
+            // With the keys that nobody has to set: examples are small, for tests.
+            let by_default = |entry: Entry<_>| match registry::read_text(&entry, "") {
+                Ok(_) => Entry {
+                    examples: &[""],
+                    ..entry
+                },
+                Err(_) => entry,
+            };
+            let all = light_paths::surface::all().into_iter().map(by_default);
+            let members = entries(&all.collect::<Vec<_>>(), |surface| surface.resolved());
+            let title =
+                "surfaces: gonio surface KIND, --set KEY=VALUE to change one of its defaults";
+            Section::new("surfaces", title, members)
         }
         Family::Facets => {
             let title = "facets: facets = { kind = … } of smith-multiple and of surfaces";

@@ -44,7 +44,7 @@ pub(super) struct Measure {
     #[arg(long)]
     skip_unreachable: bool,
     /// Seed of the noise and of the errors the instrument happens to have [default: the config's]
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", value_parser = super::whole::<0, { u64::MAX }>)]
     seed: Option<u64>,
     #[arg(short, long, value_name = "FILE",
         help = format!("The file to write ({}); a folder of a format that has one light a file (--format pab-opto)",
@@ -69,8 +69,9 @@ impl Measure {
         for assignment in &self.set {
             source.set(assignment, format!("--set {assignment}"))?;
         }
-        let plan = super::plan(&source)?;
+        let plan = Plan::read(&source)?;
         let material = choose_material(&plan.materials, self.material.as_deref())?;
+        super::remark(std::slice::from_ref(material));
         let assume = Assume {
             otherwise: material.symmetry,
             axes: instrument::axis_names(),

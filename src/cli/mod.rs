@@ -44,7 +44,7 @@ mod train;
 
 use crate::brdf::{Brdf, BuildError, Channels};
 use crate::error::{Error, ParameterError, count, excerpt, in_left_open, one_of};
-use crate::experiment::{AnyPlan, MAX_BUDGET, MAX_MINUTES, Material, Plan, Source};
+use crate::experiment::{AnyPlan, MAX_BUDGET, MAX_MINUTES, Material, Source};
 use crate::files;
 use crate::formats::{Format, Use, WRITE_TABLE};
 use crate::registry::Entry;
@@ -52,7 +52,7 @@ use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::{Args, CommandFactory, FromArgMatches, Parser, Subcommand};
 use config_args::ConfigArgs;
 use std::io::{self, ErrorKind, Write};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::time::Instant;
 pub use talk::say_error;
 use talk::{TalkArgs, color_of, detail, say};
@@ -218,12 +218,15 @@ impl Command {
     }
 }
 
+/// The largest seed of a config: TOML has no larger numbers.
+const MOST_SEED: u64 = i64::MAX as u64;
+
 /// `--seed`, where something is random.
 #[derive(Debug, Args)]
 struct SeedArgs {
     /// One seed in place of the config's `seeds`
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(i64).range(0..))]
-    seed: Option<i64>,
+    #[arg(long, value_name = "N", value_parser = whole::<0, MOST_SEED>)]
+    seed: Option<u64>,
 }
 
 impl SeedArgs {
@@ -255,13 +258,7 @@ impl ThreadArgs {
     }
 }
 
-fn plan(source: &Source) -> Result<Plan, Error> {
-    let plan = Plan::read(source)?;
-    remark(&plan.materials);
-    Ok(plan)
-}
-
-/// The experiment of a config of any kind.
+/// The experiment of a config of any kind, all of its materials used.
 fn any_plan(source: &Source) -> Result<AnyPlan, Error> {
     let plan = AnyPlan::read(source)?;
     remark(match &plan {
@@ -272,10 +269,17 @@ fn any_plan(source: &Source) -> Result<AnyPlan, Error> {
     Ok(plan)
 }
 
-/// Says what is peculiar about the files of materials.
+/// Says what is peculiar about materials that are used, or about their files.
 fn remark(materials: &[Material]) {
-    for remark in materials.iter().flat_map(|m| &m.remarks) {
-        say(&format!("gonio: {remark}"));
+    let several = materials.len() > 1;
+    for material in materials {
+        let name = match several {
+            true => format!("{}: ", material.name),
+            false => String::new(),
+        };
+        for remark in &material.remarks {
+            say(&format!("gonio: {name}{remark}"));
+        }
     }
 }
 
@@ -390,30 +394,75 @@ fn written(path: &Path, result: io::Result<()>) -> Result<(), Error> {
 
 /// Reads a number of configurations: 1000, or 1e6.
 fn budget(text: &str) -> Result<usize, ParameterError> {
-    let number: Option<f64> = text.trim().parse().ok();
-    let whole = number.filter(|n| n.fract() == 0.0 && (1.0..=MAX_BUDGET as f64).contains(n));
-    whole.map(|n| n as usize).ok_or_else(|| {
-        let allowed = format!("a whole number from 1 to {MAX_BUDGET}");
-        ParameterError::new("budget", text, allowed)
-    })
+    const MOST: u64 = MAX_BUDGET as u64;
+    let number = whole::<1, MOST>(text);
+    let number = number.map_err(|e| ParameterError::new("budget", text, e.0))?;
+    Ok(number as usize)
+}
+
+/// What a number of an option must be.
+#[derive(Debug, thiserror::Error)]
+#[error("allowed: {0}")]
+struct NoNumber(String);
+
+/// Reads a whole number: 1000, or 1e6.
+fn whole<const LEAST: u64, const MOST: u64>(text: &str) -> Result<u64, NoNumber> {
+    let text = text.trim();
+    let of_float = |n: f64| (n.fract() == 0.0 && (0.0..1e15).contains(&n)).then_some(n as u64);
+    let number = text.parse().ok();
+    let number = number.or_else(|| of_float(text.parse().ok()?));
+    number
+        .filter(|n| (LEAST..=MOST).contains(n))
+        .ok_or_else(|| {
+            let allowed = match MOST {
+                u64::MAX => format!("a whole number from {LEAST} on"),
+                _ => format!("a whole number from {LEAST} to {MOST}"),
+            };
+            NoNumber(allowed)
+        })
+}
+
+/// Reads a number that `check` takes.
+fn number(
+    text: &str,
+    check: impl FnOnce(f64) -> Result<f64, ParameterError>,
+) -> Result<f64, NoNumber> {
+    let number = text.trim().parse().unwrap_or(f64::NAN);
+    check(number).map_err(|e| NoNumber(e.allowed))
 }
 
 /// Reads a time in minutes: 90, or 0.5.
-fn minutes(text: &str) -> Result<f64, ParameterError> {
-    let number = text.trim().parse().unwrap_or(f64::NAN);
-    in_left_open("minutes", number, 0.0, MAX_MINUTES)
-        .map_err(|e| ParameterError::new(e.key, text, e.allowed))
+fn minutes(text: &str) -> Result<f64, NoNumber> {
+    number(text, |n| in_left_open("minutes", n, 0.0, MAX_MINUTES))
 }
 
-/// Refuses to replace a file unless `force`, and a folder or device always.
+/// Refuses to replace a file unless `force`, and a folder or device always; its folder may be made later.
 fn refuse_existing(path: &Path, force: bool) -> Result<(), Error> {
-    let unwritable = |e| Error::output(path, format!("cannot write this file: {e}"));
-    let exists = files::destination(path).map_err(unwritable)?.exists();
-    if force || !exists {
-        return Ok(());
+    match destination(path)?.exists() && !force {
+        true => Err(Error::output(
+            path,
+            "this file exists; choose another with -o, or --force to replace it",
+        )),
+        false => Ok(()),
     }
-    Err(Error::output(
-        path,
-        "this file exists; choose another with -o, or --force to replace it",
-    ))
+}
+
+/// The same of a file whose folder must be there.
+fn refuse_unwritable(path: &Path, force: bool) -> Result<(), Error> {
+    let destination = destination(path)?;
+    let dir = destination
+        .parent()
+        .filter(|dir| !dir.as_os_str().is_empty());
+    match dir.filter(|dir| !dir.is_dir()) {
+        Some(dir) => {
+            let message = format!("there is no folder {}", dir.display());
+            Err(Error::output(path, message))
+        }
+        None => refuse_existing(path, force),
+    }
+}
+
+fn destination(path: &Path) -> Result<PathBuf, Error> {
+    files::destination(path)
+        .map_err(|e| Error::output(path, format!("cannot write this file: {e}")))
 }

@@ -4,7 +4,7 @@ use super::reading::ReadingArgs;
 use super::reconstruct::symmetry;
 use super::schedule::{orders, out_of_reach};
 use super::talk::{note, with_bound, wrote};
-use super::{ThreadArgs, format_names, print, refuse_existing, written};
+use super::{ThreadArgs, format_names, print, refuse_unwritable, whole, written};
 use crate::acquisition::{self, Planner, Task};
 use crate::error::{Error, count, excerpt, one_of};
 use crate::experiment::{PlannedInstrument, Source};
@@ -58,7 +58,7 @@ pub(super) struct Next {
     #[arg(long, requires = "instrument", value_parser = orders())]
     order: Option<Order>,
     /// Seed of the poses to choose from
-    #[arg(long, value_name = "N", default_value_t = 1)]
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = whole::<0, { u64::MAX }>)]
     seed: u64,
     #[arg(short, long, value_name = "FILE",
         help = format!("The schedule to write ({}); the most telling pose first, if no instrument orders them",
@@ -81,7 +81,7 @@ impl Next {
         self.threads.apply()?;
         let write = WRITE_SCHEDULE.choose(self.format, &self.output);
         let write = write.map_err(|e| Error::output(&self.output, e))?;
-        refuse_existing(&self.output, self.force)?;
+        refuse_unwritable(&self.output, self.force)?;
         let planner = self.planner()?;
         let assume = Assume {
             symmetry: self.symmetry,

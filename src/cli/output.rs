@@ -1,11 +1,12 @@
 //! Tables that are printed for people, or written for programs.
 
 use super::talk::wrote;
-use super::{print, refuse_existing};
+use super::{print, refuse_unwritable};
 use crate::error::Error;
 use crate::files::write_atomically;
 use clap::{Args, ValueEnum};
 use serde::Serialize;
+use std::ffi::OsStr;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
@@ -37,6 +38,21 @@ pub(super) fn print_json(value: &impl Serialize) -> Result<(), Error> {
     print(&(text + "\n"))
 }
 
+/// Refuses a name that promises another kind of file than is written.
+pub(super) fn refuse_other_endings(path: &Path, ending: &str) -> Result<(), Error> {
+    let is_it = |found: &OsStr| found.eq_ignore_ascii_case(ending);
+    match path.extension().is_some_and(is_it) {
+        true => Ok(()),
+        false => {
+            let message = format!(
+                "this picture is {}; allowed: a name that ends in .{ending}",
+                ending.to_uppercase()
+            );
+            Err(Error::output(path, message))
+        }
+    }
+}
+
 /// Where a picture of what is printed goes.
 #[derive(Debug, Args)]
 pub(super) struct DrawingArgs {
@@ -49,12 +65,13 @@ pub(super) struct DrawingArgs {
 }
 
 impl DrawingArgs {
-    /// Refuses to replace a file unless told to; before anything is computed.
+    /// Refuses what cannot be written, and to replace a file unless told to; before anything is computed.
     pub(super) fn check(&self) -> Result<(), Error> {
-        match &self.output {
-            Some(path) => refuse_existing(path, self.force),
-            None => Ok(()),
-        }
+        let Some(path) = &self.output else {
+            return Ok(());
+        };
+        refuse_other_endings(path, "svg")?;
+        refuse_unwritable(path, self.force)
     }
 
     /// Draws, if that is asked for.
@@ -99,7 +116,7 @@ impl OutputArgs {
 
     /// The same for a file beside the table.
     pub(super) fn check_also(&self, file: Option<&Path>) -> Result<(), Error> {
-        file.map_or(Ok(()), |path| refuse_existing(path, self.force))
+        file.map_or(Ok(()), |path| refuse_unwritable(path, self.force))
     }
 
     /// The output file, or `stdout`, for messages.

@@ -121,7 +121,7 @@ mod tests {
             let watched = progress.watches(&brdf);
             let path = dir.path().join(format.name);
             format.write_table.unwrap()(&watched, 0, &path).unwrap();
-            let said = format.table_pairs.unwrap()(&brdf, 0);
+            let said = format.table_pairs.unwrap()(&brdf, 0).unwrap();
             assert_eq!(progress.counted(), said, "{}", format.name);
         }
     }

@@ -1,7 +1,7 @@
 //! Files of readings that are written: one, or one for each direction of the light in a folder.
 
 use super::talk::{note, wrote};
-use super::{refuse_existing, written};
+use super::{refuse_unwritable, written};
 use crate::error::Error;
 use crate::files::write_atomically;
 use crate::formats::{self, Format, WRITE_READINGS, WriteReadings};
@@ -38,7 +38,7 @@ impl<'a> ReadingsFile<'a> {
     /// Refuses to replace what is there, unless that is wanted.
     pub fn refuse_existing(&self, force: bool) -> Result<(), Error> {
         if !self.is_folder() {
-            refuse_existing(self.path, force)
+            refuse_unwritable(self.path, force)
         } else if self.path.exists() && !force {
             let message = "this folder exists; choose another with -o, or --force to replace its files of lights";
             Err(Error::output(self.path, message))

@@ -4,12 +4,13 @@ use super::brdf_args::{BrdfArgs, is_config};
 use super::check::words;
 use super::cross_validation::{CrossValidationArgs, print_scores};
 use super::energy::EnergyArgs;
+use super::output::refuse_other_endings;
 use super::reading::ReadingArgs;
 use super::talk::with_bound;
-use super::{ThreadArgs, build, choose_material, format_names, print, refuse_existing, tabulate};
+use super::{ThreadArgs, build, choose_material, format_names, print, refuse_unwritable, tabulate};
 use crate::brdf::Brdf;
 use crate::error::{self, Error, ParameterError, excerpt, one_of};
-use crate::experiment::{Kind, Source};
+use crate::experiment::{AnyPlan, Kind, Plan, Source};
 use crate::files::write_atomically;
 use crate::formats::{self, Format, READ_READINGS, WRITE_TABLE};
 use crate::geometry::{DirectionPair, Symmetry};
@@ -178,9 +179,13 @@ const AUTO: &str = "auto";
 impl Reconstruct {
     pub(super) fn run(self) -> Result<(), Error> {
         self.threads.apply()?;
+        for (path, ending) in [(&self.picture, "png"), (&self.uncertainty, "svg")] {
+            path.as_deref()
+                .map_or(Ok(()), |path| refuse_other_endings(path, ending))?;
+        }
         let files = [&self.output, &self.picture, &self.uncertainty];
         for path in files.into_iter().flatten() {
-            refuse_existing(path, self.force)?;
+            refuse_unwritable(path, self.force)?;
         }
         let table = match &self.output {
             Some(path) => {
@@ -240,6 +245,7 @@ impl Reconstruct {
         if let Some((table, path)) = table {
             let covered = Covered::new(&*brdf, &measurement, self.fill);
             let covered = covered.map_err(|e| Error::data(path, e))?;
+            tabulate::pairs(table, 0, &covered, path, &|| "--output".into())?;
             self.energy
                 .check(&covered, common_uncertainty(&measurement))?;
             // What this asked for is no cell of the table.
@@ -395,14 +401,15 @@ impl Reconstruct {
         let source = BrdfArgs::of(target).source()?;
         let (materials, metrics, measures) =
             if is_config(target) && !Kind::of(&source)?.has_profiles() {
-                let plan = super::plan(&source)?;
+                let plan = Plan::read(&source)?;
                 (plan.materials, plan.metrics, plan.measures)
             } else {
-                let plan = super::any_plan(&source)?.into_moments();
+                let plan = AnyPlan::read(&source)?.into_moments();
                 let all = Measure::USUAL.to_vec();
                 (plan.materials, MetricsSpec::default(), all)
             };
         let material = choose_material(&materials, self.material.as_deref())?;
+        super::remark(std::slice::from_ref(material));
         let brdf = build(material, measurement.channels.clone())?;
         Ok(Some(Truth::Brdf(brdf, metrics, measures)))
     }

@@ -4,7 +4,9 @@ use super::check::words;
 use super::output::{JsonArgs, print_json};
 use super::reading::ReadingArgs;
 use super::talk::{note, wrote};
-use super::{ConfigArgs, SeedArgs, format_names, print, refuse_existing, unknown, written};
+use super::{
+    ConfigArgs, SeedArgs, format_names, print, refuse_existing, refuse_unwritable, unknown, written,
+};
 use crate::error::{Error, ParameterError, count, in_left_open};
 use crate::experiment::{Allowance, Plan, PlannedInstrument, Router, ScheduleKey, Source};
 use crate::files::write_atomically;
@@ -180,7 +182,7 @@ impl Schedule {
         let mut source = self.config.source()?;
         self.seed.apply(&mut source)?;
         suppose_material(&mut source)?;
-        let plan = super::plan(&source)?;
+        let plan = Plan::read(&source)?;
         let instruments = self.instruments(&plan)?;
         let keys = self.choose(&plan, &instruments)?;
         let done = self.read()?;
@@ -213,7 +215,7 @@ impl Schedule {
             return written(Path::new("stdout"), result.and_then(|()| out.flush()));
         }
         let write = self.writer(self.format)?;
-        refuse_existing(&self.output, self.force)?;
+        refuse_unwritable(&self.output, self.force)?;
         let summary = maker.write(key, write, &self.output)?;
         self.tell(&summary.into_iter().collect::<Vec<_>>())
     }

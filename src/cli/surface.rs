@@ -2,7 +2,7 @@
 
 use super::output::{JsonArgs, print_json};
 use super::talk::{detail, say};
-use super::{ThreadArgs, member, print};
+use super::{NoNumber, ThreadArgs, member, number, print, whole};
 use crate::brdf::{BuildError, Channels};
 use crate::error::{Error, ParameterError, count, in_closed, in_left_open};
 use crate::experiment::{KeyPath, Source};
@@ -37,16 +37,16 @@ pub(super) struct SurfaceArgs {
     #[arg(long, value_name = "DEG", default_value_t = 0.0, value_parser = azimuth)]
     azimuth: f64,
     /// Rays from each elevation
-    #[arg(long, value_name = "N", default_value_t = 1_000_000, value_parser = clap::value_parser!(u64).range(2..=1_000_000_000_000))]
+    #[arg(long, value_name = "N", default_value_t = 1_000_000, value_parser = whole::<2, 1_000_000_000_000>)]
     rays: u64,
     /// Seed of the rays
-    #[arg(long, value_name = "N", default_value_t = 1)]
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = whole::<0, { u64::MAX }>)]
     seed: u64,
-    /// Width of a cell, µm, of a surface that has no pitch_um [default: 1]
-    #[arg(long, value_name = "UM", value_parser = pitch)]
+    /// Width of a cell, µm, of a surface without a key pitch_um [default: 1]
+    #[arg(long, value_name = "UM", value_parser = length_um)]
     pitch_um: Option<f64>,
     /// Wavelength that the surface is compared with, µm
-    #[arg(long, value_name = "UM", default_value_t = 0.55, value_parser = wavelength)]
+    #[arg(long, value_name = "UM", default_value_t = 0.55, value_parser = length_um)]
     wavelength_um: f64,
     #[command(flatten)]
     json: JsonArgs,
@@ -54,25 +54,20 @@ pub(super) struct SurfaceArgs {
     threads: ThreadArgs,
 }
 
-fn number(text: &str) -> f64 {
-    text.trim().parse().unwrap_or(f64::NAN)
+fn elevation(text: &str) -> Result<f64, NoNumber> {
+    number(text, |n| in_closed("elevation", n, 0.0, 89.9))
 }
 
-fn elevation(text: &str) -> Result<f64, ParameterError> {
-    in_closed("elevation", number(text), 0.0, 89.9)
+fn azimuth(text: &str) -> Result<f64, NoNumber> {
+    number(text, |n| in_closed("azimuth", n, -360.0, 360.0))
 }
 
-fn azimuth(text: &str) -> Result<f64, ParameterError> {
-    in_closed("azimuth", number(text), -360.0, 360.0)
+fn length_um(text: &str) -> Result<f64, NoNumber> {
+    number(text, |n| in_left_open("length", n, 0.0, 1e9))
 }
 
-fn pitch(text: &str) -> Result<f64, ParameterError> {
-    in_left_open("pitch_um", number(text), 0.0, 1e9)
-}
-
-fn wavelength(text: &str) -> Result<f64, ParameterError> {
-    in_left_open("wavelength_um", number(text), 0.0, 1e9)
-}
+/// Lengths from here on are printed with an exponent, cells.
+const LONG: f64 = 1e6;
 
 /// What is printed.
 #[derive(Serialize)]
@@ -189,7 +184,11 @@ impl Report {
         } = &self.surface;
         let each = |values: &[Option<f64>; 2]| {
             values
-                .map(|v| v.map_or_else(|| "none".into(), |v| format!("{v:.1}")))
+                .map(|v| match v {
+                    None => "none".into(),
+                    Some(v) if v < LONG => format!("{v:.1}"),
+                    Some(v) => format!("{v:.1e}"),
+                })
                 .join(" and ")
         };
         let mut text = format!(

@@ -4,7 +4,9 @@ use super::energy::EnergyArgs;
 use super::kept::Kept;
 use super::progress::Progress;
 use super::talk::wrote;
-use super::{ConfigArgs, ThreadArgs, build, choose_material, format_names, print, refuse_existing};
+use super::{
+    ConfigArgs, ThreadArgs, build, choose_material, format_names, print, refuse_unwritable,
+};
 use crate::brdf::{Brdf, Channels, Presence, SplitBrdf, Watched};
 use crate::error::{Error, ParameterError};
 use crate::experiment::{Material, Plan, Source, material_key};
@@ -60,17 +62,20 @@ impl Tabulate {
         let format = format.map_err(|e| Error::output(&self.output, e))?;
         self.table.suits(format)?;
         let source = self.config.source()?;
-        let plan = super::plan(&source)?;
+        let plan = Plan::read(&source)?;
         let material = choose_material(&plan.materials, self.material.as_deref())?;
-        refuse_existing(&self.output, self.force)?;
+        super::remark(std::slice::from_ref(material));
+        refuse_unwritable(&self.output, self.force)?;
         let brdf = build(material, channels(&source, &plan, material)?)?;
         let name = || format!("--material {}", material.name);
         if !brdf.as_split().is_some_and(SplitBrdf::follows_pairs) {
             self.table.write(format, &*brdf, &self.output, name)?;
             return Ok(());
         }
+        pairs(format, 0, &*brdf, &self.output, &name)?;
         let key = material_key(material)?;
         let kept = Kept::new(&*brdf, &key, &self.output, self.force)?;
+        kept.tell_when_stopped()?;
         match self.table.write(format, &kept, &self.output, name) {
             // The same command may find room for what it could not write; what is refused would be refused again.
             Err(e @ Error::Output { .. }) => Err(e),
@@ -109,6 +114,7 @@ impl TableArgs {
         path: &Path,
         place: impl Fn() -> String,
     ) -> Result<Option<Box<dyn Brdf>>, Error> {
+        pairs(format, 0, brdf, path, &place)?;
         self.energy.check(brdf, 0.0)?;
         let mut size = 0;
         loop {
@@ -198,12 +204,11 @@ pub(super) fn write(
     size: usize,
     brdf: &dyn Brdf,
     path: &Path,
-    place: impl FnOnce() -> String,
+    place: impl Fn() -> String,
 ) -> Result<(), Error> {
     let table = WRITE_TABLE.function(&format);
     let table = table.map_err(|e| Error::output(path, e))?;
-    let pairs = format.table_pairs.map_or(0, |pairs| pairs(brdf, size));
-    let progress = Progress::of(pairs, "tabulates");
+    let progress = Progress::of(pairs(format, size, brdf, path, &place)?, "tabulates");
     // Bits of the largest value so far: those of positive numbers stand in their order.
     let largest = AtomicU64::new(0);
     let width = brdf.channels().count();
@@ -214,12 +219,28 @@ pub(super) fn write(
         largest.fetch_max(most.to_bits(), Ordering::Relaxed);
         progress.count(presence.len() as u64);
     });
-    table(&brdf, size, path).map_err(|e| match e {
-        TableError::Io(_) => Error::output(path, e),
-        TableError::Unsuited(_) => Error::config(place(), e),
-    })?;
+    table(&brdf, size, path).map_err(|e| told(e, path, &place))?;
     let largest = f64::from_bits(largest.load(Ordering::Relaxed));
     drop(progress);
     wrote(path);
     print(&format!("largest value: {largest:.4e} 1/sr\n"))
+}
+
+/// Pairs of a table of some size; before anything is computed.
+pub(super) fn pairs(
+    format: Format,
+    size: usize,
+    brdf: &dyn Brdf,
+    path: &Path,
+    place: &dyn Fn() -> String,
+) -> Result<u64, Error> {
+    let pairs = format.table_pairs.map_or(Ok(0), |pairs| pairs(brdf, size));
+    pairs.map_err(|e| told(e, path, place))
+}
+
+fn told(error: TableError, path: &Path, place: &dyn Fn() -> String) -> Error {
+    match error {
+        TableError::Io(_) => Error::output(path, error),
+        TableError::Unsuited(_) => Error::config(place(), error),
+    }
 }

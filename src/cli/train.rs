@@ -3,7 +3,7 @@
 use super::brdf_args::BrdfArgs;
 use super::progress::Progress;
 use super::talk::wrote;
-use super::{ThreadArgs, build, print, refuse_existing, unknown};
+use super::{ThreadArgs, build, print, refuse_unwritable, unknown};
 use crate::brdf::Channels;
 use crate::error::{Error, count};
 use crate::experiment;
@@ -50,7 +50,7 @@ pub(super) struct Train {
 impl Train {
     pub(super) fn run(self) -> Result<(), Error> {
         self.threads.apply()?;
-        refuse_existing(&self.output, self.force)?;
+        refuse_unwritable(&self.output, self.force)?;
         let mut materials = self.brdf.plan(&self.brdf.source()?)?.materials;
         for name in &self.except {
             let names = || materials.iter().map(|m| m.name.clone());

@@ -141,7 +141,16 @@ impl Source {
         let Some(span) = e.span else {
             return Error::config(&self.name, message);
         };
-        match spots(&self.text).enclosing(&span) {
+        let mut path = spots(&self.text).enclosing(&span);
+        if let Some(key) = message.strip_prefix("missing field ") {
+            path = spots(&self.text).table_about(&span);
+            // Of the table at the top.
+            if path.is_none() {
+                let message = format!("lacks the key {}", key.replace('`', ""));
+                return Error::config(&self.name, message);
+            }
+        }
+        match path {
             Some(path) => {
                 let value = self.text.get(span.clone()).unwrap_or_default();
                 Error::config(self.place(&path), name_key(&path, value, &message))
@@ -304,6 +313,7 @@ struct Spot {
     path: KeyPath,
     key: Option<Range<usize>>,
     value: Range<usize>,
+    is_table: bool,
 }
 
 impl Spot {
@@ -316,6 +326,19 @@ impl Spot {
 struct Spots(Vec<Spot>);
 
 impl Spots {
+    /// The innermost table that holds a range of the text; `None`: the one at the top.
+    fn table_about(&self, span: &Range<usize>) -> Option<KeyPath> {
+        let mut path = self.enclosing(span)?;
+        let is_table = |path: &KeyPath| {
+            let mut spots = self.0.iter();
+            spots.any(|spot| spot.is_table && spot.path == *path)
+        };
+        while !path.0.is_empty() && !is_table(&path) {
+            path.0.pop();
+        }
+        (!path.0.is_empty()).then_some(path)
+    }
+
     /// The innermost value that holds a range of the text, by its key or its body.
     fn enclosing(&self, span: &Range<usize>) -> Option<KeyPath> {
         let holds = |r: &&Range<usize>| r.start <= span.start && span.end <= r.end;
@@ -344,6 +367,7 @@ fn spots(text: &str) -> Spots {
                 path: path.clone(),
                 key: Some(key.span()),
                 value: v.span(),
+                is_table: v.get_ref().is_table(),
             });
             value(&path, v.get_ref(), out);
         }
@@ -358,6 +382,7 @@ fn spots(text: &str) -> Spots {
                         path: path.clone(),
                         key: None,
                         value: item.span(),
+                        is_table: item.get_ref().is_table(),
                     });
                     value(&path, item.get_ref(), out);
                 }

@@ -11,11 +11,18 @@ pub const FORMAT: Format = Format {
     read_table: Some(|path| Box::new(MerlSpec::of(path))),
     write_table: Some(|brdf, _, path| {
         let written = MerlGrid::holding(brdf).and_then(|grid| write_merl_file(brdf, grid, path));
-        written.map_err(|e| match e {
-            MerlError::Io(e) => TableError::Io(e),
-            e => TableError::Unsuited(e.into()),
-        })
+        written.map_err(told)
     }),
-    table_pairs: Some(|brdf, _| MerlGrid::holding(brdf).map_or(0, |grid| grid.pairs())),
+    table_pairs: Some(|brdf, _| {
+        let grid = MerlGrid::holding(brdf).map_err(told)?;
+        Ok(grid.pairs())
+    }),
     ..Format::NONE
 };
+
+fn told(error: MerlError) -> TableError {
+    match error {
+        MerlError::Io(e) => TableError::Io(e),
+        e => TableError::Unsuited(e.into()),
+    }
+}

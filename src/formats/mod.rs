@@ -39,6 +39,9 @@ pub type ReadTable = fn(PathBuf) -> Box<dyn BrdfSpec>;
 /// Tabulates a BRDF into a file, which is there as a whole or not at all, at one of the sizes of the format, 0 the usual.
 pub type WriteTable = fn(&dyn Brdf, usize, &Path) -> Result<(), TableError>;
 
+/// Pairs that the table of a BRDF is made of, by its size.
+pub type TablePairs = fn(&dyn Brdf, usize) -> Result<u64, TableError>;
+
 /// The bytes of a file, and its name in messages.
 pub type AsText = fn(&[u8], &str) -> Result<String, FileError>;
 
@@ -104,8 +107,9 @@ pub struct Format {
     pub read_table: Option<ReadTable>,
     /// Writes the table of a BRDF.
     pub write_table: Option<WriteTable>,
-    /// The number of pairs that the table of a BRDF is made of, by its size.
-    pub table_pairs: Option<fn(&dyn Brdf, usize) -> u64>,
+    /// The number of pairs that the table of a BRDF is made of, by its size; [`TableError::Unsuited`] of one that it cannot
+    /// hold, as far as channels and symmetries tell.
+    pub table_pairs: Option<TablePairs>,
     /// Sizes of its tables, each finer than the one before.
     pub table_sizes: usize,
     /// Reads a schedule.

@@ -9,13 +9,15 @@ pub const FORMAT: Format = Format {
     extensions: &["bsdf"],
     summary: "over visible normals, for Mitsuba and pbrt; R, G, B or wavelengths",
     read_table: Some(|path| Box::new(RglSpec::of(path))),
-    write_table: Some(|brdf, size, path| {
-        write_rgl_file(brdf, LEVELS[size], path).map_err(|e| match e {
-            RglError::Io(e) => TableError::Io(e),
-            e => TableError::Unsuited(e.into()),
-        })
-    }),
-    table_pairs: Some(|brdf, size| table_pairs(brdf, LEVELS[size])),
+    write_table: Some(|brdf, size, path| write_rgl_file(brdf, LEVELS[size], path).map_err(told)),
+    table_pairs: Some(|brdf, size| Ok(table_pairs(brdf, LEVELS[size]))),
     table_sizes: LEVELS.len(),
     ..Format::NONE
 };
+
+fn told(error: RglError) -> TableError {
+    match error {
+        RglError::Io(e) => TableError::Io(e),
+        e => TableError::Unsuited(e.into()),
+    }
+}

@@ -2,7 +2,7 @@
 
 use super::{Format, TableError};
 use crate::brdf::measured::tensor_tree::{
-    LEVELS, TensorTreeError, TensorTreeSpec, table_pairs, write_tensor_tree_file,
+    LEVELS, TensorTreeError, TensorTreeSpec, suits, table_pairs, write_tensor_tree_file,
 };
 
 /// Isotropic tables that are fine where the BRDF changes.
@@ -12,12 +12,19 @@ pub const FORMAT: Format = Format {
     summary: "isotropic, for the material BSDF of Radiance: TensorTree3, luminance or R, G, B",
     read_table: Some(|path| Box::new(TensorTreeSpec::of(path))),
     write_table: Some(|brdf, size, path| {
-        write_tensor_tree_file(brdf, LEVELS[size], path).map_err(|e| match e {
-            TensorTreeError::Io(e) => TableError::Io(e),
-            e => TableError::Unsuited(e.into()),
-        })
+        write_tensor_tree_file(brdf, LEVELS[size], path).map_err(told)
     }),
-    table_pairs: Some(|_, size| table_pairs(LEVELS[size])),
+    table_pairs: Some(|brdf, size| {
+        suits(brdf).map_err(told)?;
+        Ok(table_pairs(LEVELS[size]))
+    }),
     table_sizes: LEVELS.len(),
     ..Format::NONE
 };
+
+fn told(error: TensorTreeError) -> TableError {
+    match error {
+        TensorTreeError::Io(e) => TableError::Io(e),
+        e => TableError::Unsuited(e.into()),
+    }
+}

@@ -1,7 +1,7 @@
 //! Tables of the UTIA database.
 
 use super::{Format, TableError};
-use crate::brdf::measured::utia::{NODES, UtiaError, UtiaSpec, write_utia_file};
+use crate::brdf::measured::utia::{NODES, UtiaError, UtiaSpec, suits, write_utia_file};
 
 /// Anisotropic tables over the angles of light and sensor.
 pub const FORMAT: Format = Format {
@@ -9,12 +9,17 @@ pub const FORMAT: Format = Format {
     extensions: &["bin"],
     summary: "anisotropic, over elevations to 75° and azimuths",
     read_table: Some(|path| Box::new(UtiaSpec::of(path))),
-    write_table: Some(|brdf, _, path| {
-        write_utia_file(brdf, path).map_err(|e| match e {
-            UtiaError::Io(e) => TableError::Io(e),
-            e => TableError::Unsuited(e.into()),
-        })
+    write_table: Some(|brdf, _, path| write_utia_file(brdf, path).map_err(told)),
+    table_pairs: Some(|brdf, _| {
+        suits(brdf).map_err(told)?;
+        Ok(NODES as u64)
     }),
-    table_pairs: Some(|_, _| NODES as u64),
     ..Format::NONE
 };
+
+fn told(error: UtiaError) -> TableError {
+    match error {
+        UtiaError::Io(e) => TableError::Io(e),
+        e => TableError::Unsuited(e.into()),
+    }
+}

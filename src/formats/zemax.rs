@@ -1,7 +1,9 @@
 //! Tables of OpticStudio (Zemax).
 
 use super::{Format, TableError};
-use crate::brdf::measured::zemax::{LEVELS, ZemaxError, ZemaxSpec, table_pairs, write_zemax_file};
+use crate::brdf::measured::zemax::{
+    LEVELS, ZemaxError, ZemaxSpec, suits, table_pairs, write_zemax_file,
+};
 
 /// Isotropic tables about the mirror direction.
 pub const FORMAT: Format = Format {
@@ -9,13 +11,18 @@ pub const FORMAT: Format = Format {
     extensions: &["zbsdf"],
     summary: "isotropic, about the mirror direction, text of OpticStudio (Zemax); luminance, R, G, B or one wavelength",
     read_table: Some(|path| Box::new(ZemaxSpec::of(path))),
-    write_table: Some(|brdf, size, path| {
-        write_zemax_file(brdf, LEVELS[size], path).map_err(|e| match e {
-            ZemaxError::Io(e) => TableError::Io(e),
-            e => TableError::Unsuited(e.into()),
-        })
+    write_table: Some(|brdf, size, path| write_zemax_file(brdf, LEVELS[size], path).map_err(told)),
+    table_pairs: Some(|brdf, size| {
+        suits(brdf).map_err(told)?;
+        Ok(table_pairs(brdf, LEVELS[size]))
     }),
-    table_pairs: Some(|brdf, size| table_pairs(brdf, LEVELS[size])),
     table_sizes: LEVELS.len(),
     ..Format::NONE
 };
+
+fn told(error: ZemaxError) -> TableError {
+    match error {
+        ZemaxError::Io(e) => TableError::Io(e),
+        e => TableError::Unsuited(e.into()),
+    }
+}

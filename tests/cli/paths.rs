@@ -238,3 +238,66 @@ budget = 60
     assert_eq!(bench.files("merged/pictures"), pictures);
     assert_eq!(bench.read("merged/report.html").matches(told).count(), 2);
 }
+
+/// Before light is followed.
+#[test]
+fn pictures_have_a_name_and_a_folder() {
+    let bench = Bench::new();
+    let of_box = [
+        "subset",
+        "--parametrization",
+        "hybrid",
+        "--box",
+        "h_bar=0..0.2",
+    ];
+    for (command, name) in [(&FEW[..], "maps.SVG"), (&of_box, "box.svg")] {
+        let to = |file| [command, &["-o", file]].concat();
+        let told = bench.refused(&to("maps.png"), 2);
+        assert!(
+            told.contains("maps.png: this picture is SVG; allowed: a name that ends in .svg"),
+            "{told}"
+        );
+        let told = bench.refused(&to("none/maps.svg"), 2);
+        assert!(
+            told.contains("none/maps.svg: there is no folder none"),
+            "{told}"
+        );
+        bench.good(&to(name));
+        bench.good(&[&to(name)[..], &["--force"]].concat());
+    }
+}
+
+/// Light of 45° grooves that met two facets comes back along the groove mirrored and across it reversed; that of one met it at 45°,
+/// the edge of cells and the end of boxes.
+#[test]
+fn light_of_two_sides_of_a_groove_has_a_box_to_itself() {
+    let bench = Bench::new();
+    let args = [
+        "paths",
+        "micro-surface",
+        "--set",
+        "surface.kind=v-grooves",
+        "--set",
+        "facets.kind=mirror",
+        "--paths",
+        "65536",
+        "--json",
+    ];
+    let told = json(&bench.good(&args));
+    let best = &told["parametrizations"]["half-difference"]["box"];
+    assert_eq!(best["pure"], true, "{best}");
+    let [inside, captured] =
+        ["share_inside", "captured"].map(|key| known(&best["classes"]["second"][key])[0]);
+    assert!(inside > 0.999 && captured > 0.9, "{best}");
+}
+
+#[test]
+fn light_of_one_class_leaves_nothing_to_tell() {
+    let bench = Bench::new();
+    let said = bench.good(&[&FEW[..], &["--set", "bounces=second"]].concat());
+    assert!(
+        said.contains("second 100 %") && said.contains("All of it met two facets"),
+        "{said}"
+    );
+    assert!(!said.contains("--box"), "{said}");
+}

@@ -161,6 +161,7 @@ fn what_is_wrong_is_told_in_a_sentence() {
     let bench = map();
     fs::write(bench.path("text.csv"), "1,2\n3,four\n").unwrap();
     fs::write(bench.path("dot.csv"), "1\n").unwrap();
+    fs::write(bench.path("empty.csv"), "# nothing\n\n").unwrap();
     let set = |assignment| vec!["height-map", "--set", "pitch_um=1", "--set", assignment];
     let of = |kind, assignment| vec![kind, "--set", assignment];
     for (args, code, part) in [
@@ -193,27 +194,62 @@ fn what_is_wrong_is_told_in_a_sentence() {
             2,
             "allowed: mirror, diffuse",
         ),
-        (of("height-map", "file=map.csv"), 2, "pitch_um"),
+        (
+            of("height-map", "file=map.csv"),
+            2,
+            "height-map: lacks the key pitch_um",
+        ),
+        (
+            vec!["woven", "--elevation", ""],
+            2,
+            "'' for '--elevation <DEG,…>': allowed: a number",
+        ),
+        (
+            vec!["woven", "--rays", "1.5"],
+            2,
+            "'1.5' for '--rays <N>': allowed: a whole number from 2 to 1000000000000",
+        ),
+        (
+            vec!["woven", "--seed=-1"],
+            2,
+            "'-1' for '--seed <N>': allowed: a whole number from 0 on",
+        ),
+        (
+            of("gaussian", "rms_slope=1e300"),
+            2,
+            "rms_slope = 1e300: allowed is",
+        ),
+        (
+            of("gaussian", "size=4"),
+            2,
+            "correlation = 12: allowed is a number in [1, 1], a quarter of size = 4",
+        ),
+        (set("file="), 3, "\"\": cannot read this file: "),
+        (
+            set("file=empty.csv"),
+            3,
+            "empty.csv: this map has 0 × 0 heights; allowed: 2 to 8192",
+        ),
         (set("pitch_um=0"), 2, "file"),
         (
             vec!["woven", "--elevation", "90"],
             2,
-            "elevation = 90: allowed is a number in [0, 89.9]",
+            "'90' for '--elevation <DEG,…>': allowed: a number in [0, 89.9]",
         ),
         (
             vec!["woven", "--elevation", "low"],
             2,
-            "elevation = NaN: allowed is a number",
+            "'low' for '--elevation <DEG,…>': allowed: a number",
         ),
         (
             vec!["woven", "--azimuth", "361"],
             2,
-            "azimuth = 361: allowed is",
+            "'361' for '--azimuth <DEG>': allowed: a number",
         ),
         (
             vec!["woven", "--pitch-um", "0"],
             2,
-            "pitch_um = 0: allowed is",
+            "'0' for '--pitch-um <UM>': allowed: a number",
         ),
         (set("file=none.exr"), 3, "none.exr: cannot read this file: "),
         (

@@ -606,3 +606,22 @@ fn readings_of_several_lights_are_files_of_a_folder() {
         "{told}"
     );
 }
+
+/// Before the first of its values, each of which takes paths of its own.
+#[test]
+fn a_table_that_cannot_be_written_is_refused_at_once() {
+    let bench = Bench::new();
+    let brushed = "[[material]]\nkind = \"smith-multiple\"\nalpha = [0.3, 0.6]\npaths = 1000000\n";
+    fs::write(bench.path("brushed.toml"), brushed).unwrap();
+    let files = ["a.binary", "a.xml", "a.zbsdf", "a.mbsdf"];
+    for file in files {
+        let told = bench.refused(&["tabulate", "brushed.toml", "-o", file], 2);
+        assert!(told.contains("isotropic"), "{file}: {told}");
+        assert!(!bench.path(&format!("{file}.part")).exists());
+    }
+    let told = bench.refused(&["tabulate", "brushed.toml", "-o", "none/a.bin"], 2);
+    assert!(
+        told.contains("none/a.bin: there is no folder none"),
+        "{told}"
+    );
+}

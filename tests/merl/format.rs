@@ -144,10 +144,7 @@ fn an_error_of_the_input_is_passed_on() {
         }
     }
     let error = Merl::read(Broken, Channels::Rgb).unwrap_err();
-    assert_eq!(
-        error.to_string(),
-        "cannot read or write this MERL table: cable"
-    );
+    assert_eq!(error.to_string(), "no access to this MERL table: cable");
 }
 
 /// A small valid file.

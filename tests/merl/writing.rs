@@ -274,10 +274,7 @@ fn a_file_is_whole_or_not_there() {
         }
     }
     let error = write_merl(&grey, MerlGrid::Reciprocal, &mut Full).unwrap_err();
-    assert_eq!(
-        error.to_string(),
-        "cannot read or write this MERL table: disk full"
-    );
+    assert_eq!(error.to_string(), "no access to this MERL table: disk full");
 }
 
 #[test]

@@ -69,14 +69,23 @@ fn meet(a: &mut f64, b: f64) {
 /// Tabulates a BRDF, channels together, the mean of both sides of the plane of incidence. A cell without data has what the cell nearer to retro-reflection has, or, if there is
 /// none, the nearest one; 0 where a pair of elevations has no data at all. Runs on rayon's threads; the result does not
 /// depend on their number.
-fn tabulate(brdf: &dyn Brdf) -> Result<Vec<f64>, MdlError> {
+/// Whether a table can hold a BRDF.
+///
+/// # Errors
+/// [`MdlError::Anisotropic`] and [`MdlError::Wavelengths`].
+pub fn suits(brdf: &dyn Brdf) -> Result<(), MdlError> {
     if !brdf.symmetry().isotropic {
         return Err(MdlError::Anisotropic);
     }
-    let n = brdf.channels().count();
-    if brdf.channels().wavelengths().is_some() && n > 1 {
-        return Err(MdlError::Wavelengths);
+    match brdf.channels().wavelengths() {
+        Some(w) if w.nm().len() > 1 => Err(MdlError::Wavelengths),
+        _ => Ok(()),
     }
+}
+
+fn tabulate(brdf: &dyn Brdf) -> Result<Vec<f64>, MdlError> {
+    suits(brdf)?;
+    let n = brdf.channels().count();
     let [elevations, azimuths] = CELLS;
     let row = |r: usize| {
         let theta = |k: usize| FRAC_PI_2 * (k as f64 + 0.5) / elevations as f64;

@@ -155,7 +155,10 @@ fn check(slope: Slope, correlation: f64, size: usize) -> Result<(), ParameterErr
     slope.check()?;
     check_size(size)?;
     let most = size as f64 / 4.0;
-    in_closed("correlation", correlation, 1.0, most)?;
+    if !(1.0..=most).contains(&correlation) {
+        let allowed = format!("a number in [1, {most}], a quarter of size = {size}");
+        return Err(ParameterError::new("correlation", correlation, allowed));
+    }
     let [x, y] = slope.xy();
     let across = correlation * x / y;
     if x != y && !(4.0..=most).contains(&across) {

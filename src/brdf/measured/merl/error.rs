@@ -7,7 +7,7 @@ use super::MerlGrid;
 #[non_exhaustive]
 pub enum MerlError {
     /// The system reported an error.
-    #[error("cannot read or write this MERL table: {0}")]
+    #[error("no access to this MERL table: {0}")]
     Io(#[from] std::io::Error),
     /// The path is a folder, a pipe or a device.
     #[error("not a regular file")]

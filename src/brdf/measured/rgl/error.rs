@@ -8,7 +8,7 @@ use std::io;
 #[non_exhaustive]
 pub enum RglError {
     /// The system reported an error.
-    #[error("cannot read or write this RGL table: {0}")]
+    #[error("no access to this RGL table: {0}")]
     Io(#[from] io::Error),
     /// The first bytes are those of another kind of file.
     #[error("not a tensor file: its first bytes are not \"tensor_file\", 0, and version 1.0")]

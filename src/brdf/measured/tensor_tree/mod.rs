@@ -22,7 +22,7 @@ mod write;
 
 pub use node::Node;
 pub use spec::{ENTRY, TensorTreeSpec};
-pub use write::{LEVELS, table_pairs, tabulate, write_tensor_tree, write_tensor_tree_file};
+pub use write::{LEVELS, suits, table_pairs, tabulate, write_tensor_tree, write_tensor_tree_file};
 
 use crate::brdf::{Brdf, Channels, Presence};
 use crate::geometry::{DirectionPair, Symmetry};
@@ -45,7 +45,7 @@ const GREY: [f64; 2] = [4.0 / 19.0, 9.0 / 19.0];
 #[non_exhaustive]
 pub enum TensorTreeError {
     /// The system reported an error.
-    #[error("cannot read or write this tensor tree: {0}")]
+    #[error("no access to this tensor tree: {0}")]
     Io(#[from] io::Error),
     /// A file of another kind.
     #[error("IncidentDataStructure {0}: allowed is TensorTree3, of isotropic materials")]

@@ -122,18 +122,27 @@ fn build(
     Built::of(parts, is_one)
 }
 
+/// Whether a table can hold a BRDF.
+///
+/// # Errors
+/// [`TensorTreeError::Anisotropic`] and [`TensorTreeError::Wavelengths`].
+pub fn suits(brdf: &dyn Brdf) -> Result<(), TensorTreeError> {
+    if !brdf.symmetry().isotropic {
+        return Err(TensorTreeError::Anisotropic);
+    }
+    match brdf.channels().wavelengths() {
+        Some(_) => Err(TensorTreeError::Wavelengths),
+        None => Ok(()),
+    }
+}
+
 /// The trees of luminance and, of R, G, B, those of u' and v'. Runs on rayon's threads; the result does not depend on
 /// their number.
 ///
 /// # Errors
 /// [`TensorTreeError`], but no [`TensorTreeError::Io`].
 pub fn tabulate(brdf: &dyn Brdf, level: usize) -> Result<Vec<Node>, TensorTreeError> {
-    if !brdf.symmetry().isotropic {
-        return Err(TensorTreeError::Anisotropic);
-    }
-    if brdf.channels().wavelengths().is_some() {
-        return Err(TensorTreeError::Wavelengths);
-    }
+    suits(brdf)?;
     let scale = MERGED * MERGED * root_mean_square(brdf);
     let is_one: [&(dyn Fn(f64, f64) -> bool + Sync); 2] = [
         &|mean, deviation| deviation * deviation <= scale * mean,

@@ -34,7 +34,7 @@ const ROW: usize = super::DIRECTIONS;
 #[non_exhaustive]
 pub enum UtiaError {
     /// The system reported an error.
-    #[error("cannot read or write this UTIA table: {0}")]
+    #[error("no access to this UTIA table: {0}")]
     Io(#[from] io::Error),
     /// The path is a folder, a pipe or a device.
     #[error("not a regular file")]
@@ -192,11 +192,20 @@ pub fn write_utia_file(brdf: &dyn Brdf, path: &Path) -> Result<(), UtiaError> {
     })?)
 }
 
+/// Whether a table can hold a BRDF.
+///
+/// # Errors
+/// [`UtiaError::Wavelengths`].
+pub fn suits(brdf: &dyn Brdf) -> Result<(), UtiaError> {
+    match brdf.channels().wavelengths() {
+        Some(_) => Err(UtiaError::Wavelengths),
+        None => Ok(()),
+    }
+}
+
 /// Values of all nodes, channels together; NaN where there is no data.
 fn tabulate(brdf: &dyn Brdf) -> Result<Vec<f64>, UtiaError> {
-    if brdf.channels().wavelengths().is_some() {
-        return Err(UtiaError::Wavelengths);
-    }
+    suits(brdf)?;
     let n = brdf.channels().count();
     let mut values = vec![f64::NAN; n * NODES];
     values

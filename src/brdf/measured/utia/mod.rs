@@ -14,7 +14,7 @@
 pub mod file;
 mod spec;
 
-pub use file::{FILE_LEN, UtiaError, check, write_utia, write_utia_file};
+pub use file::{FILE_LEN, UtiaError, check, suits, write_utia, write_utia_file};
 pub use spec::{ENTRY, UtiaSpec};
 
 use super::Planes;

@@ -42,7 +42,7 @@ use std::path::Path;
 #[non_exhaustive]
 pub enum ZemaxError {
     /// The system reported an error.
-    #[error("cannot read or write this Zemax table: {0}")]
+    #[error("no access to this Zemax table: {0}")]
     Io(io::Error),
     /// A line that is not as a table has it.
     #[error("line {line}: {message}")]

@@ -14,7 +14,7 @@ mod write;
 
 pub use file::ZemaxError;
 pub use spec::{ENTRY, ZemaxSpec};
-pub use write::{LEVELS, Level, table_pairs, write_zemax, write_zemax_file};
+pub use write::{LEVELS, Level, suits, table_pairs, write_zemax, write_zemax_file};
 
 use crate::brdf::{Brdf, Channels, Presence};
 use crate::geometry::{Direction, DirectionPair, Symmetry};

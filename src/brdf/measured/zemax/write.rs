@@ -71,14 +71,23 @@ pub fn table_pairs(brdf: &dyn Brdf, level: Level) -> u64 {
 
 /// Tabulates a BRDF. A sensor below the horizon has 0; one without data has what the sensor before it has, towards the
 /// mirror direction, or else the next that has some: the format has no holes. Runs on rayon's threads; the result does not depend on their number.
-fn tabulate(brdf: &dyn Brdf, level: Level) -> Result<Zemax, ZemaxError> {
+/// Whether a table can hold a BRDF.
+///
+/// # Errors
+/// [`ZemaxError::Anisotropic`] and [`ZemaxError::Wavelengths`].
+pub fn suits(brdf: &dyn Brdf) -> Result<(), ZemaxError> {
     if !brdf.symmetry().isotropic {
         return Err(ZemaxError::Anisotropic);
     }
-    let n = brdf.channels().count();
-    if brdf.channels().wavelengths().is_some() && n > 1 {
-        return Err(ZemaxError::Wavelengths);
+    match brdf.channels().wavelengths() {
+        Some(w) if w.nm().len() > 1 => Err(ZemaxError::Wavelengths),
+        _ => Ok(()),
     }
+}
+
+fn tabulate(brdf: &dyn Brdf, level: Level) -> Result<Zemax, ZemaxError> {
+    suits(brdf)?;
+    let n = brdf.channels().count();
     let angles = level.angles(brdf.symmetry().bilateral);
     let row = angles.radial.len();
     let rows = (0..angles.count() / row).into_par_iter();

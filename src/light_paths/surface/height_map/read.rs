@@ -207,7 +207,12 @@ fn of_csv(path: &Path) -> Result<Numbers, Unusable> {
     })?;
     let rows = text.lines().map(|line| line.trim_matches(' ')).zip(1..);
     let rows = rows.filter(|(row, _)| !row.is_empty() && !row.starts_with('#'));
-    let first = rows.clone().next().map_or("", |(row, _)| row);
+    let Some((first, _)) = rows.clone().next() else {
+        return Err(Unusable::Size {
+            width: 0,
+            height: 0,
+        });
+    };
     let separator = [';', '\t', ','].into_iter().find(|s| first.contains(*s));
     let separator = separator.unwrap_or(',');
     let width = |row: &str| row.split(separator).count();
