@@ -4,7 +4,7 @@ use gonio::analysis::bounces::{self, ChartBounces, Information, PathSample, Spre
 use gonio::analysis::{Estimate, Subset};
 use gonio::brdf::microfacet::{FresnelSpec, Ggx};
 use gonio::brdf::{
-    Brdf, CLASSES, Channels, LightPath, Part, Presence, Roughness, Split, SplitBrdf,
+    Brdf, CLASSES, Channels, LightPath, Part, Presence, Roughness, Source, Split, SplitBrdf,
 };
 use gonio::geometry::{DirectionPair, Symmetry};
 use gonio::light_paths::{FacetsSpec, Paths, SmithMultiple};
@@ -68,7 +68,7 @@ impl<F: Fn(&DirectionPair, u64) -> [f64; CLASSES] + Send + Sync> SplitBrdf for F
         true
     }
 
-    fn noise(&self, _: &DirectionPair, _: &mut dyn FnMut(Option<u64>, f64)) {}
+    fn noise(&self, _: &DirectionPair, _: &mut dyn FnMut(Source, f64)) {}
 
     fn surfaces(&self) -> usize {
         self.surfaces

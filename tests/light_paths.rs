@@ -241,25 +241,28 @@ fn errors_are_what_values_are_off_by() {
     }
 }
 
-/// And so do albedos, which lossless facets have 1.
+/// And so do albedos, which lossless facets have 1; seen from the normal, where all azimuths are one pair, too.
 #[test]
 fn albedos_err_by_their_noise() {
-    const SEEDS: u64 = 12;
-    let seen_from = Direction::from_spherical(0.5, 0.0);
-    let (mut square, mut quadrature) = (0.0, 0.0f64);
-    for seed in 0..SEEDS {
-        let paths = Paths {
-            seed,
-            ..paths(Part::All, 16)
-        };
-        let alpha = Roughness::Isotropic(0.5);
-        let rough = SmithMultiple::<Ggx>::new(alpha, &MIRRORS, paths, Channels::Luminance).unwrap();
-        let albedo = laws::directional_albedo(&rough, seen_from);
-        square += ((albedo.value[0] - 1.0) / albedo.noise).powi(2) / SEEDS as f64;
-        quadrature = quadrature.max(albedo.error / albedo.noise);
+    const SEEDS: u64 = 40;
+    for theta in [0.0, 0.5] {
+        let seen_from = Direction::from_spherical(theta, 0.0);
+        let mut square = 0.0;
+        for seed in 0..SEEDS {
+            let paths = Paths {
+                seed,
+                ..paths(Part::All, 16)
+            };
+            let alpha = Roughness::Isotropic(0.5);
+            let rough =
+                SmithMultiple::<Ggx>::new(alpha, &MIRRORS, paths, Channels::Luminance).unwrap();
+            let (albedo, noise) = laws::noisy_albedo(&rough, seen_from);
+            square += ((albedo.value[0] - 1.0) / noise).powi(2) / SEEDS as f64;
+        }
+        // The root mean square of forty has an error of a ninth.
+        let ratio = square.sqrt();
+        assert!((0.7..1.35).contains(&ratio), "{theta}: {ratio}");
     }
-    let ratio = square.sqrt();
-    assert!((0.5..1.6).contains(&ratio), "{ratio} {quadrature}");
 }
 
 /// Of coloured facets too, and of rough ones along one axis.

@@ -275,7 +275,7 @@ fn albedos_err_by_their_noise() {
         let text = format!(
             "{keys}\nseed = {seed}\nsurface = {{ {surface}, size = 128, correlation = 8, seed = {seed} }}"
         );
-        laws::directional_albedo(&*build(&text), seen_from)
+        laws::noisy_albedo(&*build(&text), seen_from)
     };
     let [even, brushed] =
         ["0.6", "[0.6, 0.3]"].map(|slope| format!("kind = \"gaussian\", rms_slope = {slope}"));
@@ -298,17 +298,17 @@ fn albedos_err_by_their_noise() {
     ] {
         let all: Vec<_> = (0..SEEDS).map(|seed| of(&keys, surface, seed)).collect();
         let n = f64::from(SEEDS);
-        let mean = all.iter().map(|a| a.value[0]).sum::<f64>() / n;
-        let square: f64 = all.iter().map(|a| (a.value[0] - mean).powi(2)).sum();
+        let mean = all.iter().map(|(a, _)| a.value[0]).sum::<f64>() / n;
+        let square: f64 = all.iter().map(|(a, _)| (a.value[0] - mean).powi(2)).sum();
         let spread = (square / (n - 1.0)).sqrt();
-        let noise = all.iter().map(|a| a.noise).sum::<f64>() / n;
+        let noise = all.iter().map(|(_, noise)| noise).sum::<f64>() / n;
         // The spread of eight has an error of a quarter; what does not leave to one side leaves to another, and is counted twice.
         assert!(
             spread < 1.7 * noise && noise < 10.0 * spread,
             "{keys}: {spread} {noise}"
         );
         if !more.is_empty() {
-            let ratio = noise / of(&more, surface, 1).noise;
+            let ratio = noise / of(&more, surface, 1).1;
             assert!((1.6..2.5).contains(&ratio), "{ratio}");
         }
     }

@@ -187,6 +187,15 @@ pub struct LightPath {
     pub light: f64,
 }
 
+/// Where a part of what a value is off by comes from: pairs that name the same one are off together.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Source {
+    /// Paths, or facets, that many pairs have in common.
+    Common(u64),
+    /// Paths of a pair, and of those that mean the same by a symmetry.
+    Pair(u64),
+}
+
 /// A BRDF that tells light apart by the number of facets it met.
 pub trait SplitBrdf: Brdf {
     /// f_r of a pair by the number of facets, in the channels of the BRDF; 0 of classes that the material does not ask for.
@@ -203,10 +212,8 @@ pub trait SplitBrdf: Brdf {
     /// True if each value is the mean of random paths of its own pair: it takes milliseconds, and its noise is not that of the next.
     fn follows_pairs(&self) -> bool;
 
-    /// What the luminance of a pair may be off by (sr⁻¹, standard errors), in parts that have nothing to do with each other. A part
-    /// with a number shifts every pair that names the same number, as they were found from the same paths; one without is the
-    /// pair's own.
-    fn noise(&self, pair: &DirectionPair, each: &mut dyn FnMut(Option<u64>, f64));
+    /// What the luminance of a pair may be off by (sr⁻¹, standard errors), in parts that have nothing to do with each other.
+    fn noise(&self, pair: &DirectionPair, each: &mut dyn FnMut(Source, f64));
 
     /// Surfaces of a kind that it averages over, of which block b is followed on number b modulo this; 0 of what is an average over
     /// all of a kind, or the only one.
@@ -217,50 +224,37 @@ pub trait SplitBrdf: Brdf {
 
 /// Standard errors of N weighted sums of luminance, from the [noise](SplitBrdf::noise) of their pairs.
 pub(crate) struct SumErrors<const N: usize> {
-    /// Squares of the noise that pairs have to themselves.
-    own: [f64; N],
-    /// Shifts of the sums by what several pairs have in common.
-    shared: FxHashMap<u64, [f64; N]>,
+    /// What each source shifts the sums by.
+    shifts: FxHashMap<Source, [f64; N]>,
 }
 
 impl<const N: usize> SumErrors<N> {
     pub(crate) fn new() -> Self {
         Self {
-            own: [0.0; N],
-            shared: FxHashMap::default(),
+            shifts: FxHashMap::default(),
         }
     }
 
     /// Adds a pair by its weights in the sums.
     pub(crate) fn add(&mut self, brdf: &dyn SplitBrdf, pair: &DirectionPair, weights: [f64; N]) {
         brdf.noise(pair, &mut |source, error| {
-            let shifts = weights.map(|w| w * error);
-            match source {
-                Some(source) => {
-                    let sums = self.shared.entry(source).or_insert([0.0; N]);
-                    sums.iter_mut().zip(shifts).for_each(|(sum, s)| *sum += s);
-                }
-                None => self
-                    .own
-                    .iter_mut()
-                    .zip(shifts)
-                    .for_each(|(sum, s)| *sum += s * s),
-            }
+            let sums = self.shifts.entry(source).or_insert([0.0; N]);
+            let parts = sums.iter_mut().zip(weights);
+            parts.for_each(|(sum, w)| *sum += w * error);
         });
     }
 
-    /// Of all that was added: by what pairs have in common, and by what is their own.
+    /// Of all that was added: by what many pairs have in common, and by the paths of single pairs.
     pub(crate) fn errors(&self) -> [[f64; N]; 2] {
-        // In the order of their numbers, so that sums round the same.
-        let mut shared: Vec<_> = self.shared.iter().collect();
-        shared.sort_unstable_by_key(|(source, _)| **source);
-        let mut squares = [0.0; N];
-        for (_, shifts) in shared {
-            squares
-                .iter_mut()
-                .zip(shifts)
-                .for_each(|(sum, s)| *sum += s * s);
+        // In one order, so that sums round the same.
+        let mut all: Vec<_> = self.shifts.iter().collect();
+        all.sort_unstable_by_key(|(source, _)| **source);
+        let mut squares = [[0.0; N]; 2];
+        for (source, shifts) in all {
+            let of = usize::from(matches!(source, Source::Pair(_)));
+            let parts = squares[of].iter_mut().zip(shifts);
+            parts.for_each(|(sum, s)| *sum += s * s);
         }
-        [squares, self.own].map(|of| of.map(f64::sqrt))
+        squares.map(|of| of.map(f64::sqrt))
     }
 }

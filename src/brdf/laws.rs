@@ -16,7 +16,9 @@ mod albedo;
 mod chi_squared;
 mod lobe;
 
-pub use albedo::{DirectionalAlbedo, MaxAlbedo, directional_albedo, max_albedo, standard_views};
+pub use albedo::{
+    DirectionalAlbedo, MaxAlbedo, directional_albedo, max_albedo, noisy_albedo, standard_views,
+};
 pub use chi_squared::{ChiSquared, chi_squared};
 
 use super::{Brdf, ChannelValues, Presence};

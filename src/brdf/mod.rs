@@ -26,7 +26,7 @@ mod ward;
 mod watched;
 
 pub(crate) use bounces::SumErrors;
-pub use bounces::{CLASSES, LightPath, Part, Split, SplitBrdf, SplitErrors};
+pub use bounces::{CLASSES, LightPath, Part, Source, Split, SplitBrdf, SplitErrors};
 pub use channels::{Channels, Wavelengths};
 pub use favours::Favours;
 pub use lambert::{Lambert, LambertSpec};

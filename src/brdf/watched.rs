@@ -1,7 +1,7 @@
 //! A BRDF, and somebody who sees every look at it.
 
 use super::measured::merl::Merl;
-use super::{Brdf, Channels, LightPath, Part, Presence, SampleBrdf, Split, SplitBrdf};
+use super::{Brdf, Channels, LightPath, Part, Presence, SampleBrdf, Source, Split, SplitBrdf};
 use crate::geometry::{Direction, DirectionPair, Symmetry};
 
 /// A BRDF with `seen`, which is called after each evaluation, of one pair or of many, with the values (laid out
@@ -131,7 +131,7 @@ impl<F: Fn(&[f64], &[Presence]) + Send + Sync> SplitBrdf for Watched<'_, F> {
         self.brdf.as_split().is_some_and(SplitBrdf::follows_pairs)
     }
 
-    fn noise(&self, pair: &DirectionPair, each: &mut dyn FnMut(Option<u64>, f64)) {
+    fn noise(&self, pair: &DirectionPair, each: &mut dyn FnMut(Source, f64)) {
         if let Some(of) = self.brdf.as_split() {
             of.noise(pair, each);
         }

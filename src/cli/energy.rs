@@ -45,12 +45,12 @@ impl Albedo {
     /// Seen from an elevation (degrees) at one azimuth (rad).
     fn new(brdf: &dyn Brdf, degrees: f64, azimuth: f64, relative: f64) -> Self {
         let view = Direction::from_spherical(degrees.to_radians(), azimuth);
-        let albedo = laws::directional_albedo(brdf, view);
+        let (albedo, noise) = laws::noisy_albedo(brdf, view);
         let value = albedo.max();
         Self {
             degrees,
             value,
-            uncertainty: albedo.error + 3.0 * albedo.noise + relative.min(EXCUSE) * value,
+            uncertainty: albedo.error + 3.0 * noise + relative.min(EXCUSE) * value,
         }
     }
 

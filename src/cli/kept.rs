@@ -109,12 +109,16 @@ impl<'a> Kept<'a> {
         })
     }
 
-    /// Says where the values are when Ctrl-C (or SIGTERM) ends the program.
-    pub(super) fn tell_when_stopped(&self) -> Result<(), Error> {
+    /// Says where the values are when Ctrl-C (or SIGTERM) ends the program; `anew`: one that would begin without them.
+    pub(super) fn tell_when_stopped(&self, anew: bool) -> Result<(), Error> {
         let path = self.path.display().to_string();
+        let again = match anew {
+            true => "the same command without --force",
+            false => "the same command",
+        };
         let stopped = move || {
             say(&format!(
-                "gonio: interrupted; values are kept in {path}, and the same command goes on from them"
+                "gonio: interrupted; values are kept in {path}, and {again} goes on from them"
             ));
             std::process::exit(130);
         };

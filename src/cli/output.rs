@@ -70,8 +70,8 @@ impl DrawingArgs {
         let Some(path) = &self.output else {
             return Ok(());
         };
-        refuse_other_endings(path, "svg")?;
-        refuse_unwritable(path, self.force)
+        refuse_unwritable(path, self.force)?;
+        refuse_other_endings(path, "svg")
     }
 
     /// Draws, if that is asked for.

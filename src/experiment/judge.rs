@@ -154,9 +154,11 @@ impl<'a> Judge<'a> {
         let (found, took) = timed(|| {
             let (brdf_at, level) = (&at(Stage::Truth), self.level(0));
             let first = evaluate(brdf_at, &level.pairs, &|| teller.go_on())?;
+            teller.go_on()?;
             let errors = brdf_at
                 .as_split()
                 .map(|split| TruthErrors::at(&level, split, &first));
+            teller.go_on()?;
             let albedo = self.probe.as_ref().map(|p| p.evaluate(brdf_at));
             Ok::<_, Stop>((first, albedo, errors.unwrap_or_default()))
         });

@@ -49,10 +49,15 @@ pub(super) fn canonical(pair: &DirectionPair, symmetry: Symmetry) -> ([DVec3; 2]
     (pair, key)
 }
 
-/// The numbers of a pair of that key.
-pub(super) fn stream(random: &Random, key: &[i64; 5]) -> RandomStream {
+/// A number of its own for each key, almost surely.
+pub(super) fn number(key: &[i64; 5]) -> u64 {
     let mut hasher = blake3::Hasher::new();
     key.iter().for_each(|k| _ = hasher.update(&k.to_le_bytes()));
     let [a, b, c, d, e, f, g, h, ..] = *hasher.finalize().as_bytes();
-    random.stream(u64::from_le_bytes([a, b, c, d, e, f, g, h]))
+    u64::from_le_bytes([a, b, c, d, e, f, g, h])
+}
+
+/// The numbers of a pair of that key.
+pub(super) fn stream(random: &Random, key: &[i64; 5]) -> RandomStream {
+    random.stream(number(key))
 }

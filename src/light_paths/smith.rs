@@ -1,14 +1,14 @@
 //! `smith-multiple`: a rough surface whose facets send light to each other.
 
 use super::accumulate::{Bounces, batch, followed};
-use super::canonical::{canonical, stream};
+use super::canonical::{canonical, number, stream};
 use super::facets::{self, Facets, FacetsSpec};
 use super::walk::Walk;
 use crate::brdf::laws;
 use crate::brdf::microfacet::{Beckmann, Distribution, Ggx};
 use crate::brdf::{
     Brdf, BrdfSpec, BuildError, ChannelValues, Channels, Favours, LightPath, Part, Presence,
-    Roughness, Split, SplitBrdf, Tables,
+    Roughness, Source, Split, SplitBrdf, Tables,
 };
 use crate::error::{count, in_whole};
 use crate::geometry::{Direction, DirectionPair, Symmetry};
@@ -287,9 +287,11 @@ impl<D: Distribution> SplitBrdf for SmithMultiple<D> {
         !self.walk.is_exact()
     }
 
-    fn noise(&self, pair: &DirectionPair, each: &mut dyn FnMut(Option<u64>, f64)) {
+    fn noise(&self, pair: &DirectionPair, each: &mut dyn FnMut(Source, f64)) {
         if !self.walk.is_exact() {
-            each(None, self.split(pair).error(self.paths.bounces));
+            let (_, key) = canonical(pair, self.symmetry);
+            let error = self.split(pair).error(self.paths.bounces);
+            each(Source::Pair(number(&key)), error);
         }
     }
 

@@ -710,33 +710,39 @@ fn only_files_are_replaced_and_links_are_followed() {
         &["subset", "--parametrization", "hybrid", "--box", "k=0..0.5"],
         &["claims", "--format", "csv"],
     ];
-    pipe(&bench, "pipe.csv");
-    fs::create_dir(bench.path("folder.csv")).unwrap();
+    for ending in ["csv", "svg"] {
+        pipe(&bench, &format!("pipe.{ending}"));
+        fs::create_dir(bench.path(&format!("folder.{ending}"))).unwrap();
+    }
     for command in commands {
-        for (name, force) in [
-            ("pipe.csv", &["--force"][..]),
-            ("pipe.csv", &[]),
-            ("folder.csv", &["--force"]),
+        let ending = if command[0] == "subset" { "svg" } else { "csv" };
+        let named = |stem: &str| format!("{stem}.{ending}");
+        for (stem, force) in [
+            ("pipe", &["--force"][..]),
+            ("pipe", &[]),
+            ("folder", &["--force"]),
         ] {
-            if name == "folder.csv" && command[0] == "schedule" {
+            if stem == "folder" && command[0] == "schedule" {
                 continue; // Writes into it.
             }
-            let sentence = bench.refused(&[command, &["-o", name], force].concat(), 2);
+            let name = named(stem);
+            let sentence = bench.refused(&[command, &["-o", &name], force].concat(), 2);
             assert!(sentence.contains("is no regular file"), "{sentence}");
         }
         // A link is somebody's choice of place; what it leads to is replaced whole.
-        for name in ["file", "link.csv", "dangling.csv", "new"] {
+        let (link, dangling) = (named("link"), named("dangling"));
+        for name in ["file", &link, &dangling, "new"] {
             let _ = fs::remove_file(bench.path(name));
         }
         fs::write(bench.path("file"), "old").unwrap();
-        symlink("file", bench.path("link.csv")).unwrap();
-        symlink("new", bench.path("dangling.csv")).unwrap();
-        let to = |name: &'static str| [command, &["-o", name]].concat();
-        assert!(bench.refused(&to("link.csv"), 2).contains("--force"));
+        symlink("file", bench.path(&link)).unwrap();
+        symlink("new", bench.path(&dangling)).unwrap();
+        let to = |name| [command, &["-o", name]].concat();
+        assert!(bench.refused(&to(&link), 2).contains("--force"));
         assert_eq!(bench.read("file"), "old");
-        bench.good(&[&to("link.csv")[..], &["--force"]].concat());
-        bench.good(&to("dangling.csv"));
-        for name in ["link.csv", "dangling.csv"] {
+        bench.good(&[&to(&link)[..], &["--force"]].concat());
+        bench.good(&to(&dangling));
+        for name in [&link, &dangling] {
             let kind = bench.path(name).symlink_metadata().unwrap().file_type();
             assert!(kind.is_symlink(), "{command:?}");
         }

@@ -11,7 +11,7 @@ use crate::brdf::CLASSES;
 use crate::parametrization::{Axis, Coords, Parametrization, Unit};
 use std::sync::Arc;
 
-/// Faces along an axis, the ends of the range included.
+/// Faces along an axis, the ends of the range included, where no light is at a single coordinate.
 const FACES: usize = 49;
 
 /// Every so many faces is one of the few.
@@ -94,6 +94,8 @@ struct Grid {
     faces: Vec<f64>,
     /// Faces lie at multiples of one over this, but for the ends.
     per_unit: f64,
+    /// Coordinates that much of the light has: no face lies on them.
+    singles: Vec<f64>,
 }
 
 impl Grid {
@@ -129,32 +131,39 @@ impl Grid {
         let high = every.get(every.len().saturating_sub(1 + tenth));
         let spread = high.zip(every.get(tenth)).map_or(1.0, |(h, l)| h - l);
         let per_unit = 10f64.powi(decimals(spread, is));
-        // Light at one coordinate, of facets that have few normals, is on a face where neighbours agree: one step on either
-        // side, boxes have all of it or none.
+        // Light at one coordinate, of facets that have few normals, is where neighbours agree. A face there would halve it by
+        // rounding; of one a step beside it boxes have all of it or none.
         let on = |pair: &[f64]| {
             let [low, high] = [pair[0], pair[1]].map(|x| (x * per_unit).round());
-            (low == high).then_some(pair[0])
+            (low == high).then_some(low / per_unit)
         };
-        let singles: Vec<f64> = every.windows(2).filter_map(on).collect();
-        let beside = singles
-            .iter()
-            .flat_map(|x| [x - 1.0 / per_unit, x + 1.0 / per_unit]);
+        let mut singles: Vec<f64> = every.windows(2).filter_map(on).collect();
+        singles.dedup();
+        let step = 1.0 / per_unit;
+        let beside = singles.iter().flat_map(|x| [x - step, x + step]);
         let mut inside = quantiles(FACES - 2 - FACES / 2, &of_class);
         inside.extend(beside);
         inside.extend(every);
         let ends = is.range.map(|end| is.file_value(end));
-        Self::rounded(inside, ends, per_unit)
+        Self::rounded(inside, ends, per_unit, singles)
     }
 
-    fn rounded(inside: Vec<f64>, [low, high]: [f64; 2], per_unit: f64) -> Self {
+    fn rounded(inside: Vec<f64>, [low, high]: [f64; 2], per_unit: f64, singles: Vec<f64>) -> Self {
         let rounded = inside
             .into_iter()
             .map(|x| (x * per_unit).round() / per_unit);
-        let mut faces: Vec<f64> = rounded.filter(|x| low < *x && *x < high).collect();
+        let is_free = |x: &f64| singles.iter().all(|s| (s - x).abs() * per_unit > 0.5);
+        let mut faces: Vec<f64> = rounded
+            .filter(|x| low < *x && *x < high && is_free(x))
+            .collect();
         faces.extend([low, high]);
         faces.sort_unstable_by(f64::total_cmp);
         faces.dedup();
-        Self { faces, per_unit }
+        Self {
+            faces,
+            per_unit,
+            singles,
+        }
     }
 
     fn last(&self) -> usize {
@@ -171,7 +180,7 @@ impl Grid {
             (0..=PARTS).map(at).chain([self.faces[face]])
         });
         let ends = [0, self.last()].map(|face| self.faces[face]);
-        Self::rounded(near.collect(), ends, self.per_unit)
+        Self::rounded(near.collect(), ends, self.per_unit, self.singles.clone())
     }
 }
 

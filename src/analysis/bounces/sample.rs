@@ -47,9 +47,9 @@ pub(super) type BatchSums = Vec<[f64; CLASSES]>;
 /// Light of each class in a set of pairs, and in all.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Capture {
-    /// Share of each class in the light of the set; 0 of an empty one.
+    /// Share of each class in the light of the set; NaN of one without light.
     pub inside: [Estimate; CLASSES],
-    /// Share of each class's light that the set holds; 0 of a class without light.
+    /// Share of each class's light that the set holds; NaN of a class without light.
     pub captured: [Estimate; CLASSES],
 }
 

@@ -22,8 +22,6 @@ pub struct DirectionalAlbedo {
     /// Bound of the error of every channel, from how much rules of lower degree differ. It is large
     /// where the values that one albedo may cost did not suffice.
     pub error: f64,
-    /// Standard error of the largest channel by random paths, of values that follow some.
-    pub noise: f64,
     /// Share of the cosine-weighted hemisphere without data, which counts as 0 in `value`.
     pub missing: f64,
 }
@@ -78,29 +76,60 @@ pub fn max_albedo(brdf: &dyn Brdf, views: &[Direction]) -> Option<MaxAlbedo> {
 /// assert!((albedo.value[0] - 0.8).abs() < 1e-10);
 /// ```
 pub fn directional_albedo(brdf: &dyn Brdf, omega_o: Direction) -> DirectionalAlbedo {
+    let dark = || DirectionalAlbedo {
+        value: ChannelValues::from_elem(0.0, brdf.channels().count()),
+        error: 0.0,
+        missing: 0.0,
+    };
+    found(brdf, omega_o).map_or_else(dark, |(albedo, ..)| albedo)
+}
+
+/// [`directional_albedo`], and the standard error of its largest channel by random paths, 0 of values that follow none.
+pub fn noisy_albedo(brdf: &dyn Brdf, omega_o: Direction) -> (DirectionalAlbedo, f64) {
+    let split = brdf.as_split().zip(found(brdf, omega_o));
+    let Some((split, (albedo, lobe, cells))) = split else {
+        return (directional_albedo(brdf, omega_o), 0.0);
+    };
+    let luminance = brdf.channels().luminance(&albedo.value);
+    let noise = match luminance > 0.0 {
+        true => noise(&lobe, split, &cells) * albedo.max() / luminance,
+        false => 0.0,
+    };
+    (albedo, noise)
+}
+
+/// An albedo, and the cells that it is the sum of; `None` from below the horizon.
+fn found(brdf: &dyn Brdf, omega_o: Direction) -> Option<(DirectionalAlbedo, Lobe<'_>, Vec<Cell>)> {
     if omega_o.cos_theta() <= 0.0 {
-        return DirectionalAlbedo {
-            value: ChannelValues::from_elem(0.0, brdf.channels().count()),
-            error: 0.0,
-            noise: 0.0,
-            missing: 0.0,
-        };
+        return None;
     }
     let peaks = [false, true].map(|retro| Lobe::new(brdf, omega_o, retro));
     let [mirror, retro] = peaks.each_ref().map(Lobe::top);
-    let [first, second] = if retro > mirror { [1, 0] } else { [0, 1] };
-    let mut found = integrate(&peaks[first]);
+    let [mirror_peak, retro_peak] = peaks;
+    let [first, second] = match retro > mirror {
+        true => [retro_peak, mirror_peak],
+        false => [mirror_peak, retro_peak],
+    };
+    let (mut albedo, cells) = integrate(&first);
     // A ridge through the second peak is bent in the half vectors of the first: cells may miss it,
     // and those of the second may not. Either way the difference is what is not known.
-    if !brdf.symmetry().isotropic && peaks[first].second_peak().is_some() {
-        let other = integrate(&peaks[second]);
-        let error = found.error.max(other.error) + (found.max() - other.max()).abs();
-        if other.max() - other.error > found.max() + found.error {
-            found = other;
-        }
-        found.error = error;
+    if brdf.symmetry().isotropic || first.second_peak().is_none() {
+        return Some((albedo, first, cells));
     }
-    found
+    let (mut other, other_cells) = integrate(&second);
+    let error = albedo.error.max(other.error) + (albedo.max() - other.max()).abs();
+    Some(
+        match other.max() - other.error > albedo.max() + albedo.error {
+            true => {
+                other.error = error;
+                (other, second, other_cells)
+            }
+            false => {
+                albedo.error = error;
+                (albedo, first, cells)
+            }
+        },
+    )
 }
 
 /// Largest error, relative to the albedo.
@@ -127,6 +156,7 @@ struct Cell {
 }
 
 /// Buffers for the nodes of a cell.
+#[derive(Default)]
 struct Nodes {
     weights: Vec<f64>,
     values: Vec<f64>,
@@ -154,7 +184,8 @@ impl Nodes {
 }
 
 /// Standard error of the luminance of all cells by random paths.
-fn noise(lobe: &Lobe<'_>, brdf: &dyn SplitBrdf, cells: &[Cell], nodes: &mut Nodes) -> f64 {
+fn noise(lobe: &Lobe<'_>, brdf: &dyn SplitBrdf, cells: &[Cell]) -> f64 {
+    let mut nodes = Nodes::default();
     let mut errors = SumErrors::new();
     for cell in cells {
         let pairs = nodes.place(lobe, cell.range);
@@ -208,12 +239,8 @@ impl Cell {
 }
 
 /// The integral over the half vectors of one lobe.
-fn integrate(lobe: &Lobe<'_>) -> DirectionalAlbedo {
-    let mut nodes = Nodes {
-        weights: Vec::new(),
-        values: Vec::new(),
-        presence: Vec::new(),
-    };
+fn integrate(lobe: &Lobe<'_>) -> (DirectionalAlbedo, Vec<Cell>) {
+    let mut nodes = Nodes::default();
     let channels = lobe.brdf.channels().count();
     let most = match lobe.brdf.as_split() {
         Some(split) if split.follows_pairs() => OF_PATHS,
@@ -260,20 +287,12 @@ fn integrate(lobe: &Lobe<'_>) -> DirectionalAlbedo {
         if cells.len() == count {
             // Rounding of the sums, and of half vectors against the narrowest cell.
             let rounding = 1e-13 + f64::EPSILON / narrowest;
-            let luminance = lobe.brdf.channels().luminance(&value);
-            let noise = lobe
-                .brdf
-                .as_split()
-                .filter(|_| luminance > 0.0)
-                .map_or(0.0, |split| {
-                    noise(lobe, split, &cells, &mut nodes) * largest / luminance
-                });
-            return DirectionalAlbedo {
+            let albedo = DirectionalAlbedo {
                 value,
                 error: error + rounding * largest,
-                noise,
                 missing: missing / whole,
             };
+            return (albedo, cells);
         }
     }
 }

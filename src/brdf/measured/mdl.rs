@@ -66,9 +66,6 @@ fn meet(a: &mut f64, b: f64) {
     };
 }
 
-/// Tabulates a BRDF, channels together, the mean of both sides of the plane of incidence. A cell without data has what the cell nearer to retro-reflection has, or, if there is
-/// none, the nearest one; 0 where a pair of elevations has no data at all. Runs on rayon's threads; the result does not
-/// depend on their number.
 /// Whether a table can hold a BRDF.
 ///
 /// # Errors
@@ -83,6 +80,9 @@ pub fn suits(brdf: &dyn Brdf) -> Result<(), MdlError> {
     }
 }
 
+/// Tabulates a BRDF, channels together, the mean of both sides of the plane of incidence. A cell without data has what the cell nearer to retro-reflection has, or, if there is
+/// none, the nearest one; 0 where a pair of elevations has no data at all. Runs on rayon's threads; the result does not
+/// depend on their number.
 fn tabulate(brdf: &dyn Brdf) -> Result<Vec<f64>, MdlError> {
     suits(brdf)?;
     let n = brdf.channels().count();

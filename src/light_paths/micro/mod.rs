@@ -30,7 +30,8 @@ use super::smith::{Paths, remark};
 use super::surface::Facts;
 use super::transport::Transport;
 use crate::brdf::{
-    Brdf, BuildError, CLASSES, ChannelValues, Channels, LightPath, Part, Presence, Split, SplitBrdf,
+    Brdf, BuildError, CLASSES, ChannelValues, Channels, LightPath, Part, Presence, Source, Split,
+    SplitBrdf,
 };
 use crate::geometry::{DirectionPair, Symmetry};
 use crate::numeric::DENOMINATOR_FLOOR;
@@ -512,7 +513,7 @@ impl SplitBrdf for MicroSurface {
         }
     }
 
-    fn noise(&self, pair: &DirectionPair, each: &mut dyn FnMut(Option<u64>, f64)) {
+    fn noise(&self, pair: &DirectionPair, each: &mut dyn FnMut(Source, f64)) {
         if pair.is_above_horizon() && !self.is_of_few_mirrors() {
             self.noise_above(pair, each);
         }

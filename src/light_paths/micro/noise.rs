@@ -1,9 +1,9 @@
 //! What values of pairs err by together.
 
-use super::super::canonical::{canonical, stream};
+use super::super::canonical::{canonical, number, stream};
 use super::nodes::Shares;
 use super::{AtNodes, Known, Later, MicroSurface, half_vector};
-use crate::brdf::Split;
+use crate::brdf::{Source, Split};
 use crate::geometry::DirectionPair;
 
 /// Kinds of what pairs have in common: a node, the normals of a block, light that is counted.
@@ -13,10 +13,11 @@ const COUNTED: u64 = 2;
 
 impl MicroSurface {
     /// [`SplitBrdf::noise`](crate::brdf::SplitBrdf::noise) of a pair above the horizon, of surfaces whose pairs have values.
-    pub(super) fn noise_above(&self, pair: &DirectionPair, each: &mut dyn FnMut(Option<u64>, f64)) {
+    pub(super) fn noise_above(&self, pair: &DirectionPair, each: &mut dyn FnMut(Source, f64)) {
         let part = self.keys.bounces;
-        let numbered = |of: u64, place: u64| Some(of << 61 | place);
+        let numbered = |of: u64, place: u64| Source::Common(of << 61 | place);
         let (pair, key) = canonical(pair, self.symmetry);
+        let own = Source::Pair(number(&key));
         let Known { at_nodes, later } = self.known();
         let Some(mirrors) = &self.mirrors else {
             // What another surface would do cancels in sums over directions: what does not leave to one leaves to others.
@@ -30,7 +31,7 @@ impl MicroSurface {
                     }
                 }
                 _ => each(
-                    None,
+                    own,
                     self.lit(pair, &mut stream(&self.random, &key)).error(part),
                 ),
             };
@@ -64,7 +65,7 @@ impl MicroSurface {
                         );
                     }
                 }
-                _ => each(None, first.transport.sum),
+                _ => each(own, first.transport.sum),
             }
         }
         match later {

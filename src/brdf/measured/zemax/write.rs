@@ -69,8 +69,6 @@ pub fn table_pairs(brdf: &dyn Brdf, level: Level) -> u64 {
     level.angles(brdf.symmetry().bilateral).count() as u64
 }
 
-/// Tabulates a BRDF. A sensor below the horizon has 0; one without data has what the sensor before it has, towards the
-/// mirror direction, or else the next that has some: the format has no holes. Runs on rayon's threads; the result does not depend on their number.
 /// Whether a table can hold a BRDF.
 ///
 /// # Errors
@@ -85,6 +83,8 @@ pub fn suits(brdf: &dyn Brdf) -> Result<(), ZemaxError> {
     }
 }
 
+/// Tabulates a BRDF. A sensor below the horizon has 0; one without data has what the sensor before it has, towards the
+/// mirror direction, or else the next that has some: the format has no holes. Runs on rayon's threads; the result does not depend on their number.
 fn tabulate(brdf: &dyn Brdf, level: Level) -> Result<Zemax, ZemaxError> {
     suits(brdf)?;
     let n = brdf.channels().count();
