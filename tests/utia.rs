@@ -174,7 +174,7 @@ fn unusable_files_are_refused_by_name() {
         assert!(sentence.contains(part), "{sentence}");
         assert!(spec("").build(Channels::Luminance).is_err());
     };
-    refused("cannot read");
+    refused("no access to this UTIA table");
     fs::write(&path, [0; 12]).unwrap();
     refused("found 12 bytes, expected 1990656");
     fs::write(&path, vec![0; FILE_LEN as usize + 8]).unwrap();

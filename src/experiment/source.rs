@@ -141,14 +141,11 @@ impl Source {
         let Some(span) = e.span else {
             return Error::config(&self.name, message);
         };
-        let mut path = spots(&self.text).enclosing(&span);
-        if let Some(key) = message.strip_prefix("missing field ") {
-            path = spots(&self.text).table_about(&span);
-            // Of the table at the top.
-            if path.is_none() {
-                let message = format!("lacks the key {}", key.replace('`', ""));
-                return Error::config(&self.name, message);
-            }
+        let (path, in_table) = spots(&self.text).enclosing(&span);
+        // The table at the top has no path; the place is that of a value in it.
+        if let (false, Some(key)) = (in_table, message.strip_prefix("missing field ")) {
+            let message = format!("lacks the key {}", key.replace('`', ""));
+            return Error::config(&self.name, message);
         }
         match path {
             Some(path) => {
@@ -326,21 +323,9 @@ impl Spot {
 struct Spots(Vec<Spot>);
 
 impl Spots {
-    /// The innermost table that holds a range of the text; `None`: the one at the top.
-    fn table_about(&self, span: &Range<usize>) -> Option<KeyPath> {
-        let mut path = self.enclosing(span)?;
-        let is_table = |path: &KeyPath| {
-            let mut spots = self.0.iter();
-            spots.any(|spot| spot.is_table && spot.path == *path)
-        };
-        while !path.0.is_empty() && !is_table(&path) {
-            path.0.pop();
-        }
-        (!path.0.is_empty()).then_some(path)
-    }
-
-    /// The innermost value that holds a range of the text, by its key or its body.
-    fn enclosing(&self, span: &Range<usize>) -> Option<KeyPath> {
+    /// The innermost value that holds a range of the text, by its key or its body; and whether it is a table or is in one but that at
+    /// the top.
+    fn enclosing(&self, span: &Range<usize>) -> (Option<KeyPath>, bool) {
         let holds = |r: &&Range<usize>| r.start <= span.start && span.end <= r.end;
         let size = |spot: &Spot| {
             let ranges = spot.key.iter().chain([&spot.value]);
@@ -354,7 +339,8 @@ impl Spots {
                 best = Some((size, spot));
             }
         }
-        best.map(|(_, spot)| spot.path.clone())
+        let in_table = best.is_some_and(|(_, spot)| spot.is_table || spot.path.0.len() > 1);
+        (best.map(|(_, spot)| spot.path.clone()), in_table)
     }
 }
 
