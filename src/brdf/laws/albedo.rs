@@ -76,26 +76,29 @@ pub fn max_albedo(brdf: &dyn Brdf, views: &[Direction]) -> Option<MaxAlbedo> {
 /// assert!((albedo.value[0] - 0.8).abs() < 1e-10);
 /// ```
 pub fn directional_albedo(brdf: &dyn Brdf, omega_o: Direction) -> DirectionalAlbedo {
-    let dark = || DirectionalAlbedo {
-        value: ChannelValues::from_elem(0.0, brdf.channels().count()),
-        error: 0.0,
-        missing: 0.0,
-    };
-    found(brdf, omega_o).map_or_else(dark, |(albedo, ..)| albedo)
+    found(brdf, omega_o).map_or_else(|| dark(brdf), |(albedo, ..)| albedo)
 }
 
 /// [`directional_albedo`], and the standard error of its largest channel by random paths, 0 of values that follow none.
 pub fn noisy_albedo(brdf: &dyn Brdf, omega_o: Direction) -> (DirectionalAlbedo, f64) {
-    let split = brdf.as_split().zip(found(brdf, omega_o));
-    let Some((split, (albedo, lobe, cells))) = split else {
-        return (directional_albedo(brdf, omega_o), 0.0);
+    let Some((albedo, lobe, cells)) = found(brdf, omega_o) else {
+        return (dark(brdf), 0.0);
     };
     let luminance = brdf.channels().luminance(&albedo.value);
-    let noise = match luminance > 0.0 {
-        true => noise(&lobe, split, &cells) * albedo.max() / luminance,
-        false => 0.0,
+    let noise = match brdf.as_split() {
+        Some(split) if luminance > 0.0 => noise(&lobe, split, &cells) * albedo.max() / luminance,
+        _ => 0.0,
     };
     (albedo, noise)
+}
+
+/// Seen from below the horizon.
+fn dark(brdf: &dyn Brdf) -> DirectionalAlbedo {
+    DirectionalAlbedo {
+        value: ChannelValues::from_elem(0.0, brdf.channels().count()),
+        error: 0.0,
+        missing: 0.0,
+    }
 }
 
 /// An albedo, and the cells that it is the sum of; `None` from below the horizon.
