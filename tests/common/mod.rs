@@ -1,5 +1,5 @@
-//! Pairs that tests share: random ones, and the edge table every parametrization and model meets.
-#![allow(dead_code)] // Each test binary uses its part of this file.
+//! What tests share: the two levels of a law, random pairs, and the edge table every parametrization and model meets.
+#![allow(dead_code, unused_imports, unused_macros)] // Each test binary uses its part of this file.
 
 pub mod light;
 
@@ -10,6 +10,46 @@ use gonio::parametrization::{self, Layout, ParametrizationSpec, WarpSpec};
 use gonio::registry::{self, Entry};
 use gonio::sampling::{Random, cosine_hemisphere};
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
+
+/// How much of a law a test asks.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Level {
+    /// The smallest size that shows the law; a part of `cargo test`.
+    Quick,
+    /// Every combination, at full size; a part of `.ci/thorough`.
+    Thorough,
+}
+
+impl Level {
+    /// A size for each level.
+    pub fn of<T>(self, quick: T, thorough: T) -> T {
+        match self {
+            Self::Quick => quick,
+            Self::Thorough => thorough,
+        }
+    }
+}
+
+/// Two tests of each function that takes a [`Level`]: `name::quick`, and `name::thorough`, which is ignored
+/// unless it is asked for.
+macro_rules! levels {
+    ($($(#[$attribute:meta])* $name:ident: $reason:literal;)*) => {$(
+        $(#[$attribute])*
+        mod $name {
+            #[test]
+            fn quick() {
+                super::$name($crate::common::Level::Quick);
+            }
+
+            #[test]
+            #[ignore = $reason]
+            fn thorough() {
+                super::$name($crate::common::Level::Thorough);
+            }
+        }
+    )*};
+}
+pub(crate) use levels;
 
 /// Pair `i` of a random sequence: both directions uniform on the hemisphere.
 pub fn random_pair(random: &Random, i: u64) -> DirectionPair {
