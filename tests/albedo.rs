@@ -1,5 +1,8 @@
 //! The quadrature of the directional albedo against two others.
 
+mod common;
+
+use common::{Level, levels};
 use glam::DVec3;
 use gonio::brdf::{self, Brdf, Channels, laws};
 use gonio::geometry::{Direction, DirectionPair};
@@ -7,6 +10,11 @@ use gonio::metrics::{self, AlbedoProbe, Measure, MetricsSpec, TestSet};
 use gonio::registry;
 use gonio::sampling::{Sobol, gauss_legendre};
 use std::f64::consts::{FRAC_PI_2, PI};
+
+levels! {
+    lobes_of_any_width_agree_with_adaptive_quadrature: "thorough: five views";
+    lobes_of_any_width_are_found_along_and_across: "thorough: every model";
+}
 
 fn model(kind: &str, text: &str) -> Box<dyn Brdf> {
     let family = brdf::all();
@@ -236,8 +244,7 @@ fn sampled(brdf: &dyn Brdf, omega_o: Direction) -> [f64; 2] {
     [mean, (square / (7.0 * 8.0)).sqrt()]
 }
 
-#[test]
-fn lobes_of_any_width_are_found_along_and_across() {
+fn lobes_of_any_width_are_found_along_and_across(level: Level) {
     let mut models = Vec::new();
     for alpha in [
         "1.0",
@@ -280,7 +287,7 @@ fn lobes_of_any_width_are_found_along_and_across() {
     ));
     let bent = models.len();
     models.push(two(&along, &turned(&across)));
-    for (i, (kind, text)) in models.iter().enumerate() {
+    for (i, (kind, text)) in models.iter().enumerate().step_by(level.of(3, 1)) {
         let brdf = model(kind, text);
         for [theta, phi] in [
             [0.0, 0.3],
@@ -310,8 +317,7 @@ fn lobes_of_any_width_are_found_along_and_across() {
 }
 
 /// Models without a sampler.
-#[test]
-fn lobes_of_any_width_agree_with_adaptive_quadrature() {
+fn lobes_of_any_width_agree_with_adaptive_quadrature(level: Level) {
     let gamma = |alpha: f64| format!("rho_d = 0.1\nrho_s = 0.2\nalpha = {alpha:?}\np = 1.2");
     for (kind, text) in [
         ("ggx", "alpha = 1e-2\nfresnel = { kind = \"none\" }".into()),
@@ -328,7 +334,7 @@ fn lobes_of_any_width_agree_with_adaptive_quadrature() {
         ("test-g", String::new()),
     ] {
         let brdf = model(kind, &text);
-        for theta in [0.0, 0.3, 1.0, 1.4, 1.55] {
+        for theta in level.of(vec![0.3, 1.55], vec![0.0, 0.3, 1.0, 1.4, 1.55]) {
             let omega_o = Direction::from_spherical(theta, 0.0);
             let got = laws::directional_albedo(brdf.as_ref(), omega_o);
             let (value, error) = (got.value[0], got.error);

@@ -3,7 +3,7 @@
 
 mod common;
 
-use common::random_pair;
+use common::{Level, levels, random_pair};
 use glam::{DVec2, Vec3Swizzles};
 use gonio::brdf::Brdf;
 use gonio::geometry::{Direction, DirectionPair, Symmetry, distance};
@@ -18,6 +18,10 @@ use gonio::sampling::Random;
 use gonio::schedule;
 use std::f64::consts::TAU;
 use std::sync::Arc;
+
+levels! {
+    grids_and_scattered_searches_converge: "thorough: in four dimensions";
+}
 
 /// (h_x, h_y, k_x, k_y); isotropic: |h_bar|, and k_bar along and across h_bar.
 struct Cartesian {
@@ -291,10 +295,10 @@ fn error(truth: &dyn Brdf, made: &dyn Brdf) -> f64 {
     f64::sqrt(sum / n)
 }
 
-#[test]
-fn grids_and_scattered_searches_converge() {
+fn grids_and_scattered_searches_converge(level: Level) {
     let truth = common::model("ggx", "alpha = 0.6");
-    for symmetry in [Symmetry::FULL, Symmetry::ORTHOTROPIC, Symmetry::NONE] {
+    let symmetries = [Symmetry::FULL, Symmetry::ORTHOTROPIC, Symmetry::NONE];
+    for symmetry in symmetries.into_iter().take(level.of(1, 3)) {
         let p = ENTRY.form(symmetry);
         let [few, many] = if symmetry.isotropic {
             [500, 8000]

@@ -5,7 +5,7 @@
 
 mod common;
 
-use common::{cosine_pair, model};
+use common::{Level, cosine_pair, levels, model};
 use gonio::brdf::{Brdf, Presence};
 use gonio::geometry::{DirectionPair, Symmetry};
 use gonio::instrument::{Ideal, Instrument};
@@ -16,6 +16,10 @@ use gonio::sampling::Random;
 use gonio::schedule::{Grid, SampleSet, SobolSet};
 use std::collections::BTreeMap;
 use std::sync::Arc;
+
+levels! {
+    errors_fall_at_the_order_of_the_method: "thorough: four parametrizations";
+}
 
 /// Elevation (rad) above which pairs are left out: beyond it cells straddle the horizon.
 const MASK: f64 = 65.0 / 180.0 * std::f64::consts::PI;
@@ -119,8 +123,7 @@ fn required(kind: &str, grid: bool) -> Option<f64> {
     }
 }
 
-#[test]
-fn errors_fall_at_the_order_of_the_method() {
+fn errors_fall_at_the_order_of_the_method(level: Level) {
     let target = Target::new();
     let root = BTreeMap::from([("theta_h".to_owned(), WarpSpec::SquareRoot)]);
     let none = BTreeMap::new();
@@ -129,7 +132,10 @@ fn errors_fall_at_the_order_of_the_method() {
         ("half-difference", &none),
         ("spherical", &none),
         ("hybrid", &none),
-    ] {
+    ]
+    .into_iter()
+    .take(level.of(1, 4))
+    {
         let entry = parametrization::find(name).unwrap();
         let form = entry.warped(Symmetry::FULL, warp).unwrap();
         // Kriging takes fewer readings, and its errors are tested over other decades (`reconstruction/kriging.rs`); a fit

@@ -2,13 +2,17 @@
 
 mod common;
 
-use common::{edge_pairs, polar, random_pair, symmetries, warps};
+use common::{Level, edge_pairs, levels, polar, random_pair, symmetries, warps};
 use gonio::geometry::{Direction, DirectionPair, Symmetry, distance};
 use gonio::parametrization::{self, AxisKind, Parametrization, WarpSpec};
 use gonio::sampling::Random;
 use std::collections::BTreeMap;
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use std::sync::Arc;
+
+levels! {
+    random_pairs_come_back: "thorough: a million pairs";
+}
 
 /// The error a round trip may have.
 fn allowed(p: &dyn Parametrization, pair: &DirectionPair) -> f64 {
@@ -47,14 +51,13 @@ fn round_trip(p: &dyn Parametrization, pair: &DirectionPair, what: &str) -> f64 
     error
 }
 
-#[test]
-fn random_pairs_come_back() {
+fn random_pairs_come_back(level: Level) {
     let random = Random::new(1);
     for entry in parametrization::all() {
         for symmetry in [Symmetry::NONE, Symmetry::FULL] {
             let p = entry.form(symmetry);
             let (mut worst, mut worst_high) = (0.0f64, 0.0f64);
-            for i in 0..1_000_000 {
+            for i in 0..level.of(100_000, 1_000_000) {
                 let pair = random_pair(&random, i);
                 let error = round_trip(&*p, &pair, "random");
                 let allowed = allowed(&*p, &pair);

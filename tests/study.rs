@@ -1,6 +1,9 @@
 //! Studies: their rows are those of an acquisition, they are made once, their findings are those of
 //! errors that are known.
 
+mod common;
+
+use common::{Level, levels};
 use gonio::Error;
 use gonio::experiment::relations::{MaterialRelations, RelationsPlan};
 use gonio::experiment::{
@@ -11,6 +14,11 @@ use serde_json::{Map, Value, json};
 use std::collections::{HashMap, HashSet};
 use std::fs;
 use std::path::Path;
+
+levels! {
+    materials_together_and_alone_have_the_same_rows_to_the_bit: "thorough: all quantities and channels";
+    parts_of_a_measure_are_not_waited_for: "thorough: more pairs";
+}
 
 /// Two symmetries, grids and scattered points, a reconstruction in its own and in other coordinates.
 const TEXT: &str = r#"
@@ -157,19 +165,20 @@ fn timeless(plan: &Plan, rows: &[Row]) -> Vec<Row> {
 }
 
 /// Readings of one material of [`TEXT`] at a time, and of all of them together.
-#[test]
-fn materials_together_and_alone_have_the_same_rows_to_the_bit() {
+fn materials_together_and_alone_have_the_same_rows_to_the_bit(level: Level) {
     let few = TEXT.replace("budgets = [80, 200]", "budgets = [80]");
     let few = few.replace("seeds = [1, 2]", "seeds = [1]");
     let moments = "quantities = [\"albedo\", \"moments\"]\n";
     let table = "[moments]\nviews = 2\norder = 2\n\
         estimator = { kind = \"sobol\", samples = 128 }\n";
-    for text in [
+    let texts = [
+        few.clone(),
+        format!("channels = \"rgb\"\n{moments}{few}{table}channels = [\"red\"]\n"),
         TEXT.to_owned(),
         format!("channels = \"rgb\"\nquantities = [\"albedo\"]\n{TEXT}"),
         format!("{moments}{few}{table}"),
-        format!("channels = \"rgb\"\n{moments}{few}{table}channels = [\"red\"]\n"),
-    ] {
+    ];
+    for text in texts.into_iter().take(level.of(2, 5)) {
         let whole = plan(&text);
         let together = rows(&whole);
         assert_eq!(together.len(), whole.rows());
@@ -494,9 +503,11 @@ fn a_lighting_is_that_of_its_key() {
 
 /// Pairs are added until the cosine measure is known, with its parts beside it or not; what is left of these is
 /// told.
-#[test]
-fn parts_of_a_measure_are_not_waited_for() {
-    let text = TEXT.replace("max_pairs = 1\n", "max_pairs = 20000\n");
+fn parts_of_a_measure_are_not_waited_for(level: Level) {
+    let text = TEXT.replace(
+        "max_pairs = 1\n",
+        &format!("max_pairs = {}\n", level.of(4000, 20_000)),
+    );
     let with = |measures: &str| {
         let plan = plan(&text.replace(
             r#"measures = ["cosine", "lobe"]"#,

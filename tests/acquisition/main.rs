@@ -1,5 +1,9 @@
 //! Laws of planners: poses that can be taken, chosen from readings alone, and better than points that know nothing.
 
+#[path = "../common/mod.rs"]
+mod common;
+
+use common::{Level, levels};
 use gonio::acquisition::{self, Aim, Greedy, Planner, Rule, Target, Task, acquire, once};
 use gonio::brdf::microfacet::{FresnelSpec, Ggx, Microfacet};
 use gonio::brdf::{Brdf, Channels, Presence, Roughness};
@@ -15,6 +19,18 @@ use gonio::schedule::{Assume, Pose, Schedule, Sequence, SobolSet, Unreachable};
 use std::collections::HashSet;
 use std::path::Path;
 use std::sync::Arc;
+
+levels! {
+    poses_are_distinct_and_above_the_horizon_in_any_coordinates: "thorough: every planner in every coordinates";
+    poses_depend_on_the_seed_and_not_on_the_number_of_threads: "thorough: more poses";
+    a_machine_reaches_every_pose_that_is_chosen_for_it: "thorough: every planner on every machine";
+    readings_of_a_file_lead_to_the_same_poses: "thorough: more poses";
+    a_hole_is_asked_about_and_left: "thorough: every planner";
+    planners_know_better_than_points_that_know_nothing: "thorough: more readings";
+    the_weight_trades_one_error_for_the_other: "thorough: more readings";
+    an_oracle_knows_best_and_has_to_know: "thorough: more readings";
+    expected_errors_are_not_too_small: "thorough: more lobes and readings";
+}
 
 fn lobe(alpha: f64) -> Microfacet<Ggx> {
     let (alpha, fresnel) = (Roughness::Isotropic(alpha), FresnelSpec::default());
@@ -50,23 +66,31 @@ fn bits(schedule: &Schedule) -> Vec<[u64; 6]> {
     schedule.poses.iter().map(of).collect()
 }
 
-#[test]
-fn poses_are_distinct_and_above_the_horizon_in_any_coordinates() {
+fn poses_are_distinct_and_above_the_horizon_in_any_coordinates(level: Level) {
     let truth = lobe(0.2);
-    for planner in planners() {
+    let budget = level.of(12, 30);
+    // In quick tests every planner meets some of the coordinates, and all of these some planner.
+    let stride = level.of(5, 1);
+    for (i, planner) in planners().iter().enumerate() {
         planner.check(&[]).unwrap();
-        for entry in parametrization::all() {
-            for symmetry in [Symmetry::FULL, Symmetry::ORTHOTROPIC] {
+        for (j, entry) in parametrization::all().iter().enumerate() {
+            for (k, symmetry) in [Symmetry::FULL, Symmetry::ORTHOTROPIC]
+                .into_iter()
+                .enumerate()
+            {
+                if !(i + 2 * j + k).is_multiple_of(stride) {
+                    continue;
+                }
                 let task = Task {
                     form: entry.form(symmetry),
-                    ..task(30)
+                    ..task(budget)
                 };
-                let measured = acquire(&*planner, &task, &truth).unwrap();
+                let measured = acquire(&**planner, &task, &truth).unwrap();
                 let poses = &measured.schedule.poses;
                 let what = format!("{} in {}", planner.label(), entry.kind);
-                assert_eq!(poses.len(), 30, "{what}");
+                assert_eq!(poses.len(), budget, "{what}");
                 let distinct: HashSet<_> = bits(&measured.schedule).into_iter().collect();
-                assert_eq!(distinct.len(), 30, "{what}");
+                assert_eq!(distinct.len(), budget, "{what}");
                 for pose in poses {
                     let pair = &pose.pair;
                     assert!(pair.omega_i.cos_theta().min(pair.omega_o.cos_theta()) > 0.0);
@@ -81,14 +105,16 @@ fn poses_are_distinct_and_above_the_horizon_in_any_coordinates() {
     }
 }
 
-#[test]
-fn poses_depend_on_the_seed_and_not_on_the_number_of_threads() {
+fn poses_depend_on_the_seed_and_not_on_the_number_of_threads(level: Level) {
     let truth = lobe(0.1);
     for planner in planners() {
         let poses = |seed, threads| {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
             let measured = pool.build().unwrap().install(|| {
-                let task = Task { seed, ..task(40) };
+                let task = Task {
+                    seed,
+                    ..task(level.of(16, 40))
+                };
                 acquire(&*planner, &task, &truth)
             });
             bits(&measured.unwrap().schedule)
@@ -99,18 +125,20 @@ fn poses_depend_on_the_seed_and_not_on_the_number_of_threads() {
     }
 }
 
-#[test]
-fn a_machine_reaches_every_pose_that_is_chosen_for_it() {
+fn a_machine_reaches_every_pose_that_is_chosen_for_it(level: Level) {
     let truth = lobe(0.1);
-    for preset in presets() {
+    for (i, preset) in presets().iter().enumerate() {
         let spec = read(preset.text).unwrap();
         let bench = Bench::new(&spec, Parts::ALL, 1).unwrap();
-        for planner in planners() {
+        for (j, planner) in planners().iter().enumerate() {
+            if !(i + j).is_multiple_of(level.of(presets().len(), 1)) {
+                continue;
+            }
             let task = Task {
                 machine: Some(bench.machine()),
                 ..task(24)
             };
-            let measured = acquire(&*planner, &task, &truth).unwrap();
+            let measured = acquire(&**planner, &task, &truth).unwrap();
             let itinerary = bench.plan(&measured.schedule, Order::AsGenerated);
             assert_eq!(
                 itinerary.visits.len(),
@@ -124,18 +152,17 @@ fn a_machine_reaches_every_pose_that_is_chosen_for_it() {
 }
 
 /// The planner keeps nothing: what it says depends on the readings, which may come from a file.
-#[test]
-fn readings_of_a_file_lead_to_the_same_poses() {
+fn readings_of_a_file_lead_to_the_same_poses(level: Level) {
     let truth = lobe(0.1);
     for planner in planners() {
         let task = Task {
             truth: Some(&truth),
-            ..task(40)
+            ..task(level.of(20, 40))
         };
         let so_far = acquire(
             &*planner,
             &Task {
-                budget: 20,
+                budget: level.of(10, 20),
                 ..task.clone()
             },
             &truth,
@@ -228,8 +255,7 @@ impl Brdf for Holed {
 }
 
 /// A region without data, where the lobe peaks, takes some poses and not the acquisition.
-#[test]
-fn a_hole_is_asked_about_and_left() {
+fn a_hole_is_asked_about_and_left(level: Level) {
     let truth = Holed(lobe(0.05));
     let task = Task {
         truth: Some(&truth),
@@ -251,7 +277,7 @@ fn a_hole_is_asked_about_and_left() {
         (planner.label(), wasted)
     };
     // Of 96; if it could be read, nearly half.
-    let all = planners().into_iter().map(waste);
+    let all = planners().into_iter().step_by(level.of(3, 1)).map(waste);
     let too_much = all.filter(|(_, wasted)| wasted.iter().sum::<usize>() > 32);
     assert_eq!(too_much.collect::<Vec<_>>(), []);
 }
@@ -307,10 +333,9 @@ fn means(planner: &dyn Planner, budget: usize) -> [f64; 2] {
     logs.map(|sum| (sum / alphas.len() as f64).exp())
 }
 
-#[test]
-fn planners_know_better_than_points_that_know_nothing() {
+fn planners_know_better_than_points_that_know_nothing(level: Level) {
     let sobol = once(Box::new(SobolSet {}));
-    for budget in [32, 128] {
+    for budget in level.of(vec![32], vec![32, 128]) {
         let [nrmse, log] = means(&*sobol, budget);
         // Before any reading: less of both. From the readings: much less where a material is bright.
         let [beforehand, learned] = [Rule::AOptimal, Rule::Adaptive]
@@ -326,14 +351,13 @@ fn planners_know_better_than_points_that_know_nothing() {
     }
 }
 
-#[test]
-fn the_weight_trades_one_error_for_the_other() {
+fn the_weight_trades_one_error_for_the_other(level: Level) {
     let of = |weight| {
         let aim = Aim {
             weight,
             ..Aim::default()
         };
-        means(&Greedy::new(Rule::Adaptive, aim), 64)
+        means(&Greedy::new(Rule::Adaptive, aim), level.of(32, 64))
     };
     let [log, square] = [of(0.0), of(1.0)];
     assert!(
@@ -343,11 +367,10 @@ fn the_weight_trades_one_error_for_the_other() {
 }
 
 /// It knows where errors are, so that its readings leave less; without the material it has nothing to say.
-#[test]
-fn an_oracle_knows_best_and_has_to_know() {
+fn an_oracle_knows_best_and_has_to_know(level: Level) {
     let [adaptive, oracle] =
         [Rule::Adaptive, Rule::Oracle].map(|rule| Greedy::new(rule, Aim::default()));
-    let [learned, known] = [&adaptive, &oracle].map(|planner| means(planner, 64));
+    let [learned, known] = [&adaptive, &oracle].map(|planner| means(planner, level.of(32, 64)));
     assert!(known[0] < learned[0], "{known:?} {learned:?}");
     let begun = acquire(&adaptive, &task(16), &lobe(0.1)).unwrap();
     let refused = oracle.next(&task(32), &begun, 8).unwrap_err().to_string();
@@ -358,13 +381,12 @@ fn an_oracle_knows_best_and_has_to_know() {
 }
 
 /// Models are smoother than the materials that the kernel was fitted to: no error that is made exceeds what is expected.
-#[test]
-fn expected_errors_are_not_too_small() {
+fn expected_errors_are_not_too_small(level: Level) {
     let planner = Greedy::new(Rule::Adaptive, Aim::default());
     let pairs = metrics::test_pairs(Measure::Cosine, &MetricsSpec::default()).unwrap();
-    for alpha in [0.05, 0.1, 0.2, 0.4] {
+    for alpha in level.of(vec![0.1, 0.4], vec![0.05, 0.1, 0.2, 0.4]) {
         let truth = lobe(alpha);
-        for budget in [64, 128] {
+        for budget in level.of(vec![64], vec![64, 128]) {
             let task = task(budget);
             let measured = acquire(&planner, &task, &truth).unwrap();
             let next = planner.next(&task, &measured, 32).unwrap();

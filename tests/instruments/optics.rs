@@ -1,6 +1,6 @@
 //! Averages over both apertures: closed forms, brute force, and what they do to a lobe.
 
-use crate::common::model;
+use crate::common::{Level, levels, model};
 use glam::DVec3;
 use gonio::brdf::{Brdf, Channels, Presence};
 use gonio::geometry::{Direction, DirectionPair, Symmetry, angle_between};
@@ -9,6 +9,12 @@ use gonio::sampling::{Sobol, gauss_legendre};
 use rayon::prelude::*;
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use std::sync::Mutex;
+
+levels! {
+    lobes_far_narrower_than_the_apertures_are_found: "thorough: three widths";
+    apertures_widen_a_lobe_by_their_second_moments: "thorough: four widths";
+    any_aperture_at_any_elevation_comes_to_an_end: "thorough: every aperture at every elevation";
+}
 
 /// A BRDF of one formula.
 struct Formula<F>(F);
@@ -272,9 +278,8 @@ fn by_importance(brdf: &dyn Brdf, alpha: f64, pair: &DirectionPair, a: [f64; 2])
     [mean, (square / (15.0 * 16.0)).sqrt()]
 }
 
-#[test]
-fn lobes_far_narrower_than_the_apertures_are_found() {
-    for alpha in [0.01, 0.003, 0.001] {
+fn lobes_far_narrower_than_the_apertures_are_found(level: Level) {
+    for alpha in level.of(vec![0.003], vec![0.01, 0.003, 0.001]) {
         let brdf = model("ggx", &format!("alpha = {alpha}"));
         for (name, pair) in geometries().into_iter().take(7) {
             for a in [[1.0, 1.0], [0.3, 1.5], [0.02, 1.0]].map(|a| a.map(deg)) {
@@ -390,12 +395,11 @@ fn scan(brdf: &dyn Brdf, optics: &Optics, reach: f64) -> [f64; 4] {
     [total(0), total(1) / total(0), total(2) / total(0), peak]
 }
 
-#[test]
-fn apertures_widen_a_lobe_by_their_second_moments() {
+fn apertures_widen_a_lobe_by_their_second_moments(level: Level) {
     let a = [0.02, 0.012];
     let optics = Optics::new(a[0], a[1], Tolerance::default());
     let point = Optics::new(0.0, 0.0, Tolerance::default());
-    for half_width in [0.002, 0.005, 0.015, 0.04] {
+    for half_width in level.of(vec![0.015], vec![0.002, 0.005, 0.015, 0.04]) {
         // In the half vector; the sensor moves by twice the angle.
         let lobe = Formula(move |p: &DirectionPair| {
             let h = p.half();
@@ -546,8 +550,7 @@ impl Brdf for Watched<'_> {
     }
 }
 
-#[test]
-fn any_aperture_at_any_elevation_comes_to_an_end() {
+fn any_aperture_at_any_elevation_comes_to_an_end(level: Level) {
     let materials = [
         ("lambert", "albedo = 0.5"),
         ("ggx", "alpha = 0.3"),
@@ -567,36 +570,41 @@ fn any_aperture_at_any_elevation_comes_to_an_end() {
             }
         }
     }
-    let most = cases.into_par_iter().map(|(kind, text, theta, a)| {
-        let brdf = model(kind, text);
-        let mut most = 0;
-        // Mirror, retro and at right angles, and beside them by a part of the apertures.
-        for turn in [PI, 0.0, FRAC_PI_2] {
-            for [tilt, aside] in [[0.0, 0.0], [0.3 * a[1], 0.0], [0.0, 0.5 * a[0]]] {
-                let pair =
-                    DirectionPair::from_spherical(theta, 0.3, theta - tilt, 0.3 + turn + aside);
-                let case = format!("{kind} {text} {theta} {a:?} {turn} {tilt:e} {aside:e}");
-                let watched = Watched {
-                    of: &*brdf,
-                    pair,
-                    apertures: a,
-                    seen: Mutex::new((0, [f64::INFINITY, 0.0])),
-                };
-                let optics = Optics::new(a[0], a[1], Tolerance::default());
-                let got = optics.average(&watched, &pair, &mut Workspace::default());
-                let got = got.expect(&case);
-                let (count, [lo, hi]) = watched.seen.into_inner().unwrap();
-                assert_eq!(count, got.evaluations, "{case}");
-                let (value, error) = (got.value[0], got.error[0]);
-                assert!(value.is_finite() && !error.is_nan(), "{case}: {got:?}");
-                assert!(
-                    value >= lo - error && value <= hi + error,
-                    "{case}: {lo} {got:?} {hi}"
-                );
-                most = most.max(count);
+    // No factor in common with what the cases are a product of.
+    let step = level.of(13, 1);
+    let most = cases
+        .into_par_iter()
+        .step_by(step)
+        .map(|(kind, text, theta, a)| {
+            let brdf = model(kind, text);
+            let mut most = 0;
+            // Mirror, retro and at right angles, and beside them by a part of the apertures.
+            for turn in [PI, 0.0, FRAC_PI_2] {
+                for [tilt, aside] in [[0.0, 0.0], [0.3 * a[1], 0.0], [0.0, 0.5 * a[0]]] {
+                    let pair =
+                        DirectionPair::from_spherical(theta, 0.3, theta - tilt, 0.3 + turn + aside);
+                    let case = format!("{kind} {text} {theta} {a:?} {turn} {tilt:e} {aside:e}");
+                    let watched = Watched {
+                        of: &*brdf,
+                        pair,
+                        apertures: a,
+                        seen: Mutex::new((0, [f64::INFINITY, 0.0])),
+                    };
+                    let optics = Optics::new(a[0], a[1], Tolerance::default());
+                    let got = optics.average(&watched, &pair, &mut Workspace::default());
+                    let got = got.expect(&case);
+                    let (count, [lo, hi]) = watched.seen.into_inner().unwrap();
+                    assert_eq!(count, got.evaluations, "{case}");
+                    let (value, error) = (got.value[0], got.error[0]);
+                    assert!(value.is_finite() && !error.is_nan(), "{case}: {got:?}");
+                    assert!(
+                        value >= lo - error && value <= hi + error,
+                        "{case}: {lo} {got:?} {hi}"
+                    );
+                    most = most.max(count);
+                }
             }
-        }
-        most
-    });
+            most
+        });
     println!("at most {} values", most.max().unwrap_or_default());
 }

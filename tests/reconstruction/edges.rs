@@ -1,6 +1,6 @@
 //! Where reconstructions may go wrong: the horizon, extreme values, missing data, few readings.
 
-use super::common::{edge_pairs, model, random_pair};
+use super::common::{Level, edge_pairs, levels, model, random_pair};
 use super::{
     Material, each, form, forms, measure, method, methods, missed, on_node, smooth,
     some_symmetries, value,
@@ -17,6 +17,12 @@ use gonio::sampling::Random;
 use gonio::schedule::{Centring, Grid, SampleSet, SobolSet};
 use std::f64::consts::FRAC_PI_2;
 use std::sync::Arc;
+
+levels! {
+    values_are_finite_and_not_negative_for_extreme_materials: "thorough: every method in every coordinates";
+    values_are_finite_and_not_negative_for_a_mirror: "thorough: every method in every coordinates";
+    poses_without_data_are_left_out: "thorough: every method in every coordinates";
+}
 
 /// The edge table, random pairs, and pairs a hair above the horizon.
 fn pairs() -> Vec<DirectionPair> {
@@ -47,8 +53,7 @@ fn check_range(what: &str, brdf: &dyn Brdf, pairs: &[DirectionPair]) {
     }
 }
 
-#[test]
-fn values_are_finite_and_not_negative_for_extreme_materials() {
+fn values_are_finite_and_not_negative_for_extreme_materials(level: Level) {
     let pairs: Vec<_> = pairs().into_iter().step_by(5).collect();
     let below = DirectionPair::new(
         Direction::from_spherical(1.7, 0.3),
@@ -59,6 +64,8 @@ fn values_are_finite_and_not_negative_for_extreme_materials() {
     for (i, f) in materials.into_iter().enumerate() {
         let truth = |s| Box::new(super::material(s, f)) as Box<dyn Brdf>;
         each(
+            level,
+            &methods(),
             &forms(&some_symmetries()),
             truth,
             200,
@@ -78,17 +85,23 @@ fn values_are_finite_and_not_negative_for_extreme_materials() {
     }
 }
 
-#[test]
-fn values_are_finite_and_not_negative_for_a_mirror() {
+fn values_are_finite_and_not_negative_for_a_mirror(level: Level) {
     let pairs = pairs();
     for (symmetry, text) in [
         (Symmetry::FULL, "alpha = 1e-4"),
         (Symmetry::ORTHOTROPIC, "alpha = [1e-4, 2e-3]"),
     ] {
         let truth = |_| model("ggx", text);
-        each(&forms(&[symmetry]), truth, 1000, |what, _, _, brdf| {
-            check_range(what, brdf, &pairs);
-        });
+        each(
+            level,
+            &methods(),
+            &forms(&[symmetry]),
+            truth,
+            1000,
+            |what, _, _, brdf| {
+                check_range(what, brdf, &pairs);
+            },
+        );
     }
 }
 
@@ -105,10 +118,11 @@ fn with_hole(symmetry: Symmetry) -> Box<dyn Brdf> {
     })
 }
 
-#[test]
-fn poses_without_data_are_left_out() {
+fn poses_without_data_are_left_out(level: Level) {
     let pairs = pairs();
     each(
+        level,
+        &methods(),
         &forms(&some_symmetries()),
         with_hole,
         400,
@@ -393,7 +407,7 @@ fn batches_and_threads_change_no_bit() {
                     f,
                 };
                 for set in super::sets() {
-                    let m = measure(&truth, &form("half-difference", symmetry), &*set, 3000);
+                    let m = measure(&truth, &form("half-difference", symmetry), &*set, 800);
                     for method in methods() {
                         if method.needs_grid() && !set.is_grid() {
                             continue;

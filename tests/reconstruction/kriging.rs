@@ -1,11 +1,15 @@
 //! What kriging is for: few readings anywhere.
 
-use super::common::model;
+use super::common::{Level, levels, model};
 use super::{form, measure, method};
 use gonio::brdf::Brdf;
 use gonio::geometry::{DirectionPair, Symmetry};
 use gonio::metrics::{self, Measure, MetricsSpec};
 use gonio::schedule::SobolSet;
+
+levels! {
+    few_readings_say_more_than_to_a_local_spline: "thorough: more readings";
+}
 
 fn pairs() -> Vec<DirectionPair> {
     let spec = MetricsSpec {
@@ -50,11 +54,10 @@ fn mean(ratios: impl Iterator<Item = f64>) -> f64 {
     (logs.iter().sum::<f64>() / logs.len() as f64).exp()
 }
 
-#[test]
-fn few_readings_say_more_than_to_a_local_spline() {
+fn few_readings_say_more_than_to_a_local_spline(level: Level) {
     let pairs = pairs();
     let materials = materials();
-    for readings in [64, 250, 1000] {
+    for readings in level.of(vec![64, 250], vec![64, 250, 1000]) {
         let ratio = mean(materials.iter().map(|truth| {
             let of = |kind| error(&**truth, kind, "", readings, &pairs);
             of("kriging") / of("thin-plate")
@@ -79,6 +82,7 @@ fn errors_fall_over_decades() {
 
 /// More than one system holds: they still say more than a tenth of them.
 #[test]
+#[ignore = "thorough: ten thousand readings"]
 fn readings_beyond_one_system_are_of_use() {
     let pairs = pairs();
     let truth = model("ggx", "alpha = 0.1");

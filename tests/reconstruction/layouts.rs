@@ -1,5 +1,6 @@
 //! Readings that nobody planned: sheets, lines, a plane, points that almost coincide, gaps, two densities.
 
+use super::common::{Level, levels};
 use super::{material, method};
 use gonio::brdf::{self, Brdf, Channels};
 use gonio::geometry::{Direction, DirectionPair, Symmetry};
@@ -10,6 +11,11 @@ use gonio::registry;
 use gonio::sampling::{Random, Sobol};
 use gonio::schedule::{Pose, Schedule};
 use std::sync::Arc;
+
+levels! {
+    no_method_is_much_worse_than_the_nearest_reading: "thorough: every model, more pairs";
+    values_stay_near_the_range_of_the_readings: "thorough: every model";
+}
 
 /// theta_i, theta_o and the azimuth between them, degrees.
 type Angles = [f64; 3];
@@ -262,21 +268,21 @@ fn ratio(a: &[f64], b: &[f64]) -> (f64, f64) {
 }
 
 /// Benches with these models: of all for methods whose weights all materials share, and, as it takes long to fit
-/// each by itself, of every fifth and one that is matte.
-fn benches(pairs: usize) -> [Bench; 2] {
-    let is_few =
-        |(i, model): &(usize, (String, _))| i % 5 == 0 || model.0.starts_with("oren-nayar");
-    let few = models().into_iter().enumerate().filter(is_few);
-    let few = few.map(|(_, model)| model).collect();
-    [models(), few].map(|models| Bench::new(models, pairs))
+/// each by itself, of every fifth and one that is matte. In quick tests a share of either.
+fn benches(level: Level, pairs: usize) -> [Bench; 2] {
+    let is_matte = |model: &(String, _)| model.0.starts_with("oren-nayar");
+    [level.of(4, 1), level.of(20, 5)].map(|step| {
+        let some = models().into_iter().enumerate();
+        let some = some.filter(|(i, model)| i % step == 0 || is_matte(model));
+        Bench::new(some.map(|(_, model)| model).collect(), pairs)
+    })
 }
 
 /// epsilon of the logarithm.
 const EPSILON: f64 = 1e-3;
 
-#[test]
-fn values_stay_near_the_range_of_the_readings() {
-    let benches = benches(1500);
+fn values_stay_near_the_range_of_the_readings(level: Level) {
+    let benches = benches(level, level.of(300, 1500));
     for (layout, angles) in layouts() {
         let schedule = schedule(&angles);
         let readings = benches.each_ref().map(|bench| bench.readings(&schedule));
@@ -360,9 +366,8 @@ fn allowed([layout, coordinates, kind]: [&str; 3], model: &str) -> f64 {
     }
 }
 
-#[test]
-fn no_method_is_much_worse_than_the_nearest_reading() {
-    let benches = benches(2500);
+fn no_method_is_much_worse_than_the_nearest_reading(level: Level) {
+    let benches = benches(level, level.of(600, 2500));
     let mut worse = Vec::new();
     for (layout, angles) in layouts() {
         let schedule = schedule(&angles);

@@ -1,11 +1,16 @@
 //! Readings that are known to be uncertain.
 
+use super::common::{Level, levels};
 use super::layouts::{models, scattered, schedule, sheets};
 use super::method;
 use gonio::brdf::{Brdf, Channels};
 use gonio::measurement::{Details, Flags, Measurement, Outcome};
 use gonio::metrics::{self, Measure, MetricsSpec};
 use gonio::sampling::Random;
+
+levels! {
+    known_noise_is_smoothed: "thorough: every model";
+}
 
 /// What a model has at a layout with this relative noise, whose uncertainty is told.
 fn noisy(model: &dyn Brdf, angles: &[[f64; 3]], noise: f64) -> Measurement {
@@ -39,8 +44,7 @@ fn noisy(model: &dyn Brdf, angles: &[[f64; 3]], noise: f64) -> Measurement {
 }
 
 /// To miss readings by their noise never costs much, and wins where they are noisy.
-#[test]
-fn known_noise_is_smoothed() {
+fn known_noise_is_smoothed(level: Level) {
     let spec = MetricsSpec {
         pairs: 2000,
         ..MetricsSpec::default()
@@ -48,7 +52,7 @@ fn known_noise_is_smoothed() {
     let pairs = metrics::test_pairs(Measure::Cosine, &spec).unwrap();
     let layouts = [sheets(&[15.0, 30.0, 45.0, 60.0], 8, 12), scattered(500)];
     let mut gains = Vec::new();
-    for (name, model) in models() {
+    for (name, model) in models().into_iter().step_by(level.of(6, 1)) {
         let truth = metrics::evaluate(&*model, &pairs);
         for angles in &layouts {
             for noise in [0.0, 0.02, 0.3] {

@@ -1,5 +1,6 @@
 //! Readings as judges: their weights, what is left out, and what they choose.
 
+use super::common::{Level, levels};
 use super::layouts::{models, scattered, schedule, sheets};
 use super::method;
 use gonio::brdf::{Brdf, Channels};
@@ -8,6 +9,10 @@ use gonio::metrics::{self, Errors, Measure, MetricsSpec};
 use gonio::reconstruct::Reconstruct;
 use gonio::validation::{CrossValidation, Jury, Left, Scores, ValidationError};
 use std::sync::Arc;
+
+levels! {
+    readings_choose_well: "thorough: three models, more readings";
+}
 
 /// What a model has at a layout.
 fn readings(model: &dyn Brdf, angles: &[[f64; 3]]) -> Measurement {
@@ -97,12 +102,14 @@ fn scattered_readings_tell_the_error() {
 }
 
 /// What the readings choose is nearly the best there is.
-#[test]
-fn readings_choose_well() {
-    for name in ["ggx", "retro-reflective", "phong"] {
+fn readings_choose_well(level: Level) {
+    for name in level.of(vec!["ggx"], vec!["ggx", "retro-reflective", "phong"]) {
         let model = named(name);
         let incidences: Vec<f64> = (0..10).map(|i| 5.0 + 8.0 * f64::from(i)).collect();
-        for angles in [sheets(&incidences, 6, 12), scattered(800)] {
+        for angles in [
+            sheets(&incidences, level.of(10, 6), 12),
+            scattered(level.of(400, 800)),
+        ] {
             let m = readings(&*model, &angles);
             let validation = CrossValidation::new(&m, None).unwrap();
             let ranked = validation.rank(validation.candidates(), || ()).unwrap();
