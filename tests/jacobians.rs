@@ -228,8 +228,8 @@ fn the_box_holds_the_measure_of_both_hemispheres(level: Level) {
     // ∬ w d omega_i d omega_o: 1 gives (2π)², both cosines > 0.1 give (0.9 · 2π)², cos cos gives π²,
     // cos cos (omega_i·omega_o) gives the squared length of ∫ cos omega d omega = (0, 0, 2π/3).
     let exact = [TAU * TAU, (0.9 * TAU).powi(2), PI * PI, (TAU / 3.0).powi(2)];
-    let count = level.of(1 << 14, 1 << 17);
-    for symmetry in symmetries() {
+    let count = level.of(1 << 15, 1 << 17);
+    for symmetry in level.of(vec![Symmetry::NONE, Symmetry::FULL], symmetries()) {
         for p in forms(symmetry) {
             let dimensions = p.axes().len();
             let volume: f64 = p.axes().iter().map(|a| a.length()).product();
@@ -279,7 +279,8 @@ fn the_box_holds_the_measure_of_both_hemispheres(level: Level) {
                 [0.004, 0.004, 6e-4, 6e-4]
             };
             for (w, error) in errors.into_iter().enumerate() {
-                let allowed = allowed[w];
+                // Errors of Sobol points fall as their number grows.
+                let allowed = level.of(4.0, 1.0) * allowed[w];
                 assert!(
                     error < allowed,
                     "{} {symmetry:?}, weight {w}: {error:e}",

@@ -506,7 +506,7 @@ fn a_lighting_is_that_of_its_key() {
 fn parts_of_a_measure_are_not_waited_for(level: Level) {
     let text = TEXT.replace(
         "max_pairs = 1\n",
-        &format!("max_pairs = {}\n", level.of(4000, 20_000)),
+        &format!("max_pairs = {}\n", level.of(10_000, 20_000)),
     );
     let with = |measures: &str| {
         let plan = plan(&text.replace(

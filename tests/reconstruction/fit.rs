@@ -83,7 +83,7 @@ fn every_model_can_be_fitted(level: Level) {
             let fit = Fit {
                 model: Some(spec),
                 fixed: Vec::new(),
-                starts: 3,
+                starts: level.of(1, 3),
             };
             match fit.reconstruct(&m) {
                 Ok(copy) => {

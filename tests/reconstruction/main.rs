@@ -162,7 +162,7 @@ fn measure(
 
 /// Every method meets one of so many forms in quick tests. It has no factor in common with what the forms are a product
 /// of, so that each method meets every parametrization, every symmetry and both warps.
-const SHARE: usize = 7;
+const SHARE: usize = 11;
 
 /// Calls `check` with reconstructions of a material that can be made by methods on forms and sets: all of them, or
 /// the share of quick tests.

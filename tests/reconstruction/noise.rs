@@ -52,7 +52,7 @@ fn known_noise_is_smoothed(level: Level) {
     let pairs = metrics::test_pairs(Measure::Cosine, &spec).unwrap();
     let layouts = [sheets(&[15.0, 30.0, 45.0, 60.0], 8, 12), scattered(500)];
     let mut gains = Vec::new();
-    for (name, model) in models().into_iter().step_by(level.of(6, 1)) {
+    for (name, model) in models().into_iter().step_by(level.of(9, 1)) {
         let truth = metrics::evaluate(&*model, &pairs);
         for angles in &layouts {
             for noise in [0.0, 0.02, 0.3] {

@@ -108,7 +108,7 @@ fn readings_choose_well(level: Level) {
         let incidences: Vec<f64> = (0..10).map(|i| 5.0 + 8.0 * f64::from(i)).collect();
         for angles in [
             sheets(&incidences, level.of(10, 6), 12),
-            scattered(level.of(400, 800)),
+            scattered(level.of(200, 800)),
         ] {
             let m = readings(&*model, &angles);
             let validation = CrossValidation::new(&m, None).unwrap();
