@@ -334,7 +334,7 @@ fn lobes_of_any_width_agree_with_adaptive_quadrature(level: Level) {
         ("test-g", String::new()),
     ] {
         let brdf = model(kind, &text);
-        for theta in level.of(vec![0.3, 1.55], vec![0.0, 0.3, 1.0, 1.4, 1.55]) {
+        for theta in level.of(vec![1.4], vec![0.0, 0.3, 1.0, 1.4, 1.55]) {
             let omega_o = Direction::from_spherical(theta, 0.0);
             let got = laws::directional_albedo(brdf.as_ref(), omega_o);
             let (value, error) = (got.value[0], got.error);

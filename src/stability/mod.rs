@@ -120,6 +120,11 @@ impl Check {
         }
     }
 
+    /// Name of the member of a registry that is checked.
+    pub fn member(&self) -> &str {
+        &self.member
+    }
+
     /// Runs the check.
     pub fn run(&self, family: &'static str) -> Finding {
         let start = Instant::now();

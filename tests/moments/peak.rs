@@ -1,7 +1,7 @@
 //! The peak-resolving estimator keeps its word: over decades of tolerance and roughness, up to
 //! grazing views, the true error is below the stated uncertainty, and that below the tolerance.
 
-use super::common::model;
+use super::common::{Level, levels, model};
 use super::{Planar, assert_tolerance, assert_within, estimate, from_raw, resolving, scale};
 use glam::DVec3;
 use gonio::brdf::Brdf;
@@ -11,6 +11,10 @@ use gonio::parametrization::view_centered_angles;
 use gonio::sampling::gauss_legendre;
 use rayon::prelude::*;
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, PI};
+
+levels! {
+    low_moments_agree_with_a_quadrature_over_half_vectors: "thorough: every lobe";
+}
 
 const VIEWS_DEG: [f64; 15] = [
     0.0, 1e-4, 0.1, 5.0, 15.0, 30.0, 45.0, 60.0, 70.0, 80.0, 85.0, 88.0, 89.0, 89.9, 89.999,
@@ -103,9 +107,12 @@ fn by_half_vectors(brdf: &dyn Brdf, theta_o: f64) -> [f64; 15] {
     from_raw(|n, m| raw[n][m], [-theta_o, 0.0])
 }
 
-#[test]
-fn low_moments_agree_with_a_quadrature_over_half_vectors() {
-    lobes().par_iter().for_each(|(name, brdf)| {
+fn low_moments_agree_with_a_quadrature_over_half_vectors(level: Level) {
+    let lobes = lobes()
+        .into_iter()
+        .step_by(level.of(5, 1))
+        .collect::<Vec<_>>();
+    lobes.par_iter().for_each(|(name, brdf)| {
         for theta_deg in [0.0, 45.0, 80.0, 89.999_f64] {
             let theta_o = theta_deg.to_radians();
             let want = by_half_vectors(&**brdf, theta_o);
