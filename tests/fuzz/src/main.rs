@@ -2,6 +2,7 @@
 //!
 //! ```text
 //! gonio-fuzz SECONDS [TARGET…]     each target for so long, as many at a time as there are cores
+//! gonio-fuzz --from SEED SECONDS [TARGET…]  the same with other inputs; SEED is a hexadecimal number
 //! gonio-fuzz --replay TARGET FILE… these inputs, e.g. what a fuzzer found
 //! gonio-fuzz --make TARGET INPUT   prints the file that an input stands for
 //! gonio-fuzz --seeds DIR           writes what a fuzzer begins with, a folder for each target
@@ -47,13 +48,23 @@ fn main() -> ExitCode {
             true
         }
         // One target, in a process of its own: what it holds is counted.
-        ["--alone", name, seconds, input] => {
-            alone(&named(name), number(seconds), Path::new(input));
+        ["--alone", seed, name, seconds, input] => {
+            alone(
+                &named(name),
+                hexadecimal(seed),
+                number(seconds),
+                Path::new(input),
+            );
             true
         }
-        [seconds, names @ ..] => together(number(seconds), names),
+        ["--from", seed, seconds, names @ ..] => {
+            together(hexadecimal(seed), number(seconds), names)
+        }
+        [seconds, names @ ..] => together(0, number(seconds), names),
         [] => {
-            eprintln!("gonio-fuzz SECONDS [TARGET…], --replay, --make, --seeds, --list");
+            eprintln!(
+                "gonio-fuzz [--from SEED] SECONDS [TARGET…], --replay, --make, --seeds, --list"
+            );
             false
         }
     };
@@ -75,6 +86,10 @@ fn number(seconds: &str) -> f64 {
     seconds.parse().expect("a number of seconds")
 }
 
+fn hexadecimal(seed: &str) -> u64 {
+    u64::from_str_radix(seed, 16).expect("a hexadecimal number of 64 bits")
+}
+
 /// Inputs of a fuzzer are small: a larger seed is reached by recipes.
 const LARGEST: usize = 1 << 17;
 
@@ -89,7 +104,7 @@ fn write_seeds(target: &Target, dir: &Path) {
     }
 }
 
-/// Numbers that look random and are always the same.
+/// Numbers that look random and are the same for the same seed.
 struct Random(u64);
 
 impl Random {
@@ -110,7 +125,7 @@ impl Random {
 
 /// Runs what is known and then, for a while, what is made up; the input that is tried is in a file, should this process
 /// end with it.
-fn alone(target: &Target, seconds: f64, input: &Path) {
+fn alone(target: &Target, from: u64, seconds: f64, input: &Path) {
     let read = target.seeds().iter().filter(|seed| {
         fs::write(input, seed).expect("room for a file");
         target.run(seed)
@@ -123,7 +138,7 @@ fn alone(target: &Target, seconds: f64, input: &Path) {
         .as_bytes()
         .first_chunk()
         .map_or(1, |b| u64::from_le_bytes(*b));
-    let mut random = Random(seed | 1);
+    let mut random = Random((seed ^ from) | 1);
     let (start, mut tried, mut accepted) = (Instant::now(), 0, 0);
     while start.elapsed().as_secs_f64() < seconds {
         let recipe = random.recipe();
@@ -138,7 +153,7 @@ fn alone(target: &Target, seconds: f64, input: &Path) {
 }
 
 /// Runs targets side by side, each in a process of its own.
-fn together(seconds: f64, names: &[&str]) -> bool {
+fn together(from: u64, seconds: f64, names: &[&str]) -> bool {
     let targets = all().into_iter().map(|target| target.name);
     let targets = targets.filter(|name| names.is_empty() || names.contains(&name.as_str()));
     let targets: Mutex<VecDeque<String>> = Mutex::new(targets.collect());
@@ -153,7 +168,7 @@ fn together(seconds: f64, names: &[&str]) -> bool {
             scope.spawn(|| {
                 while let Some(name) = next() {
                     let input = out.join(&name);
-                    if run(&program, &name, seconds, &input) {
+                    if run(&program, from, &name, seconds, &input) {
                         // What ended well is of no more use.
                         let _ = fs::remove_file(&input);
                     } else {
@@ -175,10 +190,10 @@ fn together(seconds: f64, names: &[&str]) -> bool {
 }
 
 /// True if a target ended well, and in time.
-fn run(program: &Path, name: &str, seconds: f64, input: &PathBuf) -> bool {
+fn run(program: &Path, from: u64, name: &str, seconds: f64, input: &PathBuf) -> bool {
     let mut alone = Command::new(program);
     alone
-        .args(["--alone", name, &seconds.to_string()])
+        .args(["--alone", &format!("{from:x}"), name, &seconds.to_string()])
         .arg(input);
     // One thread each: two targets run side by side.
     alone.env("RAYON_NUM_THREADS", "1");
