@@ -155,59 +155,8 @@ impl<F: Fn(&[f64], &[Presence]) + Send + Sync> SampleBrdf for Watched<'_, F> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::brdf::{self, Lambert, Spectrum};
-    use crate::registry;
+    use crate::brdf::{Lambert, Spectrum};
     use std::sync::atomic::{AtomicUsize, Ordering};
-
-    /// Whoever asks a watched BRDF gets what the BRDF itself says, and is seen once a pair.
-    #[test]
-    fn nothing_changes_but_that_it_is_seen() {
-        let at = |theta, phi| Direction::from_spherical(theta, phi);
-        let pairs: Vec<DirectionPair> = (0..70)
-            .map(|i| DirectionPair::new(at(0.02 * f64::from(i), 0.3), at(0.7, f64::from(i))))
-            .collect();
-        let (mut samplers, mut tables) = (0, 0);
-        for entry in brdf::all() {
-            for text in entry.examples {
-                let spec = registry::read_text(&entry, text).unwrap();
-                let brdf = spec.build(Channels::Luminance).unwrap();
-                let count = AtomicUsize::new(0);
-                let seen = |values: &[f64], of: &[Presence]| {
-                    assert_eq!(values.len(), of.len());
-                    count.fetch_add(of.len(), Ordering::Relaxed);
-                };
-                let watched = Watched::new(&*brdf, seen);
-                assert_eq!(watched.symmetry(), brdf.symmetry());
-                assert_eq!(watched.conserves_energy(), brdf.conserves_energy());
-                assert_eq!(watched.remarks(), brdf.remarks());
-                let both: [&dyn Brdf; 2] = [&watched, &*brdf];
-                let [got, own] = both.map(|f| {
-                    let mut values = vec![0.0; pairs.len()];
-                    let mut presence = vec![Presence::Missing; pairs.len()];
-                    f.eval_batch(&pairs, &mut values, &mut presence);
-                    (values, presence, f.luminance(&pairs[3]))
-                });
-                assert_eq!(got, own, "{} {text}", entry.kind);
-                let same = |a: Option<&Merl>, b: Option<&Merl>| match (a, b) {
-                    (Some(a), Some(b)) => std::ptr::eq(a, b),
-                    (a, b) => a.is_none() && b.is_none(),
-                };
-                assert!(same(watched.as_merl(), brdf.as_merl()));
-                tables += usize::from(brdf.as_merl().is_some());
-                let [got, own] = both.map(|f| {
-                    let of = f.as_sample()?;
-                    Some((
-                        of.sample(at(0.4, 0.0), [0.3, 0.6]).map(|d| d.vector()),
-                        of.pdf(&pairs[5]),
-                    ))
-                });
-                assert_eq!(got, own, "{} {text}", entry.kind);
-                samplers += usize::from(own.is_some());
-                assert_eq!(count.into_inner(), pairs.len() + 1);
-            }
-        }
-        assert!(samplers > 3 && tables > 0);
-    }
 
     /// From the moment that somebody wants to stop no pair is looked at, and the pairs before are as they were.
     #[test]

@@ -86,10 +86,10 @@ impl Instrument for Ideal {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::brdf::Channels;
     use crate::brdf::testing::made;
-    use crate::brdf::{self, Channels};
     use crate::geometry::Symmetry;
-    use crate::{parametrization, registry, schedule};
+    use crate::{brdf, parametrization, registry, schedule};
 
     fn poses() -> Arc<Schedule> {
         let hybrid = parametrization::find("hybrid").unwrap();

@@ -164,41 +164,4 @@ mod tests {
         );
         assert!(whole.missing.is_empty());
     }
-
-    #[test]
-    fn slabs_make_up_the_whole() {
-        // Some slabs have holes, some do not.
-        let pairs = pairs(50);
-        let slabs: Vec<_> = pairs.chunks(3).map(|p| evaluate(&patchy(), p)).collect();
-        let whole = |slab: &Values| slab.missing.is_empty();
-        assert!(slabs.iter().any(whole) && !slabs.iter().all(whole));
-        let mut values = Values::default();
-        slabs.into_iter().for_each(|slab| values.append(slab));
-        assert!(values == evaluate(&patchy(), &pairs));
-    }
-
-    #[test]
-    fn any_number_of_threads_gives_the_same_bits() {
-        let results = [1, 2].map(|threads| {
-            let pool = rayon::ThreadPoolBuilder::new()
-                .num_threads(threads)
-                .build()
-                .unwrap();
-            pool.install(|| {
-                let pairs = pairs(10_000);
-                let truth = evaluate(&patchy(), &pairs);
-                let lambert = Lambert::new(Spectrum::Grey(0.5), Channels::Luminance);
-                let errors = compare(&pairs, &truth, &evaluate(&lambert, &pairs));
-                let probe = AlbedoProbe::new();
-                let albedos = [&patchy() as &dyn Brdf, &lambert].map(|brdf| {
-                    let values = probe.evaluate(brdf);
-                    probe.albedos(&values, &values)
-                });
-                (truth, errors, albedos)
-            })
-        });
-        assert!(results[0].1.pairs_missing > 0);
-        // Not `assert_eq`: a failure would print some 20 000 numbers.
-        assert!(results[0] == results[1]);
-    }
 }

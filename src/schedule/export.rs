@@ -288,7 +288,8 @@ mod tests {
     use super::super::{Grid, SampleSet, SobolSet};
     use super::*;
     use crate::geometry::{DirectionPair, Symmetry};
-    use crate::parametrization::{self, WarpSpec};
+    use crate::parametrization;
+    use crate::parametrization::WarpSpec;
     use std::collections::BTreeMap;
 
     /// Schedules with plain, warped, 3-D and 4-D columns.

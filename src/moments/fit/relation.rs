@@ -135,14 +135,6 @@ mod tests {
     }
 
     #[test]
-    fn one_material_by_hand() {
-        // At µ̃ = −1/2 the curve is π²/24 − c/4.
-        let fit = fit(&[(-0.5, 0.2)]).unwrap();
-        assert!((fit.coefficient() - 4.0 * (PI * PI / 24.0 - 0.2)).abs() < 1e-15);
-        assert!(fit.r_squared().is_none() && fit.correlation().pearson.is_none());
-    }
-
-    #[test]
     fn r_squared_is_the_explained_share() {
         let points = [(-0.8, 0.15), (-0.6, 0.2), (-0.3, 0.6), (-0.1, 0.7)];
         let fit = fit(&points).unwrap();

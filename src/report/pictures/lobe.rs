@@ -463,21 +463,6 @@ mod tests {
     }
 
     #[test]
-    fn missing_data_is_hatched() {
-        let half = half();
-        let slice = Slice::new(&half, Channel::Luminance, 0.4).unwrap();
-        let flat = FlatSlice::new(&slice, 10);
-        let mut png = Vec::new();
-        flat.write_png(FlatSlice::range(std::slice::from_ref(&flat)), &mut png)
-            .unwrap();
-        let picture = image::load_from_memory(&png).unwrap().into_rgb8();
-        assert_eq!(picture.dimensions(), (540, 540));
-        assert_eq!(picture.get_pixel(0, 539).0, [150; 3]);
-        assert_eq!(picture.get_pixel(2, 539).0, [190; 3]);
-        assert_ne!(picture.get_pixel(200, 10).0, [150; 3]);
-    }
-
-    #[test]
     fn lobes_are_whole_pictures() {
         let half = half();
         for theta_o in [0.0, 0.7, 1.5] {

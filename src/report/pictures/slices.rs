@@ -321,36 +321,6 @@ mod tests {
     }
 
     #[test]
-    fn files_hold_the_function_of_the_axes() {
-        // 1 − |h̄| is 1 − the first coordinate, whatever the others are.
-        let s = TestFunctionSpec::S.build(Channels::Luminance).unwrap();
-        let slices = BrdfSlices::new(&*s, &charts(&["hybrid", "orthographic"]), &[0.0, 22.5], 32);
-        let mut file = io::Cursor::new(Vec::new());
-        slices.write_exr(&mut file).unwrap();
-        file.set_position(0);
-        let layer = crate::files::exr_layer_of(file).unwrap();
-        let list = &layer.channel_data.list;
-        assert_eq!(list.len(), 2 * 2 * 2);
-        let values = |name: &str| {
-            let channel = list.iter().find(|c| c.name.to_string() == name).unwrap();
-            let value = |i| channel.sample_data.value_by_flat_index(i).to_f32();
-            (0..32 * 32).map(value).collect::<Vec<_>>()
-        };
-        for plane in ["hybrid.phi_0", "orthographic.phi_22p5"] {
-            let (y, a) = (values(&format!("{plane}.Y")), values(&format!("{plane}.A")));
-            let mut inside = 0;
-            for i in 0..32 * 32 {
-                let h_bar = ((i % 32) as f32 + 0.5) / 32.0;
-                assert!(a[i] == 0.0 || (y[i] - (1.0 - h_bar)).abs() < 1e-5);
-                inside += usize::from(a[i] == 1.0);
-            }
-            assert!((400..900).contains(&inside), "{inside}");
-            // The lower left is mirror reflection at the normal, the upper right is no pair.
-            assert!(a[31 * 32] == 1.0 && a[31] == 0.0);
-        }
-    }
-
-    #[test]
     fn plates_show_every_slice_with_the_same_levels() {
         let s = TestFunctionSpec::S.build(Channels::Luminance).unwrap();
         let slices = BrdfSlices::new(&*s, &charts(&["half-difference"]), &[0.0, 60.0], 64);

@@ -58,6 +58,7 @@ fn marks(text: &str, color: &str) -> usize {
 }
 
 const BLUE: &str = "#0072B2";
+
 const ORANGE: &str = "#D55E00";
 
 #[test]
@@ -85,117 +86,6 @@ fn every_series_with_data_is_seen() {
         let [r, g, b] = crate::report::svg::plot::palette(c, 40);
         assert_eq!(marks(&text, &format!("#{r:02X}{g:02X}{b:02X}")), 2, "{c}");
     }
-}
-
-#[test]
-fn gaps_are_left_open() {
-    let points = [
-        (0.0, Some(1.0)),
-        (1.0, Some(2.0)),
-        (2.0, None),
-        (3.0, Some(1.0)),
-        (4.0, Some(f64::NAN)),
-        (5.0, Some(2.0)),
-        (6.0, Some(3.0)),
-    ];
-    let text = drawn(&[panel(Scale::Linear, vec![series(0, Mark::Line, &points)])]);
-    // Two lines, a dot for the point on its own, the legend.
-    assert_eq!(marks(&text, BLUE), 4);
-}
-
-#[test]
-fn odd_data_is_drawn_without_complaint() {
-    let constants = [0.0, 1.0, -1e-16, 1e-320, f64::MAX, -f64::MAX, 5e-324];
-    let mut odd: Vec<Vec<(f64, Option<f64>)>> = vec![
-        vec![],
-        vec![(1.0, None), (2.0, None)],
-        vec![(45.0, Some(0.3))],
-        vec![(f64::NAN, Some(1.0)), (f64::INFINITY, Some(1.0))],
-        (0..9)
-            .map(|i| (f64::from(i), Some(1e-16 * f64::from(i * i % 5 - 2))))
-            .collect(),
-        (0..9)
-            .map(|i| (f64::from(i), Some(1.0 + 1e-16 * f64::from(i))))
-            .collect(),
-        vec![(0.0, Some(-f64::MAX)), (1.0, Some(f64::MAX))],
-        vec![(0.0, Some(5e-324)), (1.0, Some(f64::MAX))],
-        vec![(0.0, Some(0.11)), (1.0, Some(0.12))],
-        vec![(0.0, Some(f64::INFINITY)), (1.0, Some(f64::NEG_INFINITY))],
-    ];
-    odd.extend(constants.map(|c| vec![(0.0, Some(c)), (1.0, Some(c))]));
-    let ranges = [
-        None,
-        Some([0.0, 1.0]),
-        Some([1.0, 1.0]),
-        Some([2.0, -1.0]),
-        Some([f64::NAN, 1.0]),
-        Some([0.21, 0.22]),
-        Some([0.5, 0.5 + 1e-15]),
-        Some([-f64::MAX, f64::INFINITY]),
-    ];
-    for points in &odd {
-        for mark in [Mark::Line, Mark::Dashed, Mark::Points] {
-            for scale in [Scale::Linear, Scale::Log] {
-                for range in ranges {
-                    let mut panel = panel(scale, vec![series(0, mark, points)]);
-                    panel.y.range = range;
-                    panel.x.range = range;
-                    drawn(&[panel.clone()]);
-                    panel.x.range = None;
-                    panel.x.scale = scale;
-                    drawn(&[panel]);
-                }
-            }
-        }
-    }
-    assert!(drawn(&[panel(Scale::Log, vec![])]).contains("no data"));
-    drawn(&[]);
-    svg("", &[], 0).unwrap();
-}
-
-#[test]
-fn what_leaves_the_range_is_cut_off() {
-    let points = [
-        (0.0, Some(0.5)),
-        (1.0, Some(1e9)),
-        (2.0, Some(0.5)),
-        (3.0, Some(-4.0)),
-    ];
-    let mut panel = panel(Scale::Linear, vec![series(0, Mark::Line, &points)]);
-    panel.y.range = Some([0.0, 1.0]);
-    let text = drawn(&[panel]);
-    let line = |t: &&str| t.starts_with("path") && t.contains(BLUE);
-    let mut count = 0;
-    for tag in text.split('<').filter(line) {
-        let steps = tag.split(" d=\"").nth(1).unwrap();
-        for part in steps.split('"').next().unwrap().split('M').skip(1) {
-            let [mut x, mut y] = [0, 0];
-            for step in part
-                .replace('-', " -")
-                .replace('l', " ")
-                .split_whitespace()
-                .collect::<Vec<_>>()
-                .chunks(2)
-            {
-                let [dx, dy] = [step[0], step[1]].map(|v| v.parse::<i32>().unwrap());
-                (x, y) = (x + dx, y + dy);
-                assert!((0..8000).contains(&x) && (0..5000).contains(&y), "{x} {y}");
-            }
-            count += 1;
-        }
-    }
-    // Up, down, and the legend.
-    assert_eq!(count, 3);
-}
-
-#[test]
-fn one_legend_serves_panels_that_share_it() {
-    let points = [(0.0, Some(1.0)), (1.0, Some(2.0))];
-    let one = panel(Scale::Linear, vec![series(0, Mark::Line, &points)]);
-    let other = panel(Scale::Linear, vec![series(1, Mark::Line, &points)]);
-    let names = |text: &str| text.matches("\nseries").count();
-    assert_eq!(names(&drawn(&[one.clone(), one.clone(), one.clone()])), 1);
-    assert_eq!(names(&drawn(&[one.clone(), other])), 2);
 }
 
 #[test]

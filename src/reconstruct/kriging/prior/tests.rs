@@ -1,5 +1,4 @@
 //! Laws of priors.
-
 use super::super::posterior::Posterior;
 use super::super::system::Sites;
 use super::super::{Kriging, TRANSFORM};

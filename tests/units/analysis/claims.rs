@@ -1,8 +1,8 @@
 //! Verdicts that follow from the equations, and verdicts on materials made to have them.
 
-use super::*;
-use crate::brdf::{Lambert, Spectrum};
-use crate::registry;
+use gonio::analysis::{Claim, Verdict, on_material, on_materials, on_test_functions};
+use gonio::brdf::{Brdf, Channels, Lambert, Spectrum};
+use gonio::registry;
 
 fn verdict(claims: &[Claim], id: &str) -> Verdict {
     claims.iter().find(|c| c.id == id).unwrap().verdict
@@ -15,7 +15,7 @@ fn number(claims: &[Claim], id: &str, name: &str) -> f64 {
 }
 
 fn material(kind: &str, keys: &str) -> Box<dyn Brdf> {
-    let entries = crate::brdf::all();
+    let entries = gonio::brdf::all();
     let entry = entries.iter().find(|e| e.kind == kind).unwrap();
     let spec = registry::read_text(entry, keys).unwrap();
     spec.build(Channels::Luminance).unwrap()

@@ -1,0 +1,261 @@
+//! Sets whose measure is known, and pairs that must be in them.
+
+use gonio::analysis::{Estimate, Subset};
+use gonio::brdf::{Channels, Lambert, Spectrum};
+use gonio::geometry::{DirectionPair, Symmetry};
+use gonio::parametrization::{all, find};
+use std::f64::consts::{PI, TAU};
+
+fn read(name: &str, symmetry: Symmetry, text: &str) -> Subset {
+    Subset::read(find(name).unwrap().form(symmetry), text).unwrap()
+}
+
+const ISOTROPIC: Symmetry = Symmetry {
+    isotropic: true,
+    reciprocal: false,
+    bilateral: false,
+};
+
+#[test]
+fn the_whole_box_is_every_pair() {
+    let reciprocal = Symmetry {
+        reciprocal: true,
+        ..ISOTROPIC
+    };
+    for entry in all() {
+        for symmetry in [ISOTROPIC, reciprocal, Symmetry::FULL] {
+            let whole = read(entry.kind, symmetry, "");
+            let Estimate { value, error } = whole.quadrature();
+            let miss = (value - TAU * TAU).abs();
+            // Edges of the domain cut panels: 3e-3 is a tenth of a panel's share of an axis.
+            assert!(
+                miss < 3e-3 * TAU * TAU,
+                "{} {symmetry:?}: {value} ± {error}",
+                entry.kind
+            );
+            let pair = DirectionPair::from_spherical(0.4, 2.0, 1.1, -1.0);
+            assert!(whole.contains(&pair) && whole.contains(&pair.swapped()));
+        }
+    }
+}
+
+#[test]
+fn spherical_boxes_have_closed_measures() {
+    let text = "theta_i=10..30, theta_o=40..75, delta_phi=20..50";
+    let [a, b, c, d, p] = [10_f64, 30.0, 40.0, 75.0, 30.0].map(f64::to_radians);
+    let want = TAU * p * (a.cos() - b.cos()) * (c.cos() - d.cos());
+    // Four images under reciprocity and the mirror, one without.
+    for (symmetry, images) in [(ISOTROPIC, 1.0), (Symmetry::FULL, 4.0)] {
+        let subset = read("spherical", symmetry, text);
+        let measure = subset.quadrature();
+        assert!(
+            (measure.value / (images * want) - 1.0).abs() < 1e-9,
+            "{measure:?}"
+        );
+        let counted = subset.monte_carlo(7);
+        assert!(
+            (counted.value - measure.value).abs() < 4.0 * counted.error,
+            "{counted:?}"
+        );
+    }
+    // A box that is its own image counts once for each image it lacks.
+    let square = read(
+        "spherical",
+        Symmetry::FULL,
+        "theta_i=10..30, theta_o=10..30",
+    );
+    let want = (TAU * (a.cos() - b.cos())).powi(2);
+    assert!((square.quadrature().value / want - 1.0).abs() < 1e-6);
+}
+
+#[test]
+fn counting_agrees_with_the_jacobian() {
+    let boxes = [
+        (
+            "half-difference",
+            "theta_h=5..20, theta_d=30..80, phi_d=10..70",
+        ),
+        ("hybrid", "h_bar=0.1..0.5, k=0.4..0.9"),
+        (
+            "orthographic",
+            "h_bar=0.2..0.8, k_bar=0.1..0.9, delta=40..90",
+        ),
+        ("stark", "alpha=0.3..0.8, delta=0..60"),
+    ];
+    for (name, text) in boxes {
+        let subset = read(name, Symmetry::FULL, text);
+        let [exact, counted] = [subset.quadrature(), subset.monte_carlo(5)];
+        let miss = (exact.value - counted.value).abs();
+        assert!(
+            miss < 4.0 * counted.error + exact.error,
+            "{name}: {exact:?} {counted:?}"
+        );
+        assert!(counted.error < 0.02 * counted.value);
+    }
+}
+
+#[test]
+fn an_image_holds_the_pairs_and_the_own_one_is_the_box() {
+    let subset = read(
+        "hybrid",
+        Symmetry::FULL,
+        "h_bar=0.1..0.4, k=0.3..0.6, delta=20..50",
+    );
+    for entry in all() {
+        let form = entry.form(Symmetry::FULL);
+        let image = subset.image(&form, &subset.quadrature()).unwrap();
+        assert!(
+            image.fill.value > 0.0 && image.fill.value <= 1.0,
+            "{}: {image:?}",
+            entry.kind
+        );
+        // Other pairs of the box, unlike those the image was found from.
+        for member in subset.members(5000, 99) {
+            let coords = form.forward(&member.pair);
+            for (i, [lo, hi]) in image.ranges.into_iter().enumerate() {
+                let slack = 2e-3 * form.axes()[i].length();
+                assert!(
+                    coords[i] > lo - slack && coords[i] < hi + slack,
+                    "{}",
+                    entry.kind
+                );
+            }
+        }
+        if entry.kind == "hybrid" {
+            assert!((image.fill.value - 1.0).abs() < 1e-6, "{image:?}");
+        }
+        // Stark's axes are the squares of the hybrid ones.
+        if entry.kind == "stark" {
+            assert!(
+                (image.ranges[0][1] - 0.16).abs() < 1e-9 && (image.fill.value - 1.0).abs() < 1e-6
+            );
+        }
+    }
+}
+
+#[test]
+fn a_pole_is_no_part_of_an_azimuth() {
+    let subset = read(
+        "hybrid",
+        Symmetry::FULL,
+        "h_bar=0..0.2, k=0..0.7, delta=30..60",
+    );
+    let image = subset
+        .image(
+            &find("stark").unwrap().form(Symmetry::FULL),
+            &subset.quadrature(),
+        )
+        .unwrap();
+    let [lo, hi] = image.ranges[2].map(f64::to_degrees);
+    assert!(
+        (lo - 30.0).abs() < 1e-6 && (hi - 60.0).abs() < 1e-6,
+        "{lo} {hi}"
+    );
+}
+
+#[test]
+fn the_angles_of_a_spherical_box_are_its_own() {
+    let text = "theta_i=10..30, theta_o=40..75, delta_phi=20..50";
+    let needs = read("spherical", Symmetry::FULL, text).needs().unwrap();
+    for (got, want) in [
+        (needs.theta_i, [10.0_f64, 30.0]),
+        (needs.theta_o, [40.0, 75.0]),
+        (needs.azimuth, [20.0, 50.0]),
+    ] {
+        for (got, want) in got.into_iter().zip(want) {
+            assert!((got.to_degrees() - want).abs() < 1e-9, "{got} {want}");
+        }
+    }
+    // Nothing above the horizon: both directions 60° from a half vector that is 60° off the normal.
+    let empty = read(
+        "half-difference",
+        Symmetry::FULL,
+        "theta_h=60..70, theta_d=60..70, phi_d=0..10",
+    );
+    assert_eq!(empty.needs(), None);
+    assert_eq!(empty.quadrature().value, 0.0);
+}
+
+#[test]
+fn the_energy_of_a_matte_surface_is_known() {
+    // ∫∫ a/π cos cos = π a over everything; over elevations below 30° of either, sin⁴ 30° of it.
+    let lambert = Lambert::new(Spectrum::Grey(0.6), Channels::Luminance);
+    let whole = read("half-difference", Symmetry::FULL, "").energy(&lambert);
+    assert!((whole.value / (0.6 * PI) - 1.0).abs() < 2e-3, "{whole:?}");
+    let part = read("spherical", Symmetry::FULL, "theta_i=0..30, theta_o=0..30").energy(&lambert);
+    let want = 0.6 * PI / 16.0;
+    assert!(
+        (part.value - want).abs() < 4.0 * part.error + 1e-6,
+        "{part:?} {want}"
+    );
+    assert!(part.error < 1e-3 * want);
+    let share = read("hybrid", Symmetry::FULL, "k=0..0.5")
+        .energy_share(&lambert)
+        .unwrap();
+    let rest = read("hybrid", Symmetry::FULL, "k=0.5..1")
+        .energy_share(&lambert)
+        .unwrap();
+    let sum = share.value + rest.value;
+    assert!(
+        (sum - 1.0).abs() < 4.0 * share.error.hypot(rest.error) + 1e-3,
+        "{sum}"
+    );
+}
+
+#[test]
+fn counting_is_told_where_quadrature_is_coarse() {
+    // At the horizon: a measure from ten times as many pairs as decides.
+    let subset = read("stark", Symmetry::FULL, "alpha=0.95..1");
+    let counts: Vec<f64> = (20..30)
+        .map(|seed| subset.monte_carlo(seed).value)
+        .collect();
+    let want = counts.iter().sum::<f64>() / 10.0;
+    let measure = subset.measure(1);
+    let best = measure.best();
+    assert!(
+        measure.is_counted() && best.error < 0.02 * want,
+        "{measure:?}"
+    );
+    assert!(
+        (best.value - want).abs() < 4.0 * best.error,
+        "{measure:?} {want}"
+    );
+    // Counts of nothing are no proof, and smooth integrands are for quadrature.
+    let tiny = read(
+        "spherical",
+        Symmetry::FULL,
+        "theta_i=10..10.01, theta_o=20..20.01",
+    );
+    let measure = tiny.measure(1);
+    assert!(
+        !measure.is_counted() && measure.counted.error > 0.0,
+        "{measure:?}"
+    );
+    // Every pair is every pair, in any coordinates.
+    for entry in all() {
+        let share = read(entry.kind, Symmetry::FULL, "").measure(1).share();
+        assert!(
+            share.value <= 1.0 && share.value > 1.0 - 1e-5,
+            "{} {share:?}",
+            entry.kind
+        );
+    }
+}
+
+#[test]
+fn boxes_that_make_no_sense_are_refused() {
+    let refused = |text: &str, parts: &[&str]| {
+        let form = find("hybrid").unwrap().form(Symmetry::FULL);
+        let error = Subset::read(form, text).err().unwrap().to_string();
+        for part in parts {
+            assert!(error.contains(part), "{error}");
+        }
+    };
+    refused("theta_h=0..10", &["theta_h", "hybrid", "h_bar, k, delta"]);
+    refused("k", &["\"k\"", "axis=low..high"]);
+    refused("k=0.5", &["k", "0.5", "low..high", "0 <= low < high <= 1"]);
+    refused("k=0.5..0.2", &["0.5..0.2"]);
+    refused("k=0.5..NaN", &["NaN"]);
+    refused("delta=0..91", &["90", "degrees"]);
+    refused("k=0..1,k=0..1", &["once"]);
+}

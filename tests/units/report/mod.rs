@@ -1,0 +1,7 @@
+mod acquisition;
+mod analysis;
+mod columns;
+#[cfg(feature = "pictures")]
+mod pictures;
+#[cfg(feature = "pictures")]
+mod svg;
