@@ -1,6 +1,15 @@
+/// The keys as they are written, without the kind.
+#[cfg(feature = "experiments")]
+fn written(mut keys: gonio::registry::Keys) -> String {
+    keys.remove("kind");
+    toml::to_string(&keys).unwrap()
+}
+
 #[cfg(feature = "surfaces")]
 mod surface {
     use gonio::light_paths::surface::HeightField;
+    #[cfg(feature = "experiments")]
+    use gonio::{light_paths::surface::all, registry};
 
     #[test]
     fn heights_that_are_none_are_refused() {
@@ -372,6 +381,44 @@ mod surface {
                 none.contains("height_um = none: allowed is a number in") && none.contains("white"),
                 "{none}"
             );
+        }
+    }
+
+    #[cfg(feature = "experiments")]
+    #[test]
+    fn every_example_reads_builds_and_resolves_to_itself() {
+        for entry in all() {
+            // A kind without examples needs a file.
+            assert!(!entry.examples.is_empty() || entry.kind == "height-map");
+            for example in entry.examples {
+                let spec = registry::read_text(&entry, example).unwrap();
+                spec.check().unwrap();
+                let field = spec.build(0).unwrap();
+                let again = registry::read_text(&entry, &super::written(spec.resolved())).unwrap();
+                assert_eq!(again.resolved(), spec.resolved());
+                let same = again.build(0).unwrap();
+                assert!(field.heights().eq(same.heights()), "{}", entry.kind);
+            }
+        }
+    }
+}
+
+#[cfg(feature = "experiments")]
+mod facets {
+    use super::written;
+    use gonio::brdf::Channels;
+    use gonio::light_paths::facets;
+    use gonio::registry;
+
+    #[test]
+    fn every_example_reads_and_resolves_to_itself() {
+        for entry in facets() {
+            for example in entry.examples {
+                let spec = registry::read_text(&entry, example).unwrap();
+                spec.check(&Channels::Luminance).unwrap();
+                let again = registry::read_text(&entry, &written(spec.resolved())).unwrap();
+                assert_eq!(again, spec, "{}", entry.kind);
+            }
         }
     }
 }

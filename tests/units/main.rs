@@ -3,6 +3,7 @@
 #[path = "../common/mod.rs"]
 mod common;
 
+mod acquisition;
 mod analysis;
 #[cfg(feature = "pictures")]
 mod bench;
@@ -17,8 +18,10 @@ mod metrics;
 mod moments;
 mod numeric;
 mod parametrization;
+mod reconstruct;
 #[cfg(feature = "experiments")]
 mod report;
 mod sampling;
+mod schedule;
 #[cfg(feature = "experiments")]
 mod statistics;

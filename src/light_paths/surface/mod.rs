@@ -163,25 +163,3 @@ impl HeightField {
         (0..ny).flat_map(move |y| (0..nx).map(move |x| f64::from(self.heights[y * (nx + 1) + x])))
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn every_example_reads_builds_and_resolves_to_itself() {
-        for entry in all() {
-            // A kind without examples needs a file.
-            assert!(!entry.examples.is_empty() || entry.kind == "height-map");
-            for example in entry.examples {
-                let spec = registry::read_text(&entry, example).unwrap();
-                spec.check().unwrap();
-                let field = spec.build(0).unwrap();
-                let again = registry::read_keys("surface", &all(), spec.resolved()).unwrap();
-                assert_eq!(again.resolved(), spec.resolved());
-                let same = again.build(0).unwrap();
-                assert_eq!(field.heights, same.heights, "{}", entry.kind);
-            }
-        }
-    }
-}

@@ -287,58 +287,6 @@ fn signed(t: f64) -> [u8; 3] {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::brdf::testing::made;
-    use crate::brdf::{Channels, Lambert, Spectrum};
-    use crate::geometry::Symmetry;
-    use std::f64::consts::PI;
-
-    /// Reflects like a matte surface of albedo 0.5, and has no data beyond some elevation of light
-    /// or view.
-    fn bounded(theta: f64) -> impl Brdf {
-        made(Symmetry::FULL, move |pair| {
-            let outer = pair.omega_i.theta().max(pair.omega_o.theta());
-            (outer <= theta).then_some([0.5 / PI])
-        })
-    }
-
-    #[test]
-    fn missing_data_are_not_black() {
-        let entries = crate::lighting::all();
-        let even = entries.iter().find(|e| e.kind == "constant").unwrap();
-        let even = crate::registry::read_text(even, "")
-            .unwrap()
-            .build()
-            .unwrap();
-        let bound = 70_f64.to_radians();
-        let matte = |albedo| Lambert::new(Spectrum::Grey(albedo), Channels::Luminance);
-        // Whichever of the two lacks data: what both have is equal, or 0.4 of it.
-        let [bounded, empty] = [bound, 0.0].map(bounded);
-        for (truth, other, want) in [
-            (&bounded as &dyn Brdf, &matte(0.5) as &dyn Brdf, 0.0),
-            (&matte(0.5), &bounded, 0.0),
-            (&bounded, &matte(0.2), 0.6),
-        ] {
-            let found = Comparison::new(truth, other, &*even, 64, 32);
-            for error in [found.nrmse, found.mean_relative] {
-                assert!((error.unwrap() - want).abs() < 1e-12, "{error:?} {want}");
-            }
-            // The ring of the disk beyond sin 70°, within a pixel of its edge; other views have
-            // sin² 70° of their light from within 70°.
-            let ring = 1.0 - bound.sin().powi(2);
-            assert!((found.without_data - ring).abs() < 0.04, "{found:?}");
-            let said = found.errors();
-            assert!(said.ends_with("% without data"), "{said}");
-            let png = found.png().unwrap();
-            let picture = image::load_from_memory(&png).unwrap().into_rgba8();
-            // The leftmost pixels of the sphere.
-            for x in [0, 64 + 8, 2 * (64 + 8)] {
-                let [r, g, b, _] = picture.get_pixel(x, 32).0;
-                assert!(NO_DATA.contains(&[r, g, b]), "{x}: {r}");
-            }
-        }
-        let nothing = Comparison::new(&empty, &matte(0.5), &*even, 16, 8);
-        assert_eq!((nothing.nrmse, nothing.without_data), (None, 1.0));
-    }
 
     #[test]
     fn larger_differences_are_darker_and_signs_have_their_hue() {

@@ -4,6 +4,7 @@ mod expected;
 mod pairs;
 mod tally;
 mod test_set;
+mod uncovered;
 mod within;
 
 use crate::common::made;
@@ -62,4 +63,22 @@ fn any_number_of_threads_gives_the_same_bits() {
     assert!(results[0].1.pairs_missing > 0);
     // Not `assert_eq`: a failure would print some 20 000 numbers.
     assert!(results[0] == results[1]);
+}
+
+#[test]
+fn a_batch_equals_single_look_ups() {
+    // Whole chunks, a part of one, and nothing.
+    for n in [1, 1024, 2 * 1024 + 17] {
+        let pairs = pairs(n);
+        let values = evaluate(&patchy(), &pairs);
+        for (i, pair) in pairs.iter().enumerate() {
+            assert_eq!(values.get(i), patchy().luminance(pair));
+        }
+    }
+    assert!(evaluate(&patchy(), &[]).luminance.is_empty());
+    let whole = evaluate(
+        &Lambert::new(Spectrum::Grey(0.5), Channels::Rgb),
+        &pairs(100),
+    );
+    assert!(whole.missing.is_empty());
 }

@@ -129,3 +129,73 @@ fn impossible_specs_are_refused() {
         }
     }
 }
+
+/// Roughness of the lobes, one after the other.
+const LOBE_ALPHAS: [f64; 4] = [0.3, 0.1, 0.03, 0.01];
+
+/// The pairs of the lobe with roughness `LOBE_ALPHAS[lobe]`.
+fn of_lobe(pairs: &[DirectionPair], lobe: usize) -> impl Iterator<Item = &DirectionPair> {
+    pairs.iter().skip(1 + 2 * lobe).step_by(8)
+}
+
+#[test]
+fn lobe_half_vectors_follow_ggx() {
+    // With omega_o within 45° − θ_h of the normal nothing is dropped at that θ_h: there the
+    // distribution of half vectors is GGX itself.
+    let pairs = test_pairs(Measure::Lobe, &spec(80_000, 90.0, 0.0)).unwrap();
+    for (lobe, alpha) in LOBE_ALPHAS.into_iter().enumerate() {
+        let theta_max = 20.0_f64.to_radians();
+        let share = |theta: f64| {
+            let tan2 = theta.tan().powi(2);
+            tan2 / (tan2 + alpha * alpha)
+        };
+        let u = of_lobe(&pairs, lobe)
+            .filter(|p| p.omega_o.theta() < 50.0_f64.to_radians())
+            .map(|p| p.half().truncate().length().atan2(p.half().z))
+            .filter(|theta| *theta < theta_max)
+            .map(|theta| share(theta) / share(theta_max));
+        let p = uniformity(&equal_bins(u, 40));
+        assert!(p > 1e-3, "alpha {alpha}: p = {p}");
+    }
+}
+
+#[test]
+fn a_mask_in_the_warp_equals_rejection() {
+    // The same statistic, once from pairs drawn inside a mask of 40° and once from the pairs
+    // of the whole hemisphere that happen to lie inside it.
+    let mask = 40.0_f64.to_radians();
+    let whole = test_pairs(Measure::Lobe, &spec(400_000, 90.0, 0.0)).unwrap();
+    let masked = test_pairs(Measure::Lobe, &spec(100_000, 40.0, 0.0)).unwrap();
+    let inside = |p: &&DirectionPair| p.omega_i.theta() < mask && p.omega_o.theta() < mask;
+    for lobe in 0..LOBE_ALPHAS.len() {
+        let mean = |values: &mut dyn Iterator<Item = &DirectionPair>| {
+            let (mut n, mut theta_h, mut cos_i) = (0.0, 0.0, 0.0);
+            for p in values {
+                n += 1.0;
+                theta_h += p.half().truncate().length() / p.half().z;
+                cos_i += p.omega_i.cos_theta();
+            }
+            (theta_h / n, cos_i / n)
+        };
+        let a = mean(&mut of_lobe(&whole, lobe).filter(inside));
+        let b = mean(&mut of_lobe(&masked, lobe));
+        // 12 500 pairs and at least as many: 1.5 % is over three standard errors of tan θ_h.
+        assert!((a.0 / b.0 - 1.0).abs() < 0.03, "{lobe}: {a:?} {b:?}");
+        assert!((a.1 / b.1 - 1.0).abs() < 0.005, "{lobe}: {a:?} {b:?}");
+    }
+}
+
+#[test]
+fn half_of_the_lobe_pairs_are_the_cosine_pairs() {
+    let lobe = test_pairs(Measure::Lobe, &spec(2001, 80.0, 0.0)).unwrap();
+    let cosine = test_pairs(Measure::Cosine, &spec(1001, 80.0, 0.0)).unwrap();
+    assert!(lobe.iter().step_by(2).eq(cosine.iter()));
+    // Half of the GGX half vectors lie within atan(alpha): 250 pairs a lobe, less the dropped.
+    for (i, alpha) in LOBE_ALPHAS.into_iter().enumerate() {
+        assert_eq!(of_lobe(&lobe, i).count(), 250);
+        let near = of_lobe(&lobe, i)
+            .filter(|p| p.half().truncate().length() < alpha * p.half().z)
+            .count();
+        assert!((110..160).contains(&near), "{alpha}: {near}");
+    }
+}

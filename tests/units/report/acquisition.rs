@@ -1,8 +1,12 @@
 #[cfg(feature = "pictures")]
 mod html {
+
+    use base64::Engine;
+    use base64::engine::general_purpose::STANDARD;
     use gonio::experiment::{Findings, Plan, Quantities, Row, Source};
     use gonio::report::{MaterialPictures, Media, Picture, study_html as html, study_text};
     use gonio::statistics::BAND;
+    use sha2::{Digest, Sha256};
     use std::collections::{BTreeMap, BTreeSet};
 
     const HOSTILE: &str = "<script>alert(1)</script>\"'&";
@@ -448,5 +452,78 @@ kind = "cubic"
         assert!(
             !text.contains("minutes of the instrument") && text.contains("seconds of computing")
         );
+    }
+
+    /// What a page has to run.
+    fn script(page: &str) -> String {
+        let (_, rest) = page.split_once("<script>").unwrap();
+        rest.split_once("</script>").unwrap().0.to_owned()
+    }
+
+    #[test]
+    fn lines_are_ranked_over_the_budgets_all_have() {
+        // "a" is best at 100, and the only one that is spared the others; "b" is best at 400 and 1600.
+        let mut rows = Vec::new();
+        for m in 0..6 {
+            let mut add = |name, budget, error| rows.push(row(m, ["hybrid", name], budget, error));
+            for (budget, errors) in [(100, [1.2, 1.0, 1.1]), (400, [1.0, 9.0, 0.9])] {
+                add("h_bar:late_", budget, errors[0]);
+                if budget == 100 {
+                    add("h_bar:spared_", budget, errors[1]);
+                }
+                add("h_bar:good_", budget, errors[2]);
+            }
+        }
+        let order = |rows: &[Row]| {
+            let page = report(rows);
+            let (_, table) = page.split_once("id=\"ranking-0\"").unwrap();
+            let mut names = ["spared_", "good_", "late_"];
+            names.sort_by_key(|name| table.find(name).unwrap());
+            names
+        };
+        assert_eq!(order(&rows), ["spared_", "good_", "late_"]);
+        // At 400 it counts for nothing, as not all have it.
+        for row in rows
+            .iter_mut()
+            .filter(|r| r.budget == 400 && r.warp == "h_bar:late_")
+        {
+            row.quantities.set("nrmse", Some(1e-6));
+        }
+        assert_eq!(order(&rows), ["spared_", "good_", "late_"]);
+        // Ties: the order of the rows.
+        rows.iter_mut()
+            .for_each(|r| r.quantities.set("nrmse", Some(0.5)));
+        assert_eq!(order(&rows), ["late_", "spared_", "good_"]);
+    }
+
+    #[test]
+    fn names_are_text_and_never_markup() {
+        let text = report(&rows(7, 1.5, HOSTILE));
+        let script = &script(&report(&rows(7, 1.5, "neither")));
+        assert!(!text.contains("<b>them"));
+        // One script, the same whatever the names are.
+        assert_eq!(text.matches("<script").count(), 1);
+        assert!(text.contains(&format!("<script>{script}</script>")));
+        assert!(text.contains("&lt;script&gt;alert(1)&lt;/script&gt;"));
+        // Quotes end attributes.
+        assert!(!text.contains("alt=\"<") && !text.contains("</script>\""));
+        let text = text.replace(script, "");
+        for tag in text.split('<').skip(1).filter_map(|t| t.split_once('>')) {
+            assert_eq!(tag.0.matches('"').count() % 2, 0, "{}", tag.0);
+        }
+        assert!(text.contains("data:image/png;base64,iVBORw=="));
+        assert!(!text.contains("<?xml"));
+    }
+
+    #[test]
+    fn the_policy_names_the_script_and_nothing_else_to_run() {
+        let text = report(&rows(7, 1.5, "neither"));
+        let script = script(&text);
+        let policy = text.split("http-equiv=\"Content-Security-Policy\" content=\"");
+        let policy = policy.last().unwrap().split('"').next().unwrap();
+        let hash = STANDARD.encode(Sha256::digest(&script));
+        let allowed = policy.split("script-src").nth(1).unwrap();
+        assert_eq!(allowed.trim(), format!("'sha256-{hash}'"));
+        assert!(policy.starts_with("default-src 'none'") && !script.contains("</"));
     }
 }

@@ -1,4 +1,5 @@
 use gonio::report::{Axis, Mark, Panel, Scale, Series, svg};
+use std::collections::BTreeSet;
 
 fn panel(scale: Scale, series: Vec<Series>) -> Panel {
     Panel {
@@ -57,6 +58,62 @@ fn marks(text: &str, color: &str) -> usize {
 }
 
 const BLUE: &str = "#0072B2";
+
+#[test]
+fn every_series_with_data_is_seen() {
+    let wave = |f: f64| (0..90).map(move |i| (f64::from(i), Some((f * f64::from(i)).sin().abs())));
+    for scale in [Scale::Linear, Scale::Log] {
+        for mark in [Mark::Line, Mark::Dashed, Mark::Points] {
+            let [a, b] = [0.1, 0.2].map(|f| wave(f).collect::<Vec<_>>());
+            let text = drawn(&[panel(scale, vec![series(0, mark, &a), series(1, mark, &b)])]);
+            assert!(marks(&text, BLUE) >= 2 && marks(&text, ORANGE) >= 2);
+        }
+    }
+    let many: Vec<_> = (0..40)
+        .map(|c| {
+            series(
+                c,
+                Mark::Line,
+                &wave(0.01 * c as f64 + 0.01).collect::<Vec<_>>(),
+            )
+        })
+        .collect();
+    let text = drawn(&[panel(Scale::Linear, many)]);
+    let mut colors = BTreeSet::new();
+    for c in 0..40 {
+        assert!(text.contains(&format!("\nseries {c}\n")));
+    }
+    for part in text.split('#').skip(1) {
+        colors.insert(&part[..6]);
+    }
+    let twice = colors
+        .iter()
+        .filter(|c| marks(&text, &format!("#{c}")) == 2);
+    assert_eq!(twice.count(), 40);
+}
+
+#[test]
+fn greek_letters_have_indices_and_names_keep_their_underscores() {
+    let text = |text: &str| {
+        let mut panel = panel(
+            Scale::Linear,
+            vec![series(0, Mark::Line, &[(0.0, Some(1.0))])],
+        );
+        panel.x.label = text.into();
+        drawn(&[panel])
+    };
+    let symbols = text("cos θ_i cos θ_o = 1");
+    for index in ["i", "o"] {
+        assert!(symbols.contains(&format!("font-size=\"70%\">{index}</tspan>")));
+    }
+    assert!(symbols.contains("> cos θ<") && symbols.contains("> = 1"));
+    assert!(!symbols.contains("θ_"));
+    for plain in ["theta_h_deg", "a_b θ _c", "_"] {
+        assert!(text(plain).contains(plain), "{plain}");
+    }
+}
+
+const ORANGE: &str = "#D55E00";
 
 #[test]
 fn gaps_are_left_open() {
