@@ -7,6 +7,7 @@ fn written(mut keys: gonio::registry::Keys) -> String {
 
 #[cfg(feature = "surfaces")]
 mod surface {
+
     use gonio::light_paths::surface::HeightField;
     #[cfg(feature = "experiments")]
     use gonio::{light_paths::surface::all, registry};
@@ -398,6 +399,56 @@ mod surface {
                 assert_eq!(again.resolved(), spec.resolved());
                 let same = again.build(0).unwrap();
                 assert!(field.heights().eq(same.heights()), "{}", entry.kind);
+            }
+        }
+    }
+
+    #[cfg(feature = "experiments")]
+    /// Rms slopes of many seeds, and 1/e of the correlation at the correlation length.
+    #[test]
+    fn statistics_are_those_asked_for() {
+        let (size, length) = (128, 6);
+        for (kind, slope, asked) in [
+            ("gaussian", "0.2", [0.2; 2]),
+            ("gaussian", "[0.3, 0.1]", [0.3, 0.1]),
+            ("exponential", "0.2", [0.2; 2]),
+        ] {
+            let entry = all().into_iter().find(|entry| entry.kind == kind).unwrap();
+            let (mut slopes, mut products) = ([0.0; 2], [0.0; 2]);
+            let seeds = 40;
+            for seed in 0..seeds {
+                let text = format!(
+                    "rms_slope = {slope}\ncorrelation = {length}\nsize = {size}\nseed = {seed}"
+                );
+                let field = registry::read_text(&entry, &text).unwrap();
+                let field = field.build(0).unwrap();
+                for s in field.all_slopes() {
+                    slopes[0] += s[0] * s[0];
+                    slopes[1] += s[1] * s[1];
+                }
+                let heights: Vec<f64> = field.heights().collect();
+                for (i, h) in heights.iter().enumerate() {
+                    let (x, y) = (i % size, i / size);
+                    products[0] += h * h;
+                    products[1] += h * heights[y * size + (x + length) % size];
+                }
+            }
+            let count = (2 * size * size * seeds as usize) as f64;
+            for axis in 0..2 {
+                let rms = (slopes[axis] / count).sqrt();
+                // 40 tiles of some 450 independent squares each; along y the ratio holds for waves, and for differences of
+                // neighbours up to (π/12 l)².
+                assert!(
+                    (rms / asked[axis] - 1.0).abs() < 0.03,
+                    "{kind} {axis}: {rms}"
+                );
+            }
+            if kind == "gaussian" {
+                let correlation = products[1] / products[0];
+                assert!(
+                    (correlation - (-1.0f64).exp()).abs() < 0.03,
+                    "{correlation}"
+                );
             }
         }
     }

@@ -101,20 +101,3 @@ pub fn fit_average_variance(
         errors: FitErrors::of(values.iter().map(|v| v - variance)),
     })
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_optimum_is_a_minimum() {
-        let views: Vec<f64> = (0..40).map(|i| 0.03 * f64::from(i)).collect();
-        let mean: Vec<Option<f64>> = views.iter().map(|t| Some(-t.sin() - 0.1)).collect();
-        let fit = fit_mean(&views, &mean, ViewRange::default()).unwrap();
-        for change in [-1e-4, 1e-4] {
-            let slope = fit.slope() + change;
-            let residuals = views.iter().zip(&mean).map(|(t, v)| v.unwrap() - slope * t);
-            assert!(FitErrors::of(residuals).rmse > fit.errors().rmse);
-        }
-    }
-}

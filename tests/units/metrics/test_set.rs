@@ -134,7 +134,7 @@ fn standard_errors_are_honest() {
             let of = |e: gonio::metrics::Errors| [e.nrmse, e.log_relative].map(Option::unwrap);
             (of(tally.errors(0)), of(tally.standard_errors(0)))
         };
-        let (truth, _) = errors(1000, 1 << 19);
+        let (truth, _) = errors(1000, 1 << 17);
         let mut z2 = [0.0; 2];
         let seeds = 40;
         for seed in 0..seeds {

@@ -386,6 +386,7 @@ mod knots {
 }
 
 mod line {
+
     use gonio::moments::{FitError, ViewRange, fit_average_variance, fit_mean};
 
     #[test]
@@ -419,6 +420,19 @@ mod line {
         assert!((fit.errors().rmse - 0.1).abs() < 1e-15 && fit.errors().views == 2);
         let short = fit_average_variance(&views, &theta, &phi[1..], ViewRange::default());
         assert!(short.is_err());
+    }
+
+    #[test]
+    fn the_optimum_is_a_minimum() {
+        let views: Vec<f64> = (0..40).map(|i| 0.03 * f64::from(i)).collect();
+        let mean: Vec<Option<f64>> = views.iter().map(|t| Some(-t.sin() - 0.1)).collect();
+        let fit = fit_mean(&views, &mean, ViewRange::default()).unwrap();
+        for change in [-1e-4, 1e-4] {
+            let slope = fit.slope() + change;
+            let residuals = views.iter().zip(&mean).map(|(t, v)| v.unwrap() - slope * t);
+            let squares = residuals.map(|r| r * r).sum::<f64>();
+            assert!((squares / 40.0).sqrt() > fit.errors().rmse);
+        }
     }
 }
 

@@ -1,0 +1,6 @@
+#[cfg(feature = "experiments")]
+mod motion;
+
+mod tour;
+
+mod ideal;
