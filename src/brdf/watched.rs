@@ -151,34 +151,3 @@ impl<F: Fn(&[f64], &[Presence]) + Send + Sync> SampleBrdf for Watched<'_, F> {
         self.brdf.as_sample().map_or(0.0, |of| of.pdf(pair))
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::brdf::{Lambert, Spectrum};
-    use std::sync::atomic::{AtomicUsize, Ordering};
-
-    /// From the moment that somebody wants to stop no pair is looked at, and the pairs before are as they were.
-    #[test]
-    fn who_is_stopped_is_done_soon() {
-        let brdf = Lambert::new(Spectrum::Grey(0.5), Channels::Luminance);
-        let (asked, looks) = (AtomicUsize::new(0), AtomicUsize::new(0));
-        let inner = Watched::new(&brdf, |_: &[f64], of: &[Presence]| {
-            looks.fetch_add(of.len(), Ordering::Relaxed);
-        });
-        let stopped = || asked.fetch_add(1, Ordering::Relaxed) >= 2;
-        let watched = Watched::new(&inner, |_: &[f64], _: &[Presence]| ()).until(&stopped);
-        let up = Direction::from_spherical(0.3, 0.0);
-        let pairs = vec![DirectionPair::new(up, up); 1000];
-        let mut values = vec![7.0; 1000];
-        let mut presence = vec![Presence::Missing; 1000];
-        watched.eval_batch(&pairs, &mut values, &mut presence);
-        let n = looks.load(Ordering::Relaxed);
-        assert_eq!(n, 2 * BETWEEN);
-        let present = presence.iter().filter(|p| **p == Presence::Present);
-        assert_eq!(present.count(), n);
-        assert!(presence[..n].iter().all(|p| *p == Presence::Present));
-        assert!(values[n..].iter().all(|v| *v == 0.0) && values[0] > 0.1);
-        assert_eq!(watched.luminance(&pairs[0]), None);
-    }
-}

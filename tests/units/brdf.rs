@@ -129,86 +129,99 @@ mod favours {
     }
 }
 
-mod measured {
+mod merl_grid {
+    use gonio::brdf::measured::merl::MerlGrid;
+    use gonio::geometry::{Direction, DirectionPair};
+    use std::f64::consts::{FRAC_PI_2, PI};
 
-    mod merl {
+    #[test]
+    fn layouts_have_their_headers_and_lengths() {
+        assert_eq!(
+            MerlGrid::from_dims([90, 90, 180]),
+            Some(MerlGrid::Reciprocal)
+        );
+        assert_eq!(MerlGrid::from_dims([90, 90, 360]), Some(MerlGrid::Full));
+        assert_eq!(MerlGrid::Reciprocal.file_len(), 34_992_012);
+        assert_eq!(MerlGrid::Full.file_len(), 69_984_012);
+        assert_eq!(MerlGrid::Full.index([89, 89, 359]) + 1, 2_916_000);
+    }
 
-        mod grid {
-            use gonio::brdf::measured::merl::MerlGrid;
-            use gonio::geometry::{Direction, DirectionPair};
-            use std::f64::consts::{FRAC_PI_2, PI};
-
-            #[test]
-            fn layouts_have_their_headers_and_lengths() {
-                assert_eq!(
-                    MerlGrid::from_dims([90, 90, 180]),
-                    Some(MerlGrid::Reciprocal)
-                );
-                assert_eq!(MerlGrid::from_dims([90, 90, 360]), Some(MerlGrid::Full));
-                assert_eq!(MerlGrid::Reciprocal.file_len(), 34_992_012);
-                assert_eq!(MerlGrid::Full.file_len(), 69_984_012);
-                assert_eq!(MerlGrid::Full.index([89, 89, 359]) + 1, 2_916_000);
-            }
-
-            #[test]
-            fn extreme_pairs_have_finite_coordinates_and_a_cell() {
-                let ends = [0.0, 1e-200, 1e-15, 1e-8, 1e-3, 0.7];
-                for grid in [MerlGrid::Reciprocal, MerlGrid::Full] {
-                    for (a, b) in ends.iter().flat_map(|&a| ends.map(|b| (a, b))) {
-                        for phi in [0.0, 1e-15, FRAC_PI_2, PI - 1e-15, PI, -1e-15] {
-                            for (ti, to) in
-                                [(a, b), (FRAC_PI_2 - a, FRAC_PI_2 - b), (a, FRAC_PI_2 - b)]
-                            {
-                                let pair = DirectionPair::from_spherical(ti, 0.3, to, 0.3 + phi);
-                                let x = grid.coordinates(&pair);
-                                for (x, n) in x.into_iter().zip(grid.dims()) {
-                                    // Grazing, and phi_d just below its period, may round beyond the end.
-                                    assert!(
-                                        x >= 0.0 && x <= n as f64 * (1.0 + 1e-15),
-                                        "{pair:?} {x}"
-                                    );
-                                }
-                                let cell = grid.cell(&pair);
-                                assert!(cell.iter().zip(grid.dims()).all(|(&i, n)| i < n));
-                            }
+    #[test]
+    fn extreme_pairs_have_finite_coordinates_and_a_cell() {
+        let ends = [0.0, 1e-200, 1e-15, 1e-8, 1e-3, 0.7];
+        for grid in [MerlGrid::Reciprocal, MerlGrid::Full] {
+            for (a, b) in ends.iter().flat_map(|&a| ends.map(|b| (a, b))) {
+                for phi in [0.0, 1e-15, FRAC_PI_2, PI - 1e-15, PI, -1e-15] {
+                    for (ti, to) in [(a, b), (FRAC_PI_2 - a, FRAC_PI_2 - b), (a, FRAC_PI_2 - b)] {
+                        let pair = DirectionPair::from_spherical(ti, 0.3, to, 0.3 + phi);
+                        let x = grid.coordinates(&pair);
+                        for (x, n) in x.into_iter().zip(grid.dims()) {
+                            // Grazing, and phi_d just below its period, may round beyond the end.
+                            assert!(x >= 0.0 && x <= n as f64 * (1.0 + 1e-15), "{pair:?} {x}");
                         }
+                        let cell = grid.cell(&pair);
+                        assert!(cell.iter().zip(grid.dims()).all(|(&i, n)| i < n));
                     }
-                }
-            }
-
-            #[test]
-            fn the_peak_is_not_snapped() {
-                // theta_h from 1e-3 down to 1e-300 rad, at theta_d = 0 so that the pair is exact.
-                for e in 3..300 {
-                    let theta = 10f64.powi(-e);
-                    let d = Direction::from_spherical(theta, 0.0);
-                    let [x, ..] = MerlGrid::Reciprocal.coordinates(&DirectionPair::new(d, d));
-                    let want = 90.0 * (theta / FRAC_PI_2).sqrt();
-                    assert!((x / want - 1.0).abs() < 1e-15, "{theta:e}");
                 }
             }
         }
     }
+
+    #[test]
+    fn the_peak_is_not_snapped() {
+        // theta_h from 1e-3 down to 1e-300 rad, at theta_d = 0 so that the pair is exact.
+        for e in 3..300 {
+            let theta = 10f64.powi(-e);
+            let d = Direction::from_spherical(theta, 0.0);
+            let [x, ..] = MerlGrid::Reciprocal.coordinates(&DirectionPair::new(d, d));
+            let want = 90.0 * (theta / FRAC_PI_2).sqrt();
+            assert!((x / want - 1.0).abs() < 1e-15, "{theta:e}");
+        }
+    }
+}
+
+mod tensor_tree {
+    use gonio::brdf::measured::tensor_tree::{Node, tabulate};
+    use gonio::brdf::{Channels, Lambert, Spectrum};
+    use std::f64::consts::PI;
+
+    /// u' and v' of grey.
+    const GREY: [f64; 2] = [4.0 / 19.0, 9.0 / 19.0];
+
+    #[test]
+    fn what_is_constant_is_one_leaf() {
+        let grey = Lambert::new(Spectrum::Grey(0.5), Channels::Rgb);
+        let trees = tabulate(&grey, 4).unwrap();
+        let [y, u, v] = &trees[..] else {
+            panic!("{trees:?}")
+        };
+        for (tree, value) in [(y, 0.5 / PI), (u, GREY[0]), (v, GREY[1])] {
+            assert_eq!(tree.leaves(), 1);
+            assert!((tree.at([0.2; 3]) - value).abs() < 1e-12);
+        }
+        // Black has no colour of its own.
+        let black = Lambert::new(Spectrum::Grey(0.0), Channels::Rgb);
+        let trees = tabulate(&black, 4).unwrap();
+        let expected = [0.0, GREY[0], GREY[1]].map(Node::Leaf);
+        assert_eq!(trees, expected);
+    }
 }
 
 #[cfg(feature = "experiments")]
-mod microfacet {
+mod fresnel {
+    use gonio::brdf::Channels;
+    use gonio::brdf::microfacet::fresnel::{all, read};
+    use gonio::registry;
 
-    mod fresnel {
-        use gonio::brdf::Channels;
-        use gonio::brdf::microfacet::fresnel::{all, read};
-        use gonio::registry;
-
-        #[test]
-        fn every_example_reads_and_resolves_to_itself() {
-            for entry in all() {
-                for example in entry.examples {
-                    let spec = registry::read_text(&entry, example).unwrap();
-                    spec.check(&Channels::Luminance).unwrap();
-                    let text = toml::to_string(&spec.resolved()).unwrap();
-                    let table = toml::de::DeTable::parse(&text).unwrap();
-                    assert_eq!(read(table).unwrap(), *spec, "{}", entry.kind);
-                }
+    #[test]
+    fn every_example_reads_and_resolves_to_itself() {
+        for entry in all() {
+            for example in entry.examples {
+                let spec = registry::read_text(&entry, example).unwrap();
+                spec.check(&Channels::Luminance).unwrap();
+                let text = toml::to_string(&spec.resolved()).unwrap();
+                let table = toml::de::DeTable::parse(&text).unwrap();
+                assert_eq!(read(table).unwrap(), *spec, "{}", entry.kind);
             }
         }
     }
@@ -217,6 +230,7 @@ mod microfacet {
 mod watched {
     use gonio::brdf::measured::merl::Merl;
     use gonio::brdf::{Brdf, Channels, Presence, Watched};
+    use gonio::brdf::{Lambert, Spectrum};
     use gonio::geometry::{Direction, DirectionPair};
     use gonio::{brdf, registry};
     use std::sync::atomic::{AtomicUsize, Ordering};
@@ -269,5 +283,29 @@ mod watched {
             }
         }
         assert!(samplers > 3 && tables > 0);
+    }
+
+    /// From the moment that somebody wants to stop no pair is looked at, and the pairs before are as they were.
+    #[test]
+    fn who_is_stopped_is_done_soon() {
+        let brdf = Lambert::new(Spectrum::Grey(0.5), Channels::Luminance);
+        let (asked, looks) = (AtomicUsize::new(0), AtomicUsize::new(0));
+        let inner = Watched::new(&brdf, |_: &[f64], of: &[Presence]| {
+            looks.fetch_add(of.len(), Ordering::Relaxed);
+        });
+        let stopped = || asked.fetch_add(1, Ordering::Relaxed) >= 2;
+        let watched = Watched::new(&inner, |_: &[f64], _: &[Presence]| ()).until(&stopped);
+        let up = Direction::from_spherical(0.3, 0.0);
+        let pairs = vec![DirectionPair::new(up, up); 1000];
+        let mut values = vec![7.0; 1000];
+        let mut presence = vec![Presence::Missing; 1000];
+        watched.eval_batch(&pairs, &mut values, &mut presence);
+        let n = looks.load(Ordering::Relaxed);
+        assert_eq!(n, 2 * 256);
+        let present = presence.iter().filter(|p| **p == Presence::Present);
+        assert_eq!(present.count(), n);
+        assert!(presence[..n].iter().all(|p| *p == Presence::Present));
+        assert!(values[n..].iter().all(|v| *v == 0.0) && values[0] > 0.1);
+        assert_eq!(watched.luminance(&pairs[0]), None);
     }
 }

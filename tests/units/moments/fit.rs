@@ -386,6 +386,7 @@ mod knots {
 }
 
 mod line {
+    use gonio::moments::fit_energy;
 
     use gonio::moments::{FitError, ViewRange, fit_average_variance, fit_mean};
 
@@ -433,6 +434,20 @@ mod line {
             let squares = residuals.map(|r| r * r).sum::<f64>();
             assert!((squares / 40.0).sqrt() > fit.errors().rmse);
         }
+    }
+
+    #[test]
+    fn a_range_keeps_what_is_inside_and_has_a_value() {
+        let range = ViewRange::from_degrees(10.0, 40.0).unwrap();
+        let views: Vec<f64> = (0..6).map(|i| (10.0 * f64::from(i)).to_radians()).collect();
+        let values = [0.0, 1.0, f64::NAN, 3.0, 4.0, 5.0].map(Some);
+        assert_eq!(fit_mean(&views, &values, range).unwrap().errors().views, 3);
+        let few = fit_energy(&views, &values, range, 1e-4);
+        assert!(matches!(few, Err(FitError::TooFewViews { found: 3, .. })));
+        assert!(fit_mean(&views, &values[1..], range).is_err());
+        assert!(ViewRange::from_degrees(40.0, 40.0).is_err());
+        assert!(ViewRange::from_degrees(-1.0, 40.0).is_err());
+        assert!(ViewRange::from_degrees(0.0, 91.0).is_err());
     }
 }
 

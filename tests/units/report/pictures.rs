@@ -207,7 +207,11 @@ mod slice {
 }
 
 mod slices {
+    use super::without_images;
+    use crate::common::made;
+    use gonio::brdf::Brdf;
     use gonio::brdf::{BrdfSpec, Channels, TestFunctionSpec};
+    use gonio::geometry::Symmetry;
     use gonio::parametrization;
     use gonio::parametrization::ParametrizationSpec;
     use gonio::registry::Entry;
@@ -249,6 +253,38 @@ mod slices {
             // The lower left is mirror reflection at the normal, the upper right is no pair.
             assert!(a[31 * 32] == 1.0 && a[31] == 0.0);
         }
+    }
+
+    /// Has no data for light from the left, and is black.
+    fn half() -> impl Brdf {
+        made(Symmetry::NONE, |pair| {
+            (pair.omega_i.theta() <= 0.7).then_some([0.0])
+        })
+    }
+
+    #[test]
+    fn plates_show_every_slice_with_the_same_levels() {
+        let s = TestFunctionSpec::S.build(Channels::Luminance).unwrap();
+        let slices = BrdfSlices::new(&*s, &charts(&["half-difference"]), &[0.0, 60.0], 64);
+        let svg = slices.svg("S & co").unwrap();
+        assert_eq!(svg.matches("<image").count(), 2 + 1);
+        assert!(svg.contains("S &amp; co") && !without_images(&svg).contains("NaN"));
+    }
+
+    #[test]
+    fn black_and_missing_data_are_pictures_too() {
+        let slices = BrdfSlices::new(&half(), &charts(&["spherical"]), &[0.0], 20);
+        let svg = slices.svg("black").unwrap();
+        assert!(svg.contains("all is black") && svg.contains("anisotropic, cut at"));
+        let cut = |names: &[&str]| {
+            let slices = BrdfSlices::new(&half(), &charts(names), &[0.0], 8);
+            slices.svg("black").unwrap()
+        };
+        assert!(!cut(&["hybrid", "half-difference"]).contains("φ_o = 0°"));
+        assert!(cut(&["hybrid", "spherical"]).contains("φ_h = 0°, φ_o = 0°"));
+        let s = TestFunctionSpec::S.build(Channels::Luminance).unwrap();
+        let isotropic = BrdfSlices::new(&*s, &charts(&["hybrid"]), &[0.0], 8);
+        assert!(!isotropic.svg("x").unwrap().contains("cut at"));
     }
 }
 
