@@ -229,8 +229,7 @@ mod fresnel {
 
 mod watched {
     use gonio::brdf::measured::merl::Merl;
-    use gonio::brdf::{Brdf, Channels, Presence, Watched};
-    use gonio::brdf::{Lambert, Spectrum};
+    use gonio::brdf::{Brdf, Channels, Lambert, Presence, Spectrum, Watched};
     use gonio::geometry::{Direction, DirectionPair};
     use gonio::{brdf, registry};
     use std::sync::atomic::{AtomicUsize, Ordering};

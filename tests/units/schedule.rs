@@ -1,8 +1,9 @@
 mod lattice {
     use gonio::geometry::Symmetry;
-    use gonio::parametrization::{self, Axis, AxisKind};
-    use gonio::schedule::Centring::{self, Cell, Node, Start};
-    use gonio::schedule::{Lattice, LatticeAxis, for_each_node};
+    use gonio::parametrization;
+    use gonio::parametrization::{Axis, AxisKind};
+    use gonio::schedule::Centring::{Cell, Node, Start};
+    use gonio::schedule::{Centring, Lattice, LatticeAxis, for_each_node};
 
     /// theta_h, theta_d and the azimuth of half/difference coordinates.
     fn axes(symmetry: Symmetry) -> Vec<Axis> {
@@ -123,7 +124,8 @@ mod lattice {
 #[cfg(feature = "experiments")]
 mod export {
     use gonio::geometry::{DirectionPair, Symmetry};
-    use gonio::parametrization::{self, WarpSpec};
+    use gonio::parametrization;
+    use gonio::parametrization::WarpSpec;
     use gonio::schedule::{
         Grid, SampleSet, Schedule, ScheduleFormat, Sequence, SobolSet, write_schedule,
     };

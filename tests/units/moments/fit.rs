@@ -1,8 +1,8 @@
 mod knots {
     use gonio::moments::{
-        EnergyFit, EnergySeries, FitError, Undetermined, ViewRange, fit_energy, fit_energy_shared,
+        EnergyFit, EnergySeries, FitError, Ramp, SharedEnergyFit, Undetermined, ViewRange,
+        fit_energy, fit_energy_shared,
     };
-    use gonio::moments::{Ramp, SharedEnergyFit};
     use nalgebra::{DMatrix, DVector};
 
     const TOLERANCE: f64 = 1e-4;
@@ -386,9 +386,7 @@ mod knots {
 }
 
 mod line {
-    use gonio::moments::fit_energy;
-
-    use gonio::moments::{FitError, ViewRange, fit_average_variance, fit_mean};
+    use gonio::moments::{FitError, ViewRange, fit_average_variance, fit_energy, fit_mean};
 
     #[test]
     fn slope_by_hand() {

@@ -10,8 +10,7 @@ fn without_images(svg: &str) -> String {
 
 mod compare {
     use crate::common::made;
-    use gonio::brdf::Brdf;
-    use gonio::brdf::{Channels, Lambert, Spectrum};
+    use gonio::brdf::{Brdf, Channels, Lambert, Spectrum};
     use gonio::geometry::Symmetry;
     use gonio::lighting::{LightingSpec, SkySpec};
     use gonio::report::pictures::Comparison;
@@ -130,8 +129,7 @@ mod lobe {
     use gonio::brdf::Brdf;
     use gonio::geometry::Symmetry;
     use gonio::moments::{Channel, Slice};
-    use gonio::report::FlatSlice;
-    use gonio::report::{Radius, slice_svg};
+    use gonio::report::{FlatSlice, Radius, slice_svg};
 
     /// No data for φ < 0, a lobe elsewhere.
     fn half() -> impl Brdf {
@@ -209,8 +207,7 @@ mod slice {
 mod slices {
     use super::without_images;
     use crate::common::made;
-    use gonio::brdf::Brdf;
-    use gonio::brdf::{BrdfSpec, Channels, TestFunctionSpec};
+    use gonio::brdf::{Brdf, BrdfSpec, Channels, TestFunctionSpec};
     use gonio::geometry::Symmetry;
     use gonio::parametrization;
     use gonio::parametrization::ParametrizationSpec;

@@ -3,18 +3,15 @@
 //! No random number is drawn.
 
 use glam::DVec3;
-use gonio::brdf::Presence;
+use gonio::brdf::{Brdf, Channels, Lambert, Presence, Spectrum};
 use gonio::geometry::{Direction, DirectionPair};
-use gonio::parametrization::view_centered;
-use rayon::prelude::*;
-use std::f64::consts::TAU;
-
-use gonio::brdf::{Brdf, Channels, Lambert, Spectrum};
 use gonio::lighting::Lighting;
+use gonio::parametrization::view_centered;
 use gonio::report::SphereImage;
 use gonio::report::pictures::render_sphere;
 use gonio::{brdf, registry};
-use std::f64::consts::PI;
+use rayon::prelude::*;
+use std::f64::consts::{PI, TAU};
 
 /// A lighting by kind and keys.
 fn light(kind: &str, keys: &str) -> Box<dyn Lighting> {
