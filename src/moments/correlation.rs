@@ -104,14 +104,3 @@ impl CorrelationMatrix {
         Some(self.rows[at(row)?][at(column)?])
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn ties_share_their_rank() {
-        let r = ranks(&[3.0, 1.0, 3.0, -0.0, 0.0, 3.0]);
-        assert_eq!(r, [5.0, 3.0, 5.0, 1.5, 1.5, 5.0]);
-    }
-}

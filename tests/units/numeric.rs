@@ -1,4 +1,4 @@
-use gonio::numeric::{luminance, wrap_angle};
+use gonio::numeric::wrap_angle;
 use std::f64::consts::PI;
 
 #[test]
@@ -10,9 +10,4 @@ fn wrapping_keeps_the_angle() {
         }
     }
     assert_eq!(wrap_angle(PI), PI);
-}
-
-#[test]
-fn luminance_of_white_is_one() {
-    assert!((luminance([1.0; 3]) - 1.0).abs() < 1e-15);
 }

@@ -1,9 +1,7 @@
 use super::super::motion::AxisMotion;
 use super::*;
-use crate::geometry::{DirectionPair, Symmetry};
-use crate::numeric::wrap_angle;
-use crate::parametrization;
-use crate::schedule::{RandomSet, SampleSet};
+use crate::sampling::Random;
+use std::f64::consts::TAU;
 
 const REST: Positions = [0.0; 4];
 
@@ -17,25 +15,15 @@ fn travel(wraps: &[bool]) -> Travel {
     Travel::new(&wraps.iter().map(axis).collect::<Vec<_>>())
 }
 
-/// Positions of random pairs that are uniform in half/difference coordinates.
-fn random(n: usize, seed: u64, place: fn(&DirectionPair) -> Positions) -> Vec<Positions> {
-    let form = parametrization::find("half-difference")
-        .unwrap()
-        .form(Symmetry::NONE);
-    let schedule = RandomSet {}.plan(&form, n, seed).unwrap();
-    schedule.poses.iter().map(|p| place(&p.pair)).collect()
-}
-
-/// Three axes: elevations of light and sensor, azimuth between them.
-fn three(pair: &DirectionPair) -> Positions {
-    let (i, o) = (pair.omega_i, pair.omega_o);
-    [i.theta(), o.theta(), wrap_angle(o.phi() - i.phi()), 0.0]
-}
-
-/// Four axes: both directions.
-fn four(pair: &DirectionPair) -> Positions {
-    let (i, o) = (pair.omega_i, pair.omega_o);
-    [i.theta(), i.phi(), o.theta(), o.phi()]
+/// Positions anywhere on so many axes, within half a turn of 0.
+fn random(n: u64, axes: usize) -> Vec<Positions> {
+    let random = Random::new(4);
+    let place = |i: u64| {
+        let mut place: Positions = random.point(i).map(|u| (u - 0.5) * TAU);
+        place[axes..].fill(0.0);
+        place
+    };
+    (0..n).map(place).collect()
 }
 
 const THREE: [bool; 3] = [false, false, true];
@@ -44,10 +32,7 @@ const FOUR: [bool; 4] = [false, true, false, true];
 
 #[test]
 fn the_tree_finds_what_a_search_of_all_finds() {
-    for (wraps, positions) in [
-        (&THREE[..], random(700, 4, three)),
-        (&FOUR[..], random(700, 4, four)),
-    ] {
+    for (wraps, positions) in [(&THREE[..], random(700, 3)), (&FOUR[..], random(700, 4))] {
         let travel = travel(wraps);
         let mut tree = Tree::new(&travel, &positions);
         let nearest = |from: &Positions, but: &dyn Fn(usize) -> bool| {
