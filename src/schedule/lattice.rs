@@ -164,3 +164,18 @@ pub(super) fn each_node_while(shape: &[usize], mut visit: impl FnMut(&[i64]) -> 
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn visiting_stops_when_told() {
+        let mut seen = Vec::new();
+        each_node_while(&[2, 3], |index| {
+            seen.push(index.to_vec());
+            seen.len() < 4
+        });
+        assert_eq!(seen, [[0, 0], [0, 1], [0, 2], [1, 0]]);
+    }
+}
