@@ -307,6 +307,9 @@ fn number(v: f64) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::brdf::testing::made;
+    use crate::geometry::Symmetry;
+    use crate::parametrization::find;
 
     #[test]
     fn levels_are_in_equal_ratios_and_brighter_is_brighter() {
@@ -320,5 +323,20 @@ mod tests {
         assert!(levels[0] >= 11.0 && levels[levels.len() - 1] <= 1000.0);
         // Every value has a colour of its own up to the brightest.
         assert!(tone.place(500.0) < tone.place(1000.0) && tone.place(1000.0) <= 1.0);
+    }
+
+    #[test]
+    fn a_cut_names_each_azimuth_once() {
+        let skew = made(Symmetry::NONE, |pair| {
+            (pair.omega_i.theta() <= 0.7).then_some([0.0])
+        });
+        let cut = |names: &[&str]| {
+            let charts: Vec<_> = names.iter().map(|name| find(name).unwrap()).collect();
+            BrdfSlices::new(&skew, &charts, &[0.0], 8).cut()
+        };
+        let places = ["φ_h = 0°", "φ_h = 0°, φ_o = 0°"].map(|p| format!("anisotropic, cut at {p}"));
+        let [one, two] = places.map(Some);
+        assert_eq!(cut(&["hybrid", "half-difference"]), one);
+        assert_eq!(cut(&["hybrid", "spherical"]), two);
     }
 }

@@ -49,6 +49,8 @@ fn motion(setting: &Setting) -> Motion {
         axis.speed_deg_per_s = 0.5_f64.to_degrees();
         axis.acceleration_deg_per_s2 = 1.0_f64.to_degrees();
     }
+    // Times are also those of settings that no instrument may have.
+    let machine = Machine::new(&spec).unwrap();
     spec.timing = TimingSpec {
         scan: setting.scan,
         settle_s: SETTLE,
@@ -60,7 +62,7 @@ fn motion(setting: &Setting) -> Motion {
     spec.detector.exposure_max_s = setting.exposure;
     spec.calibration.every_minutes = setting.every_minutes;
     spec.calibration.seconds = TILE;
-    Motion::new(&spec, &Machine::new(&spec).unwrap())
+    Motion::new(&spec, &machine)
 }
 
 /// Rows along the first axis with steps of `d`, the second axis changes between them.
