@@ -88,25 +88,3 @@ pub mod infinite_as_null {
         Ok(Option::deserialize(deserializer)?.unwrap_or(f64::INFINITY))
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use std::f64::consts::PI;
-
-    #[test]
-    fn wrapping_keeps_the_angle() {
-        for turn in -3..=3 {
-            for a in [-3.1, -1.0, 0.0, 1e-9, 2.0, 3.1] {
-                let w = wrap_angle(a + f64::from(turn) * 2.0 * PI);
-                assert!((w - a).abs() < 1e-14, "{a} {turn} {w}");
-            }
-        }
-        assert_eq!(wrap_angle(PI), PI);
-    }
-
-    #[test]
-    fn luminance_of_white_is_one() {
-        assert!((luminance([1.0; 3]) - 1.0).abs() < 1e-15);
-    }
-}

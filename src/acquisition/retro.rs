@@ -328,11 +328,8 @@ impl Planner for Retro {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::acquisition::acquire;
     use crate::brdf::microfacet::{Beckmann, FresnelSpec, Microfacet};
     use crate::brdf::{Brdf, Channels, Roughness};
-    use crate::geometry::Symmetry;
-    use crate::parametrization::usual_form;
 
     fn lobe(alpha: f64) -> Microfacet<Beckmann> {
         let (alpha, fresnel) = (Roughness::Isotropic(alpha), FresnelSpec::default());
@@ -413,33 +410,5 @@ mod tests {
         for (counts, want) in counts.as_flattened().iter().zip(want.as_flattened()) {
             assert!((counts - want / all).abs() < 0.004, "{counts} {want}");
         }
-    }
-
-    #[test]
-    fn a_scan_comes_first_and_lights_then_reflect_the_view() {
-        let task = Task::plain(&usual_form(Symmetry::FULL), 64, 1);
-        let measured = acquire(&Retro::default(), &task, &lobe(0.1)).unwrap();
-        let poses = &measured.schedule.poses;
-        assert_eq!(poses.len(), 64);
-        assert!(poses[..8].iter().all(|pose| pose.pair.separation() < 1e-6));
-        // Nearly all normals of this lobe are within 15 degrees of the mean.
-        let half = poses[8..]
-            .iter()
-            .map(|pose| Direction::try_new(pose.pair.half()).unwrap().theta());
-        assert!(half.filter(|theta| *theta < 0.26).count() > 48);
-        let wide = Retro {
-            separation_deg: 7.0,
-        };
-        let measured = acquire(&wide, &task, &lobe(0.1)).unwrap();
-        for pose in &measured.schedule.poses[..8] {
-            assert!((pose.pair.separation().to_degrees() - 7.0).abs() < 1e-9);
-        }
-        assert!(
-            Retro {
-                separation_deg: -1.0
-            }
-            .check(&[])
-            .is_err()
-        );
     }
 }

@@ -280,29 +280,6 @@ impl Planner for Slices {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::acquisition::acquire;
-    use crate::brdf::testing::made;
-
-    fn task(budget: usize) -> Task<'static> {
-        Task::plain(&usual_form(Symmetry::FULL), budget, 1)
-    }
-
-    #[test]
-    fn a_narrow_lobe_is_read_at_its_peak() {
-        let of = |width: f64| {
-            let lobe = made(Symmetry::FULL, move |pair| {
-                let h = pair.half();
-                let tan = h.x.hypot(h.y) / h.z;
-                Some([0.1 + (-(tan / width).powi(2)).exp()])
-            });
-            let measured = acquire(&Slices {}, &task(60), &lobe).unwrap();
-            let poses = measured.schedule.poses.iter();
-            let near = poses.filter(|pose| (0.001..0.5).contains(&pose.coords[0]));
-            near.count()
-        };
-        let [narrow, flat] = [0.1, 1e3].map(of);
-        assert!(narrow > 25 && flat < narrow - 5, "{narrow} {flat}");
-    }
 
     #[test]
     fn an_interval_is_worth_what_a_straight_line_misses() {

@@ -8,8 +8,6 @@
 mod figures;
 mod identities;
 mod materials;
-#[cfg(test)]
-mod tests;
 
 use super::{Distortion, Scale, Weight, distortion};
 use crate::brdf::{Brdf, BrdfSpec, BuildError, Channels, TestFunctionSpec};

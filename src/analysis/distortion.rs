@@ -295,6 +295,3 @@ impl Block {
         })
     }
 }
-
-#[cfg(test)]
-mod tests;

@@ -8,8 +8,6 @@
 //! box, times 2π for the turn, times the images of each point, shared among those that are in the
 //! box as well.
 
-#[cfg(test)]
-mod tests;
 mod text;
 
 use crate::brdf::Brdf;

@@ -240,6 +240,3 @@ fn shown(axis: &Axis) -> String {
         Unit::One => format!("{}", axis.length()),
     }
 }
-
-#[cfg(test)]
-mod tests;

@@ -68,34 +68,3 @@ pub(super) fn is_on_fronts(section: &Section, rows: &[Row]) -> Vec<Vec<bool>> {
     }
     all
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// By the definition, point by point.
-    #[test]
-    fn nothing_on_a_front_is_dominated_and_all_else_is() {
-        let mut state = 1_u64;
-        let mut random = || {
-            state = state
-                .wrapping_mul(6_364_136_223_846_793_005)
-                .wrapping_add(1);
-            // Few values, so that many are equal.
-            (state >> 60) as f64
-        };
-        for _ in 0..50 {
-            let points: Vec<_> = (0..12).map(|_| Some([random(), random()])).collect();
-            let dominates = |a: [f64; 2], b: [f64; 2]| {
-                a[0] <= b[0] && a[1] <= b[1] && (a[0] < b[0] || a[1] < b[1])
-            };
-            for (point, is_on) in points.iter().flatten().zip(front(&points)) {
-                let dominated = points
-                    .iter()
-                    .flatten()
-                    .any(|other| dominates(*other, *point));
-                assert_eq!(is_on, !dominated, "{point:?} of {points:?}");
-            }
-        }
-    }
-}

@@ -133,33 +133,3 @@ fn line(section: &Section, case: &[&Row], column: &str, target: f64) -> String {
         });
     told.collect()
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn times_lie_on_lines_in_logarithms() {
-        let points = [(1.0, 1e-1), (100.0, 1e-2), (1e4, 1e-4)];
-        let at = |target| Time::to_reach(target, &points, true).unwrap();
-        assert_eq!(at(0.5), Time::AtMost(1.0));
-        for (target, want) in [(1e-1_f64.powf(1.5), 10.0), (1e-3, 1e3), (1e-4, 1e4)] {
-            let Time::Between(got) = at(target) else {
-                panic!("{target}")
-            };
-            assert!((got / want - 1.0).abs() < 1e-12, "{target}: {got}");
-        }
-        let Time::Beyond(got) = at(1e-5) else {
-            panic!()
-        };
-        assert!((got / 1e6 - 1.0).abs() < 1e-12);
-        // A ladder that ends in an exact result.
-        let exact = Time::to_reach(1e-3, &[(1.0, 0.1), (2.0, 0.0)], true);
-        assert_eq!(exact, Some(Time::Between(2.0)));
-        assert_eq!(Time::to_reach(1.0, &[], true), None);
-        let far = Time::to_reach(1e-7, &points, true);
-        assert_eq!(far, Some(Time::MoreThan(1e4)));
-        let lawless = Time::to_reach(1e-5, &points, false);
-        assert_eq!(lawless, Some(Time::MoreThan(1e4)));
-    }
-}

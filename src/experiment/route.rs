@@ -462,7 +462,6 @@ fn nothing(itinerary: &Itinerary) -> NoRoute {
 mod tests {
     use super::*;
     use crate::experiment::{Config, Plan, Source};
-    use crate::schedule::{RandomSet, SampleSet};
     use search::FIRST;
 
     /// Routes of the only set of a config, twice: for every instrument, allowance and seed.
@@ -562,30 +561,6 @@ mod tests {
                 key.order == Order::TwoOpt && key.limits && kept.poses == poses
             });
             assert_eq!(tours.count(), seeds, "{set}");
-        }
-    }
-
-    #[test]
-    fn a_tour_depends_on_poses_kind_limits_and_order_only() {
-        let form = crate::parametrization::find("hybrid").unwrap();
-        let form = form.form(Symmetry::FULL);
-        let schedule = RandomSet {}.plan(&form, 100, 1).unwrap();
-        for preset in crate::instrument::presets() {
-            let spec = crate::instrument::read(preset.text).unwrap();
-            for limits in [false, true] {
-                let plan = |noise, apertures, realisation| {
-                    let parts = Parts {
-                        limits,
-                        apertures,
-                        noise,
-                    };
-                    let bench = Bench::new(&spec, parts, realisation).unwrap();
-                    bench.plan(&schedule, Order::TwoOpt)
-                };
-                let tour = plan(true, true, 1);
-                assert_eq!(plan(true, true, 2), tour);
-                assert_eq!(plan(false, false, 1), tour);
-            }
         }
     }
 }

@@ -285,33 +285,3 @@ impl Record for Row {
         label.to_string()
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn columns_are_what_is_written_and_read() {
-        let mut row = Row {
-            seed: 1 << 60,
-            reachable: 0.1 + 0.2,
-            instrument_seconds: Some(1e-7),
-            ..Row::default()
-        };
-        for (i, quantity) in quantities().iter().enumerate() {
-            let value = if quantity.is_count { 3.0 } else { 1.0 / 3.0 };
-            row.quantities
-                .set(quantity.name, (i % 3 > 0).then_some(value));
-        }
-        let text = serde_json::to_string(&row).unwrap();
-        let value: serde_json::Value = serde_json::from_str(&text).unwrap();
-        let written: Vec<_> = value.as_object().unwrap().keys().cloned().collect();
-        let columns: Vec<_> = Row::columns().map(|(name, _)| name).collect();
-        assert_eq!(written, columns);
-        assert!(Row::columns().all(|(_, meaning)| !meaning.is_empty()));
-        assert_eq!(serde_json::from_str::<Row>(&text).unwrap(), row);
-        let stray = text.replacen("{\"key\"", "{\"stray\":1,\"key\"", 1);
-        let refusal = serde_json::from_str::<Row>(&stray).unwrap_err().to_string();
-        assert!(refusal.contains("stray"), "{refusal}");
-    }
-}

@@ -359,20 +359,3 @@ pub(super) fn survives(weight: &mut ChannelValues, random: &mut RandomStream) ->
     weight.iter_mut().for_each(|w| *w /= most);
     true
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn every_example_reads_and_resolves_to_itself() {
-        for entry in all() {
-            for example in entry.examples {
-                let spec = registry::read_text(&entry, example).unwrap();
-                spec.check(&Channels::Luminance).unwrap();
-                let again = registry::read_keys("facet", &all(), spec.resolved()).unwrap();
-                assert_eq!(again, spec, "{}", entry.kind);
-            }
-        }
-    }
-}

@@ -132,6 +132,7 @@ mod tests {
 
     /// Bits of the reference: some 50 digits.
     const BITS: usize = 192;
+
     const NEAREST: RoundingMode = RoundingMode::ToEven;
 
     /// What `got` differs by from the exact number, in units of 2⁻⁵³ of it.

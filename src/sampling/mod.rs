@@ -6,8 +6,6 @@
 mod hemisphere;
 mod points;
 mod quadrature;
-#[cfg(test)]
-pub(crate) mod testing;
 
 pub use hemisphere::{
     cosine_hemisphere, cosine_hemisphere_pdf, ggx_half_vector, ggx_half_vector_pdf,

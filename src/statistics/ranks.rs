@@ -17,17 +17,3 @@ pub(super) fn doubled_ranks(values: &[f64]) -> Vec<usize> {
     }
     ranks
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn ties_share_their_ranks() {
-        // scipy.stats.rankdata([3, 1, 3, 0, 3, 1]) = [5, 2.5, 5, 1, 5, 2.5]
-        let ranks = doubled_ranks(&[3.0, 1.0, 3.0, 0.0, 3.0, 1.0]);
-        assert_eq!(ranks, [10, 5, 10, 2, 10, 5]);
-        // Zeros of both signs are equal.
-        assert_eq!(doubled_ranks(&[0.0, -0.0]), [3, 3]);
-    }
-}

@@ -1,10 +1,12 @@
 //! What tests share: the two levels of a law, random pairs, and the edge table every parametrization and model meets.
 #![allow(dead_code, unused_imports, unused_macros)] // Each test binary uses its part of this file.
 
+#[cfg(feature = "experiments")]
+pub mod chi_squared;
 pub mod light;
 
 use glam::DVec3;
-use gonio::brdf::{Brdf, Channels};
+use gonio::brdf::{Brdf, Channels, Presence};
 use gonio::geometry::{Direction, DirectionPair, Symmetry};
 use gonio::parametrization::{self, Layout, ParametrizationSpec, WarpSpec};
 use gonio::registry::{self, Entry};
@@ -153,4 +155,53 @@ pub fn model_in(channels: Channels, kind: &str, text: &str) -> Box<dyn Brdf> {
     let entry = entries.iter().find(|e| e.kind == kind).expect("a model");
     let spec = gonio::registry::read_text(entry, text).expect("its parameters");
     spec.build(channels).expect("a BRDF")
+}
+
+/// A BRDF that a test makes of a function.
+struct Made<F> {
+    channels: Channels,
+    symmetry: Symmetry,
+    f: F,
+}
+
+impl<const N: usize, F> Brdf for Made<F>
+where
+    F: Fn(&DirectionPair) -> Option<[f64; N]> + Send + Sync,
+{
+    fn channels(&self) -> &Channels {
+        &self.channels
+    }
+
+    fn symmetry(&self) -> Symmetry {
+        self.symmetry
+    }
+
+    fn conserves_energy(&self) -> bool {
+        false
+    }
+
+    fn eval(&self, pair: &DirectionPair, out: &mut [f64]) -> Presence {
+        let values = (self.f)(pair);
+        out.copy_from_slice(&values.unwrap_or([0.0; N]));
+        match values {
+            Some(_) => Presence::Present,
+            None => Presence::Missing,
+        }
+    }
+}
+
+/// A BRDF of one grey channel, or of R, G and B, that declares a symmetry; `None`: no data.
+pub fn made<const N: usize>(
+    symmetry: Symmetry,
+    f: impl Fn(&DirectionPair) -> Option<[f64; N]> + Send + Sync,
+) -> impl Brdf {
+    let channels = match N {
+        1 => Channels::Luminance,
+        _ => Channels::Rgb,
+    };
+    Made {
+        channels,
+        symmetry,
+        f,
+    }
 }

@@ -163,35 +163,3 @@ impl FitErrors {
         }
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn errors_by_hand() {
-        // (1 + 2 + 2)/3 and √((1 + 4 + 4)/3).
-        let errors = FitErrors::of([1.0, -2.0, 2.0].into_iter());
-        assert!((errors.mae - 5.0 / 3.0).abs() < 1e-15);
-        assert!((errors.rmse - 3f64.sqrt()).abs() < 1e-15);
-        assert_eq!(errors.views, 3);
-        assert_eq!(FitErrors::of([0.0].into_iter()).rmse, 0.0);
-    }
-
-    #[test]
-    fn a_range_keeps_what_is_inside_and_has_a_value() {
-        let range = ViewRange::from_degrees(10.0, 40.0).unwrap();
-        let views: Vec<f64> = (0..6).map(|i| (10.0 * f64::from(i)).to_radians()).collect();
-        let values = [0.0, 1.0, f64::NAN, 3.0, 4.0, 5.0].map(Some);
-        assert_eq!(range.used(&views, &values, 3).unwrap().1, [1.0, 3.0, 4.0]);
-        let few = FitError::TooFewViews {
-            found: 3,
-            needed: 4,
-        };
-        assert_eq!(range.used(&views, &values, 4), Err(few));
-        assert!(range.used(&views, &values[1..], 1).is_err());
-        assert!(ViewRange::from_degrees(40.0, 40.0).is_err());
-        assert!(ViewRange::from_degrees(-1.0, 40.0).is_err());
-        assert!(ViewRange::from_degrees(0.0, 91.0).is_err());
-    }
-}

@@ -287,81 +287,6 @@ fn signed(t: f64) -> [u8; 3] {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::brdf::testing::made;
-    use crate::brdf::{Channels, Lambert, Spectrum};
-    use crate::geometry::Symmetry;
-    use crate::lighting::{LightingSpec, SkySpec};
-    use std::f64::consts::PI;
-
-    fn compare(truth: f64, other: f64) -> Comparison {
-        let [f, g] = [truth, other].map(|a| Lambert::new(Spectrum::Grey(a), Channels::Rgb));
-        let sky = SkySpec::default().build().unwrap();
-        Comparison::new(&f, &g, &*sky, 24, 8)
-    }
-
-    #[test]
-    fn the_errors_of_a_darker_copy_are_exact() {
-        // By the same points a copy of 0.4 times the albedo is 0.4 times the picture, noise and all.
-        let darker = compare(0.5, 0.2);
-        let near = |v: Option<f64>| (v.unwrap() - 0.6).abs() < 1e-12;
-        assert!(near(darker.nrmse) && near(darker.mean_relative));
-        let same = compare(0.5, 0.5);
-        assert_eq!((same.nrmse, same.mean_relative), (Some(0.0), Some(0.0)));
-        // Relative to nothing.
-        for grey in [0.0, 0.3] {
-            let black = compare(0.0, grey);
-            assert_eq!((black.nrmse, black.mean_relative), (None, None));
-            assert_eq!(black.errors(), "image nrmse –, mean relative –");
-        }
-    }
-
-    /// Reflects like a matte surface of albedo 0.5, and has no data beyond some elevation of light
-    /// or view.
-    fn bounded(theta: f64) -> impl Brdf {
-        made(Symmetry::FULL, move |pair| {
-            let outer = pair.omega_i.theta().max(pair.omega_o.theta());
-            (outer <= theta).then_some([0.5 / PI])
-        })
-    }
-
-    #[test]
-    fn missing_data_are_not_black() {
-        let entries = crate::lighting::all();
-        let even = entries.iter().find(|e| e.kind == "constant").unwrap();
-        let even = crate::registry::read_text(even, "")
-            .unwrap()
-            .build()
-            .unwrap();
-        let bound = 70_f64.to_radians();
-        let matte = |albedo| Lambert::new(Spectrum::Grey(albedo), Channels::Luminance);
-        // Whichever of the two lacks data: what both have is equal, or 0.4 of it.
-        let [bounded, empty] = [bound, 0.0].map(bounded);
-        for (truth, other, want) in [
-            (&bounded as &dyn Brdf, &matte(0.5) as &dyn Brdf, 0.0),
-            (&matte(0.5), &bounded, 0.0),
-            (&bounded, &matte(0.2), 0.6),
-        ] {
-            let found = Comparison::new(truth, other, &*even, 64, 32);
-            for error in [found.nrmse, found.mean_relative] {
-                assert!((error.unwrap() - want).abs() < 1e-12, "{error:?} {want}");
-            }
-            // The ring of the disk beyond sin 70°, within a pixel of its edge; other views have
-            // sin² 70° of their light from within 70°.
-            let ring = 1.0 - bound.sin().powi(2);
-            assert!((found.without_data - ring).abs() < 0.04, "{found:?}");
-            let said = found.errors();
-            assert!(said.ends_with("% without data"), "{said}");
-            let png = found.png().unwrap();
-            let picture = image::load_from_memory(&png).unwrap().into_rgba8();
-            // The leftmost pixels of the sphere.
-            for x in [0, 64 + 8, 2 * (64 + 8)] {
-                let [r, g, b, _] = picture.get_pixel(x, 32).0;
-                assert!(NO_DATA.contains(&[r, g, b]), "{x}: {r}");
-            }
-        }
-        let nothing = Comparison::new(&empty, &matte(0.5), &*even, 16, 8);
-        assert_eq!((nothing.nrmse, nothing.without_data), (None, 1.0));
-    }
 
     #[test]
     fn larger_differences_are_darker_and_signs_have_their_hue() {
@@ -375,37 +300,5 @@ mod tests {
         assert!(blue[2] > blue[0] && red[0] > red[2]);
         assert_eq!([0.0, 0.5 * LEAST].map(|d| signed(place(d))), [[255; 3]; 2]);
         assert_eq!(signed(place(-7.0)), signed(-1.0));
-    }
-
-    #[test]
-    fn pictures_lie_side_by_side() {
-        let darker = compare(0.5, 0.2);
-        let png = darker.png().unwrap();
-        let picture = image::load_from_memory(&png).unwrap().into_rgba8();
-        assert_eq!(picture.dimensions(), (3 * 24 + 16, 24));
-        let at = |x: u32| picture.get_pixel(x, 8).0;
-        let [truth, copy, difference] = [12, 44, 76].map(at);
-        assert!(truth[0] > copy[0] && copy[0] > 0);
-        assert!(difference[2] > difference[0], "{difference:?}");
-        // Beside the spheres there is nothing.
-        assert_eq!([at(27), picture.get_pixel(64, 0).0].map(|p| p[3]), [0, 0]);
-        let mut exr = io::Cursor::new(Vec::new());
-        darker.write_exr(&mut exr).unwrap();
-        assert!(exr.into_inner().starts_with(&[0x76, 0x2f, 0x31, 0x01]));
-    }
-
-    #[test]
-    fn plates_quote_the_errors() {
-        let plate = |darker: f64, title: &str| {
-            let made = compare(0.5, darker);
-            made.svg(title, &made.png().unwrap()).unwrap()
-        };
-        let svg = plate(0.2, "half");
-        assert!(svg.contains("nrmse 0.6000") && svg.contains("reconstruction"));
-        // The scale is drawn, with its numbers, and is that of any other comparison.
-        let numbers = |svg: &str| ["−1", "−0.01", "0.1"].map(|n| svg.contains(&format!("\n{n}\n")));
-        assert_eq!(svg.matches("<image").count(), 2);
-        assert_eq!(numbers(&svg), [true; 3]);
-        assert_eq!(numbers(&plate(0.499, "near")), [true; 3]);
     }
 }

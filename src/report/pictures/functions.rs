@@ -137,30 +137,3 @@ fn draw(
     }
     Ok(())
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::parametrization;
-    use crate::report::pictures::plot::without_images;
-
-    #[test]
-    fn a_plate_has_every_view_and_slice() {
-        let charts: Vec<_> = ["hybrid", "spherical"]
-            .into_iter()
-            .filter_map(parametrization::find)
-            .collect();
-        let svg = test_functions_svg(&charts, &[20.0], &[0.0, 90.0]).unwrap();
-        assert_eq!(svg.matches("<image").count(), 1 + 2 * 2);
-        assert!(
-            svg.contains("|h\u{304}|")
-                && svg.contains("Δφ")
-                && !without_images(&svg).contains("NaN")
-        );
-        for (_, [r, g, b], _) in FUNCTIONS {
-            // Its isolines in every part, beside the key.
-            let ink = format!("#{r:02X}{g:02X}{b:02X}");
-            assert!(svg.matches(&ink).count() > 1 + 2 * 2, "{ink}");
-        }
-    }
-}

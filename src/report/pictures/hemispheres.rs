@@ -137,29 +137,3 @@ fn colours(
     }
     Ok(())
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::parametrization;
-    use crate::report::pictures::plot::without_images;
-
-    #[test]
-    fn a_plate_has_a_key_and_two_hemispheres_a_view() {
-        let svg = hemispheres_svg(&parametrization::all(), &[0.0, 45.0]).unwrap();
-        let rows = parametrization::all().len();
-        assert_eq!(svg.matches("<image").count(), rows * 5);
-        assert!(
-            svg.starts_with("<svg")
-                && svg.ends_with("</svg>\n")
-                && !without_images(&svg).contains("NaN")
-        );
-        for entry in parametrization::all() {
-            assert!(svg.contains(entry.kind));
-        }
-        assert_eq!(
-            svg,
-            hemispheres_svg(&parametrization::all(), &[0.0, 45.0]).unwrap()
-        );
-    }
-}

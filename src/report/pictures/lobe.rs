@@ -433,7 +433,6 @@ mod tests {
     use crate::brdf::testing::made;
     use crate::geometry::Symmetry;
     use crate::moments::Channel;
-    use crate::report::pictures::plot::without_images;
 
     /// No data for φ < 0, a lobe elsewhere.
     fn half() -> impl Brdf {
@@ -460,38 +459,5 @@ mod tests {
         assert!(csv.contains("\n-81.000000000,81.000000000,") && csv.ends_with("-81.000000000,\n"));
         let [lo, hi] = FlatSlice::range(std::slice::from_ref(&flat));
         assert!(0.0 < lo && lo < hi && hi < 2.0);
-    }
-
-    #[test]
-    fn missing_data_is_hatched() {
-        let half = half();
-        let slice = Slice::new(&half, Channel::Luminance, 0.4).unwrap();
-        let flat = FlatSlice::new(&slice, 10);
-        let mut png = Vec::new();
-        flat.write_png(FlatSlice::range(std::slice::from_ref(&flat)), &mut png)
-            .unwrap();
-        let picture = image::load_from_memory(&png).unwrap().into_rgb8();
-        assert_eq!(picture.dimensions(), (540, 540));
-        assert_eq!(picture.get_pixel(0, 539).0, [150; 3]);
-        assert_eq!(picture.get_pixel(2, 539).0, [190; 3]);
-        assert_ne!(picture.get_pixel(200, 10).0, [150; 3]);
-    }
-
-    #[test]
-    fn lobes_are_whole_pictures() {
-        let half = half();
-        for theta_o in [0.0, 0.7, 1.5] {
-            let slice = Slice::new(&half, Channel::Luminance, theta_o).unwrap();
-            for radius in [Radius::Linear, Radius::CubeRoot] {
-                let flat = FlatSlice::new(&slice, 10);
-                let range = FlatSlice::range(std::slice::from_ref(&flat));
-                let svg = slice_svg("a & b", &slice, &flat, range, radius).unwrap();
-                assert!(svg.starts_with("<svg") && svg.ends_with("</svg>\n"));
-                assert!(
-                    svg.contains("50.0 % of the faces have no data") && svg.contains("no data\n")
-                );
-                assert!(!without_images(&svg).contains("NaN"));
-            }
-        }
     }
 }

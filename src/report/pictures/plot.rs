@@ -257,15 +257,6 @@ pub(super) fn text_upwards(canvas: &mut Canvas, at: [f64; 2], text: &str, size: 
     canvas.text(at, text, how);
 }
 
-/// What an SVG says beside its pictures, whose letters may spell anything.
-#[cfg(test)]
-pub(super) fn without_images(svg: &str) -> String {
-    let mut parts = svg.split("base64,");
-    let first = parts.next().unwrap_or_default();
-    let rest = parts.filter_map(|p| Some(p.split_once('"')?.1));
-    std::iter::once(first).chain(rest).collect()
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -407,6 +407,3 @@ impl<'a> Shader<'a> {
 fn from_world(v: DVec3) -> DVec3 {
     DVec3::new(v.y, v.z, v.x)
 }
-
-#[cfg(test)]
-mod tests;

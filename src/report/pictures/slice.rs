@@ -162,31 +162,7 @@ impl Plane {
 mod tests {
     use super::*;
     use crate::brdf::testing::made;
-    use crate::brdf::{Lambert, Spectrum};
     use crate::geometry::Symmetry;
-
-    #[test]
-    fn layers_read_back_with_their_mask() {
-        let [truth, other] =
-            [0.5, 0.25].map(|albedo| Lambert::new(Spectrum::Grey(albedo), Channels::Luminance));
-        let mut file = io::Cursor::new(Vec::new());
-        write_slice(&truth, &other, &mut file).unwrap();
-        file.set_position(0);
-        let layer = crate::files::exr_layer_of(file).unwrap();
-        let at = |name: &str, x: usize, y: usize| {
-            let list = &layer.channel_data.list;
-            let channel = list.iter().find(|c| c.name.to_string() == name).unwrap();
-            channel
-                .sample_data
-                .value_by_flat_index(y * RESOLUTION + x)
-                .to_f32()
-        };
-        let (middle, quarter) = (RESOLUTION / 2, 0.25 / std::f32::consts::PI);
-        assert_eq!(at("difference.Y", middle, middle), -quarter);
-        assert_eq!(at("truth.A", middle, middle), 1.0);
-        assert_eq!(at("truth.A", 0, 0), 0.0);
-        assert_eq!(layer.channel_data.list.len(), 6);
-    }
 
     #[test]
     fn the_mirror_direction_lies_left_of_the_centre_and_up_is_up() {

@@ -313,27 +313,3 @@ fn escaped(text: &str) -> String {
     let text = text.replace('&', "&amp;").replace('<', "&lt;");
     text.replace('>', "&gt;").replace('"', "&quot;")
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_mirrors_filter_is_a_point_at_its_place() {
-        for (theta_o, azimuth) in [(0.0, 0.3), (0.7, -2.0), (1.4, 1.0)] {
-            let filter = FilterEllipse {
-                theta_o,
-                azimuth,
-                mean: [-theta_o, 0.0],
-                covariance: [0.0; 3],
-            };
-            let [x, y] = filter.point();
-            for p in filter.outline() {
-                assert!((p[0] - x).hypot(p[1] - y) < 1e-12);
-            }
-            // The normal lies nearer the middle than the mirror direction does.
-            let [a, b] = filter.seen(0.0, 0.0);
-            assert!(a.hypot(b) <= x.hypot(y));
-        }
-    }
-}

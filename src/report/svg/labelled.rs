@@ -143,37 +143,4 @@ mod tests {
         spread(&mut far, 5.0, 195.0);
         assert_eq!(far, [10.0, 100.0, 190.0]);
     }
-
-    #[test]
-    fn every_line_has_its_name() {
-        let series = |name: &str, color, last| Series {
-            name: name.into(),
-            color,
-            mark: Mark::Line,
-            points: vec![(1.0, Some(2.0)), (3.0, last)],
-        };
-        let panel = Panel {
-            series: vec![
-                series("one", 0, Some(1.0)),
-                series("two", 1, None),
-                series("<three>", 2, Some(1.0)),
-            ],
-            ..Panel::default()
-        };
-        let text = labelled(&panel).unwrap();
-        for name in ["\none\n", "\ntwo\n", "\n&lt;three&gt;\n"] {
-            assert_eq!(text.matches(name).count(), 1, "{name}");
-        }
-        // A line without a name has none, and nothing leads there.
-        let paths = |name: &str| {
-            let panel = Panel {
-                series: vec![series(name, 0, Some(1.0))],
-                ..Panel::default()
-            };
-            labelled(&panel).unwrap().matches("<path").count()
-        };
-        assert_eq!(paths("one"), paths("") + 1);
-        // The one above 1 keeps clear of axes alone.
-        assert!(labelled(&Panel::default()).unwrap().contains("no data"));
-    }
 }

@@ -231,28 +231,3 @@ pub fn write_tensor_tree_file(
         write_tensor_tree(&trees, out)
     })?)
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::brdf::{Lambert, Spectrum};
-    use std::f64::consts::PI;
-
-    #[test]
-    fn what_is_constant_is_one_leaf() {
-        let grey = Lambert::new(Spectrum::Grey(0.5), Channels::Rgb);
-        let trees = tabulate(&grey, 4).unwrap();
-        let [y, u, v] = &trees[..] else {
-            panic!("{trees:?}")
-        };
-        for (tree, value) in [(y, 0.5 / PI), (u, GREY[0]), (v, GREY[1])] {
-            assert_eq!(tree.leaves(), 1);
-            assert!((tree.at([0.2; 3]) - value).abs() < 1e-12);
-        }
-        // Black has no colour of its own.
-        let black = Lambert::new(Spectrum::Grey(0.0), Channels::Rgb);
-        let trees = tabulate(&black, 4).unwrap();
-        let expected = [0.0, GREY[0], GREY[1]].map(Node::Leaf);
-        assert_eq!(trees, expected);
-    }
-}

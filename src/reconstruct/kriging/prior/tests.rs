@@ -1,11 +1,10 @@
 //! Laws of priors.
-
 use super::super::posterior::Posterior;
 use super::super::system::Sites;
 use super::super::{Kriging, TRANSFORM};
 use super::*;
+use crate::brdf::Brdf;
 use crate::brdf::testing::made;
-use crate::brdf::{Brdf, Channels};
 use crate::instrument::{Ideal, Instrument};
 use crate::measurement::Measurement;
 use crate::reconstruct::Reconstruct;
@@ -48,54 +47,6 @@ fn file(prior: &Prior) -> (tempfile::NamedTempFile, PriorFile) {
     std::fs::write(&file, prior.to_bytes()).unwrap();
     let named = PriorFile::from(file.path().to_owned());
     (file, named)
-}
-
-/// The largest error of ln(f + ε), by so many readings, with a prior and without.
-fn errors(c: [f64; 3], n: usize) -> [f64; 2] {
-    let brdf = &member([c]);
-    let (_file, prior) = file(&trained().prior(80).unwrap());
-    let at: Vec<_> = measured(brdf, 300).schedule.poses.clone();
-    [Some(prior), None].map(|prior| {
-        let kriging = Kriging {
-            prior,
-            ..Kriging::default()
-        };
-        let copy = kriging.reconstruct(&measured(brdf, n)).unwrap();
-        let off = |pose: &crate::schedule::Pose| {
-            let mut f = [0.0];
-            let _ = copy.eval(&pose.pair, &mut f);
-            (TRANSFORM.forward(f[0]) - log(c, &pose.pair)).abs()
-        };
-        at.iter().map(off).sum::<f64>() / at.len() as f64
-    })
-}
-
-#[test]
-fn a_member_of_a_family_is_known_from_as_many_readings_as_it_has_coefficients() {
-    let [with, without] = errors([1.3, -0.7, 0.4], 4);
-    assert!(with < 0.02 && with < 0.2 * without, "{with} {without}");
-}
-
-#[test]
-fn each_channel_is_what_it_is_alone() {
-    let members = [[1.3, -0.7, 0.4], [-1.0, 0.2, 1.5], [0.3, 1.4, -1.2]];
-    let coloured = member(members);
-    let (_file, prior) = file(&trained().prior(80).unwrap());
-    // Shares are those of all channels together: one kernel and one share for each.
-    let kriging = Kriging {
-        prior: Some(prior),
-        fit: false,
-        ..Kriging::default()
-    };
-    let copy = kriging.reconstruct(&measured(&coloured, 5)).unwrap();
-    for pose in &measured(&coloured, 100).schedule.poses {
-        let mut f = [0.0; 3];
-        let _ = copy.eval(&pose.pair, &mut f);
-        for (f, member) in f.iter().zip(members) {
-            let off = TRANSFORM.forward(*f) - log(member, &pose.pair);
-            assert!(off.abs() < 0.15, "{off} at {pose:?}");
-        }
-    }
 }
 
 #[test]
@@ -149,30 +100,6 @@ fn what_is_expected_is_of_what_is_reconstructed() {
         let apart = shares[0] * shares[1] * (a[i] - b[i]).powi(2);
         let variance = shares[0] * of_a[i] + shares[1] * of_b[i] + apart;
         assert!((known.variance / variance - 1.0).abs() < 1e-9, "{i}");
-    }
-}
-
-#[test]
-fn what_contradicts_a_prior_is_reconstructed_without_it() {
-    let stripes = made(Symmetry::FULL, |pair| {
-        Some([(8.0 * (60.0 * pair.half().z).sin()).exp()])
-    });
-    let (_file, prior) = file(&trained().prior(80).unwrap());
-    let readings = measured(&stripes, 30);
-    let copy = |prior| {
-        let kriging = Kriging {
-            prior,
-            ..Kriging::default()
-        };
-        kriging.reconstruct(&readings).unwrap()
-    };
-    let [with, without] = [Some(prior), None].map(copy);
-    assert_eq!(with.remarks().len(), 1);
-    for pose in &readings.schedule.poses {
-        let (mut a, mut b) = ([0.0], [0.0]);
-        let _ = with.eval(&pose.pair, &mut a);
-        let _ = without.eval(&pose.pair, &mut b);
-        assert_eq!(a, b);
     }
 }
 
@@ -255,25 +182,4 @@ fn a_file_says_what_was_written_or_that_it_does_not() {
     }
     assert_eq!(told("kind,value", body), "it is something else");
     assert_eq!(Prior::decode(b"").unwrap_err(), "it is something else");
-}
-
-#[test]
-fn what_is_no_material_of_a_prior_is_refused() {
-    let mut training = Training::new(2000).unwrap();
-    training.add("a", "a", &member([[0.0; 3]])).unwrap();
-    let skew = crate::brdf::all();
-    let ward = skew.iter().find(|e| e.kind == "ward").unwrap();
-    let ward = crate::registry::read_text(ward, "alpha = [0.1, 0.3]\nrho_s = 0.3").unwrap();
-    let ward = ward.build(Channels::Luminance).unwrap();
-    let told = training.add("w", "w", &*ward).unwrap_err().to_string();
-    assert!(told.contains("w is not isotropic"), "{told}");
-    let told = training.prior(80).unwrap_err().to_string();
-    assert!(told.contains("at least 2"), "{told}");
-}
-
-#[test]
-fn the_prior_of_formulas_is_there() {
-    let prior = PriorFile::from(PathBuf::from(BUILT_IN)).load().unwrap();
-    assert!(prior.materials().len() > 50 && prior.to_bytes() == BYTES);
-    assert!(BYTES.len() <= 300_000);
 }

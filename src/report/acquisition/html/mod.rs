@@ -11,8 +11,6 @@ mod made_by;
 mod materials;
 mod ranking;
 mod shrink;
-#[cfg(test)]
-mod tests;
 mod verdict;
 mod words;
 

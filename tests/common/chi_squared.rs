@@ -3,7 +3,7 @@
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 /// Number of `values` in each of `bins` equal bins of [0, 1]. Values outside panic.
-pub(crate) fn equal_bins(values: impl Iterator<Item = f64>, bins: usize) -> Vec<u64> {
+pub fn equal_bins(values: impl Iterator<Item = f64>, bins: usize) -> Vec<u64> {
     let mut counts = vec![0; bins];
     for value in values {
         // Rounding may push a value that is 1 on paper past it.
@@ -14,13 +14,13 @@ pub(crate) fn equal_bins(values: impl Iterator<Item = f64>, bins: usize) -> Vec<
 }
 
 /// Probability that counts of uniform samples deviate at least as much as `counts` do.
-pub(crate) fn uniformity(counts: &[u64]) -> f64 {
+pub fn uniformity(counts: &[u64]) -> f64 {
     let expected = counts.iter().sum::<u64>() as f64 / counts.len() as f64;
     goodness(counts, &vec![expected; counts.len()])
 }
 
 /// Probability that counts with the given expectations deviate at least as much as `counts` do.
-pub(crate) fn goodness(counts: &[u64], expected: &[f64]) -> f64 {
+pub fn goodness(counts: &[u64], expected: &[f64]) -> f64 {
     assert_eq!(counts.len(), expected.len());
     // Below five the statistic is not chi²-distributed.
     assert!(expected.iter().all(|e| *e >= 5.0), "bins too fine");

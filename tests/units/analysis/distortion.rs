@@ -1,9 +1,11 @@
 //! Functions whose isolines are known.
 
-use super::*;
-use crate::brdf::testing::made;
-use crate::geometry::Symmetry;
-use crate::parametrization::find;
+use crate::common::made;
+use gonio::analysis::{
+    Distortion, Scale, Weight, distortion, distortion_within, gradient_shares, slice_angles,
+};
+use gonio::geometry::{DirectionPair, Symmetry};
+use gonio::parametrization::find;
 use std::f64::consts::PI;
 
 fn measured(
@@ -70,7 +72,7 @@ fn the_grazing_function_is_a_sum_where_k_lies_in_the_tangent_plane() {
 fn what_changes_with_the_azimuth_is_not_explained_by_two_axes() {
     // Every θ_i, θ_o and azimuth is physical: independent factors.
     let turn = |p: &DirectionPair| {
-        let cos = |d: crate::geometry::Direction| d.phi().cos();
+        let cos = |d: gonio::geometry::Direction| d.phi().cos();
         2.0 + cos(p.omega_i)
     };
     let form = find("spherical").unwrap().form(Symmetry::FULL);

@@ -1,9 +1,13 @@
 //! BRDFs that miss one symmetry by a known amount.
 
-use super::*;
-use crate::brdf::Channels;
-use crate::brdf::testing::made;
-use crate::sampling::Sobol;
+use crate::common::made;
+use gonio::analysis::{
+    Deviation, Deviations, SYMMETRY_TOLERANCE, deviations, savings, symmetry_pairs,
+};
+use gonio::brdf::Channels;
+use gonio::geometry::{DirectionPair, Symmetry};
+use gonio::parametrization;
+use gonio::sampling::Sobol;
 
 fn found(f: impl Fn(&DirectionPair) -> Option<f64> + Send + Sync) -> Deviations {
     let brdf = made(Symmetry::FULL, move |pair| f(pair).map(|v| [v]));
@@ -116,9 +120,9 @@ fn models_have_what_they_declare() {
             Symmetry::FULL,
         ),
     ] {
-        let entries = crate::brdf::all();
+        let entries = gonio::brdf::all();
         let entry = entries.iter().find(|e| e.kind == kind).unwrap();
-        let spec = crate::registry::read_text(entry, text).unwrap();
+        let spec = gonio::registry::read_text(entry, text).unwrap();
         let brdf = spec.build(Channels::Luminance).unwrap();
         let found = deviations(&*brdf, &symmetry_pairs());
         println!("{kind} {text}: {found:?}");

@@ -1,8 +1,9 @@
 //! Verdicts that follow from the equations, and verdicts on materials made to have them.
 
-use super::*;
-use crate::brdf::{Lambert, Spectrum};
-use crate::registry;
+use gonio::analysis::{Claim, Verdict, on_material, on_materials, on_test_functions};
+use gonio::brdf::{Brdf, Channels, Lambert, Spectrum};
+use gonio::registry;
+use std::sync::LazyLock;
 
 fn verdict(claims: &[Claim], id: &str) -> Verdict {
     claims.iter().find(|c| c.id == id).unwrap().verdict
@@ -15,15 +16,23 @@ fn number(claims: &[Claim], id: &str, name: &str) -> f64 {
 }
 
 fn material(kind: &str, keys: &str) -> Box<dyn Brdf> {
-    let entries = crate::brdf::all();
+    let entries = gonio::brdf::all();
     let entry = entries.iter().find(|e| e.kind == kind).unwrap();
     let spec = registry::read_text(entry, keys).unwrap();
     spec.build(Channels::Luminance).unwrap()
 }
 
+/// Of the test functions.
+static EQUATIONS: LazyLock<Vec<Claim>> = LazyLock::new(|| on_test_functions().unwrap());
+
+/// Of S and of F, as materials.
+static S_AND_F: LazyLock<[Vec<Claim>; 2]> = LazyLock::new(|| {
+    ["test-s", "test-f"].map(|kind| on_material(kind, &*material(kind, "")).unwrap())
+});
+
 #[test]
 fn equations_are_judged_as_the_algebra_says() {
-    let claims = on_test_functions().unwrap();
+    let claims = &*EQUATIONS;
     for id in [
         "orthographic-is-hybrid-at-90",
         "reciprocity-is-half-a-turn",
@@ -38,10 +47,10 @@ fn equations_are_judged_as_the_algebra_says() {
         "s-independent-of-phi-d",
         "g-circular-at-90",
     ] {
-        assert_eq!(verdict(&claims, id), Verdict::Holds, "{id}");
+        assert_eq!(verdict(claims, id), Verdict::Holds, "{id}");
     }
     for id in ["g-zero-on-the-horizon", "phi-k-is-a-sum"] {
-        assert_eq!(verdict(&claims, id), Verdict::DoesNotHold, "{id}");
+        assert_eq!(verdict(claims, id), Verdict::DoesNotHold, "{id}");
     }
     for id in [
         "length-of-h-bar",
@@ -50,32 +59,27 @@ fn equations_are_judged_as_the_algebra_says() {
         "projection-to-two-dimensions",
         "mirror-isolines-pinched",
     ] {
-        assert_eq!(verdict(&claims, id), Verdict::HoldsPartly, "{id}");
+        assert_eq!(verdict(claims, id), Verdict::HoldsPartly, "{id}");
     }
     // Half of all pairs; 20 000 of them have a standard error of 0.0035.
-    let share = number(&claims, "theta-k", "share_on_the_other_branch");
+    let share = number(claims, "theta-k", "share_on_the_other_branch");
     assert!((share - 0.5).abs() < 0.01, "{share}");
     // Small isolines of both are ellipses of axes 1 : cos 75°.
     for name in ["aspect_small_theta_h", "aspect_small_h_bar"] {
-        let aspect = number(&claims, "mirror-isolines-pinched", name);
+        let aspect = number(claims, "mirror-isolines-pinched", name);
         assert!(
             (aspect * 75_f64.to_radians().cos() - 1.0).abs() < 0.01,
             "{aspect}"
         );
     }
     // G − |h_bar|² − |k|² = k_z², and |k_z| = |cos θ_i − cos θ_o|/2 is a half at most.
-    let at_0 = number(
-        &claims,
-        "g-circular-at-90",
-        "largest_difference_hybrid_0deg",
-    );
+    let at_0 = number(claims, "g-circular-at-90", "largest_difference_hybrid_0deg");
     assert!(at_0 > 0.24 && at_0 < 0.25, "{at_0}");
 }
 
 #[test]
 fn claims_are_named_once_and_say_what_they_measure() {
-    let mut claims = on_test_functions().unwrap();
-    claims.extend(on_material("shiny", &*material("ggx", "alpha = 0.3")).unwrap());
+    let claims = [&EQUATIONS[..], &S_AND_F[0]].concat();
     let mut names: Vec<_> = claims.iter().map(|c| (c.id, c.material.clone())).collect();
     names.sort();
     let count = names.len();
@@ -95,22 +99,20 @@ fn claims_are_named_once_and_say_what_they_measure() {
 
 #[test]
 fn lobes_of_theta_h_are_not_like_s_and_lobes_of_h_bar_are() {
-    let of = |kind: &str| on_material(kind, &*material(kind, "")).unwrap();
+    let [s, f] = &*S_AND_F;
     // S is a function of |h_bar| by construction; F of theta_d, which both charts keep.
-    let s = of("test-s");
-    assert_eq!(verdict(&s, "isolines-like-s"), Verdict::Holds);
+    assert_eq!(verdict(s, "isolines-like-s"), Verdict::Holds);
     assert_eq!(
         number(
-            &s,
+            s,
             "hybrid-changes-least",
             "changes_with_azimuth_orthographic"
         ),
         0.0
     );
-    let f = of("test-f");
-    assert_ne!(verdict(&f, "isolines-like-s"), Verdict::Holds);
+    assert_ne!(verdict(f, "isolines-like-s"), Verdict::Holds);
     let change = number(
-        &f,
+        f,
         "hybrid-changes-least",
         "changes_with_azimuth_orthographic",
     );
@@ -138,8 +140,7 @@ fn a_constant_neither_holds_nor_fails() {
 
 #[test]
 fn the_claim_on_common_materials_is_on_their_averages() {
-    let of = |kind: &str| on_material(kind, &*material(kind, "")).unwrap();
-    let [s, f] = ["test-s", "test-f"].map(of);
+    let [s, f] = S_AND_F.clone();
     assert_eq!(on_materials(&s), None);
     let both = [s.clone(), f.clone()].concat();
     let claim = on_materials(&both).unwrap();

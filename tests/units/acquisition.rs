@@ -1,0 +1,69 @@
+use crate::common::made;
+use gonio::acquisition::{Retro, Slices, Task, acquire};
+use gonio::brdf::microfacet::{Beckmann, FresnelSpec, Microfacet};
+use gonio::brdf::{Channels, Roughness};
+use gonio::geometry::{Direction, Symmetry};
+use gonio::parametrization::usual_form;
+use gonio::schedule::SampleSet;
+
+/// Any machine, and all the time there is.
+fn task(budget: usize) -> Task<'static> {
+    Task {
+        form: usual_form(Symmetry::FULL),
+        budget,
+        seed: 1,
+        machine: None,
+        go_on: &|| true,
+        truth: None,
+    }
+}
+
+fn lobe(alpha: f64) -> Microfacet<Beckmann> {
+    let (alpha, fresnel) = (Roughness::Isotropic(alpha), FresnelSpec::default());
+    Microfacet::new(alpha, &fresnel, Channels::Luminance)
+}
+
+#[test]
+fn a_scan_comes_first_and_lights_then_reflect_the_view() {
+    let task = task(64);
+    let measured = acquire(&Retro::default(), &task, &lobe(0.1)).unwrap();
+    let poses = &measured.schedule.poses;
+    assert_eq!(poses.len(), 64);
+    assert!(poses[..8].iter().all(|pose| pose.pair.separation() < 1e-6));
+    // Nearly all normals of this lobe are within 15 degrees of the mean.
+    let half = poses[8..]
+        .iter()
+        .map(|pose| Direction::try_new(pose.pair.half()).unwrap().theta());
+    assert!(half.filter(|theta| *theta < 0.26).count() > 48);
+    let wide = Retro {
+        separation_deg: 7.0,
+    };
+    let measured = acquire(&wide, &task, &lobe(0.1)).unwrap();
+    for pose in &measured.schedule.poses[..8] {
+        assert!((pose.pair.separation().to_degrees() - 7.0).abs() < 1e-9);
+    }
+    assert!(
+        Retro {
+            separation_deg: -1.0
+        }
+        .check(&[])
+        .is_err()
+    );
+}
+
+#[test]
+fn a_narrow_lobe_is_read_at_its_peak() {
+    let of = |width: f64| {
+        let lobe = made(Symmetry::FULL, move |pair| {
+            let h = pair.half();
+            let tan = h.x.hypot(h.y) / h.z;
+            Some([0.1 + (-(tan / width).powi(2)).exp()])
+        });
+        let measured = acquire(&Slices {}, &task(60), &lobe).unwrap();
+        let poses = measured.schedule.poses.iter();
+        let near = poses.filter(|pose| (0.001..0.5).contains(&pose.coords[0]));
+        near.count()
+    };
+    let [narrow, flat] = [0.1, 1e3].map(of);
+    assert!(narrow > 25 && flat < narrow - 5, "{narrow} {flat}");
+}

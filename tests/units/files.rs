@@ -1,0 +1,120 @@
+use gonio::files::{UNPACKED_LIMIT, may_unpack, read_text, write_atomically};
+use std::io::Write;
+use std::path::Path;
+use std::{fs, io};
+
+fn names(dir: &Path) -> Vec<String> {
+    let names = fs::read_dir(dir).unwrap().map(|e| e.unwrap().file_name());
+    let mut names: Vec<_> = names.map(|n| n.into_string().unwrap()).collect();
+    names.sort();
+    names
+}
+
+#[test]
+fn failure_leaves_nothing_and_keeps_the_old_file() {
+    let dir = tempfile::tempdir().unwrap();
+    let path = dir.path().join("a.txt");
+    write_atomically(&path, |out| out.write_all(b"old")).unwrap();
+    let failed = write_atomically(&path, |out| {
+        out.write_all(b"half")?;
+        Err(io::Error::other("disk full"))
+    });
+    assert!(failed.is_err());
+    assert_eq!(fs::read(&path).unwrap(), b"old");
+    assert_eq!(names(dir.path()), ["a.txt"]);
+}
+
+#[test]
+fn a_name_may_be_as_long_as_the_file_system_allows() {
+    let dir = tempfile::tempdir().unwrap();
+    let name = "n".repeat(255);
+    write_atomically(&dir.path().join(&name), |out| out.write_all(b"x")).unwrap();
+    assert_eq!(names(dir.path()), [name]);
+}
+
+#[test]
+#[cfg(unix)]
+fn links_stay_and_what_they_lead_to_is_written() {
+    use std::os::unix::fs::symlink;
+    let dir = tempfile::tempdir().unwrap();
+    let at = |name: &str| dir.path().join(name);
+    fs::create_dir(at("below")).unwrap();
+    fs::write(at("below/file"), "old").unwrap();
+    symlink("below/file", at("near")).unwrap();
+    symlink(at("near"), at("far")).unwrap();
+    symlink("below/new", at("dangling")).unwrap();
+    symlink("round", at("circle")).unwrap();
+    symlink("circle", at("round")).unwrap();
+    for (link, file) in [
+        ("far", "below/file"),
+        ("near", "below/file"),
+        ("dangling", "below/new"),
+    ] {
+        write_atomically(&at(link), |out| out.write_all(link.as_bytes())).unwrap();
+        assert!(at(link).symlink_metadata().unwrap().is_symlink());
+        assert!(at(file).symlink_metadata().unwrap().is_file());
+        assert_eq!(fs::read_to_string(at(file)).unwrap(), link);
+    }
+    assert!(write_atomically(&at("circle"), |_| Ok(())).is_err());
+    assert!(write_atomically(&at("below"), |_| Ok(())).is_err());
+    let all = ["below", "circle", "dangling", "far", "near", "round"];
+    assert_eq!(names(dir.path()), all);
+    assert_eq!(names(&at("below")), ["file", "new"]);
+}
+
+#[test]
+fn a_text_is_utf_8_with_a_mark_in_front_or_without() {
+    let dir = tempfile::tempdir().unwrap();
+    let path = dir.path().join("a.txt");
+    fs::write(&path, "\u{feff}°\n\u{feff}").unwrap();
+    assert_eq!(read_text(&path, 99).unwrap(), "°\n\u{feff}");
+    // A degree sign in Latin-1.
+    fs::write(&path, b"\xc2\xb0\nin \xb0\n").unwrap();
+    let told = read_text(&path, 99).unwrap_err().to_string();
+    assert_eq!(told, "line 2 is no UTF-8; allowed: text in UTF-8");
+}
+
+#[test]
+fn a_zero_byte_is_found_where_it_is() {
+    let dir = tempfile::tempdir().unwrap();
+    let path = dir.path().join("a.txt");
+    let mut bytes = b"twelve bytes".repeat(1 << 18);
+    bytes.extend(b"\n\0\n");
+    fs::write(&path, &bytes).unwrap();
+    let told = read_text(&path, 1 << 30).unwrap_err().to_string();
+    assert!(told.starts_with("line 2 has a zero byte"), "{told}");
+    bytes.truncate(bytes.len() - 2);
+    fs::write(&path, &bytes).unwrap();
+    let text = read_text(&path, 1 << 30).unwrap();
+    assert!(text.as_bytes() == bytes && text.capacity() <= 2 * bytes.len());
+}
+
+#[test]
+fn what_is_unpacked_has_a_limit() {
+    assert!(may_unpack(1000, 1_032_000).is_ok());
+    let told = may_unpack(10, 1_000_000_000).unwrap_err().to_string();
+    assert!(told.starts_with("10 bytes promise to hold 1000000000; allowed: 11000,"));
+    assert!(may_unpack(u64::MAX, UNPACKED_LIMIT).is_ok());
+    assert!(may_unpack(u64::MAX, UNPACKED_LIMIT + 1).is_err());
+    assert!(may_unpack(0, 0).is_ok() && may_unpack(0, 1).is_err());
+}
+
+#[test]
+fn a_text_has_an_end() {
+    let dir = tempfile::tempdir().unwrap();
+    let path = dir.path().join("a.txt");
+    fs::write(&path, "12345").unwrap();
+    assert_eq!(read_text(&path, 5).unwrap(), "12345");
+    assert!(
+        read_text(&path, 4)
+            .unwrap_err()
+            .to_string()
+            .contains("too long")
+    );
+    assert!(
+        read_text(dir.path(), 4)
+            .unwrap_err()
+            .to_string()
+            .contains("no regular file")
+    );
+}

@@ -1,0 +1,6 @@
+mod ideal;
+#[cfg(feature = "experiments")]
+mod motion;
+#[cfg(feature = "experiments")]
+mod timed;
+mod tour;

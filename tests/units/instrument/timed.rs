@@ -1,0 +1,314 @@
+//! When visits take place: stops, sweeps and calibrations.
+
+use gonio::geometry::Symmetry;
+use gonio::instrument::{
+    AxisMotion, Machine, Motion, Scan, Stop, TimingSpec, Travel, presets, read,
+};
+use gonio::parametrization;
+use gonio::sampling::Random;
+use gonio::schedule::{RandomSet, SampleSet, Schedule, Visit};
+
+/// A schedule of `n` poses whose lights change with every `lights`-th.
+fn schedule(n: usize, lights: usize) -> Schedule {
+    let form = parametrization::find("half-difference")
+        .unwrap()
+        .form(Symmetry::NONE);
+    let mut schedule = RandomSet {}.plan(&form, n, 1).unwrap();
+    for i in 0..n {
+        schedule.poses[i].pair.omega_i = schedule.poses[i - i % lights].pair.omega_i;
+    }
+    schedule
+}
+
+struct Setting {
+    scan: Scan,
+    rate: Option<f64>,
+    exposure: f64,
+    every_minutes: f64,
+}
+
+const STOP: Setting = Setting {
+    scan: Scan::Stop,
+    rate: None,
+    exposure: 0.25,
+    every_minutes: 0.0,
+};
+
+const SETTLE: f64 = 0.2;
+
+const OVERHEAD: f64 = 0.1;
+
+const TILE: f64 = 20.0;
+
+/// Three axes that are alike, and one exposure.
+fn motion(setting: &Setting) -> Motion {
+    let presets = presets();
+    let cornell = presets.iter().find(|p| p.name == "cornell").unwrap();
+    let mut spec = read(cornell.text).unwrap();
+    for axis in &mut spec.axis {
+        axis.speed_deg_per_s = 0.5_f64.to_degrees();
+        axis.acceleration_deg_per_s2 = 1.0_f64.to_degrees();
+    }
+    // Times are also those of settings that no instrument may have.
+    let machine = Machine::new(&spec).unwrap();
+    spec.timing = TimingSpec {
+        scan: setting.scan,
+        settle_s: SETTLE,
+        overhead_s: OVERHEAD,
+        sample_rate_hz: setting.rate,
+    };
+    spec.detector.exposures = 1;
+    spec.detector.exposure_min_s = setting.exposure;
+    spec.detector.exposure_max_s = setting.exposure;
+    spec.calibration.every_minutes = setting.every_minutes;
+    spec.calibration.seconds = TILE;
+    Motion::new(&spec, &machine)
+}
+
+/// Rows along the first axis with steps of `d`, the second axis changes between them.
+fn rows(rows: usize, columns: usize, d: f64) -> Vec<Stop> {
+    let stop = |i: usize| {
+        let (row, column) = (i / columns, i % columns);
+        let column = if row % 2 == 0 {
+            column
+        } else {
+            columns - 1 - column
+        };
+        (i as u32, [d * column as f64, 0.2 * row as f64, 0.1, 0.0])
+    };
+    (0..rows * columns).map(stop).collect()
+}
+
+fn wandering(n: usize) -> Vec<Stop> {
+    let random = Random::new(3);
+    let stop = |i| {
+        let [a, b, c] = random.point(i);
+        (i as u32, [a, b, c, 0.0])
+    };
+    (0..n as u64).map(stop).collect()
+}
+
+fn total(visits: &[Visit]) -> f64 {
+    visits.iter().map(|v| v.seconds).sum()
+}
+
+#[test]
+fn stop_and_go_adds_up() {
+    let (n, every) = (400, 5.0);
+    let schedule = schedule(n, 7);
+    let motion = motion(&Setting {
+        every_minutes: every,
+        ..STOP
+    });
+    let mut path = wandering(n);
+    // A pose where the one before was: nothing moves, nothing settles.
+    path[50].1 = path[49].1;
+    let visits = motion.timed(&schedule, Vec::new(), &path);
+    let (mut here, mut now, mut calibrated, mut tiles) = ([0.0; 4], 0.0, f64::NEG_INFINITY, 0);
+    for (i, (visit, stop)) in visits.iter().zip(&path).enumerate() {
+        assert_eq!((visit.pose, visit.positions), *stop);
+        let mut begins = now;
+        if now - calibrated > 60.0 * every {
+            begins += TILE;
+            calibrated = begins;
+            tiles += 1;
+        }
+        let moves = motion.travel().seconds(&here, &stop.1) + if i == 50 { 0.0 } else { SETTLE };
+        assert_eq!(visit.move_seconds, moves);
+        assert_eq!(visit.exposure_seconds, 0.25);
+        let middle = begins + moves + 0.125;
+        assert!((visit.at_seconds - middle).abs() < 1e-9);
+        assert!((visit.since_calibration_seconds - (middle - calibrated)).abs() < 1e-9);
+        now = begins + moves + 0.25 + OVERHEAD;
+        here = stop.1;
+    }
+    assert!(tiles > 2, "{tiles}");
+    assert!((total(&visits) - now).abs() < 1e-9);
+    let last = visits[n - 1];
+    assert!((last.at_seconds + 0.125 + OVERHEAD - total(&visits)).abs() < 1e-9);
+}
+
+#[test]
+fn blocks_share_their_light() {
+    let (n, lights) = (60, 7);
+    let schedule = schedule(n, lights);
+    let path = wandering(n);
+    let visits = motion(&STOP).timed(&schedule, Vec::new(), &path);
+    for (i, visit) in visits.iter().enumerate() {
+        assert_eq!(visit.block as usize, i / lights);
+    }
+    // Backwards the blocks are the same, numbered from the other end.
+    let back: Vec<Stop> = path.into_iter().rev().collect();
+    let visits = motion(&STOP).timed(&schedule, Vec::new(), &back);
+    for (visit, stop) in visits.iter().zip(&back) {
+        assert_eq!(
+            visit.block as usize,
+            (n - 1) / lights - stop.0 as usize / lights
+        );
+    }
+}
+
+#[test]
+fn tiles_are_read_as_often_as_the_time_asks() {
+    let n = 600;
+    let schedule = schedule(n, n);
+    let path = wandering(n);
+    let tiles = |every_minutes: f64| {
+        let visits = motion(&Setting {
+            every_minutes,
+            ..STOP
+        })
+        .timed(&schedule, Vec::new(), &path);
+        let extra = visits.iter().filter(|v| {
+            let rest = v.move_seconds + v.exposure_seconds + OVERHEAD;
+            v.seconds - rest > 0.5 * TILE
+        });
+        let longest = visits
+            .iter()
+            .map(|v| v.since_calibration_seconds - 0.5 * v.exposure_seconds - v.move_seconds);
+        let longest = longest.fold(0.0, f64::max);
+        assert!(every_minutes == 0.0 || longest <= 60.0 * every_minutes * (1.0 + 1e-12));
+        (extra.count(), total(&visits))
+    };
+    let (once, bare) = tiles(0.0);
+    assert_eq!(once, 1);
+    let bare = bare - TILE;
+    for every in [1.0, 2.5, 10.0] {
+        // Each interval is as long as asked, and at most the rest of a visit (< 4 s) longer.
+        let (count, seconds) = tiles(every);
+        let most = (bare / (60.0 * every)).floor() as usize + 1;
+        let least = (bare / (60.0 * every + 4.0)).floor() as usize;
+        assert!(
+            (least..=most).contains(&count),
+            "{count} of {least}..{most}"
+        );
+        assert!((seconds - bare - TILE * count as f64).abs() < 1e-8);
+    }
+    // Shorter than any visit: before every one.
+    assert_eq!(tiles(1e-6).0, n);
+}
+
+#[test]
+fn a_long_sweep_takes_the_time_of_one_move() {
+    // No exposures to wait for: one trapezoid over everything.
+    let path = rows(1, 41, 0.05);
+    let schedule = schedule(path.len(), 1);
+    let fly = Setting {
+        scan: Scan::Fly,
+        exposure: 0.0,
+        ..STOP
+    };
+    let visits = motion(&fly).timed(&schedule, Vec::new(), &path);
+    let first = visits[0].seconds;
+    let one = Travel::new(&[AxisMotion {
+        speed: 0.5,
+        acceleration: 1.0,
+        wraps: false,
+    }]);
+    let whole = one.seconds(&[0.0; 4], &[2.0, 0.0, 0.0, 0.0]);
+    assert!((total(&visits) - first - whole).abs() < 1e-12);
+    // Exposures or the rate of readings set the pace where they are slower than the axis; the
+    // ramps are as long as the pace asks.
+    for (exposure, rate, pace) in [
+        (0.3, None, 0.3),
+        (0.0, Some(4.0), 0.25),
+        (0.3, Some(2.0), 0.5),
+    ] {
+        let fly = Setting {
+            exposure,
+            rate,
+            ..fly
+        };
+        let visits = motion(&fly).timed(&schedule, Vec::new(), &path);
+        let seconds = total(&visits) - visits[0].seconds;
+        let ramps = 0.05 / pace / 1.0;
+        assert!((seconds - 40.0 * pace - ramps).abs() < 1e-12, "{seconds}");
+        for v in &visits[1..] {
+            assert!((v.seconds - v.move_seconds - exposure).abs() < 1e-12);
+            assert!(v.move_seconds >= 0.0);
+        }
+    }
+}
+
+#[test]
+fn flying_is_never_slower_than_stopping() {
+    for every_minutes in [0.0, 0.5, 3.0] {
+        for exposure in [0.0, 0.01, 0.25, 3.0] {
+            for rate in [None, Some(1000.0), Some(2.0), Some(0.2)] {
+                for d in [1e-4, 0.01, 0.3] {
+                    let path = rows(12, 9, d);
+                    let schedule = schedule(path.len(), 1);
+                    let setting = Setting {
+                        scan: Scan::Fly,
+                        rate,
+                        exposure,
+                        every_minutes,
+                    };
+                    let flown = motion(&setting).timed(&schedule, Vec::new(), &path);
+                    let stopped = motion(&Setting {
+                        scan: Scan::Stop,
+                        ..setting
+                    });
+                    let stopped = stopped.timed(&schedule, Vec::new(), &path);
+                    let (fly, stop) = (total(&flown), total(&stopped));
+                    assert!(fly <= stop + 1e-9, "{fly} {stop}");
+                    if rate.is_none_or(|rate| rate > 10.0) && every_minutes != 0.5 {
+                        // Of nine visits at least one in two neither settles nor idles.
+                        assert!(fly < stop - 0.3 * 0.5 * path.len() as f64, "{fly} {stop}");
+                    }
+                    let mut now = 0.0;
+                    for (visit, stop) in flown.iter().zip(&path) {
+                        assert_eq!((visit.pose, visit.positions), *stop);
+                        let idle = visit.at_seconds - now;
+                        let range = 0.5 * exposure - 1e-9..visit.seconds + 1e-9;
+                        assert!(range.contains(&idle), "{visit:?}");
+                        now += visit.seconds;
+                    }
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn without_sweeps_flying_is_stopping() {
+    let n = 100;
+    let schedule = schedule(n, 1);
+    let setting = Setting {
+        every_minutes: 1.0,
+        ..STOP
+    };
+    let stopped = motion(&setting);
+    let flown = motion(&Setting {
+        scan: Scan::Fly,
+        rate: Some(100.0),
+        ..setting
+    });
+    // One axis alone moves, but it turns back at every visit.
+    let mut zigzag = rows(1, n, 0.05);
+    zigzag.chunks_exact_mut(2).for_each(|pair| pair.swap(0, 1));
+    for path in [wandering(n), zigzag] {
+        assert_eq!(
+            flown.timed(&schedule, Vec::new(), &path),
+            stopped.timed(&schedule, Vec::new(), &path)
+        );
+    }
+}
+
+#[test]
+fn no_visit_of_a_sweep_begins_when_a_calibration_is_due() {
+    let path = rows(3, 200, 0.01);
+    let schedule = schedule(path.len(), 1);
+    for every_minutes in [0.001, 0.1, 0.5] {
+        let setting = Setting {
+            scan: Scan::Fly,
+            every_minutes,
+            ..STOP
+        };
+        let visits = motion(&setting).timed(&schedule, Vec::new(), &path);
+        for v in &visits {
+            let begins = v.since_calibration_seconds - 0.5 * v.exposure_seconds - v.move_seconds;
+            assert!(begins <= 60.0 * every_minutes + 1e-9, "{v:?}");
+        }
+    }
+}

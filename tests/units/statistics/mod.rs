@@ -1,0 +1,6 @@
+mod bootstrap;
+mod mean;
+mod order;
+mod paired;
+mod variance;
+mod wilcoxon;
