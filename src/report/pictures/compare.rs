@@ -12,8 +12,9 @@ use crate::brdf::Brdf;
 use crate::lighting::Lighting;
 use crate::numeric::luminance;
 use crate::report::SphereImage;
+use crate::report::pictures::png::write_rgba;
 use crate::report::pictures::slice::{Channels32, channel, write_channels};
-use crate::report::pictures::sphere::{with_alpha, write_rgba};
+use crate::report::pictures::sphere::with_alpha;
 use crate::report::svg::canvas::{Canvas, fitted};
 use std::f64::consts::TAU;
 use std::io::{self, Seek, Write};
@@ -291,6 +292,7 @@ mod tests {
     use crate::brdf::{Channels, Lambert, Spectrum};
     use crate::geometry::Symmetry;
     use crate::lighting::{LightingSpec, SkySpec};
+    use crate::report::pictures::png::read;
     use std::f64::consts::PI;
 
     fn compare(truth: f64, other: f64) -> Comparison {
@@ -352,10 +354,10 @@ mod tests {
             let said = found.errors();
             assert!(said.ends_with("% without data"), "{said}");
             let png = found.png().unwrap();
-            let picture = image::load_from_memory(&png).unwrap().into_rgba8();
+            let picture = read(&png).unwrap().0;
             // The leftmost pixels of the sphere.
             for x in [0, 64 + 8, 2 * (64 + 8)] {
-                let [r, g, b, _] = picture.get_pixel(x, 32).0;
+                let [r, g, b, _] = picture.pixels[32 * picture.size[0] as usize + x];
                 assert!(NO_DATA.contains(&[r, g, b]), "{x}: {r}");
             }
         }
@@ -381,14 +383,15 @@ mod tests {
     fn pictures_lie_side_by_side() {
         let darker = compare(0.5, 0.2);
         let png = darker.png().unwrap();
-        let picture = image::load_from_memory(&png).unwrap().into_rgba8();
-        assert_eq!(picture.dimensions(), (3 * 24 + 16, 24));
-        let at = |x: u32| picture.get_pixel(x, 8).0;
+        let picture = read(&png).unwrap().0;
+        let width = 3 * 24 + 16;
+        assert_eq!(picture.size, [width, 24]);
+        let at = |x: usize| picture.pixels[8 * width as usize + x];
         let [truth, copy, difference] = [12, 44, 76].map(at);
         assert!(truth[0] > copy[0] && copy[0] > 0);
         assert!(difference[2] > difference[0], "{difference:?}");
         // Beside the spheres there is nothing.
-        assert_eq!([at(27), picture.get_pixel(64, 0).0].map(|p| p[3]), [0, 0]);
+        assert_eq!([at(27), picture.pixels[64]].map(|p| p[3]), [0, 0]);
         let mut exr = io::Cursor::new(Vec::new());
         darker.write_exr(&mut exr).unwrap();
         assert!(exr.into_inner().starts_with(&[0x76, 0x2f, 0x31, 0x01]));
