@@ -1,9 +1,10 @@
-//! Tolerances and guarded functions, each with its reason.
+//! Tolerances and guarded functions, each with its reason, and what several rooms search and sum with.
 
 pub(crate) mod angles;
 #[cfg(any(test, feature = "stability"))]
 pub(crate) mod exact;
 pub(crate) mod powers;
+pub(crate) mod tree;
 
 use glam::{DMat3, DVec3};
 

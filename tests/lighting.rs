@@ -200,7 +200,7 @@ fn maps_that_are_none_are_refused() {
 #[cfg(feature = "pictures")]
 mod files {
     use super::*;
-    use std::fs::{self, File};
+    use std::fs;
     use std::path::Path;
 
     fn write_exr(path: &Path, width: usize, pixels: &[[f32; 3]]) {
@@ -212,11 +212,79 @@ mod files {
     }
 
     fn write_hdr(path: &Path, width: usize, pixels: &[[f32; 3]]) {
-        let pixels: Vec<_> = pixels.iter().map(|p| image::Rgb(*p)).collect();
-        let encoder = image::codecs::hdr::HdrEncoder::new(File::create(path).unwrap());
-        encoder
-            .encode(&pixels, width, pixels.len() / width)
-            .unwrap();
+        let mut bytes = hdr_header(width, pixels.len() / width);
+        for row in pixels.chunks(width) {
+            let row: Vec<[u8; 4]> = row.iter().map(shared_exponent).collect();
+            bytes.extend([2, 2, (width >> 8) as u8, width as u8]);
+            for byte in 0..4 {
+                let values: Vec<u8> = row.iter().map(|pixel| pixel[byte]).collect();
+                for run in values
+                    .chunk_by(|a, b| a == b)
+                    .flat_map(|run| run.chunks(127))
+                {
+                    bytes.extend([128 + run.len() as u8, run[0]]);
+                }
+            }
+        }
+        fs::write(path, bytes).unwrap();
+    }
+
+    fn hdr_header(width: usize, height: usize) -> Vec<u8> {
+        let head = "#?RADIANCE\n# by hand\nFORMAT=32-bit_rle_rgbe\n\n";
+        format!("{head}-Y {height} +X {width}\n").into_bytes()
+    }
+
+    fn shared_exponent(rgb: &[f32; 3]) -> [u8; 4] {
+        let largest = rgb.iter().copied().fold(1e-30, f32::max);
+        let exponent = largest.log2().floor() as i32 + 1;
+        let [r, g, b] = rgb.map(|v| (v * 2f32.powi(8 - exponent)) as u8);
+        [r, g, b, (exponent + 128) as u8]
+    }
+
+    /// Rows of all three kinds have the values of their bytes, to the bit.
+    #[test]
+    fn rows_are_whole_pixels_or_runs() {
+        let dir = tempfile::tempdir().unwrap();
+        let path = dir.path().join("rows.hdr");
+        let read = |rows: &[u8], width: usize, height: usize| {
+            fs::write(&path, [&hdr_header(width, height), rows].concat()).unwrap();
+            from(&path).map(|light| {
+                // Up, where all weight is on the first row.
+                light.radiance(Direction::try_new(glam::DVec3::Z).unwrap())
+            })
+        };
+        let pixel = [64, 128, 255, 130];
+        let want = [64.0, 128.0, 255.0].map(|c| c * 2f64.powi(130 - 136));
+        let whole = pixel.repeat(8);
+        // Seven copies; and 3 + 256 · 1 of them.
+        let old = [&pixel[..], &[1, 1, 1, 7]].concat();
+        let long = [&pixel[..], &[1, 1, 1, 3, 1, 1, 1, 1]].concat();
+        let runs = pixel.map(|byte| [131, byte, 5, byte, byte, byte, byte, byte]);
+        let new = [&[2, 2, 0, 8][..], runs.as_flattened()].concat();
+        for (row, width) in [(&whole, 8), (&old, 8), (&new, 8), (&long, 260)] {
+            let rows = row.repeat(width / 2);
+            assert_eq!(read(&rows, width, width / 2).unwrap(), want);
+            let message = read(&rows[..rows.len() - 1], width, width / 2).unwrap_err();
+            let last = format!("cut in row {}", width / 2 - 1);
+            assert!(message.contains(&last), "{message}");
+            let message = read(row, 2, 1).map(drop);
+            assert_eq!(message.is_err(), row != &whole, "{message:?}");
+        }
+        // The smallest exponents are 2^-135 and 0.
+        for (exponent, unit) in [(0, 0.0), (1, 2f64.powi(-135)), (2, 2f64.powi(-134))] {
+            let rows = [3, 5, 7, exponent].repeat(2);
+            assert_eq!(
+                read(&rows, 2, 1).unwrap(),
+                [3.0, 5.0, 7.0].map(|c| c * unit)
+            );
+        }
+        // Nothing to repeat; counts without end.
+        for row in [
+            [1, 1, 1, 1].repeat(2),
+            [pixel, [1, 1, 1, 0]].concat().repeat(9),
+        ] {
+            assert!(read(&row, 2, 1).is_err());
+        }
     }
 
     fn from(path: &Path) -> Result<Box<dyn Lighting>, String> {
@@ -266,6 +334,15 @@ mod files {
         let whole = fs::read(at("nan.exr")).unwrap();
         fs::write(at("cut.exr"), &whole[..whole.len() / 2]).unwrap();
         fs::write(at("cut.hdr"), "#?RADIANCE\n").unwrap();
+        fs::write(at("rgbe.hdr"), "#?RGBE\n").unwrap();
+        let lines = [
+            "FORMAT=32-bit_rle_xyze\n\n",
+            "\n+Y 4 +X 8\n",
+            "\n-Y 4 +X 8 9\n",
+        ];
+        for (name, lines) in ["xyze.hdr", "up.hdr", "more.hdr"].iter().zip(lines) {
+            fs::write(at(name), format!("#?RADIANCE\n{lines}")).unwrap();
+        }
         // A few bytes whose header promises gigabytes.
         let mut huge = whole.clone();
         for window in ["dataWindow\0box2i\0", "displayWindow\0box2i\0"] {
@@ -285,7 +362,11 @@ mod files {
             ("nan.exr", "column 5, row 1"),
             ("text.exr", "OpenEXR, Radiance HDR"),
             ("cut.exr", "cannot read"),
-            ("cut.hdr", "cannot read"),
+            ("cut.hdr", "cannot read this file: its header has no end"),
+            ("rgbe.hdr", "#?RADIANCE"),
+            ("xyze.hdr", "\"32-bit_rle_xyze\"; allowed: 32-bit_rle_rgbe"),
+            ("up.hdr", "\"+Y 4 +X 8\"; allowed: -Y height +X width"),
+            ("more.hdr", "-Y 4 +X 8 9"),
             ("huge.exr", "60000 × 30000 pixels: "),
             ("huge.hdr", "60000 × 30000 pixels: 53 bytes promise"),
             ("absent.exr", "cannot read"),

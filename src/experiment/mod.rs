@@ -78,7 +78,6 @@ mod route;
 mod row;
 mod run;
 mod schedules;
-#[cfg(feature = "schemas")]
 mod schema;
 mod source;
 mod stack;
@@ -113,7 +112,6 @@ pub use record::{Experiment, Extent, Known, Record, Shard, ShardError};
 pub use route::{Route, Router};
 pub use row::{Quantities, Row, quantities};
 pub use schedules::Share;
-#[cfg(feature = "schemas")]
 pub use schema::{config_schema, instrument_schema};
 pub use source::Source;
 pub use tables::Named;

@@ -199,7 +199,6 @@ fn parts(mut table: Table<'_>) -> Result<Parts<'_>, ReadError> {
 }
 
 /// Reads the tables of a config of this kind, without checking their values.
-#[cfg(feature = "schemas")]
 pub(super) fn read_keys(table: Table<'_>) -> Result<(), ReadError> {
     let (table, _, _) = parts(table)?;
     super::moments::read_tables(table)

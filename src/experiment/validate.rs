@@ -149,22 +149,23 @@ pub(super) fn check_output(config: &Config<'_>) -> Result<(), Error> {
         (
             "slices",
             config.output.slices,
-            "pictures",
+            ["draw pictures", "pictures"],
             cfg!(feature = "pictures"),
         ),
         (
             "parquet",
             config.output.parquet,
-            "parquet",
+            ["write Parquet", "parquet"],
             cfg!(feature = "parquet"),
         ),
     ];
-    for (key, is_asked, feature, is_there) in needed {
+    for (key, is_asked, [work, feature], is_there) in needed {
         if is_asked && !is_there {
             let path = KeyPath::of("output").key(key);
-            let allowed = format!("false in this build; true in one with the feature {feature}");
-            let e = ParameterError::new(path.to_string(), true, allowed);
-            return Err(config.source.error_at(&path, e));
+            let message = format!(
+                "{path} = true: this build of gonio cannot {work}: it lacks the feature {feature} (cargo install --path . --features {feature})"
+            );
+            return Err(config.source.error_at(&path, message));
         }
     }
     Ok(())

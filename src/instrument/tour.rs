@@ -5,14 +5,13 @@
 
 mod improve;
 mod sorted;
-mod tree;
 
 use super::motion::Travel;
-use crate::schedule::Positions;
+use crate::numeric::tree::{Metric, Near, Tree};
+use crate::schedule::{MAX_AXES, Positions};
 use improve::improve;
 use serde::{Deserialize, Serialize};
 use sorted::sorted;
-use tree::Tree;
 
 /// Rule that orders the visits.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
@@ -104,15 +103,51 @@ fn distinct(positions: &[Positions], path: impl Fn(&[Positions]) -> Vec<u32>) ->
 /// axes (move no axis without need), then by number.
 fn nearest_neighbour(travel: &Travel, rest: &Positions, points: &[Positions]) -> Vec<u32> {
     let mut tree = Tree::new(travel, points);
+    let leaves = tree.leaves();
+    let mut found = Vec::with_capacity(2);
     let mut path = Vec::with_capacity(points.len());
     let mut here = *rest;
-    while let Some(next) = tree.nearest(&here) {
-        tree.remove(next);
-        here = points[next as usize];
-        path.push(next);
+    loop {
+        tree.nearest(&here, 1, FAR, &mut found);
+        let Some(&Near { number, .. }) = found.first() else {
+            return path;
+        };
+        tree.remove(number, leaves[number as usize]);
+        here = points[number as usize];
+        path.push(number);
     }
-    path
 }
+
+/// Travel times: less is nearer.
+impl Metric<MAX_AXES> for &Travel {
+    /// The square of the travel time, s², and the sum of the squares of all axes: among equal times the way that moves least.
+    /// On a lattice most times are equal, and neighbours along its axes are better than any others.
+    type Distance = [f64; 2];
+
+    fn distance(&self, from: &Positions, to: &Positions) -> [f64; 2] {
+        let squares = self.squares(from, to);
+        [
+            squares.iter().copied().fold(0.0, f64::max),
+            squares.iter().sum(),
+        ]
+    }
+
+    fn bounded([time, _]: [f64; 2]) -> f64 {
+        time
+    }
+
+    fn to_box(&self, from: &Positions, low: &Positions, high: &Positions) -> f64 {
+        let squares = self.squares_to_box(from, low, high);
+        squares.into_iter().fold(0.0, f64::max)
+    }
+
+    fn length(&self, axis: usize, low: f64, high: f64) -> f64 {
+        (high - low) / self.speed(axis)
+    }
+}
+
+/// Farther than any point.
+const FAR: [f64; 2] = [f64::INFINITY; 2];
 
 #[cfg(test)]
 mod tests;

@@ -137,8 +137,8 @@ pub enum MapError {
     Exr(#[from] exr::error::Error),
     /// The Radiance file cannot be read.
     #[cfg(feature = "pictures")]
-    #[error("cannot read this file: {}", reason(.0))]
-    Hdr(#[from] image::ImageError),
+    #[error("cannot read this file: {0}")]
+    Hdr(#[from] super::HdrError),
     /// This build reads no pictures.
     #[error("this build of gonio cannot read pictures: it lacks the feature pictures")]
     Absent,
@@ -247,10 +247,10 @@ type Picture = ([usize; 2], Vec<[f32; 3]>);
 /// Reading pictures.
 #[cfg(feature = "pictures")]
 mod files {
+    use super::super::hdr;
     use super::{MapError, Path, Picture};
-    use crate::files::{UNPACKED_LIMIT, exr_layer, may_unpack, open};
+    use crate::files::{exr_layer, may_unpack, open};
     use exr::prelude::MetaData;
-    use image::{ImageDecoder, ImageFormat, ImageReader, Limits};
     use std::fs::File;
     use std::io::{BufReader, Read};
 
@@ -270,44 +270,41 @@ mod files {
         }
     }
 
-    fn reader(path: &Path) -> Result<ImageReader<BufReader<File>>, MapError> {
-        let mut reader = ImageReader::new(BufReader::new(open(path)?));
-        reader.set_format(ImageFormat::Hdr);
-        // That of all compressed files, which `size` has looked at.
-        let mut limits = Limits::no_limits();
-        limits.max_alloc = Some(UNPACKED_LIMIT);
-        reader.limits(limits);
-        Ok(reader)
+    /// Checks that a file of `packed` bytes can hold so many values, each held in four bytes.
+    fn held(packed: u64, size: [usize; 2], channels: usize) -> Result<(), MapError> {
+        let [width, height] = size;
+        let values = width.saturating_mul(height).saturating_mul(channels);
+        may_unpack(packed, values.saturating_mul(4) as u64).map_err(|why| MapError::Large {
+            width,
+            height,
+            why,
+        })
+    }
+
+    /// Width and height of a Radiance file that can be unpacked, and the file from its first pixel on.
+    fn hdr_header(path: &Path) -> Result<([usize; 2], BufReader<File>), MapError> {
+        let file = open(path)?;
+        let packed = file.metadata()?.len();
+        let mut input = BufReader::new(file);
+        let size = hdr::size(&mut input)?;
+        held(packed, size, 3)?;
+        Ok((size, input))
     }
 
     /// Width and height, from the header, of a picture that can be unpacked.
     pub fn size(path: &Path) -> Result<[usize; 2], MapError> {
         let packed = std::fs::metadata(path)?.len();
-        // Each value is held in four bytes.
-        let held = |[width, height]: [usize; 2], channels: usize| {
-            let values = width.saturating_mul(height).saturating_mul(channels);
-            may_unpack(packed, values.saturating_mul(4) as u64).map_err(|why| MapError::Large {
-                width,
-                height,
-                why,
-            })
-        };
         match format(path)? {
             Format::Exr => {
                 let meta = MetaData::read_from_file(path, false)?;
                 let size =
                     |h: &exr::meta::header::Header| [h.layer_size.width(), h.layer_size.height()];
                 for header in &meta.headers {
-                    held(size(header), header.channels.list.len())?;
+                    held(packed, size(header), header.channels.list.len())?;
                 }
                 meta.headers.first().map(size).ok_or(MapError::Empty)
             }
-            Format::Hdr => {
-                let (width, height) = reader(path)?.into_decoder()?.dimensions();
-                let size = [width as usize, height as usize];
-                held(size, 3)?;
-                Ok(size)
-            }
+            Format::Hdr => Ok(hdr_header(path)?.0),
         }
     }
 
@@ -316,9 +313,8 @@ mod files {
         match format(path)? {
             Format::Exr => exr_pixels(path),
             Format::Hdr => {
-                let image = reader(path)?.decode()?.into_rgb32f();
-                let size = [image.width() as usize, image.height() as usize];
-                Ok((size, image.pixels().map(|p| p.0).collect()))
+                let (size, mut input) = hdr_header(path)?;
+                Ok((size, hdr::pixels(&mut input, size)?))
             }
         }
     }

@@ -3,12 +3,16 @@
 mod blob;
 mod checker;
 mod constant;
+#[cfg(feature = "pictures")]
+mod hdr;
 mod map;
 mod sky;
 
 pub use blob::BlobSpec;
 pub use checker::CheckerSpec;
 pub use constant::ConstantSpec;
+#[cfg(feature = "pictures")]
+pub use hdr::HdrError;
 pub use map::{Map, MapError, MapSpec};
 pub use sky::SkySpec;
 

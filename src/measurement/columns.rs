@@ -19,7 +19,7 @@ pub(super) const UNCERTAINTY: &str = "uncertainty";
 const FAMILIES: [&str; 5] = [VALUE, VALUE_COS, TYPE_A, TYPE_B, UNCERTAINTY];
 
 /// Ends of the columns of colours.
-const ENDS: [&str; 3] = ["_r", "_g", "_b"];
+pub(super) const ENDS: [&str; 3] = ["_r", "_g", "_b"];
 
 /// The column with the wavelength of a row, nm.
 const WAVELENGTH: &str = "wavelength_nm";

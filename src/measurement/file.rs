@@ -43,7 +43,7 @@ use std::sync::Arc;
 const MEASUREMENT_HASH: &str = "measurement_hash";
 
 /// The column that numbers the tries at a pose.
-const ATTEMPT: &str = "attempt";
+pub(super) const ATTEMPT: &str = "attempt";
 
 const NO_DATA: &str = "no-data";
 const OCCLUDED: &str = "occluded";

@@ -7,7 +7,6 @@ mod file;
 mod merge;
 mod negative;
 pub mod pab;
-#[cfg(feature = "schemas")]
 mod record;
 mod retro;
 mod scattered;
@@ -15,8 +14,7 @@ mod scattered;
 pub use file::{About, FlagsError, MeasurementFile, read_measurement, write_measurement};
 pub use merge::Folded;
 pub use negative::Negative;
-#[cfg(feature = "schemas")]
-pub use record::{MeasurementRow, measurement_schema};
+pub use record::measurement_schema;
 pub use retro::{RetroPeak, retro_peak};
 pub use scattered::Scattered;
 

@@ -1,82 +1,81 @@
 //! JSON Schema (2020-12) of the lines of a measurement.
 
-use crate::schedule::ScheduleRow;
-use crate::schedule::record::{line_schema, row_schema};
-use schemars::JsonSchema;
+use super::columns::{ENDS, TYPE_A, TYPE_B, UNCERTAINTY, VALUE};
+use super::file::ATTEMPT;
+use crate::schedule::record::{Column, POSITIVE, line_schema, row_schema};
+use crate::schedule::table::WORDS;
 use serde_json::{Value, json};
 
-/// A row of a measurement: that of its schedule, and what was read there. Values are empty where
-/// there is no reading; `flags` says why. Values by wavelength have columns such as `value_450nm`.
-#[derive(Clone, Debug, JsonSchema)]
-pub struct MeasurementRow {
-    /// The pose.
-    #[schemars(flatten)]
-    pub pose: ScheduleRow,
-    /// Luminance of f_r, sr⁻¹, without the cosine.
-    pub value: Option<f64>,
-    /// Red of f_r, sr⁻¹, without the cosine.
-    pub value_r: Option<f64>,
-    /// Green of f_r, sr⁻¹, without the cosine.
-    pub value_g: Option<f64>,
-    /// Blue of f_r, sr⁻¹, without the cosine.
-    pub value_b: Option<f64>,
-    /// Standard uncertainty (k = 1) of the scatter between readings, sr⁻¹.
-    #[schemars(range(min = 0.0))]
-    pub type_a: Option<f64>,
-    /// Standard uncertainty (k = 1) of what readings share, sr⁻¹.
-    #[schemars(range(min = 0.0))]
-    pub type_b: Option<f64>,
-    /// Both together: the root of the sum of their squares, sr⁻¹.
-    #[schemars(range(min = 0.0))]
-    pub uncertainty: Option<f64>,
-    /// `type_a` of red.
-    #[schemars(range(min = 0.0))]
-    pub type_a_r: Option<f64>,
-    /// `type_b` of red.
-    #[schemars(range(min = 0.0))]
-    pub type_b_r: Option<f64>,
-    /// `uncertainty` of red.
-    #[schemars(range(min = 0.0))]
-    pub uncertainty_r: Option<f64>,
-    /// `type_a` of green.
-    #[schemars(range(min = 0.0))]
-    pub type_a_g: Option<f64>,
-    /// `type_b` of green.
-    #[schemars(range(min = 0.0))]
-    pub type_b_g: Option<f64>,
-    /// `uncertainty` of green.
-    #[schemars(range(min = 0.0))]
-    pub uncertainty_g: Option<f64>,
-    /// `type_a` of blue.
-    #[schemars(range(min = 0.0))]
-    pub type_a_b: Option<f64>,
-    /// `type_b` of blue.
-    #[schemars(range(min = 0.0))]
-    pub type_b_b: Option<f64>,
-    /// `uncertainty` of blue.
-    #[schemars(range(min = 0.0))]
-    pub uncertainty_b: Option<f64>,
-    /// What is odd about the reading, or why there is none; several joined by `;`.
-    pub flags: Option<String>,
-    /// Number of the try, from 1; a later one replaces an earlier one.
-    #[schemars(range(min = 1))]
-    pub attempt: Option<u32>,
+/// What is uncertain about a value.
+const UNCERTAINTIES: [(&str, &str); 3] = [
+    (
+        TYPE_A,
+        "Standard uncertainty (k = 1) of the scatter between readings, sr⁻¹.",
+    ),
+    (
+        TYPE_B,
+        "Standard uncertainty (k = 1) of what readings share, sr⁻¹.",
+    ),
+    (
+        UNCERTAINTY,
+        "Both together: the root of the sum of their squares, sr⁻¹.",
+    ),
+];
+
+/// Names and summaries of the columns of values, then those of uncertainties: of luminance and of each colour.
+fn quantities() -> [Vec<(String, String)>; 2] {
+    let channels = [("", "Luminance"), (ENDS[0], "Red"), (ENDS[1], "Green")];
+    let channels = channels.into_iter().chain([(ENDS[2], "Blue")]);
+    let (mut values, mut uncertainties) = (Vec::new(), Vec::new());
+    for (end, channel) in channels {
+        let summary = format!("{channel} of f_r, sr⁻¹, without the cosine.");
+        values.push((format!("{VALUE}{end}"), summary));
+        for (family, summary) in UNCERTAINTIES {
+            let summary = match end {
+                "" => summary.to_owned(),
+                _ => format!("`{family}` of {}.", channel.to_lowercase()),
+            };
+            uncertainties.push((format!("{family}{end}"), summary));
+        }
+    }
+    [values, uncertainties]
 }
 
 /// The JSON Schema of one line of a measurement in JSON Lines: a row, or the header in front.
 pub fn measurement_schema() -> Value {
-    let mut row = row_schema::<MeasurementRow>();
+    let quantities = quantities();
+    let mut columns = Vec::new();
+    for (quantities, bounds) in quantities.iter().zip([&[], POSITIVE]) {
+        columns.extend(quantities.iter().map(|(name, summary)| Column {
+            name,
+            summary,
+            bounds,
+        }));
+    }
+    columns.push(Column {
+        name: WORDS,
+        summary: "What is odd about the reading, or why there is none; several joined by `;`.",
+        bounds: &[],
+    });
+    columns.push(Column {
+        name: ATTEMPT,
+        summary: "Number of the try, from 1; a later one replaces an earlier one.",
+        bounds: &[("minimum", 1.0)],
+    });
+    let mut row = row_schema(
+        "MeasurementRow",
+        "A row of a measurement: that of its schedule, and what was read there. Values are empty where\nthere is no reading; `flags` says why. Values by wavelength have columns such as `value_450nm`.",
+        &columns,
+    );
     let patterns = row.get_mut("patternProperties");
     if let Some(patterns) = patterns.and_then(Value::as_object_mut) {
-        let value = json!({ "type": ["number", "null"] });
-        let uncertainty = json!({ "type": ["number", "null"], "minimum": 0.0 });
-        for (family, cell) in [
-            ("value", &value),
-            ("type_a", &uncertainty),
-            ("type_b", &uncertainty),
-            ("uncertainty", &uncertainty),
-        ] {
-            patterns.insert(format!("^{family}_[0-9.]+nm$"), cell.clone());
+        let uncertainties = UNCERTAINTIES.map(|(family, _)| (family, POSITIVE));
+        for (family, bounds) in [(VALUE, &[][..])].into_iter().chain(uncertainties) {
+            let mut cell = json!({ "type": ["number", "null"] });
+            for &(keyword, bound) in bounds {
+                cell[keyword] = json!(bound);
+            }
+            patterns.insert(format!("^{family}_[0-9.]+nm$"), cell);
         }
     }
     line_schema("A line of a gonio measurement", row)

@@ -6,7 +6,7 @@
 //! dense sheets, lines and clusters stand beside what lies between them, and a cloud that fills space
 //! evenly never needs a copy.
 
-use kiddo::{ImmutableKdTree, SquaredEuclidean};
+use crate::numeric::tree::{Near, Squared, Tree};
 use rustc_hash::FxHashSet;
 use std::num::NonZeroUsize;
 use std::sync::OnceLock;
@@ -21,10 +21,10 @@ const FLAT: f64 = 0.02;
 const ONE_SIDE: f64 = 0.6;
 
 /// Neighbours from each thinner copy: enough to surround a point in 4-D.
-const PER_COPY: NonZeroUsize = NonZeroUsize::MIN.saturating_add(11);
+const PER_COPY: usize = 12;
 
 /// Points of a copy that is not thinned further.
-const FEWEST: usize = 2 * PER_COPY.get();
+const FEWEST: usize = 2 * PER_COPY;
 
 /// Smallest cubes of a copy: the range of a coordinate is about 1.
 const SMALLEST: f64 = 1e-3;
@@ -32,68 +32,22 @@ const SMALLEST: f64 = 1e-3;
 /// Dimensions of an embedding, the most there are.
 const MOST: usize = 4;
 
-/// Neighbours up to which the order of equally near ones is that of the tree, whatever is known before: more are sorted
-/// by rules that depend on what else is in the list.
-const MOST_IN_ORDER: NonZeroUsize = NonZeroUsize::MIN.saturating_add(31);
-
 /// What rounding may add to a squared distance.
 const WIDER: f64 = 1.0 + 1e-9;
 
 /// Points whose neighbours tell spacing and layout.
 const PROBES: usize = 128;
 
-/// The nearest of a set of points.
-struct Nearest<const K: usize>(ImmutableKdTree<f64, K>);
-
-impl<const K: usize> Nearest<K> {
-    /// The tree of at least one point, finite.
-    fn new(points: &[[f64; K]]) -> Self {
-        match ImmutableKdTree::new_from_slice(points) {
-            Ok(tree) => Self(tree),
-            Err(e) => unreachable!("a tree over {} finite points: {e}", points.len()),
-        }
-    }
-
-    /// Number of the point nearest to `x`.
-    #[inline]
-    fn find(&self, x: &[f64; K]) -> usize {
-        self.0
-            .query(x)
-            .nearest_one::<SquaredEuclidean<f64>>()
-            .execute()
-            .item as usize
-    }
-
-    /// Numbers and squared distances of the `k` nearest points, nearest first.
-    #[inline]
-    fn find_many(&self, x: &[f64; K], k: NonZeroUsize, visit: impl FnMut(usize, f64)) {
-        self.find_within(f64::INFINITY, x, k, visit);
-    }
-
-    /// The same, of points up to a squared distance.
-    #[inline]
-    fn find_within(
-        &self,
-        most: f64,
-        x: &[f64; K],
-        k: NonZeroUsize,
-        mut visit: impl FnMut(usize, f64),
-    ) {
-        let found = self
-            .0
-            .query(x)
-            .nearest_n::<SquaredEuclidean<f64>>(k)
-            .within::<SquaredEuclidean<f64>>(most)
-            .execute();
-        for item in found {
-            visit(item.item as usize, item.distance);
-        }
-    }
+/// The `k` points nearest to `x`, nearest first.
+fn nearest_in<const K: usize>(tree: &Tree<K, Squared>, x: &[f64; K], k: usize) -> Vec<Near<f64>> {
+    let mut found = Vec::with_capacity(2 * k);
+    tree.nearest(x, k, f64::INFINITY, &mut found);
+    found
 }
 
 /// A part of the cloud: one point per cube.
 struct Copy<const K: usize> {
-    tree: Nearest<K>,
+    tree: Tree<K, Squared>,
     /// Numbers of its points in the cloud.
     index: Vec<usize>,
 }
@@ -108,7 +62,7 @@ pub(super) struct Cloud<const K: usize> {
     pub channels: usize,
     /// Relative uncertainty of each point; empty: all are exact.
     noise: Vec<f64>,
-    tree: Nearest<K>,
+    tree: Tree<K, Squared>,
     /// Thinner copies, made when first asked for.
     copies: OnceLock<Vec<Copy<K>>>,
     in_sheets: OnceLock<bool>,
@@ -125,6 +79,8 @@ pub(super) struct Found {
     pub reach: Reach,
     /// The point that was looked about before, of the same cloud, and the distance of the farthest of its nearest.
     before: Option<([f64; MOST], f64)>,
+    /// A buffer: what the tree found.
+    near: Vec<Near<f64>>,
     /// A buffer: those of one thinner copy.
     of_copy: Vec<usize>,
 }
@@ -167,7 +123,7 @@ impl<const K: usize> Cloud<K> {
     /// Of at least one point, finite; `values` is point-major.
     pub fn new(points: Vec<[f64; K]>, values: Vec<f64>, channels: usize) -> Self {
         Self {
-            tree: Nearest::new(&points),
+            tree: Tree::new(Squared, &points),
             points,
             values,
             channels,
@@ -199,7 +155,7 @@ impl<const K: usize> Cloud<K> {
     /// Number of the point nearest to `x`.
     #[inline]
     pub fn nearest(&self, x: &[f64; K]) -> usize {
-        self.tree.find(x)
+        nearest_in(&self.tree, x, 1)[0].number as usize
     }
 
     /// The `k` points nearest to `x`, and more where they are flat.
@@ -207,13 +163,17 @@ impl<const K: usize> Cloud<K> {
         found.index.clear();
         found.distance2.clear();
         // Points that follow each other lie near each other: the nearest of the one are within reach of the next.
-        let before = found.before.filter(|_| k <= MOST_IN_ORDER);
-        let most = before.map_or(f64::INFINITY, |(at, reach)| {
+        let most = found.before.map_or(f64::INFINITY, |(at, reach)| {
             let way2: f64 = at.iter().zip(x).map(|(a, b)| (a - b) * (a - b)).sum();
             // Squares of tiny distances are 0.
             ((reach + way2.sqrt()).powi(2) * WIDER).max(f64::MIN_POSITIVE)
         });
-        self.tree.find_within(most, x, k, |i, d2| found.push(i, d2));
+        let mut near = std::mem::take(&mut found.near);
+        self.tree.nearest(x, k.get(), most, &mut near);
+        for near in &near {
+            found.push(near.number as usize, near.distance);
+        }
+        found.near = near;
         let reach = found.distance2.get(k.get() - 1).copied();
         found.before = reach.map(|d2| {
             let mut at = [0.0; MOST];
@@ -229,13 +189,13 @@ impl<const K: usize> Cloud<K> {
         found.reach = Reach::Flat;
         for copy in self.copies.get_or_init(|| self.thinned()) {
             of_copy.clear();
-            copy.tree.find_many(x, PER_COPY, |i, d2| {
-                let i = copy.index[i];
+            for near in nearest_in(&copy.tree, x, PER_COPY) {
+                let i = copy.index[near.number as usize];
                 of_copy.push(i);
                 if !found.index.contains(&i) {
-                    found.push(i, d2);
+                    found.push(i, near.distance);
                 }
-            });
+            }
             if fills_space(&self.points, &of_copy) && self.surrounds(&of_copy, x) {
                 found.reach = Reach::Far;
                 break;
@@ -263,13 +223,11 @@ impl<const K: usize> Cloud<K> {
 
     /// Distance of point `i` to the next one that is elsewhere, 0 if there is none near.
     pub fn gap(&self, i: usize) -> f64 {
-        let mut gap = 0.0;
-        self.tree.find_many(&self.points[i], PER_COPY, |_, d2| {
-            if gap == 0.0 && d2 > SMALLEST * SMALLEST {
-                gap = d2.sqrt();
-            }
-        });
-        gap
+        let near = nearest_in(&self.tree, &self.points[i], PER_COPY).into_iter();
+        let elsewhere = near
+            .map(|near| near.distance)
+            .find(|d2| *d2 > SMALLEST * SMALLEST);
+        elsewhere.map_or(0.0, f64::sqrt)
     }
 
     /// True if many points lie in sheets, lines or clusters: of a quarter the neighbours do not fill space.
@@ -288,10 +246,9 @@ impl<const K: usize> Cloud<K> {
     fn lies_in_sheets(&self) -> bool {
         let points = &self.points;
         let step = points.len().div_ceil(PROBES);
-        let mut near = Vec::with_capacity(PER_COPY.get());
         let is_flat = |x: &&[f64; K]| {
-            near.clear();
-            self.tree.find_many(x, PER_COPY, |i, _| near.push(i));
+            let near = nearest_in(&self.tree, x, PER_COPY).into_iter();
+            let near: Vec<usize> = near.map(|near| near.number as usize).collect();
             !fills_space(points, &near)
         };
         let flat = points.iter().step_by(step).filter(is_flat).count();
@@ -301,15 +258,14 @@ impl<const K: usize> Cloud<K> {
     /// Copies of the cloud, each with cubes twice as large as the one before.
     fn thinned(&self) -> Vec<Copy<K>> {
         let points = &self.points;
-        let two = NonZeroUsize::MIN.saturating_add(1);
         let step = points.len().div_ceil(PROBES);
         let mut gaps = Vec::with_capacity(PROBES);
         for x in points.iter().step_by(step) {
-            self.tree.find_many(x, two, |_, d2| {
-                if d2 > 0.0 {
-                    gaps.push(d2.sqrt());
-                }
-            });
+            let near = nearest_in(&self.tree, x, 2).into_iter();
+            gaps.extend(
+                near.filter(|near| near.distance > 0.0)
+                    .map(|near| near.distance.sqrt()),
+            );
         }
         gaps.sort_by(f64::total_cmp);
         let gap = gaps.get(gaps.len() / 2).copied();
@@ -321,7 +277,7 @@ impl<const K: usize> Cloud<K> {
             index = one_per_cube(points, &index, edge);
             let of: Vec<[f64; K]> = index.iter().map(|&i| points[i]).collect();
             copies.push(Copy {
-                tree: Nearest::new(&of),
+                tree: Tree::new(Squared, &of),
                 index: index.clone(),
             });
         }

@@ -9,7 +9,6 @@ pub(crate) mod import;
 mod itinerary;
 mod lattice;
 mod points;
-#[cfg(feature = "schemas")]
 pub(crate) mod record;
 mod sample_set;
 mod shapes;
@@ -24,8 +23,7 @@ pub use import::{Assume, ScheduleFile, read_schedule};
 pub use itinerary::{Itinerary, MAX_AXES, Positions, Unreachable, Visit};
 pub use lattice::{Centring, Lattice, LatticeAxis, for_each_node};
 pub use points::{PointSet, RandomSet, SobolSet};
-#[cfg(feature = "schemas")]
-pub use record::{ScheduleRow, schedule_schema};
+pub use record::schedule_schema;
 pub use sample_set::{PlanError, SampleSet};
 pub use table::FileError;
 pub use visited::{Unvisited, unvisited};

@@ -1,63 +1,109 @@
 //! JSON Schema (2020-12) of the lines of a schedule.
 
+use super::export::{ARMS, TIMES};
 use super::import::coordinate_columns;
-use schemars::JsonSchema;
+use super::table::{WHOLE, WORDS};
 use serde_json::{Map, Value, json};
 
-/// A row of a schedule. Columns of coordinates and of axis positions come on top: which ones the
-/// header says.
-#[derive(Clone, Debug, JsonSchema)]
-pub struct ScheduleRow {
-    /// Number of the pose in its schedule, from 0.
-    pub index: Option<u32>,
-    /// Angle of the light from the normal, degrees.
-    #[schemars(range(min = 0.0), extend("exclusiveMaximum" = 90.0))]
-    pub theta_i_deg: f64,
-    /// Azimuth of the light, degrees.
-    #[schemars(range(min = -360.0, max = 360.0))]
-    pub phi_i_deg: f64,
-    /// Angle of the sensor from the normal, degrees.
-    #[schemars(range(min = 0.0), extend("exclusiveMaximum" = 90.0))]
-    pub theta_o_deg: f64,
-    /// Azimuth of the sensor, degrees.
-    #[schemars(range(min = -360.0, max = 360.0))]
-    pub phi_o_deg: f64,
-    /// Number of the run of rows that share a light direction, from 0.
-    pub block: Option<u32>,
-    /// Travel from the row before, and settling, s.
-    #[schemars(range(min = 0.0))]
-    pub move_seconds: Option<f64>,
-    /// All exposures of this pose, s.
-    #[schemars(range(min = 0.0))]
-    pub exposure_seconds: Option<f64>,
-    /// Moving, exposures, overhead and a calibration before it, s.
-    #[schemars(range(min = 0.0))]
-    pub seconds: Option<f64>,
-    /// From the start to the middle of the exposures, s.
-    #[schemars(range(min = 0.0))]
-    pub at_seconds: Option<f64>,
+/// A column of a row. Angles of the arms are in every row; columns that [hold whole numbers](WHOLE) or [words](WORDS)
+/// are those of all tables, the others hold numbers.
+pub(crate) struct Column<'a> {
+    pub name: &'a str,
+    /// What it says.
+    pub summary: &'a str,
+    /// Keywords that bound its numbers.
+    pub bounds: &'static [(&'static str, f64)],
+}
+
+/// Numbers that are not negative.
+pub(crate) const POSITIVE: &[(&str, f64)] = &[("minimum", 0.0)];
+
+const ELEVATION: &[(&str, f64)] = &[("minimum", 0.0), ("exclusiveMaximum", 90.0)];
+const AZIMUTH: &[(&str, f64)] = &[("minimum", -360.0), ("maximum", 360.0)];
+
+const fn column<'a>(
+    name: &'a str,
+    bounds: &'static [(&'static str, f64)],
+    summary: &'a str,
+) -> Column<'a> {
+    Column {
+        name,
+        summary,
+        bounds,
+    }
+}
+
+/// The columns of a schedule, without those of coordinates and axes, which a file names itself.
+#[rustfmt::skip]
+pub(crate) const COLUMNS: [Column<'static>; 10] = [
+    column(WHOLE[0], POSITIVE, "Number of the pose in its schedule, from 0."),
+    column(ARMS[0], ELEVATION, "Angle of the light from the normal, degrees."),
+    column(ARMS[1], AZIMUTH, "Azimuth of the light, degrees."),
+    column(ARMS[2], ELEVATION, "Angle of the sensor from the normal, degrees."),
+    column(ARMS[3], AZIMUTH, "Azimuth of the sensor, degrees."),
+    column(WHOLE[1], POSITIVE, "Number of the run of rows that share a light direction, from 0."),
+    column(TIMES[0], POSITIVE, "Travel from the row before, and settling, s."),
+    column(TIMES[1], POSITIVE, "All exposures of this pose, s."),
+    column(TIMES[2], POSITIVE, "Moving, exposures, overhead and a calibration before it, s."),
+    column(TIMES[3], POSITIVE, "From the start to the middle of the exposures, s."),
+];
+
+impl Column<'_> {
+    fn schema(&self) -> Value {
+        let is_whole = WHOLE.contains(&self.name);
+        let (kind, format) = match self.name {
+            WORDS => ("string", None),
+            _ if is_whole => ("integer", Some("uint32")),
+            _ => ("number", Some("double")),
+        };
+        let mut schema = Map::new();
+        let kind = match ARMS.contains(&self.name) {
+            true => json!(kind),
+            false => json!([kind, "null"]),
+        };
+        schema.insert("type".into(), kind);
+        if let Some(format) = format {
+            schema.insert("format".into(), json!(format));
+        }
+        schema.insert("description".into(), json!(self.summary));
+        for &(keyword, bound) in self.bounds {
+            let bound = match is_whole {
+                true => json!(bound as u32),
+                false => json!(bound),
+            };
+            schema.insert(keyword.into(), bound);
+        }
+        Value::Object(schema)
+    }
 }
 
 /// The JSON Schema of one line of a schedule in JSON Lines: a row, or the header in front.
 pub fn schedule_schema() -> Value {
-    line_schema("A line of a gonio schedule", row_schema::<ScheduleRow>())
+    let row = row_schema(
+        "ScheduleRow",
+        "A row of a schedule. Columns of coordinates and of axis positions come on top: which ones the\nheader says.",
+        &[],
+    );
+    line_schema("A line of a gonio schedule", row)
 }
 
-/// The schema of a row with the columns of coordinates and axes, which no struct can name.
-pub(crate) fn row_schema<T: JsonSchema>() -> Value {
-    let mut schema = schemars::schema_for!(T).to_value();
+/// The schema of a row with the columns of a schedule, further ones, and those of coordinates and axes.
+pub(crate) fn row_schema(title: &str, description: &str, further: &[Column<'_>]) -> Value {
+    let all = COLUMNS.iter().chain(further);
+    let mut properties: Map<String, Value> = all.map(|c| (c.name.to_owned(), c.schema())).collect();
     let number = json!({ "type": ["number", "null"] });
-    if let Some(properties) = schema.get_mut("properties").and_then(Value::as_object_mut) {
-        let plain = coordinate_columns().into_iter();
-        let plain = plain.filter(|column| !column.ends_with("_deg"));
-        properties.extend(plain.map(|column| (column, number.clone())));
-    }
-    if let Some(object) = schema.as_object_mut() {
-        object.insert("patternProperties".into(), json!({ "_deg$": number }));
-        object.insert("additionalProperties".into(), json!(false));
-        object.remove("$schema");
-    }
-    schema
+    let plain = coordinate_columns().into_iter();
+    let plain = plain.filter(|column| !column.ends_with("_deg"));
+    properties.extend(plain.map(|column| (column, number.clone())));
+    json!({
+        "title": title,
+        "description": description,
+        "type": "object",
+        "properties": properties,
+        "required": ARMS,
+        "patternProperties": { "_deg$": number },
+        "additionalProperties": false,
+    })
 }
 
 /// A row, or the header.

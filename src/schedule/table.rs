@@ -7,6 +7,8 @@
 
 #[cfg(feature = "arrays")]
 mod arrays;
+#[cfg(feature = "arrays")]
+mod npy;
 mod read;
 mod write;
 

@@ -17,6 +17,7 @@ use gonio::report::pictures::render_spheres;
 use gonio::schedule::{Grid, SampleSet, Schedule};
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use std::fmt::Write;
+use std::io::Cursor;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -364,5 +365,9 @@ fn pixels(line: &str) -> Option<Vec<u8>> {
     let (_, data) = line.split_once("base64,")?;
     let (data, _) = data.split_once('"')?;
     let png = STANDARD.decode(data).unwrap();
-    Some(image::load_from_memory(&png).unwrap().to_rgb8().into_raw())
+    let mut reader = png::Decoder::new(Cursor::new(png)).read_info().unwrap();
+    let mut bytes = vec![0; reader.output_buffer_size().unwrap()];
+    let frame = reader.next_frame(&mut bytes).unwrap();
+    let pixels = bytes.chunks_exact(frame.color_type.samples());
+    Some(pixels.flat_map(|p| p[..3].to_vec()).collect())
 }

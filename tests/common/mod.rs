@@ -4,6 +4,8 @@
 #[cfg(feature = "experiments")]
 pub mod chi_squared;
 pub mod light;
+#[cfg(feature = "pictures")]
+pub mod png;
 
 use glam::DVec3;
 use gonio::brdf::{Brdf, Channels, Presence};

@@ -4,7 +4,6 @@ use super::as_text;
 use gonio::formats::load_readings;
 use gonio::geometry::Direction;
 use gonio::schedule::Assume;
-use npyz::WriterBuilder;
 use std::io::{Cursor, Write};
 
 /// The header of an array and its bytes.
@@ -62,16 +61,12 @@ fn promising(size: u64, mut archive: Vec<u8>) -> Vec<u8> {
     archive
 }
 
-/// Vectors of any length in place of angles, single precision, integers, packed; by another writer of arrays.
+/// Vectors of any length in place of angles, single precision, integers, packed.
 #[test]
 fn vectors_stand_for_angles() {
     let lights = [[0.0, 0.0, 2.0], [0.3, -0.4, 0.5], [-0.1, 0.2, 0.9]];
     let sensors = [[0.1f32, 0.0, 1.0], [0.0, 0.5, 0.5], [-0.3, 0.3, 0.1]];
-    let mut values = Vec::new();
-    let options = npyz::WriteOptions::new().default_dtype().shape(&[3]);
-    let mut writer = options.writer(&mut values).begin_nd().unwrap();
-    writer.extend([3u16, 1, 2]).unwrap();
-    writer.finish().unwrap();
+    let values = array("<u2", false, "(3,)", &[3, 0, 1, 0, 2, 0]);
     let single: Vec<u8> = sensors
         .iter()
         .flatten()
@@ -107,6 +102,79 @@ fn vectors_stand_for_angles() {
                 .distance(unit(sensors[i].map(f64::from)).vector())
                 < 1e-14
         );
+    }
+}
+
+/// Headers as other programs write them, and texts of both kinds.
+#[test]
+fn headers_and_texts_are_read_as_numpy_reads_them() {
+    let plain = column(&[10.0, 20.0]);
+    let text = std::str::from_utf8(&plain[10..plain.len() - 16]).unwrap();
+    let headed = |version: u8, text: &str| {
+        let size = text.len() as u32;
+        let size = size.to_le_bytes();
+        let size = if version == 1 { &size[..2] } else { &size };
+        let start = [b"\x93NUMPY", &[version, 0][..], size].concat();
+        [&start, text.as_bytes(), &plain[plain.len() - 16..]].concat()
+    };
+    let wide: Vec<u8> = "ok\0é\0\0"
+        .chars()
+        .flat_map(|c| u32::from(c).to_be_bytes())
+        .collect();
+    let read = |angle: Vec<u8>, flags: Vec<u8>| {
+        let others = [
+            "phi_i_deg.npy",
+            "theta_o_deg.npy",
+            "phi_o_deg.npy",
+            "value.npy",
+        ];
+        let others = others.map(|name| (name, plain.clone()));
+        let own = [("theta_i_deg.npy", angle), ("flags.npy", flags)];
+        as_text("npz", &archive(&[&own[..], &others].concat()))
+    };
+    let usual = read(plain.clone(), array(">U3", false, "(2,)", &wide)).unwrap();
+    assert!(
+        usual.contains("\"ok\"") && usual.contains("\"é\""),
+        "{usual}"
+    );
+    let bytes = "ok\0é\0".as_bytes();
+    for angle in [
+        headed(1, "{'shape':[2],'fortran_order':True,\"descr\":\"<f8\"}"),
+        headed(2, text),
+        headed(3, text),
+    ] {
+        assert_eq!(
+            read(angle, array("|S3", false, "(2,)", bytes)).unwrap(),
+            usual
+        );
+    }
+    let fields =
+        "{'descr': [('a', '<f4'), ('b', [('c', '<f4')])], 'shape': (2,), 'fortran_order': False}";
+    let nested = format!("{{'descr': {}", "[".repeat(60_000));
+    for (text, part) in [
+        (fields, "it holds [('a'"),
+        (&nested, "its header is {'descr'"),
+        (
+            "{'descr': '<f8', 'shape': (2,)}",
+            "allowed: descr, fortran_order and shape",
+        ),
+        (
+            "{'descr': '<f8', 'shape': ((2,),), 'fortran_order': False}",
+            "its header is",
+        ),
+        (
+            "{'descr': '<f8', 'shape': (-2,), 'fortran_order': False}",
+            "its header is",
+        ),
+        (
+            "{'descr': '|f8', 'shape': (2,), 'fortran_order': False}",
+            "it holds |f8",
+        ),
+    ] {
+        let told = read(headed(1, text), plain.clone())
+            .unwrap_err()
+            .to_string();
+        assert!(told.contains(part), "{told}, not {part}");
     }
 }
 
@@ -174,6 +242,14 @@ fn what_is_no_table_is_refused_by_name() {
             "cut",
         ),
         ("value.npy", Vec::new(), "is cut"),
+        ("value.npy", b"\x93NUMPY\x04\x00\0\0".to_vec(), "version 4"),
+        ("value.npy", b"PK\x03\x04\x04\x00\0\0".to_vec(), "begin"),
+        ("flags.npy", array("|S1", false, "(2,)", b"a\xff"), "UTF-8"),
+        (
+            "flags.npy",
+            array("<U1", false, "(2,)", &[255; 8]),
+            "Unicode",
+        ),
     ];
     for (name, bytes, expected) in cases {
         let told = with(name, bytes).unwrap_err().to_string();

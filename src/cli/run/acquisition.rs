@@ -9,8 +9,8 @@ use crate::metrics::{Measure, MetricsSpec};
 use crate::report::Studio;
 use crate::report::{
     Below, MaterialPictures, PARQUET, Picture, RANKING, REPORT, RESULTS, RunFolder, Table,
-    calibration, instruments, ranking, ranking_csv, results_csv, results_parquet, schedule_stem,
-    study_html, study_text,
+    calibration, instruments, ranking, ranking_csv, results_csv, schedule_stem, study_html,
+    study_text,
 };
 use std::cell::RefCell;
 use std::io::Write;
@@ -60,10 +60,10 @@ impl Shown for Plan {
         let mut table = Vec::new();
         let internal = |e: &dyn std::fmt::Display| Error::Internal(e.to_string());
         results_csv(&rows, &mut table).map_err(|e| internal(&e))?;
-        let mut typed = Vec::new();
-        if self.output.parquet {
-            results_parquet(&rows, &mut typed).map_err(|e| internal(&e))?;
-        }
+        let typed = match self.output.parquet {
+            true => Some(typed(&rows)?),
+            false => None,
+        };
         let report = match end.whole && end.ended {
             false => None,
             true => {
@@ -78,7 +78,7 @@ impl Shown for Plan {
             }
         };
         folder.write_file(RESULTS, |out| out.write_all(&table))?;
-        if self.output.parquet {
+        if let Some(typed) = typed {
             folder.write_file(PARQUET, |out| out.write_all(&typed))?;
         }
         let Some((findings, html)) = report else {
@@ -268,4 +268,20 @@ impl Observer<Row> for Drawn<'_> {
         self.studio
             .material(&mut folder, material, brdf, key, &stopped)
     }
+}
+
+/// The rows as Parquet.
+#[cfg(feature = "parquet")]
+fn typed(rows: &[&Row]) -> Result<Vec<u8>, Error> {
+    let mut typed = Vec::new();
+    crate::report::results_parquet(rows, &mut typed).map_err(|e| Error::Internal(e.to_string()))?;
+    Ok(typed)
+}
+
+/// A plan that asks for it has been refused.
+#[cfg(not(feature = "parquet"))]
+fn typed(_rows: &[&Row]) -> Result<Vec<u8>, Error> {
+    Err(Error::Internal(
+        "this build of gonio cannot write Parquet: it lacks the feature parquet".into(),
+    ))
 }

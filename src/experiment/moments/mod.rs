@@ -11,7 +11,6 @@ mod spec;
 
 pub use analysis::{CorrelationRow, Group, ProfileFits, Spread, at_bound};
 pub use plan::{AnalysisSpec, MomentsPlan, PublishedNumbers};
-#[cfg(feature = "schemas")]
 pub(super) use plan::{read_keys, read_tables};
 pub use profiles::{MaterialProfiles, ProfileRow, degrees, shown};
 pub use spec::MomentsTable;

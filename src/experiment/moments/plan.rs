@@ -261,14 +261,12 @@ struct Parts<'s> {
 }
 
 /// Reads the tables of a config of this kind, without checking their values.
-#[cfg(feature = "schemas")]
 pub(in crate::experiment) fn read_keys(table: Table<'_>) -> Result<(), ReadError> {
     refuse_unknown(&table, &KEYS)?;
     read_tables(table)
 }
 
 /// Reads the tables of a config that has no other keys.
-#[cfg(feature = "schemas")]
 pub(in crate::experiment) fn read_tables(table: Table<'_>) -> Result<(), ReadError> {
     parts(table).map(drop)
 }

@@ -9,7 +9,8 @@
 //! closed tour a piece can be turned round by turning round all the others, whichever is less.
 
 use super::super::motion::Travel;
-use super::tree::Tree;
+use super::FAR;
+use crate::numeric::tree::Tree;
 use crate::sampling::{Random, RandomStream};
 use crate::schedule::Positions;
 use std::collections::VecDeque;
@@ -70,10 +71,14 @@ struct Search<'a> {
 
 impl<'a> Search<'a> {
     fn new(travel: &'a Travel, places: &'a [Positions]) -> Self {
-        let mut tree = Tree::new(travel, places);
+        let tree = Tree::new(travel, places);
+        let mut found = Vec::new();
         let neighbours = (0..places.len() as u32).map(|i| {
             let mut list = [u32::MAX; NEIGHBOURS];
-            for (slot, n) in list.iter_mut().zip(tree.neighbours::<NEIGHBOURS>(i)) {
+            // The place itself is one of them, or others that are no way off.
+            tree.nearest(&places[i as usize], NEIGHBOURS + 1, FAR, &mut found);
+            let others = found.iter().map(|near| near.number).filter(|&n| n != i);
+            for (slot, n) in list.iter_mut().zip(others) {
                 *slot = n;
             }
             list

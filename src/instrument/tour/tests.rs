@@ -35,6 +35,7 @@ fn the_tree_finds_what_a_search_of_all_finds() {
     for (wraps, positions) in [(&THREE[..], random(700, 3)), (&FOUR[..], random(700, 4))] {
         let travel = travel(wraps);
         let mut tree = Tree::new(&travel, &positions);
+        let (leaves, mut near) = (tree.leaves(), Vec::new());
         let nearest = |from: &Positions, but: &dyn Fn(usize) -> bool| {
             let mut all: Vec<usize> = (0..positions.len()).filter(|&i| !but(i)).collect();
             all.sort_by(|&a, &b| {
@@ -44,7 +45,9 @@ fn the_tree_finds_what_a_search_of_all_finds() {
             all
         };
         for of in (0..700).step_by(7) {
-            let found: Vec<u32> = tree.neighbours::<10>(of as u32).collect();
+            tree.nearest(&positions[of], 11, FAR, &mut near);
+            let found = near.iter().map(|near| near.number);
+            let found: Vec<u32> = found.filter(|&n| n as usize != of).collect();
             let direct = nearest(&positions[of], &|i| i == of);
             assert!(found.iter().zip(&direct).all(|(&a, &b)| a as usize == b));
             assert_eq!(found.len(), 10);
@@ -52,12 +55,14 @@ fn the_tree_finds_what_a_search_of_all_finds() {
         let mut gone = [false; 700];
         for k in 0..700 {
             let from = positions[k];
-            let found = tree.nearest(&from).unwrap() as usize;
+            tree.nearest(&from, 1, FAR, &mut near);
+            let found = near[0].number as usize;
             let direct = nearest(&from, &|i| gone[i])[0];
             assert_eq!(found, direct);
-            tree.remove(found as u32);
+            tree.remove(found as u32, leaves[found]);
             gone[found] = true;
         }
-        assert_eq!(tree.nearest(&REST), None);
+        tree.nearest(&REST, 1, FAR, &mut near);
+        assert!(near.is_empty());
     }
 }

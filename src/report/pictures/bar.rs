@@ -2,7 +2,7 @@
 
 use super::plot::{FRAME, OUTSIDE, text};
 use crate::error::Error;
-use crate::report::pictures::sphere::write_rgb;
+use crate::report::pictures::png::write_rgb;
 use crate::report::svg::axis::Ruler;
 use crate::report::svg::canvas::{Align, Canvas, Ink, Lettering, text_width};
 use crate::report::svg::plot::{Axis, Scale};

@@ -105,7 +105,7 @@ impl FlatSlice {
                 });
             }
         }
-        super::sphere::write_rgb(&bytes, side, out)
+        super::png::write_rgb(&bytes, side, out)
     }
 }
 

@@ -10,6 +10,7 @@ mod functions;
 mod hemispheres;
 mod lobe;
 mod plot;
+pub(super) mod png;
 mod render;
 pub(super) mod slice;
 mod slices;

@@ -5,7 +5,7 @@ use crate::error::Error;
 use crate::geometry::Symmetry;
 use crate::parametrization::{Axis, Coords, Parametrization, ParametrizationSpec, Unit};
 use crate::registry::Entry;
-use crate::report::pictures::sphere::write_rgb;
+use crate::report::pictures::png::write_rgb;
 use crate::report::svg::canvas::{Align, Canvas, Ink, Lettering};
 use std::f64::consts::FRAC_PI_2;
 use std::sync::Arc;

@@ -6,6 +6,7 @@
 //! each point the tangent lies in the plane of normal and view, on the side of the view, so that
 //! every view has azimuth 0.
 
+use super::png::write_rgba;
 use crate::moments::Moments;
 use crate::numeric::luminance;
 use crate::parametrization::view_centered;
@@ -13,8 +14,6 @@ use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use exr::prelude::{Image, SpecificChannels, WritableImage};
 use glam::DVec3;
-use image::codecs::png::{CompressionType, FilterType, PngEncoder};
-use image::{ExtendedColorType, ImageEncoder};
 use std::f64::consts::TAU;
 use std::fmt::Write as _;
 use std::io::{self, Seek, Write};
@@ -162,30 +161,6 @@ pub(super) fn encoded(v: f64) -> u8 {
 /// A colour that covers a share of its pixel.
 pub(super) fn with_alpha([r, g, b]: [u8; 3], share: f64) -> [u8; 4] {
     [r, g, b, (255.0 * share).round() as u8]
-}
-
-/// Writes sRGB pixels, `width` to a row, as PNG.
-pub(super) fn write_rgb(bytes: &[u8], width: usize, out: &mut impl Write) -> io::Result<()> {
-    write_pixels(bytes, width, ExtendedColorType::Rgb8, out)
-}
-
-/// Writes sRGB pixels with their opacity, `width` to a row, as PNG.
-pub(super) fn write_rgba(bytes: &[u8], width: usize, out: &mut impl Write) -> io::Result<()> {
-    write_pixels(bytes, width, ExtendedColorType::Rgba8, out)
-}
-
-fn write_pixels(
-    bytes: &[u8],
-    width: usize,
-    kind: ExtendedColorType,
-    out: &mut impl Write,
-) -> io::Result<()> {
-    let row = width * usize::from(kind.channel_count());
-    let size = [width, bytes.len() / row.max(1)].map(u32::try_from);
-    let [width, height] = [size[0], size[1]].map(|s| s.map_err(io::Error::other));
-    PngEncoder::new_with_quality(out, CompressionType::Default, FilterType::Adaptive)
-        .write_image(bytes, width?, height?, kind)
-        .map_err(io::Error::other)
 }
 
 /// Mean and covariance of a slice, at a point of the sphere.

@@ -3,20 +3,22 @@
 //! The names are those of a CSV, `header` is the text of the header of JSON Lines. Two arrays more are for programs:
 //! `omega_i` and `omega_o`, (rows, 3), unit vectors. A file with them instead of angles is read too.
 
+use super::npy::{self, Values};
 use super::{Cell, FileError, Sheet, WHOLE, WORDS};
 use crate::error::{excerpt, reason};
 use crate::files::{UNPACKED_LIMIT, may_unpack};
 use crate::schedule::export::ARMS;
 use glam::DVec3;
-use npyz::{AutoSerialize, DType, NpyFile, TypeChar, WriterBuilder};
 use serde_json::{Map, Number, Value, json};
-use std::borrow::Cow;
 use std::io::{self, Cursor, Read, Write};
 use zip::write::SimpleFileOptions;
 use zip::{CompressionMethod, ZipArchive, ZipWriter};
 
 /// The array that holds the header, a text.
 const HEADER: &str = "header";
+
+/// The end of the name of a file that is an array.
+const END: &str = ".npy";
 
 /// Vectors of light and sensor, and the columns that hold their angles.
 const VECTORS: [(&str, [&str; 2]); 2] = [
@@ -31,36 +33,41 @@ const LONGEST_NAME: usize = 200;
 const SAME: f64 = 1e-6;
 
 /// Writes one array.
-fn put<T: npyz::Serialize + ?Sized>(
+fn put(
     zip: &mut ZipWriter<Cursor<Vec<u8>>>,
     name: &str,
-    dtype: DType,
+    descr: &str,
     shape: &[u64],
-    values: &mut dyn Iterator<Item = &T>,
+    data: impl IntoIterator<Item = impl AsRef<[u8]>>,
 ) -> io::Result<()> {
     // As numpy.savez does; and no time, so that equal tables are equal files.
     let options = SimpleFileOptions::default()
         .compression_method(CompressionMethod::Stored)
         .last_modified_time(zip::DateTime::default())
         .large_file(true);
-    zip.start_file(npyz::npz::file_name_from_array_name(name), options)?;
-    let writer = npyz::WriteOptions::new().dtype(dtype).shape(shape);
-    let mut writer = writer.writer(zip).begin_nd()?;
-    for value in values {
-        writer.push(value)?;
-    }
-    writer.finish()
+    zip.start_file(format!("{name}{END}"), options)?;
+    npy::write(zip, descr, shape, data)
 }
 
-/// The type of a text of `length` characters.
-fn text_type(length: usize) -> DType {
+fn doubles(values: &[f64]) -> impl Iterator<Item = [u8; 8]> {
+    values.iter().map(|v| v.to_le_bytes())
+}
+
+/// The type of the longest of some texts, and the bytes of each.
+fn texts<T: AsRef<str>>(texts: &[T]) -> (String, impl Iterator<Item = Vec<u8>>) {
+    let longest = texts.iter().map(|text| text.as_ref().chars().count()).max();
     // NumPy has no text of length 0.
-    let name = format!("<U{}", length.max(1));
-    DType::Plain(name.parse().expect("the type of a text"))
-}
-
-fn length(text: &str) -> usize {
-    text.chars().count()
+    let longest = longest.unwrap_or(0).max(1);
+    let bytes = texts.iter().map(move |text| {
+        let bytes = text
+            .as_ref()
+            .chars()
+            .flat_map(|c| u32::from(c).to_le_bytes());
+        let mut bytes: Vec<u8> = bytes.collect();
+        bytes.resize(4 * longest, 0);
+        bytes
+    });
+    (format!("<U{longest}"), bytes)
 }
 
 impl Sheet<'_> {
@@ -68,13 +75,8 @@ impl Sheet<'_> {
     pub(super) fn write_arrays(&self, out: &mut dyn Write) -> io::Result<()> {
         let mut zip = ZipWriter::new(Cursor::new(Vec::new()));
         let header = self.header().to_string();
-        put(
-            &mut zip,
-            HEADER,
-            text_type(length(&header)),
-            &[],
-            &mut [header.as_str()].into_iter(),
-        )?;
+        let (descr, bytes) = texts(std::slice::from_ref(&header));
+        put(&mut zip, HEADER, &descr, &[], bytes)?;
         let mut numbers = vec![Vec::with_capacity(self.rows); self.columns.len()];
         let mut words = Vec::new();
         let mut cells = Vec::new();
@@ -91,26 +93,13 @@ impl Sheet<'_> {
         let rows = [self.rows as u64];
         for ((name, _), column) in self.columns.iter().zip(&numbers) {
             if name == WORDS {
-                let longest = words.iter().map(|w| length(w)).max().unwrap_or(0);
-                let mut all = words.iter().map(String::as_str);
-                put(&mut zip, name, text_type(longest), &rows, &mut all)?;
+                let (descr, bytes) = texts(&words);
+                put(&mut zip, name, &descr, &rows, bytes)?;
             } else if WHOLE.contains(&name.as_str()) && !column.iter().any(|v| v.is_nan()) {
-                let whole: Vec<i64> = column.iter().map(|v| *v as i64).collect();
-                put(
-                    &mut zip,
-                    name,
-                    i64::default_dtype(),
-                    &rows,
-                    &mut whole.iter(),
-                )?;
+                let whole = column.iter().map(|v| (*v as i64).to_le_bytes());
+                put(&mut zip, name, "<i8", &rows, whole)?;
             } else {
-                put(
-                    &mut zip,
-                    name,
-                    f64::default_dtype(),
-                    &rows,
-                    &mut column.iter(),
-                )?;
+                put(&mut zip, name, "<f8", &rows, doubles(column))?;
             }
         }
         for (name, angles) in VECTORS {
@@ -122,13 +111,7 @@ impl Sheet<'_> {
             let vectors = angles.flat_map(|(theta, phi)| vector(*theta, *phi).to_array());
             let vectors: Vec<f64> = vectors.collect();
             let shape = [rows[0], 3];
-            put(
-                &mut zip,
-                name,
-                f64::default_dtype(),
-                &shape,
-                &mut vectors.iter(),
-            )?;
+            put(&mut zip, name, "<f8", &shape, doubles(&vectors))?;
         }
         out.write_all(zip.finish()?.get_ref())?;
         out.flush()
@@ -140,11 +123,6 @@ struct Column {
     name: String,
     shape: Vec<u64>,
     values: Values,
-}
-
-enum Values {
-    Numbers(Vec<f64>),
-    Words(Vec<String>),
 }
 
 /// The table of an archive as JSON Lines, which the readers of tables take: line 1 holds the header, if there is one, and
@@ -322,10 +300,14 @@ fn columns(bytes: &[u8]) -> Result<Vec<Column>, String> {
     for i in 0..zip.len() {
         let file = zip.by_index(i).map_err(no_archive)?;
         let file_name = file.name().map_err(no_archive)?.into_owned();
-        let name = npyz::npz::array_name_from_file_name(&file_name).ok_or_else(|| {
-            let name = excerpt(&file_name);
-            format!("the archive holds {name:?}; allowed: arrays, files that end in .npy")
-        })?;
+        // Whatever follows a 0 is no part of it.
+        let name = file_name.split('\0').next();
+        let name = name
+            .and_then(|name| name.strip_suffix(END))
+            .ok_or_else(|| {
+                let name = excerpt(&file_name);
+                format!("the archive holds {name:?}; allowed: arrays, files that end in .npy")
+            })?;
         if name.len() > LONGEST_NAME {
             let name = excerpt(name);
             return Err(format!(
@@ -348,7 +330,12 @@ fn columns(bytes: &[u8]) -> Result<Vec<Column>, String> {
         if columns.iter().any(|c| c.name == name) {
             return Err(format!("the array {:?} is there twice", excerpt(name)));
         }
-        columns.push(array(name, &content)?);
+        let (shape, values) = npy::read(&content).map_err(|e| told(name, &e))?;
+        columns.push(Column {
+            name: name.into(),
+            shape,
+            values,
+        });
     }
     Ok(columns)
 }
@@ -356,88 +343,4 @@ fn columns(bytes: &[u8]) -> Result<Vec<Column>, String> {
 fn told(name: &str, e: &dyn std::fmt::Display) -> String {
     let e = reason(e.to_string());
     format!("the array {:?} cannot be read: {e}", excerpt(name))
-}
-
-/// Whether the product of the numbers in a header is one: the parser multiplies without a look.
-fn can_be_counted(head: &[u8]) -> bool {
-    let words = head.split(|b| !(b.is_ascii_alphanumeric() || *b == b'_'));
-    let numbers = words.filter(|w| w.first().is_some_and(u8::is_ascii_digit));
-    let mut parsed = numbers.map(|w| std::str::from_utf8(w).ok()?.parse::<u64>().ok());
-    parsed
-        .try_fold(1u64, |product, n| product.checked_mul(n?.max(1)))
-        .is_some()
-}
-
-/// The array of a file in an archive.
-fn array(name: &str, content: &[u8]) -> Result<Column, String> {
-    // A header is not longer than the file: the parser would make room for what it promises.
-    let head = match content {
-        [_, _, _, _, _, _, 1, _, a, b, ..] => 10 + usize::from(u16::from_le_bytes([*a, *b])),
-        [_, _, _, _, _, _, _, _, a, b, c, d, ..] => {
-            (u32::from_le_bytes([*a, *b, *c, *d]) as usize).saturating_add(12)
-        }
-        _ => usize::MAX,
-    };
-    let room = content.len().checked_sub(head);
-    let Some(room) = room.filter(|_| can_be_counted(&content[..head])) else {
-        return Err(told(name, &"it is cut"));
-    };
-    let npy = NpyFile::new(content).map_err(|e| told(name, &e))?;
-    let shape = npy.shape().to_vec();
-    let dtype = npy.dtype();
-    let held = shape.iter().try_fold(1u64, |a, b| a.checked_mul(*b));
-    let bytes = dtype.num_bytes().map(|b| b as u64);
-    let bytes = held.zip(bytes).and_then(|(n, b)| n.checked_mul(b));
-    let text = match &dtype {
-        DType::Plain(plain) => Some((plain.type_char(), plain.size_field())),
-        _ => None,
-    };
-    let fits = |n: u64| n <= room as u64;
-    if !(held.is_some_and(fits) && bytes.is_none_or(fits)) {
-        return Err(told(name, &"it is cut"));
-    }
-    let is_c = npy.order() == npyz::Order::C || shape.len() < 2;
-    let read = |e: &dyn std::fmt::Display| told(name, e);
-    macro_rules! numbers {
-        ($of:ty) => {{
-            let all = npy.into_vec::<$of>().map_err(|e| read(&e))?;
-            Values::Numbers(all.into_iter().map(|v| v as f64).collect())
-        }};
-    }
-    let values = match text {
-        _ if !is_c => {
-            return Err(told(
-                name,
-                &"it is in Fortran order; allowed: numpy.ascontiguousarray of it",
-            ));
-        }
-        Some((TypeChar::Float, 8)) => numbers!(f64),
-        Some((TypeChar::Float, 4)) => numbers!(f32),
-        Some((TypeChar::Int, 8)) => numbers!(i64),
-        Some((TypeChar::Int, 4)) => numbers!(i32),
-        Some((TypeChar::Int, 2)) => numbers!(i16),
-        Some((TypeChar::Int, 1)) => numbers!(i8),
-        Some((TypeChar::Uint, 8)) => numbers!(u64),
-        Some((TypeChar::Uint, 4)) => numbers!(u32),
-        Some((TypeChar::Uint, 2)) => numbers!(u16),
-        Some((TypeChar::Uint, 1)) => numbers!(u8),
-        Some((TypeChar::UnicodeStr | TypeChar::ByteStr, _)) => {
-            Values::Words(npy.into_vec::<String>().map_err(|e| read(&e))?)
-        }
-        _ => {
-            let held: Cow<'_, str> = dtype.descr().into();
-            return Err(told(
-                name,
-                &format!(
-                    "it holds {}; allowed: integers, f4, f8 and text",
-                    excerpt(&held)
-                ),
-            ));
-        }
-    };
-    Ok(Column {
-        name: name.into(),
-        shape,
-        values,
-    })
 }

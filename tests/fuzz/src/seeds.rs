@@ -119,10 +119,9 @@ pub fn of_table(write: WriteTable) -> Vec<Vec<u8>> {
     vec![fs::read(path).expect("a table")]
 }
 
-/// Pictures of the sky in a format, as the libraries write them that read them.
+/// Pictures of the sky in a format.
 pub fn of_environment(format: &Format) -> Vec<Vec<u8>> {
     const SIZE: [usize; 2] = [8, 4];
-    let pixel = |x: usize, y: usize| [0.1 * x as f32, 0.2 * y as f32, 0.3];
     let dir = tempfile::tempdir().expect("a folder");
     let path = dir.path().join("picture");
     match format.name {
@@ -131,14 +130,14 @@ pub fn of_environment(format: &Format) -> Vec<Vec<u8>> {
             exr::prelude::write_rgb_file(&path, SIZE[0], SIZE[1], at).expect("a picture");
         }
         "hdr" => {
-            let pixels =
-                (0..SIZE[0] * SIZE[1]).map(|i| image::Rgb(pixel(i % SIZE[0], i / SIZE[0])));
-            let file = fs::File::create(&path).expect("a file");
-            let encoder = image::codecs::hdr::HdrEncoder::new(file);
-            let pixels: Vec<_> = pixels.collect();
-            encoder
-                .encode(&pixels, SIZE[0], SIZE[1])
-                .expect("a picture");
+            // A row of runs of each byte, one of whole pixels, and one that repeats a pixel.
+            let head = "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 4 +X 8\n";
+            let run = |value: u8| [131, value, 5, 1, 2, 3, 4, 5];
+            let runs = [&[2, 2, 0, 8][..], [90, 60, 30, 129].map(run).as_flattened()].concat();
+            let whole = [100, 50, 25, 128].repeat(8);
+            let repeated = [7, 8, 9, 130, 1, 1, 1, 7];
+            let picture = [head.as_bytes(), &runs, &whole, &repeated, &runs].concat();
+            fs::write(&path, picture).expect("a picture");
         }
         _ => return Vec::new(),
     }
@@ -157,8 +156,17 @@ pub fn height_maps() -> Vec<Vec<u8>> {
     };
     let [width, rows] = SIZE.map(|n| n as usize);
     exr::prelude::write_rgb_file(&paths[0], width, rows, at).expect("a picture");
-    let png = image::ImageBuffer::from_fn(SIZE[0], SIZE[1], |x, y| image::Luma([height(x, y)]));
-    png.save(&paths[1]).expect("a picture");
+    let file = fs::File::create(&paths[1]).expect("a file");
+    let mut encoder = png::Encoder::new(file, SIZE[0], SIZE[1]);
+    encoder.set_color(png::ColorType::Grayscale);
+    encoder.set_depth(png::BitDepth::Sixteen);
+    let places = (0..SIZE[1]).flat_map(|y| (0..SIZE[0]).map(move |x| (x, y)));
+    let samples: Vec<u8> = places
+        .flat_map(|(x, y)| height(x, y).to_be_bytes())
+        .collect();
+    let mut writer = encoder.write_header().expect("a picture");
+    writer.write_image_data(&samples).expect("a picture");
+    writer.finish().expect("a picture");
     let row = |y: u32| (0..SIZE[0]).map(move |x| height(x, y).to_string());
     let lines = (0..SIZE[1]).map(|y| row(y).collect::<Vec<_>>().join(",") + "\n");
     fs::write(

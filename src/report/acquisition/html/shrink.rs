@@ -1,6 +1,6 @@
 //! Pictures in fewer bytes: a page holds hundreds of them.
 
-use image::{ImageFormat, RgbaImage};
+use crate::report::pictures::png::{Rgba, read};
 use png::{BitDepth, ColorType, Compression, Encoder, Filter};
 use std::collections::BTreeMap;
 
@@ -17,28 +17,26 @@ const OPACITY: u32 = 3;
 /// A PNG of the same picture within half a step of a channel; `None` if the file cannot be read or
 /// gets no smaller.
 pub(super) fn shrunk(png: &[u8]) -> Option<Vec<u8>> {
-    let picture = image::load_from_memory_with_format(png, ImageFormat::Png).ok()?;
-    let bytes = picture.as_bytes().len() as f64;
-    let picture = picture.into_rgba8();
-    let noisy = least(&picture)?.len() as f64 > NOISY * bytes;
+    let (picture, bytes) = read(png)?;
+    let noisy = least(&picture)?.len() as f64 > NOISY * bytes as f64;
     let file = least(&stepped(picture, STEPS[usize::from(noisy)]))?;
     (file.len() < png.len()).then_some(file)
 }
 
 /// The picture with so many steps of a channel, and one.
-fn stepped(mut picture: RgbaImage, steps: u32) -> RgbaImage {
+fn stepped(mut picture: Rgba, steps: u32) -> Rgba {
     let step = |v: u8, n: u32| (((u32::from(v) * n + 127) / 255 * 255 + n / 2) / n) as u8;
-    for pixel in picture.pixels_mut() {
-        let [r, g, b, a] = pixel.0;
+    for pixel in &mut picture.pixels {
+        let [r, g, b, a] = *pixel;
         let [r, g, b] = [r, g, b].map(|v| if a == 0 { 0 } else { step(v, steps) });
-        pixel.0 = [r, g, b, step(a, OPACITY)];
+        *pixel = [r, g, b, step(a, OPACITY)];
     }
     picture
 }
 
 /// The smallest file of a picture: grey, of a palette or of all colours, with a filter or without.
-fn least(picture: &RgbaImage) -> Option<Vec<u8>> {
-    let pixels = || picture.pixels().map(|p| p.0);
+fn least(picture: &Rgba) -> Option<Vec<u8>> {
+    let pixels = || picture.pixels.iter().copied();
     let opaque = pixels().all(|p| p[3] == 255);
     let mut palette: BTreeMap<(u32, [u8; 4]), u8> = BTreeMap::new();
     // By brightness, so that neighbours on the palette are alike.
@@ -75,7 +73,7 @@ fn least(picture: &RgbaImage) -> Option<Vec<u8>> {
     };
     let file = |filter| {
         let mut file = Vec::new();
-        let mut encoder = Encoder::new(&mut file, picture.width(), picture.height());
+        let mut encoder = Encoder::new(&mut file, picture.size[0], picture.size[1]);
         encoder.set_color(color);
         encoder.set_depth(BitDepth::Eight);
         encoder.set_compression(Compression::Balanced);
@@ -104,8 +102,7 @@ fn least(picture: &RgbaImage) -> Option<Vec<u8>> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use image::DynamicImage;
-    use std::io::Cursor;
+    use crate::report::pictures::png::{write_rgb, write_rgba};
 
     #[test]
     fn pictures_stay_within_half_a_step() {
@@ -117,8 +114,9 @@ mod tests {
         };
         let grey = |x: u32, y: u32| [(x ^ y) as u8, (x ^ y) as u8, (x ^ y) as u8, 255];
         let few = |x: u32, y: u32| [(x / 8) as u8, 99 - (y / 8) as u8, 7, 255];
-        let of = |f: &dyn Fn(u32, u32) -> [u8; 4]| {
-            RgbaImage::from_fn(96, 96, |x, y| image::Rgba(f(x, y)))
+        let of = |f: &dyn Fn(u32, u32) -> [u8; 4]| -> Vec<[u8; 4]> {
+            let places = (0..96).flat_map(|y| (0..96).map(move |x| (x, y)));
+            places.map(|(x, y)| f(x, y)).collect()
         };
         let all = [
             (of(&smooth), 0),
@@ -129,21 +127,21 @@ mod tests {
         for (pixels, noisy) in all {
             // Half a step, and the rounding of 127 / 255.
             let most = (128 / STEPS[noisy] + 1) as u8;
-            let picture = DynamicImage::ImageRgba8(pixels);
-            for picture in [DynamicImage::ImageRgb8(picture.to_rgb8()), picture] {
-                let mut file = Cursor::new(Vec::new());
-                picture.write_to(&mut file, ImageFormat::Png).unwrap();
-                let file = file.into_inner();
+            for is_opaque in [true, false] {
+                let (mut file, mut before) = (Vec::new(), pixels.clone());
+                if is_opaque {
+                    let colours: Vec<u8> = pixels.iter().flat_map(|p| [p[0], p[1], p[2]]).collect();
+                    write_rgb(&colours, 96, &mut file).unwrap();
+                    before.iter_mut().for_each(|p| p[3] = 255);
+                } else {
+                    write_rgba(pixels.as_flattened(), 96, &mut file).unwrap();
+                }
                 let small = shrunk(&file).unwrap_or_else(|| file.clone());
                 assert!(small.len() <= file.len() && (noisy == 0 || small.len() < file.len()));
-                let found = image::load_from_memory(&small).unwrap().to_rgba8();
-                let before = picture.to_rgba8();
+                let found = read(&small).unwrap().0.pixels;
                 // What cannot be seen has no colour.
-                let seen = found
-                    .pixels()
-                    .zip(before.pixels())
-                    .filter(|(_, b)| b.0[3] > 0);
-                let off = seen.flat_map(|(a, b)| [0, 1, 2, 3].map(|c| a.0[c].abs_diff(b.0[c])));
+                let seen = found.iter().zip(&before).filter(|(_, b)| b[3] > 0);
+                let off = seen.flat_map(|(a, b)| [0, 1, 2, 3].map(|c| a[c].abs_diff(b[c])));
                 let off = off.max().unwrap();
                 assert!(off <= most && (noisy == 0) == (off < 4), "{off}");
             }
