@@ -331,8 +331,6 @@ fn whatever_prints_a_table_prints_json_too() {
     let utia = json(&["check", "utia", "--json"]);
     assert_eq!(utia["instrument"]["name"], "utia");
     assert!(utia["reach"][0]["percent"].as_f64() > Some(10.0));
-    let part = ["--parametrization", "hybrid", "--box", "h_bar=0..0.2"];
-    assert!(json(&[&["subset", "--json"], &part[..]].concat()).is_object());
     let symmetry = json(&["symmetry", "lambert", "--json"]);
     assert_eq!(symmetry[0]["symmetries"][0]["holds"], true);
     assert!(json(&["distortion", "lambert", "--json", "--table", "stretch"]).is_array());

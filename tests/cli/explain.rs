@@ -354,20 +354,6 @@ fn with_table(bench: &Bench) -> String {
 }
 
 #[test]
-fn a_study_draws_its_materials_once() {
-    let bench = Bench::new();
-    let plan = plan(&bench, DRAWN);
-    let part = Part::whole(&plan);
-    let mut expected = part.counts();
-    part.draw(&mut expected);
-    let counts = run(&bench, &[]);
-    assert_eq!(counts, expected.with_files(&bench, "a"));
-    // Two of the study and its curves; of each of two materials its slices in two formats, and for each of two
-    // coordinates a comparison in three.
-    assert_eq!(counts.get("pictures.drawn"), 3 + 2 * (2 + 2 * 3));
-}
-
-#[test]
 fn a_part_of_a_study_reads_builds_and_draws_its_own_materials() {
     let bench = Bench::new();
     let text = with_table(&bench);

@@ -1,6 +1,9 @@
 //! The program as a user meets it: exit codes, sentences on stderr, files that are whole or not
 //! there.
 
+#[path = "../common/mod.rs"]
+mod common;
+
 mod analysis;
 mod bench;
 mod configs;
@@ -47,8 +50,9 @@ struct Bench {
     dir: TempDir,
 }
 
-/// A small experiment with every kind of choice.
+/// A small experiment with every kind of choice, and no albedo, which takes longer than all the rest.
 const SMALL: &str = r#"
+quantities = []
 budgets = [60, 150]
 seeds = [1, 2]
 

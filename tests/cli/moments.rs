@@ -1,6 +1,6 @@
 //! Moments of materials without a run, and as quantities of an acquisition.
 
-use super::{Bench, timeless};
+use super::Bench;
 use gonio::experiment::Row;
 use gonio::experiment::moments::ProfileRow;
 use gonio::moments::Component;
@@ -354,15 +354,17 @@ fn moments(row: &Row) -> [Option<f64>; 6] {
 #[test]
 fn acquisitions_compare_moments_if_asked() {
     let bench = Bench::new();
-    let small = ["run", "small.toml", "-q", "--set", "budgets=[60]"];
+    let one = ["--set", "budgets=[60]", "--set", "seeds=[1]"];
+    let small = [&["run", "small.toml", "-q"], &one[..]].concat();
+    let albedo = ["--set", "quantities=[\"albedo\"]"];
     let asked = [
         &small[..],
         &["--set", "quantities=[\"albedo\", \"moments\"]"],
         &QUICK,
-        &["--set", "moments.order=4"],
+        &["--set", "moments.order=4", "--set", "moments.views=2"],
     ]
     .concat();
-    bench.good(&[&small[..], &["-o", "without"]].concat());
+    bench.good(&[&small[..], &albedo, &["-o", "without"]].concat());
     let rows = bench.rows("without");
     assert!(rows.iter().all(|r| moments(r) == [None; 6]));
     assert!(
@@ -370,11 +372,8 @@ fn acquisitions_compare_moments_if_asked() {
             .all(|r| r.value("moment_unresolved").is_none() && r.moment_seconds.is_none())
     );
 
-    bench.good(&[&asked[..], &["-o", "one", "--threads", "1"]].concat());
-    bench.good(&[&asked[..], &["-o", "two", "--threads", "2"]].concat());
-    let csv = timeless(&bench.read("one/results.csv"));
-    assert_eq!(csv, timeless(&bench.read("two/results.csv")));
-    assert!(!csv.contains("NaN"));
+    bench.good(&[&asked[..], &["-o", "one"]].concat());
+    assert!(!bench.read("one/results.csv").contains("NaN"));
     for row in bench.rows("one") {
         assert!(row.value("moment_unresolved").is_some() && row.moment_seconds.is_some());
         for error in moments(&row) {

@@ -1,6 +1,7 @@
 //! What the README and the pages of `docs` tell the reader to type, and what that prints.
 
 use super::Bench;
+use super::common::{Level, levels};
 use std::env;
 use std::fs::{self, File};
 use std::path::{Path, PathBuf};
@@ -94,16 +95,32 @@ impl Bench {
 
 /// `gonio run` of what takes minutes, or needs a folder of measured materials, is a `gonio check`:
 /// that reads the same config and the same files. A million light paths are a few thousand.
-fn checked(command: &str) -> String {
-    command.replacen("gonio run ", "gonio check ", 1).replacen(
-        "gonio paths ",
-        "gonio paths --paths 4096 ",
-        1,
-    )
+/// Of the dearest others the quick level sees only that their options are known.
+fn checked(command: &str, level: Level) -> String {
+    let command = command.replacen("gonio run ", "gonio check ", 1);
+    let command = command.replacen("gonio paths ", "gonio paths --paths 4096 ", 1);
+    let is_any_of = |dear: &[&str]| dear.iter().any(|words| command.starts_with(words));
+    if level == Level::Thorough {
+        command
+    } else if is_any_of(&["gonio check configs/instruments.toml"]) {
+        command + " --set readings=[40] --set minutes=[3]"
+    } else if is_any_of(&[
+        "gonio advise",
+        "gonio subset",
+        "gonio picture",
+        "gonio claims",
+    ]) {
+        command + " --help"
+    } else {
+        command.replace("surfaces=8", "surfaces=1 --set surface.size=64")
+    }
 }
 
-#[test]
-fn the_commands_of_the_pages_are_commands() {
+levels! {
+    the_commands_of_the_pages_are_commands: "thorough: whole searches, advice and pictures";
+}
+
+fn the_commands_of_the_pages_are_commands(level: Level) {
     let bench = Bench::new().with_configs();
     // Of the materials that the papers name, two.
     let some = ["tabulate", "small.toml", "--material", "ggx-0.4", "-o"];
@@ -117,7 +134,7 @@ fn the_commands_of_the_pages_are_commands() {
         for block in blocks(&read(&format!("src/docs/{page}.md")), "sh") {
             for command in commands(block) {
                 assert!(command.starts_with("gonio "), "{page}: {command}");
-                bench.shown(&checked(&command));
+                bench.shown(&checked(&command, level));
                 count += 1;
             }
         }
@@ -150,7 +167,7 @@ fn the_recipes_of_a_cluster_use_what_there_is() {
 }
 
 #[test]
-#[ignore = "takes minutes without --release"]
+#[ignore = "thorough: every machine with each of its budgets"]
 fn the_findings_on_machines_are_what_is_printed() {
     let bench = Bench::new().with_configs();
     let page = read("src/docs/findings.md");

@@ -1,6 +1,7 @@
 //! `gonio paths`, and what `gonio subset` says of facets.
 
 use super::Bench;
+use super::common::{Level, levels};
 use serde_json::Value;
 
 const FEW: [&str; 6] = [
@@ -21,8 +22,11 @@ fn known(estimate: &Value) -> [f64; 2] {
     ["value", "error"].map(|key| estimate[key].as_f64().unwrap())
 }
 
-#[test]
-fn paths_are_told_and_drawn() {
+levels! {
+    paths_are_told_and_drawn: "thorough: the box that is found, as `subset` counts it";
+}
+
+fn paths_are_told_and_drawn(level: Level) {
     let bench = Bench::new();
     let rough = ["--set", "alpha=0.5"];
     let said = bench.good(&[&FEW[..], &rough, &["-o", "maps.svg"]].concat());
@@ -50,9 +54,7 @@ fn paths_are_told_and_drawn() {
     ]
     .concat();
     let text = bench.good(&args);
-    for threads in ["1", "2"] {
-        assert!(bench.good(&[&args[..], &["--threads", threads]].concat()) == text);
-    }
+    assert!(bench.good(&[&args[..], &["--threads", "1"]].concat()) == text);
     let told = json(&text);
     let shares = ["first", "second", "later"].map(|class| known(&told["shares"][class])[0]);
     assert!(
@@ -72,6 +74,9 @@ fn paths_are_told_and_drawn() {
         let light = light.flat_map(|row| row.as_array().unwrap());
         let all: f64 = light.map(|cell| cell.as_f64().unwrap()).sum();
         assert!((all - 1.0).abs() < 1e-3 && maps.len() == 5, "{all}");
+    }
+    if level == Level::Quick {
+        return;
     }
     // The box is what `subset` says that it is, with both orders of light and sensor in it.
     let found = &told["parametrizations"]["spherical"]["box"];
@@ -103,8 +108,11 @@ fn paths_are_told_and_drawn() {
     assert!(known(&found["share_inside"])[0] > 0.75, "{found}");
 }
 
-#[test]
-fn subset_tells_the_facets_that_light_met() {
+levels! {
+    subset_tells_the_facets_that_light_met: "thorough: a box of everything, and one of light that meets no facets";
+}
+
+fn subset_tells_the_facets_that_light_met(level: Level) {
     let bench = Bench::new();
     let args = |bounds: &'static str, material: &'static str| {
         [
@@ -121,6 +129,9 @@ fn subset_tells_the_facets_that_light_met() {
     let said = bench.good(&[&args("h_bar=0..0.5", "smith-multiple")[..], &few].concat());
     assert!(said.contains("  facets met          first "), "{said}");
     assert!(said.contains("  of each number      first "), "{said}");
+    if level == Level::Quick {
+        return;
+    }
     // The whole of the light is inside.
     let first = ["--set", "bounces=first"];
     let said = bench.good(&[&args("", "smith-multiple")[..], &few, &first].concat());
@@ -176,7 +187,7 @@ budgets = [60]
 [[material]]
 kind = "smith-multiple"
 alpha = 0.5
-paths = 64
+paths = 8
 
 [[material]]
 kind = "ggx"
@@ -203,7 +214,7 @@ budget = 60
     std::fs::write(bench.path("c.toml"), config).unwrap();
     let more_paths = [
         "--set",
-        "material.0.paths=1024",
+        "material.0.paths=128",
         "--set",
         "pictures.draw=false",
         "-o",
@@ -232,11 +243,6 @@ budget = 60
     assert!(of_paths.len() == 2 && of_paths.iter().all(|f| f.contains("smith")));
     let told = "Light by the number of facets that it met, of 131072 paths";
     assert_eq!(bench.read("runs/c/report.html").matches(told).count(), 2);
-    // Parts bring them along.
-    bench.good(&["run", "c.toml", "-q", "--shard", "1/1"]);
-    bench.good(&["merge", "runs/c.shard-1-of-1", "-o", "merged"]);
-    assert_eq!(bench.files("merged/pictures"), pictures);
-    assert_eq!(bench.read("merged/report.html").matches(told).count(), 2);
 }
 
 /// Before light is followed.
@@ -250,7 +256,7 @@ fn pictures_have_a_name_and_a_folder() {
         "--box",
         "h_bar=0..0.2",
     ];
-    for (command, name) in [(&FEW[..], "maps.SVG"), (&of_box, "box.svg")] {
+    for command in [&FEW[..], &of_box] {
         let to = |file| [command, &["-o", file]].concat();
         let told = bench.refused(&to("maps.png"), 2);
         assert!(
@@ -262,9 +268,10 @@ fn pictures_have_a_name_and_a_folder() {
             told.contains("none/maps.svg: there is no folder none"),
             "{told}"
         );
-        bench.good(&to(name));
-        bench.good(&[&to(name)[..], &["--force"]].concat());
     }
+    let maps = [&FEW[..], &["-o", "maps.SVG"]].concat();
+    bench.good(&maps);
+    bench.good(&[&maps[..], &["--force"]].concat());
 }
 
 /// Light of 45° grooves that met two facets comes back along the groove mirrored and across it reversed; that of one met it at 45°,

@@ -1,6 +1,7 @@
 //! The README keeps its promises: it is short, its commands run, and print the numbers beside them.
 
 use super::Bench;
+use super::common::{Level, levels};
 use super::pages::{blocks, commands, read, squeezed};
 
 /// Commands that this test, a test itself, leaves to others: `.ci/run` has those of cargo; `.ci/foreign` builds the wheel that
@@ -52,8 +53,18 @@ fn the_readme_shows_what_the_quickstart_prints() {
     }
 }
 
-#[test]
-fn the_readmes_commands_run() {
+levels! {
+    the_readmes_commands_run: "thorough: at their full size";
+}
+
+/// What is dear is asked for less in the quick level.
+fn less(command: &str) -> String {
+    let command = command.replace("run my.binary", "run my.binary --set budgets=[40]");
+    let command = command.replace("advise my.binary", "advise --help my.binary");
+    command.replace("reconstruct my.csv", "reconstruct --help my.csv")
+}
+
+fn the_readmes_commands_run(level: Level) {
     let bench = Bench::new().with_configs();
     // Readings, which a reader brings along.
     bench.shown("gonio init -o sample.toml --quiet");
@@ -74,17 +85,16 @@ fn the_readmes_commands_run() {
             continue;
         }
         assert!(command.starts_with("gonio "), "{command}");
-        bench.shown(command);
+        match level {
+            Level::Quick => bench.shown(&less(command)),
+            Level::Thorough => bench.shown(command),
+        };
         own += 1;
     }
     assert!(own >= 8, "the README's commands are gone: {all:?}");
-    for file in [
-        "my.binary",
-        "my.toml",
-        "copy.binary",
-        "poses",
-        "runs/my/results.csv",
-    ] {
+    let made = ["my.binary", "my.toml", "poses", "runs/my/results.csv"];
+    let at_full_size = level.of(&[][..], &["copy.binary"]);
+    for file in made.iter().chain(at_full_size) {
         assert!(bench.path(file).exists(), "{file}");
     }
     // In the text too each command is one, and each file that is linked is there.

@@ -1,5 +1,6 @@
 //! Runs of every kind go on where they were, in parts or whole, and end the same.
 
+use super::common::{Level, levels};
 use super::{Bench, MATERIALS, SMALL, assert_same, results, timeless};
 use std::fs;
 
@@ -13,12 +14,18 @@ struct Kind {
 
 /// One of each.
 fn kinds() -> Vec<Kind> {
-    let small = SMALL.replace("budgets = [60, 150]", "budgets = [60]");
+    let second =
+        "[[parametrization]]\nkind = \"half-difference\"\nwarp = { theta_h = \"square-root\" }\n";
+    let small = SMALL.replace(second, "");
+    let small = small.replace(
+        "budgets = [60, 150]\nseeds = [1, 2]",
+        "budgets = [60]\nseeds = [1]",
+    );
     let study = small.replace("seeds = ", "experiment = \"study\"\nseeds = ");
     let acquisition = format!("{small}\n[output]\nschedules = \"csv\"\nslices = true\n");
-    let moments = |order: usize| {
+    let moments = |order: usize, views: usize| {
         format!(
-            "[moments]\nviews = 9\norder = {order}\n\
+            "[moments]\nviews = {views}\norder = {order}\n\
              estimator = {{ kind = \"peak-resolving\", tolerance = 1e-2 }}\n{MATERIALS}"
         )
     };
@@ -26,9 +33,6 @@ fn kinds() -> Vec<Kind> {
 [relations]
 views_deg = [30]
 tolerance = 1e-2
-
-[[lighting]]
-kind = "sky"
 
 [[lighting]]
 kind = "blob"
@@ -40,26 +44,26 @@ width_deg = 10
         Kind {
             text: acquisition,
             records: "results.jsonl",
-            rows: 64,
-            jobs: 32,
+            rows: 16,
+            jobs: 8,
         },
         Kind {
             text: study + "\n[pictures]\ndraw = false\n",
             records: "results.jsonl",
-            rows: 64,
-            jobs: 32,
+            rows: 16,
+            jobs: 8,
         },
         Kind {
-            text: format!("experiment = \"moments\"\n{}", moments(4)),
+            text: format!("experiment = \"moments\"\n{}", moments(4, 9)),
             records: "profiles.jsonl",
             rows: 3,
             jobs: 3,
         },
         Kind {
-            text: format!("experiment = \"relations\"\n{}{lights}", moments(2)),
+            text: format!("experiment = \"relations\"\n{}{lights}", moments(2, 9)),
             records: "relations.jsonl",
-            rows: 6,
-            jobs: 6,
+            rows: 3,
+            jobs: 3,
         },
     ]
 }
@@ -76,6 +80,7 @@ fn whole(kind: &Kind) -> (Bench, String) {
 
 const AGAIN: [&str; 5] = ["run", "c.toml", "-q", "-o", "a"];
 
+/// Neither by itself, nor by a part of it, which is refused, nor by `--force`.
 #[test]
 fn what_is_done_is_told_again_and_stays() {
     for kind in kinds() {
@@ -98,6 +103,10 @@ fn what_is_done_is_told_again_and_stays() {
         assert_eq!(done, kind.jobs, "{list}");
         let last = format!("{0} of {0} jobs are done in a\n", kind.jobs);
         assert!(list.ends_with(&last), "{list}");
+        let refusal = bench.refused(&[&AGAIN[..], &["--shard", "1/2"]].concat(), 2);
+        assert!(refusal.contains("--shard 1/2"), "{refusal}");
+        assert_eq!(bench.files("a"), files);
+        assert_same(&before, &results(&bench, "a"));
         // All of it again: another run with the same results.
         bench.good(&[&AGAIN[..], &["--force"]].concat());
         assert_same(&before, &results(&bench, "a"));
@@ -107,8 +116,11 @@ fn what_is_done_is_told_again_and_stays() {
     }
 }
 
-#[test]
-fn what_a_crash_leaves_is_gone_on_with() {
+levels! {
+    what_a_crash_leaves_is_gone_on_with: "thorough: crashes before, in and after the first line";
+}
+
+fn what_a_crash_leaves_is_gone_on_with(level: Level) {
     for kind in kinds() {
         let (bench, _) = whole(&kind);
         let path = bench.path("a").join(kind.records);
@@ -120,7 +132,10 @@ fn what_a_crash_leaves_is_gone_on_with() {
         let cut = [&whole[..line + 40], &[0; 100]].concat();
         // In the middle of a line, and where a line was to be.
         let zeros = [&whole[..line], &[0; 100]].concat();
-        for left in [cut, zeros, Vec::new(), vec![0; 3]] {
+        for left in level.of(
+            vec![cut.clone(), vec![0; 3]],
+            vec![cut, zeros, Vec::new(), vec![0; 3]],
+        ) {
             let kept = if left.len() > 3 { kept } else { 0 };
             fs::write(&path, &left).unwrap();
             fs::remove_file(bench.path("a/manifest.json")).unwrap();
@@ -183,28 +198,13 @@ fn parts_make_up_the_whole() {
         assert_same(&results(&bench, "a"), &results(&bench, "merged"));
         assert_eq!(bench.files("merged"), bench.files("a"));
         assert_eq!(bench.manifest("merged")["status"], "complete");
+        let onto_itself = ["merge", parts[0], "-o", parts[0], "--force"];
+        let refusal = bench.refused(&onto_itself, 2);
+        assert!(refusal.contains("one of the parts"), "{refusal}");
         // What was put together is a run like any other.
         let list = bench.good(&["run", "c.toml", "-o", "merged", "--list"]);
         assert!(!list.contains("open  "), "{list}");
     }
-}
-
-#[test]
-fn a_whole_run_is_not_cut_down_and_a_part_is_not_replaced() {
-    let bench = Bench::new();
-    for (kind, name) in kinds().into_iter().zip(["a", "b", "c", "d"]) {
-        fs::write(bench.path("c.toml"), &kind.text).unwrap();
-        bench.good(&["run", "c.toml", "-q", "-o", name]);
-        let (files, before) = (bench.files(name), results(&bench, name));
-        let args = ["run", "c.toml", "-q", "-o", name, "--shard", "1/2"];
-        let refusal = bench.refused(&args, 2);
-        assert!(refusal.contains("--shard 1/2"), "{refusal}");
-        assert_eq!(bench.files(name), files);
-        assert_same(&before, &results(&bench, name));
-    }
-    bench.good(&["run", "c.toml", "-q", "-o", "p", "--shard", "1/1"]);
-    let refusal = bench.refused(&["merge", "p", "-o", "./p", "--force"], 2);
-    assert!(refusal.contains("one of the parts"), "{refusal}");
 }
 
 #[test]

@@ -1,6 +1,6 @@
 //! Light through a surface.
 
-use super::Bench;
+use super::{Bench, assert_same, results};
 use serde_json::Value;
 use std::fs;
 
@@ -285,7 +285,7 @@ fn what_is_wrong_is_told_in_a_sentence() {
 /// A config with a micro-surface: its surface, and other keys of it.
 fn micro(bench: &Bench, surface: &str, keys: &str) {
     let text = format!(
-        "budgets = [40]\n\n[[material]]\nname = \"facets\"\nkind = \"micro-surface\"\nsurface = {{ {surface} }}\n\
+        "quantities = []\nbudgets = [40]\n\n[[material]]\nname = \"facets\"\nkind = \"micro-surface\"\nsurface = {{ {surface} }}\n\
          rays = 4096\npaths = 8\n{keys}\n\n[[parametrization]]\nkind = \"hybrid\"\n\n[[sample_set]]\nkind = \"sobol\"\n\n\
          [[reconstruction]]\nkind = \"inverse-distance\"\n\n[metrics]\npairs = 512\nmax_pairs = 512\n"
     );
@@ -366,22 +366,16 @@ fn a_micro_surface_is_measured_and_reconstructed() {
         "kind = \"height-map\", file = \"map.csv\", pitch_um = 2.0",
         "facets = { kind = \"diffuse\", albedo = 0.5 }",
     );
-    let rows = |threads: &str, folder: &str| {
-        bench.good(&["run", "micro.toml", "--threads", threads, "-o", folder]);
-        let text = fs::read_to_string(bench.path(folder).join("results.csv")).unwrap();
-        // Without the columns of seconds.
-        let mut lines = text.lines().map(|l| l.split(',').collect::<Vec<_>>());
-        let head = lines.next().unwrap();
-        let kept: Vec<usize> = (0..head.len())
-            .filter(|i| !head[*i].ends_with("_seconds"))
-            .collect();
-        lines
-            .map(|line| kept.iter().map(|i| line[*i].to_owned()).collect::<Vec<_>>())
-            .collect::<Vec<_>>()
-    };
-    let (one, two) = (rows("1", "one"), rows("2", "two"));
-    assert_eq!(one, two);
-    assert!(one.len() >= 2, "{one:?}");
+    for threads in ["1", "2"] {
+        bench.good(&["run", "micro.toml", "--threads", threads, "-o", threads]);
+    }
+    assert_same(&results(&bench, "1"), &results(&bench, "2"));
+    let rows = bench.rows("1");
+    assert_eq!(rows.len(), 2);
+    assert!(
+        rows.iter().all(|row| row.value("nrmse") < Some(1.0)),
+        "{rows:?}"
+    );
 }
 
 /// Mirrors of a few normals send light in a few directions: no pair has a value, and whoever checks or runs it is told.
