@@ -18,7 +18,6 @@ use gonio::report::pictures::render_spheres;
 use gonio::schedule::{Grid, SampleSet, Schedule};
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use std::fmt::Write;
-use std::io::Cursor;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -370,9 +369,11 @@ fn pixels(line: &str) -> Option<Vec<u8>> {
     let (_, data) = line.split_once("base64,")?;
     let (data, _) = data.split_once('"')?;
     let png = STANDARD.decode(data).unwrap();
-    let mut reader = png::Decoder::new(Cursor::new(png)).read_info().unwrap();
-    let mut bytes = vec![0; reader.output_buffer_size().unwrap()];
-    let frame = reader.next_frame(&mut bytes).unwrap();
-    let pixels = bytes.chunks_exact(frame.color_type.samples());
-    Some(pixels.flat_map(|p| p[..3].to_vec()).collect())
+    let (_, pixels) = crate::common::png::pixels(&png);
+    Some(
+        pixels
+            .into_iter()
+            .flat_map(|p| [p[0], p[1], p[2]])
+            .collect(),
+    )
 }
