@@ -278,11 +278,9 @@ mod files {
                 [3.0, 5.0, 7.0].map(|c| c * unit)
             );
         }
-        // Nothing to repeat; counts without end.
-        for row in [
-            [1, 1, 1, 1].repeat(2),
-            [pixel, [1, 1, 1, 0]].concat().repeat(9),
-        ] {
+        // Nothing to repeat; a count above all numbers.
+        let endless = [&pixel[..], &[1, 1, 1, 0].repeat(12), &[1, 1, 1, 1]].concat();
+        for row in [[1, 1, 1, 1].repeat(2), endless] {
             assert!(read(&row, 2, 1).is_err());
         }
     }

@@ -50,10 +50,8 @@ pub fn size(input: &mut impl BufRead) -> Result<[usize; 2], HdrError> {
         let line = line()?;
         match line.split_once('=') {
             _ if line.is_empty() => break,
-            Some((key, format)) if key.trim() == "FORMAT" => {
-                if format.trim() != "32-bit_rle_rgbe" {
-                    return Err(HdrError::Format(excerpt(format).to_string()));
-                }
+            Some((key, format)) if key.trim() == "FORMAT" && format.trim() != "32-bit_rle_rgbe" => {
+                return Err(HdrError::Format(excerpt(format).to_string()));
             }
             _ => {}
         }

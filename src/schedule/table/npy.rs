@@ -193,8 +193,8 @@ impl<'a> Head<'a> {
                     rest
                 }
                 "fortran_order" => {
-                    let word = value.find(|c: char| !c.is_alphabetic())?;
-                    let (word, rest) = value.split_at(word);
+                    let end = value.find(|c: char| !c.is_alphabetic());
+                    let (word, rest) = value.split_at(end.unwrap_or(value.len()));
                     is_fortran = Some(match word {
                         "True" => true,
                         "False" => false,
