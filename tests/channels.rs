@@ -1,4 +1,5 @@
 //! Scenes of wavelengths: at each of them a scene is what a scene in luminance is that has its value.
+#![cfg(feature = "experiments")]
 
 use gonio::brdf::measured::{merl, utia};
 use gonio::brdf::{self, Brdf, BrdfSpec, Channels, Wavelengths};

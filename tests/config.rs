@@ -1,5 +1,6 @@
 //! Configs: every mistake is one sentence that names the place, the key, the value and what is
 //! allowed; the resolved config means the same as the one it was made from.
+#![cfg(feature = "experiments")]
 
 use gonio::Error;
 use gonio::experiment::{Event, Experiment, Extent, Known, Observer, Plan, Row, Source};

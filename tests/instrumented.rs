@@ -1,5 +1,6 @@
 //! Experiments with instruments: what their rows say holds, and parts that are left out leave no
 //! trace.
+#![cfg(feature = "experiments")]
 
 use gonio::Error;
 use gonio::brdf::Channels;

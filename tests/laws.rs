@@ -1,4 +1,5 @@
 //! Every model × every example × both channel modes × every law, and proof that each law can fail.
+#![cfg(feature = "experiments")]
 
 use gonio::brdf::{self, Brdf, BrdfSpec, BuildError, Channels, Presence, SampleBrdf, laws};
 use gonio::geometry::{Direction, DirectionPair, Symmetry};

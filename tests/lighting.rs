@@ -1,4 +1,5 @@
 //! Lightings: what each kind shines, and panoramas from files.
+#![cfg(feature = "pictures")]
 
 use gonio::geometry::Direction;
 use gonio::lighting::{self, Lighting, LightingSpec, Map};

@@ -1,4 +1,5 @@
 //! Models against closed forms, independent formulas and published numbers.
+#![cfg(feature = "experiments")]
 
 use gonio::brdf::microfacet::{Beckmann, Distribution, Ggx};
 use gonio::brdf::{self, Brdf, Channels, Lambert, Presence, Roughness, Spectrum, Sum, laws};

@@ -1,5 +1,6 @@
 //! Files of readings as materials: what is computed of one is what is computed of the BRDF that a
 //! reconstruction makes of the file.
+#![cfg(feature = "experiments")]
 
 use gonio::brdf::{Brdf, BrdfSpec, BuildError, Channels, Wavelengths};
 use gonio::experiment::{self, Plan, Source, material_key};

@@ -1,6 +1,7 @@
 //! The slice model and the relations of Zubiaga, Belcour, Bosch, Muñoz and Barla 2015 (**Z15**
 //! in `docs::errata`): closed forms against quadrature, claims against rendering, errata by a
 //! test that shows the printed form failing and the corrected one holding.
+#![cfg(feature = "experiments")]
 
 use gonio::brdf::{self, Brdf, Channels, laws};
 use gonio::geometry::Direction;

@@ -1,4 +1,5 @@
 //! Every sample set in every parametrization: budgets, distinct configurations, lattices, seeds.
+#![cfg(feature = "experiments")]
 
 mod common;
 

@@ -1,4 +1,5 @@
 //! The walk over the extreme cases: every law holds, and a member that is unstable is found.
+#![cfg(feature = "stability")]
 
 mod common;
 
@@ -171,9 +172,17 @@ fn walked(family: &str, keep: impl Fn(usize, &Check) -> bool) -> Vec<Finding> {
     stability::run(family, &checks, &|| true, &|| {})
 }
 
+/// Members that this program joins to the registries, each of which breaks a law.
+const OWN: [&str; 3] = ["by-arc-cosine", "lopsided", "undefined"];
+
 fn every_law_holds(level: Level) {
+    // The registries are of the whole process: the other test may have joined its members.
+    let is_asked = |i: usize, check: &Check| {
+        let own = OWN.iter().any(|own| check.member().starts_with(own));
+        !own && i.is_multiple_of(level.of(7, 1))
+    };
     for family in stability::all() {
-        for finding in walked(family.name, |i, _| i.is_multiple_of(level.of(7, 1))) {
+        for finding in walked(family.name, is_asked) {
             assert_eq!(finding.verdict, Verdict::Holds, "{finding:#?}");
             assert!(finding.cases > 0 && finding.ratio <= finding.allowed);
         }

@@ -1,5 +1,6 @@
 //! Studies: their rows are those of an acquisition, they are made once, their findings are those of
 //! errors that are known.
+#![cfg(feature = "experiments")]
 
 mod common;
 

@@ -1,4 +1,5 @@
 //! Grids whose ratio is tuned on materials that are not tested.
+#![cfg(feature = "experiments")]
 
 use gonio::Error;
 use gonio::experiment::{Event, Experiment, Extent, Known, Observer, Plan, Row, Source, Summary};

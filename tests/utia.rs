@@ -1,5 +1,6 @@
 //! UTIA tables: the bytes, the nodes and what happens between them and beyond. No file is needed: every
 //! table is made here.
+#![cfg(feature = "experiments")]
 
 use gonio::brdf::measured::utia::{self, FILE_LEN, Utia, index};
 use gonio::brdf::{self, Brdf, Channels, Presence};

@@ -1,4 +1,5 @@
 //! Laws of planners: poses that can be taken, chosen from readings alone, and better than points that know nothing.
+#![cfg(feature = "experiments")]
 
 #[path = "../common/mod.rs"]
 mod common;

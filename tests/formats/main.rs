@@ -1,5 +1,6 @@
 //! Files of schedules and measurements: what is written is what is read, and what was cut, mixed up
 //! or misspelt is refused with its line.
+#![cfg(all(feature = "arrays", feature = "experiments"))]
 
 #[path = "../common/mod.rs"]
 mod common;

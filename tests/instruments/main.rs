@@ -1,4 +1,5 @@
 //! The virtual instruments: chains, limits, presets, apertures, noise.
+#![cfg(feature = "experiments")]
 
 #[path = "../common/mod.rs"]
 mod common;

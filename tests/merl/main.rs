@@ -1,5 +1,6 @@
 //! MERL tables: the bytes, the cells and what happens between them. No file is needed: every table
 //! is made here.
+#![cfg(feature = "experiments")]
 
 mod format;
 mod lookup;

@@ -1,5 +1,6 @@
 //! Moments of slices against closed forms and against quadratures that share nothing with the
 //! estimators: neither nodes nor, where the slice has a lobe, variables.
+#![cfg(feature = "experiments")]
 
 #[path = "../common/mod.rs"]
 mod common;

@@ -283,7 +283,11 @@ const EPSILON: f64 = 1e-3;
 
 fn values_stay_near_the_range_of_the_readings(level: Level) {
     let benches = benches(level, level.of(300, 1500));
-    for (layout, angles) in layouts() {
+    for (layout, angles) in layouts()
+        .into_iter()
+        .skip(level.of(1, 0))
+        .step_by(level.of(2, 1))
+    {
         let schedule = schedule(&angles);
         let readings = benches.each_ref().map(|bench| bench.readings(&schedule));
         for (coordinates, kind, method) in methods() {
