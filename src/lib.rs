@@ -79,11 +79,10 @@
 //!
 //! # Features
 //!
-//! `cli` (default): the `gonio` command; it has all others. `surfaces`: height fields, also from OpenEXR, PNG and CSV, and rays
+//! `cli` (default): the `gonio` command; it has all others but `parquet`, the rows of a run as Parquet. `surfaces`: height fields, also from OpenEXR, PNG and CSV, and rays
 //! through them. `pictures`: OpenEXR, PNG, diagrams,
 //! HTML reports, and environment maps from files; it has `experiments`. `experiments`: plans, configs in TOML,
-//! runs, their statistics and tables, presets of instruments. `stability`: the walk over extreme cases. `schemas`:
-//! JSON Schemas of files. Without any:
+//! runs, their statistics and tables, presets of instruments. `stability`: the walk over extreme cases. Without any:
 //! models, tables, schedules, instruments, measurements and their files, reconstructions, errors, moments.
 //!
 //! # Pages
