@@ -1,4 +1,5 @@
 //! The quadrature of the directional albedo against two others.
+#![cfg(feature = "experiments")]
 
 mod common;
 

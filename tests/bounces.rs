@@ -1,4 +1,5 @@
 //! Classes of light paths and coordinates: laws of information, closed forms, boxes that are told by other paths than chose them.
+#![cfg(feature = "experiments")]
 
 use gonio::analysis::bounces::{self, ChartBounces, Information, PathSample, Spread};
 use gonio::analysis::{Estimate, Subset};

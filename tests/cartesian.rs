@@ -1,5 +1,6 @@
 //! A parametrization that is no polar chart, and none of the crate's: the components of the
 //! projected half and back vectors. It needs nothing but this file.
+#![cfg(feature = "experiments")]
 
 mod common;
 

@@ -2,6 +2,7 @@
 //!
 //! N readings in three dimensions are N^(−1/3) apart, so a method of order p has errors that fall
 //! as N^(−p/3).
+#![cfg(feature = "experiments")]
 
 mod common;
 

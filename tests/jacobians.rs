@@ -1,5 +1,6 @@
 //! The Jacobian of every parametrization against the area elements of the two spheres: by finite
 //! differences of the map from coordinates to directions, and by the measure of the whole domain.
+#![cfg(feature = "experiments")]
 
 mod common;
 

@@ -1,4 +1,5 @@
 //! Measured BSDFs of MDL: the bytes, and what is refused.
+#![cfg(feature = "experiments")]
 
 use gonio::brdf::measured::mdl::{CELLS, write_mdl};
 use gonio::brdf::{self, Brdf, Channels, Presence, Wavelengths};

@@ -2,6 +2,7 @@
 //! Parametrization", B15 below) as tests, its errata too: an erratum's test shows that the printed
 //! form fails and that the corrected form holds. The vectors are computed here from the two
 //! directions; the library is asked for coordinates only.
+#![cfg(feature = "experiments")]
 
 mod common;
 

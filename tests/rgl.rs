@@ -1,4 +1,5 @@
 //! RGL tables: the bytes, the map that makes normals uniform, and what comes back of a BRDF that was written.
+#![cfg(feature = "experiments")]
 
 mod common;
 

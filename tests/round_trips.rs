@@ -1,4 +1,5 @@
 //! Pair → coordinates → pair, for every parametrization, warp and symmetry.
+#![cfg(feature = "experiments")]
 
 mod common;
 

@@ -1,4 +1,5 @@
 //! Tensor trees of Radiance: the text that is written, read by a reader of its own, against the BRDF that it was made of.
+#![cfg(feature = "experiments")]
 
 use gonio::brdf::measured::tensor_tree::{MERGED, TensorTree, disk, tabulate, write_tensor_tree};
 use gonio::brdf::{self, Brdf, Channels, Presence};

@@ -1,4 +1,5 @@
 //! Tables of OpticStudio (Zemax): what comes back of a BRDF that was written, and what is refused.
+#![cfg(feature = "experiments")]
 
 use gonio::brdf::measured::zemax::{LEVELS, Level, Zemax, write_zemax};
 use gonio::brdf::{self, Brdf, Channels, Presence, Wavelengths};

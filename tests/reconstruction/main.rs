@@ -1,4 +1,5 @@
 //! Laws of reconstructions: what they reproduce, their symmetry, what they do at the edges.
+#![cfg(feature = "experiments")]
 
 #[path = "../common/mod.rs"]
 mod common;

@@ -227,6 +227,7 @@ mod fresnel {
     }
 }
 
+#[cfg(feature = "experiments")]
 mod watched {
     use gonio::brdf::measured::merl::Merl;
     use gonio::brdf::{Brdf, Channels, Lambert, Presence, Spectrum, Watched};

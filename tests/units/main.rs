@@ -4,6 +4,7 @@
 mod common;
 
 mod acquisition;
+#[cfg(feature = "experiments")]
 mod analysis;
 #[cfg(feature = "pictures")]
 mod bench;
@@ -12,16 +13,20 @@ mod brdf;
 mod experiment;
 mod files;
 mod geometry;
+#[cfg(feature = "experiments")]
 mod instrument;
 mod light_paths;
 mod metrics;
+#[cfg(feature = "experiments")]
 mod moments;
 mod numeric;
 mod parametrization;
+#[cfg(feature = "experiments")]
 mod reconstruct;
 #[cfg(feature = "experiments")]
 mod report;
 mod sampling;
+#[cfg(feature = "experiments")]
 mod schedule;
 #[cfg(feature = "experiments")]
 mod statistics;
