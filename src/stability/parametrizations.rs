@@ -278,6 +278,8 @@ fn outside(form: &dyn Parametrization, watch: &mut Watch) {
     for (c, axis) in middle.iter_mut().zip(axes) {
         *c = axis.range[0] + 0.3 * axis.length();
     }
+    // Whatever is refused below is refused for one coordinate alone.
+    watch.holds(form.inverse(&middle).is_some(), &"all coordinates inside");
     let mut see = |d: usize, value: f64| {
         let mut coords = middle;
         coords[d] = value;

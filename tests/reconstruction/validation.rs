@@ -4,6 +4,7 @@ use super::common::{Level, levels};
 use super::layouts::{models, scattered, schedule, sheets};
 use super::method;
 use gonio::brdf::{Brdf, Channels};
+use gonio::geometry::DirectionPair;
 use gonio::measurement::{Measurement, Outcome};
 use gonio::metrics::{self, Errors, Measure, MetricsSpec};
 use gonio::reconstruct::Reconstruct;
@@ -145,6 +146,43 @@ fn whole_sheets_are_left_out_with_their_images() {
     assert_eq!(validation.left(), left);
     let scores = validation.scores(&[nearest], || ()).remove(0).unwrap();
     assert!(errors(&scores)[1] > 0.1, "{scores:?}");
+}
+
+/// Of an isotropic material each sheet may be measured at an azimuth of its own.
+#[test]
+fn a_turned_sheet_is_left_out_as_it_was() {
+    let model = named("ggx");
+    // Not on a lattice: readings at equal distances are ordered by rounding.
+    let directions = (1..80).map(|k| [0.6180, 0.7549].map(|g| (f64::from(k) * g).fract()));
+    let sheet = |i: f64| {
+        directions
+            .clone()
+            .map(move |[o, phi]| [i, 80.0 * o, 180.0 * phi])
+    };
+    let angles: Vec<_> = [15.0, 30.0, 60.0].into_iter().flat_map(sheet).collect();
+    let m = readings(&*model, &angles);
+    let mut turned = (*m.schedule).clone();
+    for pose in &mut turned.poses {
+        let [i, o] = [pose.pair.omega_i, pose.pair.omega_o];
+        let turn = 5.0 * i.theta();
+        pose.pair =
+            DirectionPair::from_spherical(i.theta(), i.phi() + turn, o.theta(), o.phi() + turn);
+    }
+    let turned = Measurement {
+        schedule: Arc::new(turned),
+        ..m.clone()
+    };
+    let [plain, turned] = [m, turned].map(|m| {
+        let validation = CrossValidation::new(&m, Some(true)).unwrap();
+        let nearest: Arc<dyn Reconstruct> = Arc::from(method("nearest", ""));
+        errors(&validation.scores(&[nearest], || ()).remove(0).unwrap())
+    });
+    for (plain, turned) in plain.into_iter().zip(turned) {
+        assert!(
+            (plain - turned).abs() <= 1e-9 * plain.abs(),
+            "{plain} {turned}"
+        );
+    }
 }
 
 #[test]

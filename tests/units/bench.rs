@@ -56,3 +56,27 @@ mod reach {
         assert_eq!(lawless, Some(Time::MoreThan(1e4)));
     }
 }
+
+mod ladders {
+    use gonio::bench::{self, Settings};
+
+    /// Whatever costs too much at a large budget is still timed at a small one.
+    #[test]
+    fn every_choice_has_a_rung() {
+        let settings = Settings {
+            quick: true,
+            views: None,
+            merl: None,
+        };
+        for section in bench::all() {
+            for ladder in (section.ladders)(&settings).unwrap() {
+                assert!(
+                    !ladder.rungs.is_empty(),
+                    "{} {:?}",
+                    section.name,
+                    ladder.names
+                );
+            }
+        }
+    }
+}
