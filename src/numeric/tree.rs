@@ -10,6 +10,9 @@ use std::cmp::Ordering;
 /// Points per leaf.
 const LEAF: usize = 16;
 
+/// Neighbours up to which a sorted list is faster than to sort at the end.
+const FEW: usize = 32;
+
 /// A way to measure distances of points with `K` coordinates.
 pub(crate) trait Metric<const K: usize> {
     /// What tells the nearer of two points: less is nearer.
@@ -74,9 +77,8 @@ pub(crate) struct Near<D> {
 impl<D: PartialOrd> Near<D> {
     #[inline(always)]
     fn is_before(&self, other: &Self) -> bool {
-        // Without branches, whose outcomes are not foreseen.
-        (self.distance < other.distance)
-            | ((self.distance == other.distance) & (self.number < other.number))
+        self.distance < other.distance
+            || (self.distance == other.distance && self.number < other.number)
     }
 
     #[inline(always)]
@@ -207,6 +209,17 @@ impl<const K: usize, M: Metric<K>> Tree<K, M> {
         }
     }
 
+    /// The number of the nearest point that is left, if there is one.
+    #[inline]
+    pub fn nearest_one(&self, from: &[f64; K], most: M::Distance) -> Option<u32> {
+        let mut found = None;
+        self.search(from, most, |near| {
+            found = Some(near.number);
+            Some(near)
+        });
+        found
+    }
+
     /// Fills `found` with the nearest points that are left, nearest first: `count` of them, or as many as lie up to a distance.
     #[inline]
     pub fn nearest(
@@ -217,7 +230,43 @@ impl<const K: usize, M: Metric<K>> Tree<K, M> {
         found: &mut Vec<Near<M::Distance>>,
     ) {
         found.clear();
-        // Whatever is not before this one is none of the nearest.
+        if count <= FEW {
+            self.search(from, most, |near| {
+                if found.len() < count {
+                    found.push(near);
+                }
+                let mut place = found.len() - 1;
+                while place > 0 && near.is_before(&found[place - 1]) {
+                    found[place] = found[place - 1];
+                    place -= 1;
+                }
+                found[place] = near;
+                (found.len() == count).then(|| found[count - 1])
+            });
+            return;
+        }
+        // To sort once is faster than to keep a long list sorted.
+        self.search(from, most, |near| {
+            found.push(near);
+            (found.len() == 2 * count).then(|| {
+                found.select_nth_unstable_by(count - 1, Near::order);
+                found.truncate(count);
+                found[count - 1]
+            })
+        });
+        found.sort_unstable_by(Near::order);
+        found.truncate(count);
+    }
+
+    /// Visits points that are left up to a distance, near ones first; of those that are not before what `visit` returned
+    /// last none.
+    #[inline(always)]
+    fn search(
+        &self,
+        from: &[f64; K],
+        most: M::Distance,
+        mut visit: impl FnMut(Near<M::Distance>) -> Option<Near<M::Distance>>,
+    ) {
         let mut within = Near {
             distance: most,
             number: u32::MAX,
@@ -236,32 +285,33 @@ impl<const K: usize, M: Metric<K>> Tree<K, M> {
                         distance: self.metric.distance(from, &point.at),
                         number: point.number,
                     };
-                    if near.is_before(&within) {
-                        found.push(near);
-                        // To sort once is faster than to keep a sorted list.
-                        if found.len() == 2 * count {
-                            found.select_nth_unstable_by(count - 1, Near::order);
-                            found.truncate(count);
-                            within = found[count - 1];
-                        }
+                    // One comparison for most.
+                    if near.distance > within.distance || !near.is_before(&within) {
+                        continue;
+                    }
+                    if let Some(farthest) = visit(near) {
+                        within = farthest;
                     }
                 }
                 continue;
             }
-            let [mut near, mut far] = [node.children, node.children + 1].map(|c| {
-                let child = &self.nodes[c as usize];
-                (c, self.metric.to_box(from, &child.low, &child.high))
-            });
-            if far.1 < near.1 {
-                std::mem::swap(&mut near, &mut far);
-            }
-            for (child, bound) in [far, near] {
-                if self.nodes[child as usize].left > 0 && bound <= M::bounded(within.distance) {
+            let [first, second] = [node.children, node.children + 1];
+            let [a, b] = [&self.nodes[first as usize], &self.nodes[second as usize]];
+            let to_a = self.metric.to_box(from, &a.low, &a.high);
+            let to_b = self.metric.to_box(from, &b.low, &b.high);
+            let mut push = |child: u32, left: u32, bound: f64| {
+                if left > 0 && bound <= M::bounded(within.distance) {
                     stack.push((child, bound));
                 }
+            };
+            // The nearer is taken next.
+            if to_b < to_a {
+                push(first, a.left, to_a);
+                push(second, b.left, to_b);
+            } else {
+                push(second, b.left, to_b);
+                push(first, a.left, to_a);
             }
         }
-        found.sort_unstable_by(Near::order);
-        found.truncate(count);
     }
 }

@@ -155,7 +155,8 @@ impl<const K: usize> Cloud<K> {
     /// Number of the point nearest to `x`.
     #[inline]
     pub fn nearest(&self, x: &[f64; K]) -> usize {
-        nearest_in(&self.tree, x, 1)[0].number as usize
+        // There is one at least.
+        self.tree.nearest_one(x, f64::INFINITY).unwrap_or(0) as usize
     }
 
     /// The `k` points nearest to `x`, and more where they are flat.
