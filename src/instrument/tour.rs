@@ -7,7 +7,7 @@ mod improve;
 mod sorted;
 
 use super::motion::Travel;
-use crate::numeric::tree::{Metric, Near, Tree};
+use crate::numeric::tree::{Metric, Tree};
 use crate::schedule::{MAX_AXES, Positions};
 use improve::improve;
 use serde::{Deserialize, Serialize};
@@ -104,18 +104,14 @@ fn distinct(positions: &[Positions], path: impl Fn(&[Positions]) -> Vec<u32>) ->
 fn nearest_neighbour(travel: &Travel, rest: &Positions, points: &[Positions]) -> Vec<u32> {
     let mut tree = Tree::new(travel, points);
     let leaves = tree.leaves();
-    let mut found = Vec::with_capacity(2);
     let mut path = Vec::with_capacity(points.len());
     let mut here = *rest;
-    loop {
-        tree.nearest(&here, 1, FAR, &mut found);
-        let Some(&Near { number, .. }) = found.first() else {
-            return path;
-        };
+    while let Some(number) = tree.nearest_one(&here, FAR) {
         tree.remove(number, leaves[number as usize]);
         here = points[number as usize];
         path.push(number);
     }
+    path
 }
 
 /// Travel times: less is nearer.

@@ -10,7 +10,7 @@ use std::cmp::Ordering;
 /// Points per leaf.
 const LEAF: usize = 16;
 
-/// Neighbours up to which a sorted list is faster than to sort at the end.
+/// Neighbours up to which the list is kept sorted, as reconstructions ask for by default.
 const FEW: usize = 32;
 
 /// A way to measure distances of points with `K` coordinates.
@@ -209,7 +209,7 @@ impl<const K: usize, M: Metric<K>> Tree<K, M> {
         }
     }
 
-    /// The number of the nearest point that is left, if there is one.
+    /// The number of the nearest point that is left and no farther than a distance, if there is one.
     #[inline]
     pub fn nearest_one(&self, from: &[f64; K], most: M::Distance) -> Option<u32> {
         let mut found = None;
@@ -220,7 +220,8 @@ impl<const K: usize, M: Metric<K>> Tree<K, M> {
         found
     }
 
-    /// Fills `found` with the nearest points that are left, nearest first: `count` of them, or as many as lie up to a distance.
+    /// Fills `found` with the nearest points that are left, nearest first: `count` (≥ 1) of them, or as many as lie up to a
+    /// distance.
     #[inline]
     pub fn nearest(
         &self,
@@ -258,8 +259,8 @@ impl<const K: usize, M: Metric<K>> Tree<K, M> {
         found.truncate(count);
     }
 
-    /// Visits points that are left up to a distance, near ones first; of those that are not before what `visit` returned
-    /// last none.
+    /// Visits points that are left up to a distance, those of near boxes first. `visit` returns the farthest that is still
+    /// wanted, if it is another than before; points behind it are passed over.
     #[inline(always)]
     fn search(
         &self,

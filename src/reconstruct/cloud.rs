@@ -155,8 +155,10 @@ impl<const K: usize> Cloud<K> {
     /// Number of the point nearest to `x`.
     #[inline]
     pub fn nearest(&self, x: &[f64; K]) -> usize {
-        // There is one at least.
-        self.tree.nearest_one(x, f64::INFINITY).unwrap_or(0) as usize
+        match self.tree.nearest_one(x, f64::INFINITY) {
+            Some(number) => number as usize,
+            None => unreachable!("a cloud has a point"),
+        }
     }
 
     /// The `k` points nearest to `x`, and more where they are flat.

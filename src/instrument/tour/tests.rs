@@ -45,24 +45,25 @@ fn the_tree_finds_what_a_search_of_all_finds() {
             all
         };
         for of in (0..700).step_by(7) {
-            tree.nearest(&positions[of], 11, FAR, &mut near);
-            let found = near.iter().map(|near| near.number);
-            let found: Vec<u32> = found.filter(|&n| n as usize != of).collect();
             let direct = nearest(&positions[of], &|i| i == of);
-            assert!(found.iter().zip(&direct).all(|(&a, &b)| a as usize == b));
-            assert_eq!(found.len(), 10);
+            // Few, which are kept sorted, and more.
+            for count in [11, 45] {
+                tree.nearest(&positions[of], count, FAR, &mut near);
+                let found = near.iter().map(|near| near.number);
+                let found: Vec<u32> = found.filter(|&n| n as usize != of).collect();
+                assert!(found.iter().zip(&direct).all(|(&a, &b)| a as usize == b));
+                assert_eq!(found.len(), count - 1);
+            }
         }
         let mut gone = [false; 700];
         for k in 0..700 {
             let from = positions[k];
-            tree.nearest(&from, 1, FAR, &mut near);
-            let found = near[0].number as usize;
+            let found = tree.nearest_one(&from, FAR).unwrap();
             let direct = nearest(&from, &|i| gone[i])[0];
-            assert_eq!(found, direct);
-            tree.remove(found as u32, leaves[found]);
-            gone[found] = true;
+            assert_eq!(found as usize, direct);
+            tree.remove(found, leaves[direct]);
+            gone[direct] = true;
         }
-        tree.nearest(&REST, 1, FAR, &mut near);
-        assert!(near.is_empty());
+        assert_eq!(tree.nearest_one(&REST, FAR), None);
     }
 }
