@@ -34,7 +34,7 @@ fn ggx(bencher: Bencher, text: &str) {
 static TABLE: LazyLock<Vec<u8>> = LazyLock::new(|| {
     let mut bytes = Vec::new();
     let ggx = model("ggx", "alpha = 0.1");
-    write_merl(&*ggx, MerlGrid::Reciprocal, &mut bytes).expect("a table");
+    write_merl(&*ggx, MerlGrid::RECIPROCAL, &mut bytes).expect("a table");
     bytes
 });
 

@@ -286,7 +286,7 @@ fn what_a_scene_cannot_use_is_refused_by_its_key() {
     }
     let lambert = build("lambert", "albedo = X", "0.5", spectral);
     let mut out = Vec::new();
-    let grid = merl::MerlGrid::Reciprocal;
+    let grid = merl::MerlGrid::RECIPROCAL;
     let refused = merl::write_merl(&*lambert, grid, &mut out).unwrap_err();
     assert!(matches!(refused, merl::MerlError::Wavelengths));
     let refused = utia::write_utia(&*lambert, &mut out).unwrap_err();

@@ -41,7 +41,7 @@ const EDGE: f64 = 1e-8;
 
 /// A MERL table of values of R, G and B (sr⁻¹) by cell.
 fn merl(value: impl Fn(usize) -> f64) -> Option<Merl> {
-    let grid = MerlGrid::Reciprocal;
+    let grid = MerlGrid::RECIPROCAL;
     let [n_h, n_d, n_phi] = grid.dims();
     let cells = n_h * n_d * n_phi;
     let mut bytes = Vec::with_capacity(12 + 24 * cells);

@@ -7,7 +7,7 @@ use gonio::{numeric, registry};
 use std::path::Path;
 use std::sync::LazyLock;
 
-const GRID: MerlGrid = MerlGrid::Reciprocal;
+const GRID: MerlGrid = MerlGrid::RECIPROCAL;
 
 /// Values of every magnitude and kind, a fixed hash of channel and cell.
 fn odd_value(c: usize, cell: [usize; 3]) -> f64 {
@@ -255,7 +255,7 @@ fn a_config_names_a_file() {
 
 #[test]
 fn the_variant_without_reciprocity_is_read() {
-    let grid = MerlGrid::Full;
+    let grid = MerlGrid::FULL;
     let table = grey(grid, Channels::Rgb, |cell| grid.index(cell) as f64);
     assert_eq!(table.grid(), grid);
     for cell in [[0, 0, 0], [3, 4, 359], [89, 89, 180]] {

@@ -1,13 +1,17 @@
 //! Pairs in: which cell, and what lies between the nodes.
 
 use super::{angles, cells, file, first, grey, pair, ulps};
-use gonio::brdf::measured::merl::{Interpolation, Merl, MerlGrid, SCALE};
-use gonio::brdf::{Brdf, Channels, Presence};
-use gonio::geometry::DirectionPair;
-use gonio::sampling::{self, Random};
+use gonio::brdf::measured::merl::{Interpolation, Merl, MerlGrid, Nodes, SCALE, write_merl};
+use gonio::brdf::microfacet::{FresnelSpec, Ggx, Microfacet};
+use gonio::brdf::{Brdf, Channels, Presence, Roughness};
+use gonio::geometry::{Direction, DirectionPair};
+use gonio::sampling::{self, Random, Sobol};
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
-const GRIDS: [MerlGrid; 2] = [MerlGrid::Reciprocal, MerlGrid::Full];
+const GRIDS: [MerlGrid; 2] = [MerlGrid::RECIPROCAL, MerlGrid::FULL];
+
+/// Each place of nodes, and how far from the lower edges of their cells it is.
+const NODES: [(Nodes, f64); 2] = [(Nodes::Centre, 0.5), (Nodes::Corner, 0.0)];
 
 fn random_pairs(seed: u64, n: u64) -> impl Iterator<Item = DirectionPair> {
     let random = Random::new(seed);
@@ -60,7 +64,7 @@ mod reference {
 
 #[test]
 fn nearest_reads_the_reference_reader_s_cells() {
-    let grid = MerlGrid::Reciprocal;
+    let grid = MerlGrid::RECIPROCAL;
     let mut compared = 0;
     for pair in random_pairs(1, 400_000) {
         let a = reference::angles(pair.omega_i.vector(), pair.omega_o.vector());
@@ -152,8 +156,8 @@ fn nearest_keeps_both_sides_of_every_edge_apart() {
 
 #[test]
 fn nearest_reads_every_node_s_own_cell() {
-    for grid in GRIDS {
-        let table = self_naming(grid);
+    for (grid, (nodes, _)) in GRIDS.into_iter().flat_map(|g| NODES.map(|n| (g, n))) {
+        let (table, grid) = (self_naming(grid), grid.with_nodes(nodes));
         // At theta_d = 0 all phi_d are one pair.
         for cell in cells(grid).filter(|cell| cell[1] > 0) {
             let Some(pair) = grid.pair(cell) else {
@@ -170,7 +174,7 @@ fn nearest_reads_every_node_s_own_cell() {
 
 #[test]
 fn in_plane_pairs_read_the_first_column() {
-    let table = self_naming(MerlGrid::Reciprocal);
+    let table = self_naming(MerlGrid::RECIPROCAL);
     // At i = 11 they are in mirror position: the half vector is the normal, phi_d anything.
     for i in (1..80).filter(|&i| i != 11) {
         let (a, b) = (
@@ -187,7 +191,7 @@ fn in_plane_pairs_read_the_first_column() {
 
 #[test]
 fn swapping_light_and_sensor_changes_no_bit() {
-    let table = self_naming(MerlGrid::Reciprocal);
+    let table = self_naming(MerlGrid::RECIPROCAL);
     for interpolation in [Interpolation::Nearest, Interpolation::Trilinear] {
         let table = table.clone().with_interpolation(interpolation);
         for pair in random_pairs(2, 100_000) {
@@ -213,7 +217,7 @@ fn swapping_light_and_sensor_changes_no_bit() {
 #[test]
 fn trilinear_weights_sum_to_one() {
     for channels in [Channels::Luminance, Channels::Rgb] {
-        let table = grey(MerlGrid::Reciprocal, channels, |_| 0.7);
+        let table = grey(MerlGrid::RECIPROCAL, channels, |_| 0.7);
         for pair in random_pairs(3, 100_000) {
             let v = first(&table, &pair).unwrap();
             assert!((v - 0.7).abs() < 1e-15, "{v}");
@@ -224,16 +228,19 @@ fn trilinear_weights_sum_to_one() {
 #[test]
 fn trilinear_is_exact_on_functions_linear_in_the_coordinates() {
     let f = |x: [f64; 3]| 5.0 + 0.3 * x[0] + 0.2 * x[1] + 0.1 * x[2];
-    for grid in GRIDS {
+    for (grid, (nodes, shift)) in GRIDS.into_iter().flat_map(|g| NODES.map(|n| (g, n))) {
         for channels in [Channels::Luminance, Channels::Rgb] {
-            let table = grey(grid, channels, |cell| f(cell.map(|i| i as f64)));
+            let table = grey(grid, channels, |cell| f(cell.map(|i| i as f64 + shift)));
+            let table = table.with_nodes(nodes);
             let n = grid.dims()[2] as f64;
+            // From the first row with phi_d to the last.
+            let (start, end) = (if shift > 0.0 { shift } else { 1.0 }, 89.0 + shift);
             let random = Random::new(4);
             let mut seen = 0;
-            for i in 0..100_000 {
+            for i in 0..50_000 {
                 let u: [f64; 4] = random.point(i);
-                // From the first row on: at theta_h = 0 phi_d means nothing.
-                let x = [1.0 + u[0] * 88.0, 0.01 + u[1] * 88.98, u[2] * (n - 1.0)];
+                let [x_h, x_d] = [u[0], u[1]].map(|u| start + u * (end - start));
+                let x = [x_h, x_d, shift + u[2] * (n - 1.0)];
                 let [h, d, phi] = angles(x);
                 let Some(pair) = pair(h, d, phi, TAU * u[3]) else {
                     continue;
@@ -243,70 +250,81 @@ fn trilinear_is_exact_on_functions_linear_in_the_coordinates() {
                 // Rounding of the pair moves phi_d by 4e-16 (1/|h_bar| + 1/|k|) rad, here 0.1 a degree.
                 let moved = 4e-16 * (1.0 / (h.sin() * d.cos()) + 1.0 / d.sin());
                 let allowed = 1e-12 + 0.1 * moved.to_degrees();
-                assert!((got - f(x)).abs() < allowed, "{x:?}: {got} {}", f(x));
+                assert!(
+                    (got - f(x)).abs() < allowed,
+                    "{nodes:?} {x:?}: {got} {}",
+                    f(x)
+                );
             }
-            assert!(seen > 50_000);
+            assert!(seen > 25_000);
         }
     }
 }
 
 #[test]
 fn trilinear_is_periodic_in_phi_and_constant_beyond_the_last_nodes() {
-    let reciprocal = grey(MerlGrid::Reciprocal, Channels::Luminance, |[.., phi]| {
-        if phi == 0 { 3.0 } else { 1.0 }
-    });
-    for (x_phi, want) in [(179.25, 1.5), (359.25, 1.5), (0.25, 2.5), (-0.75, 1.5)] {
-        let [h, d, phi] = angles([10.0, 20.0, x_phi]);
-        let got = first(&reciprocal, &pair(h, d, phi, 0.4).unwrap()).unwrap();
-        assert!((got - want).abs() < 1e-9, "{x_phi}: {got}");
+    for (nodes, shift) in NODES {
+        let peak = |grid| {
+            let at = |[.., phi]: [usize; 3]| if phi == 0 { 3.0 } else { 1.0 };
+            grey(grid, Channels::Luminance, at).with_nodes(nodes)
+        };
+        let read = |table: &Merl, x: [f64; 3], phi_h: f64| {
+            let [h, d, phi] = angles(x);
+            first(table, &pair(h, d, phi, phi_h).unwrap()).unwrap()
+        };
+        let reciprocal = peak(MerlGrid::RECIPROCAL);
+        for (x_phi, want) in [(179.25, 1.5), (359.25, 1.5), (0.25, 2.5), (-0.75, 1.5)] {
+            let got = read(&reciprocal, [10.0, 20.0, x_phi + shift], 0.4);
+            assert!((got - want).abs() < 1e-9, "{nodes:?} {x_phi}: {got}");
+        }
+        let full = peak(MerlGrid::FULL);
+        for (x_phi, want) in [(359.25, 1.5), (179.25, 1.0), (-0.25, 2.5)] {
+            let got = read(&full, [10.0, 20.0, x_phi + shift], 0.4);
+            assert!((got - want).abs() < 1e-9, "{nodes:?} {x_phi}: {got}");
+        }
+        let ends = grey(MerlGrid::RECIPROCAL, Channels::Luminance, |[h, d, _]| {
+            (h + 1000 * d) as f64
+        });
+        let ends = ends.with_nodes(nodes);
+        assert!((read(&ends, [89.7, 0.0, 90.0], 0.0) - 89.0).abs() < 1e-9);
+        assert!((read(&ends, [0.0, 89.7, 90.0], 0.0) - 89_000.0).abs() < 1e-6);
     }
-    let full = grey(MerlGrid::Full, Channels::Luminance, |[.., phi]| {
-        if phi == 0 { 3.0 } else { 1.0 }
-    });
-    for (x_phi, want) in [(359.25, 1.5), (179.25, 1.0), (-0.25, 2.5)] {
-        let [h, d, phi] = angles([10.0, 20.0, x_phi]);
-        let got = first(&full, &pair(h, d, phi, 0.4).unwrap()).unwrap();
-        assert!((got - want).abs() < 1e-9, "{x_phi}: {got}");
-    }
-    let ends = grey(MerlGrid::Reciprocal, Channels::Luminance, |[h, d, _]| {
-        (h + 1000 * d) as f64
-    });
-    let beyond = |x: [f64; 3]| {
-        let [h, d, phi] = angles(x);
-        first(&ends, &pair(h, d, phi, 0.0).unwrap()).unwrap()
-    };
-    assert!((beyond([89.7, 0.0, 90.0]) - 89.0).abs() < 1e-9);
-    assert!((beyond([0.0, 89.7, 90.0]) - 89_000.0).abs() < 1e-6);
 }
 
 #[test]
-fn trilinear_has_one_value_at_each_theta_d_of_the_pole() {
-    // With phi_d at theta_h = 0 as published fits have it, and cells without data among them.
+fn trilinear_has_one_value_where_phi_d_means_nothing() {
+    // With phi_d at the poles as published fits have it, and cells without data among them.
     let stored = |[h, d, phi]: [usize; 3]| match phi % 7 {
         0 => -1.0,
         r => (1 + h) as f64 + 0.01 * d as f64 + 0.07 * r as f64,
     };
-    let mean = |d: usize| {
-        let cells = (0..180).map(|phi| stored([0, d, phi]));
+    let mean = |[h, d]: [usize; 2]| {
+        let cells = (0..180).map(|phi| stored([h, d, phi]));
         let data: Vec<f64> = cells.filter(|v| *v >= 0.0).collect();
         data.iter().sum::<f64>() / data.len() as f64
     };
-    for channels in [Channels::Luminance, Channels::Rgb] {
-        let table = grey(MerlGrid::Reciprocal, channels, stored);
+    let poles = [1, 30, 70].into_iter().flat_map(|i| [[0, i], [i, 0]]);
+    let poles: Vec<[usize; 2]> = poles.chain([[0, 0]]).collect();
+    for (channels, (nodes, shift)) in [Channels::Luminance, Channels::Rgb]
+        .into_iter()
+        .flat_map(|c| NODES.map(|n| (c.clone(), n)))
+    {
+        let table = grey(MerlGrid::RECIPROCAL, channels, stored).with_nodes(nodes);
         let nearest = table.clone().with_interpolation(Interpolation::Nearest);
-        for d in [1, 30, 70] {
+        for &[h, d] in &poles {
             let mut read = Vec::new();
             for phi in 1..180 {
-                let at = |x_h: f64| {
-                    let [h, d, phi] = angles([x_h, d as f64, f64::from(phi)]);
+                let at = |near: f64| {
+                    let x = |cell: usize| if cell == 0 { near } else { cell as f64 + shift };
+                    let [h, d, phi] = angles([x(h), x(d), f64::from(phi)]);
                     pair(h, d, phi, 0.3).unwrap()
                 };
-                // theta_h = 3e-14 rad: its coordinate, 1e-5 cells, is what a value may differ by.
+                // 1e-5 cells from the pole a value may differ by as much.
                 let limit = first(&table, &at(1e-5)).unwrap();
+                let mean = mean([h, d]);
                 assert!(
-                    (limit - mean(d)).abs() < 1e-4,
-                    "{d} {phi}: {limit} {}",
-                    mean(d)
+                    (limit - mean).abs() < 1e-4,
+                    "{nodes:?} {h} {d} {phi}: {limit} {mean}"
                 );
                 read.extend(first(&nearest, &at(0.5)));
             }
@@ -320,11 +338,11 @@ fn trilinear_has_one_value_at_each_theta_d_of_the_pole() {
 fn trilinear_error_falls_with_the_square_of_the_detail() {
     // The grid is fixed, so the function changes: cos(m phi_d) on midpoints errs by (m π/180)²/8.
     let error = |m: f64| {
-        let table = grey(MerlGrid::Reciprocal, Channels::Luminance, |[.., phi]| {
-            2.0 + (m * (phi as f64).to_radians()).cos()
+        let table = grey(MerlGrid::RECIPROCAL, Channels::Luminance, |[.., phi]| {
+            2.0 + (m * (phi as f64 + 0.5).to_radians()).cos()
         });
         (0..180).fold(0.0f64, |worst, i| {
-            let [h, d, phi] = angles([40.5, 20.5, f64::from(i) + 0.5]);
+            let [h, d, phi] = angles([40.5, 20.5, f64::from(i)]);
             let got = first(&table, &pair(h, d, phi, 0.1).unwrap()).unwrap();
             worst.max((got - 2.0 - (m * phi).cos()).abs())
         })
@@ -339,6 +357,47 @@ fn trilinear_error_falls_with_the_square_of_the_detail() {
     }
 }
 
+/// A table sends out as much light from three elevations as its material by readers that hold values constant, and linear ones
+/// as much as these.
+#[test]
+fn a_table_reflects_as_much_as_its_material() {
+    for alpha in [0.05, 0.1, 0.3] {
+        let roughness = Roughness::Isotropic(alpha);
+        let material = Microfacet::<Ggx>::new(roughness, &FresnelSpec::None, Channels::Luminance);
+        let mut bytes = Vec::new();
+        write_merl(&material, MerlGrid::RECIPROCAL, &mut bytes).unwrap();
+        let table = Merl::read(bytes.as_slice(), Channels::Luminance).unwrap();
+        let constant = table.clone().with_interpolation(Interpolation::Nearest);
+        for theta in [0.0, 0.5, 1.0] {
+            let light = Direction::from_spherical(theta, 0.0);
+            let mut sums = [0.0; 3];
+            let mut sobol = Sobol::new(2);
+            for i in 0..1 << 14 {
+                let normal = sampling::ggx_half_vector(alpha, sobol.point(i));
+                let (l, h) = (light.vector(), normal.vector());
+                let cos = l.dot(h);
+                let pair = DirectionPair::new(light, Direction::from_unit(2.0 * cos * h - l));
+                if cos <= 0.0 || !pair.is_above_horizon() {
+                    continue;
+                }
+                let pdf = sampling::ggx_half_vector_pdf(alpha, normal) / (4.0 * cos);
+                let weight = pair.omega_o.cos_theta() / pdf;
+                for (sum, brdf) in sums
+                    .iter_mut()
+                    .zip([&material as &dyn Brdf, &table, &constant])
+                {
+                    *sum += weight * first(brdf, &pair).unwrap_or(0.0);
+                }
+            }
+            let [truth, linear, constant] = sums;
+            let (of_constant, of_truth) = (linear / constant - 1.0, constant / truth - 1.0);
+            println!("alpha {alpha}, {theta} rad: {of_constant:+.4}, {of_truth:+.4}");
+            assert!(of_constant.abs() < 3e-3, "{of_constant}");
+            assert!(of_truth.abs() < 3e-3, "{of_truth}");
+        }
+    }
+}
+
 #[test]
 fn missing_cells_are_missing_and_never_zero() {
     // A hole of one node, and a hole of eight.
@@ -348,7 +407,7 @@ fn missing_cells_are_missing_and_never_zero() {
     let hole = |cell: [usize; 3]| cell == [10, 20, 40] || in_block(cell);
     for channels in [Channels::Luminance, Channels::Rgb] {
         // One missing channel is enough.
-        let bytes = file(MerlGrid::Reciprocal, |c, cell| match (hole(cell), c) {
+        let bytes = file(MerlGrid::RECIPROCAL, |c, cell| match (hole(cell), c) {
             (true, 1) => -1.0,
             (_, c) => 2.0 / SCALE[c],
         });
@@ -361,20 +420,20 @@ fn missing_cells_are_missing_and_never_zero() {
         let close = |v: Option<f64>| v.is_some_and(|v| ulps(v, 2.0) <= 3.0);
         assert_eq!(at(&nearest, [10.5, 20.5, 40.5]), None);
         assert!(close(at(&nearest, [9.5, 20.5, 40.5])));
-        for x in [[10.1, 20.1, 40.1], [9.9, 19.9, 39.9], [10.5, 20.5, 40.5]] {
+        for x in [[10.6, 20.6, 40.6], [10.4, 20.4, 40.4], [11.0, 21.0, 41.0]] {
             assert!(close(at(&trilinear, x)), "{x:?}");
         }
         for interpolated in [&nearest, &trilinear] {
-            assert_eq!(at(interpolated, [20.5, 30.5, 100.5]), None);
+            assert_eq!(at(interpolated, [21.0, 31.0, 101.0]), None);
         }
-        assert!(close(at(&trilinear, [19.5, 30.5, 100.5])));
+        assert!(close(at(&trilinear, [20.0, 31.0, 101.0])));
         assert_eq!(trilinear.missing_cells(), 9);
     }
 }
 
 #[test]
 fn below_the_horizon_is_zero_not_missing() {
-    let table = self_naming(MerlGrid::Reciprocal);
+    let table = self_naming(MerlGrid::RECIPROCAL);
     for theta in [FRAC_PI_2 + 1e-9, 2.0, PI] {
         let pair = DirectionPair::from_spherical(theta, 0.3, 0.2, 1.0);
         assert_eq!(first(&table, &pair), Some(0.0));
@@ -384,7 +443,7 @@ fn below_the_horizon_is_zero_not_missing() {
 
 #[test]
 fn a_batch_is_its_pairs_one_by_one() {
-    let table = self_naming(MerlGrid::Reciprocal);
+    let table = self_naming(MerlGrid::RECIPROCAL);
     let pairs: Vec<_> = random_pairs(5, 1000).collect();
     for interpolation in [Interpolation::Nearest, Interpolation::Trilinear] {
         let table = table.clone().with_interpolation(interpolation);

@@ -3,7 +3,7 @@
 use super::{cells, first, ulps};
 use gonio::brdf::measured::TabulatedSpec;
 use gonio::brdf::measured::merl::{
-    Interpolation, Merl, MerlError, MerlGrid, write_merl, write_merl_file,
+    Interpolation, Merl, MerlError, MerlGrid, Nodes, write_merl, write_merl_file,
 };
 use gonio::brdf::{self, Brdf, BrdfSpec, Channels, Lambert, LambertSpec, Presence, Spectrum};
 use gonio::geometry::{DirectionPair, Symmetry};
@@ -104,9 +104,9 @@ fn what_is_written_is_read_back() {
     // Luminance adds the roundings of three weights and two sums.
     for (channels, ulp) in [(Channels::Rgb, 2.0), (Channels::Luminance, 3.0)] {
         let worst = [
-            round_trip(&lambert(channels.clone()), MerlGrid::Reciprocal),
-            round_trip(&Smooth::new(channels.clone(), true), MerlGrid::Reciprocal),
-            round_trip(&Smooth::new(channels.clone(), false), MerlGrid::Full),
+            round_trip(&lambert(channels.clone()), MerlGrid::RECIPROCAL),
+            round_trip(&Smooth::new(channels.clone(), true), MerlGrid::RECIPROCAL),
+            round_trip(&Smooth::new(channels.clone(), false), MerlGrid::FULL),
         ];
         assert!(worst.iter().all(|&w| w <= ulp), "{channels:?}: {worst:?}");
     }
@@ -114,7 +114,7 @@ fn what_is_written_is_read_back() {
 
 #[test]
 fn look_ups_return_the_tabulated_function() {
-    for (reciprocal, grid) in [(true, MerlGrid::Reciprocal), (false, MerlGrid::Full)] {
+    for (reciprocal, grid) in [(true, MerlGrid::RECIPROCAL), (false, MerlGrid::FULL)] {
         let smooth = Smooth::new(Channels::Luminance, reciprocal);
         let bytes = written(&smooth, grid);
         let table = Merl::read(bytes.as_slice(), Channels::Luminance).unwrap();
@@ -138,9 +138,9 @@ fn look_ups_return_the_tabulated_function() {
 /// Whatever its cells hold: at the horizon, below it, beside cells without data.
 #[test]
 fn a_copy_of_a_table_has_its_cells() {
-    for grid in [MerlGrid::Reciprocal, MerlGrid::Full] {
+    for grid in [MerlGrid::RECIPROCAL, MerlGrid::FULL] {
         let mut bytes = written(
-            &Smooth::new(Channels::Rgb, grid == MerlGrid::Reciprocal),
+            &Smooth::new(Channels::Rgb, grid == MerlGrid::RECIPROCAL),
             grid,
         );
         for (i, cell) in bytes[12..].as_chunks_mut::<8>().0.iter_mut().enumerate() {
@@ -170,7 +170,7 @@ fn missing_data_stay_missing() {
     let mut smooth = Smooth::new(Channels::Rgb, true);
     smooth.hole = |pair| pair.separation() < 0.2;
     let table = Merl::read(
-        written(&smooth, MerlGrid::Reciprocal).as_slice(),
+        written(&smooth, MerlGrid::RECIPROCAL).as_slice(),
         Channels::Rgb,
     )
     .unwrap()
@@ -203,7 +203,7 @@ fn broken_promises_are_written_as_missing() {
     }
     // The last is finite, but not once it is divided by the scale of the file.
     for broken in [-0.5, f64::NAN, f64::INFINITY, 1e306] {
-        let bytes = written(&Broken(broken), MerlGrid::Reciprocal);
+        let bytes = written(&Broken(broken), MerlGrid::RECIPROCAL);
         let (header, body) = bytes.split_at(12);
         assert_eq!(header.len(), 12);
         assert!(body.chunks(8).all(|b| b == (-1.0f64).to_le_bytes()));
@@ -214,14 +214,14 @@ fn broken_promises_are_written_as_missing() {
 fn a_table_refuses_what_it_cannot_hold() {
     let mut brdf = Smooth::new(Channels::Luminance, false);
     let refusal = |brdf: &Smooth, grid| write_merl(brdf, grid, &mut Vec::new()).unwrap_err();
-    let error = refusal(&brdf, MerlGrid::Reciprocal);
+    let error = refusal(&brdf, MerlGrid::RECIPROCAL);
     assert!(matches!(error, MerlError::NotReciprocal));
     assert!(
         error.to_string().contains("90×90×360 can hold it"),
         "{error}"
     );
     brdf.symmetry = Symmetry::ORTHOTROPIC;
-    for grid in [MerlGrid::Reciprocal, MerlGrid::Full] {
+    for grid in [MerlGrid::RECIPROCAL, MerlGrid::FULL] {
         assert!(matches!(refusal(&brdf, grid), MerlError::NotIsotropic));
     }
 }
@@ -232,7 +232,7 @@ fn the_bytes_do_not_depend_on_the_threads() {
     let on = |threads| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
         pool.unwrap()
-            .install(|| written(&brdf, MerlGrid::Reciprocal))
+            .install(|| written(&brdf, MerlGrid::RECIPROCAL))
     };
     assert!(on(1) == on(2));
 }
@@ -250,18 +250,18 @@ fn a_file_is_whole_or_not_there() {
     };
     let grey = Lambert::new(Spectrum::Grey(0.5), Channels::Luminance);
     let path = dir.path().join("grey.binary");
-    write_merl_file(&grey, MerlGrid::Reciprocal, &path).unwrap();
-    assert!(std::fs::read(&path).unwrap() == written(&grey, MerlGrid::Reciprocal));
+    write_merl_file(&grey, MerlGrid::RECIPROCAL, &path).unwrap();
+    assert!(std::fs::read(&path).unwrap() == written(&grey, MerlGrid::RECIPROCAL));
     assert_eq!(names(), ["grey.binary"]);
 
     let folder = dir.path().join("folder");
     std::fs::create_dir_all(folder.join("full")).unwrap();
     for target in [folder, dir.path().join("nowhere/a.binary"), "/".into()] {
-        let error = write_merl_file(&grey, MerlGrid::Reciprocal, &target).unwrap_err();
+        let error = write_merl_file(&grey, MerlGrid::RECIPROCAL, &target).unwrap_err();
         assert!(matches!(error, MerlError::Io(_)), "{error}");
     }
     let brushed = Smooth::new(Channels::Luminance, false);
-    write_merl_file(&brushed, MerlGrid::Reciprocal, &dir.path().join("b")).unwrap_err();
+    write_merl_file(&brushed, MerlGrid::RECIPROCAL, &dir.path().join("b")).unwrap_err();
     assert_eq!(names(), ["folder", "grey.binary"]);
 
     struct Full;
@@ -273,7 +273,7 @@ fn a_file_is_whole_or_not_there() {
             Ok(())
         }
     }
-    let error = write_merl(&grey, MerlGrid::Reciprocal, &mut Full).unwrap_err();
+    let error = write_merl(&grey, MerlGrid::RECIPROCAL, &mut Full).unwrap_err();
     assert_eq!(error.to_string(), "no access to this MERL table: disk full");
 }
 
@@ -295,7 +295,7 @@ fn a_config_tabulates_another_material() {
     ] {
         let holder = brdf::read(toml::de::DeTable::parse(&holder).unwrap()).unwrap();
         assert_eq!(holder.tables(), spec.tables());
-        assert!(holder.tables().channel_bytes >= 8 * MerlGrid::Reciprocal.cells());
+        assert!(holder.tables().channel_bytes >= 8 * MerlGrid::RECIPROCAL.cells());
     }
     spec.check(&Channels::Rgb).unwrap();
     let resolved = spec.resolved();
@@ -346,7 +346,7 @@ fn a_material_that_does_not_fit_is_the_config_s_fault() {
         }
     }
     let of = Box::new(Brushed(LambertSpec::default()));
-    let spec = TabulatedSpec::merl(of, Interpolation::Trilinear);
+    let spec = TabulatedSpec::merl(of, Interpolation::Trilinear, Nodes::Centre);
     let error = spec.build(Channels::Luminance).err().unwrap();
     assert!(matches!(error, brdf::BuildError::Parameter(_)));
     assert!(error.to_string().contains("not isotropic"), "{error}");

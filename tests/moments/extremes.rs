@@ -202,7 +202,7 @@ fn needles_are_resolved_or_told_at_every_view() {
 
 /// A table in sr⁻¹, the same in every channel; negative: no data.
 fn table(interpolation: Interpolation, value: impl Fn([usize; 3]) -> f64) -> Merl {
-    let grid = MerlGrid::Reciprocal;
+    let grid = MerlGrid::RECIPROCAL;
     let [n_h, n_d, n_phi] = grid.dims();
     let mut bytes = Vec::with_capacity(grid.file_len() as usize);
     for n in grid.dims() {
@@ -293,16 +293,10 @@ fn one_bright_texel_is_found_off_the_mirror_direction() {
         for texel in [[42, 30, 120], [52, 40, 75], [60, 50, 100]] {
             let value = |cell| if cell == texel { 1000.0 } else { 0.1 };
             let brdf = table(interpolation, value);
-            // The view from which the slice runs through the middle of the texel, or through the
-            // node.
-            let [h, d, phi] = texel.map(|i| i as f64);
-            let shift = if interpolation == Interpolation::Nearest {
-                0.5
-            } else {
-                0.0
-            };
-            let theta_h = FRAC_PI_2 * ((h + shift) / 90.0).powi(2);
-            let [theta_d, phi_d] = [d + shift, phi + shift].map(f64::to_radians);
+            // The view from which the slice runs through the middle of the texel, which is its node.
+            let [h, d, phi] = texel.map(|i| i as f64 + 0.5);
+            let theta_h = FRAC_PI_2 * (h / 90.0).powi(2);
+            let [theta_d, phi_d] = [d, phi].map(f64::to_radians);
             // n·ω_o; ω_o is (−sin θ_d cos φ_d, −sin θ_d sin φ_d, cos θ_d), turned by θ_h from n to t.
             let cos = theta_h.cos() * theta_d.cos() + theta_h.sin() * theta_d.sin() * phi_d.cos();
             let theta_o = cos.acos();

@@ -138,18 +138,18 @@ mod merl_grid {
     fn layouts_have_their_headers_and_lengths() {
         assert_eq!(
             MerlGrid::from_dims([90, 90, 180]),
-            Some(MerlGrid::Reciprocal)
+            Some(MerlGrid::RECIPROCAL)
         );
-        assert_eq!(MerlGrid::from_dims([90, 90, 360]), Some(MerlGrid::Full));
-        assert_eq!(MerlGrid::Reciprocal.file_len(), 34_992_012);
-        assert_eq!(MerlGrid::Full.file_len(), 69_984_012);
-        assert_eq!(MerlGrid::Full.index([89, 89, 359]) + 1, 2_916_000);
+        assert_eq!(MerlGrid::from_dims([90, 90, 360]), Some(MerlGrid::FULL));
+        assert_eq!(MerlGrid::RECIPROCAL.file_len(), 34_992_012);
+        assert_eq!(MerlGrid::FULL.file_len(), 69_984_012);
+        assert_eq!(MerlGrid::FULL.index([89, 89, 359]) + 1, 2_916_000);
     }
 
     #[test]
     fn extreme_pairs_have_finite_coordinates_and_a_cell() {
         let ends = [0.0, 1e-200, 1e-15, 1e-8, 1e-3, 0.7];
-        for grid in [MerlGrid::Reciprocal, MerlGrid::Full] {
+        for grid in [MerlGrid::RECIPROCAL, MerlGrid::FULL] {
             for (a, b) in ends.iter().flat_map(|&a| ends.map(|b| (a, b))) {
                 for phi in [0.0, 1e-15, FRAC_PI_2, PI - 1e-15, PI, -1e-15] {
                     for (ti, to) in [(a, b), (FRAC_PI_2 - a, FRAC_PI_2 - b), (a, FRAC_PI_2 - b)] {
@@ -173,7 +173,7 @@ mod merl_grid {
         for e in 3..300 {
             let theta = 10f64.powi(-e);
             let d = Direction::from_spherical(theta, 0.0);
-            let [x, ..] = MerlGrid::Reciprocal.coordinates(&DirectionPair::new(d, d));
+            let [x, ..] = MerlGrid::RECIPROCAL.coordinates(&DirectionPair::new(d, d));
             let want = 90.0 * (theta / FRAC_PI_2).sqrt();
             assert!((x / want - 1.0).abs() < 1e-15, "{theta:e}");
         }

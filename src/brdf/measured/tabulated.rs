@@ -4,7 +4,7 @@
 //! has the cells, the rounding and the missing data of a file, without one. It answers "how much of
 //! the error is the table's?" before an instrument is involved.
 
-use super::merl::{Interpolation, Merl, MerlError, MerlGrid, write_merl};
+use super::merl::{Interpolation, Merl, MerlError, MerlGrid, Nodes, write_merl};
 use super::utia::{FILE_LEN, Utia, UtiaError, write_utia};
 use super::without_wavelengths;
 use crate::brdf::{self, Brdf, BrdfSpec, BuildError, Channels, Favours, Tables};
@@ -53,6 +53,9 @@ struct Keys {
     /// Interpolation between nodes; of MERL tables only.
     #[serde(skip_serializing_if = "Option::is_none")]
     interpolation: Option<Interpolation>,
+    /// Where in its cell a value is exact; of MERL tables only.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    nodes: Option<Nodes>,
     #[serde(rename = "of", skip_serializing)]
     _of: IgnoredAny,
 }
@@ -66,10 +69,11 @@ pub struct TabulatedSpec {
 
 impl TabulatedSpec {
     /// A MERL table of `of`.
-    pub fn merl(of: Box<dyn BrdfSpec>, interpolation: Interpolation) -> Self {
+    pub fn merl(of: Box<dyn BrdfSpec>, interpolation: Interpolation, nodes: Nodes) -> Self {
         let keys = Keys {
             format: TableFormat::Merl,
             interpolation: Some(interpolation),
+            nodes: Some(nodes),
             ..Keys::default()
         };
         Self { keys, of }
@@ -95,14 +99,24 @@ impl TabulatedSpec {
         let Keys {
             format,
             interpolation,
+            nodes,
             ..
         } = registry::parse(table)?;
-        match (format, interpolation) {
-            (TableFormat::Merl, given) => Ok(Self::merl(of, given.unwrap_or_default())),
+        let given = [
+            ("interpolation", interpolation.is_some()),
+            ("nodes", nodes.is_some()),
+        ];
+        match (format, given.iter().find(|(_, given)| *given)) {
+            (TableFormat::Merl, _) => {
+                let (interpolation, nodes) =
+                    (interpolation.unwrap_or_default(), nodes.unwrap_or_default());
+                Ok(Self::merl(of, interpolation, nodes))
+            }
             (TableFormat::Utia, None) => Ok(Self::utia(of)),
-            (TableFormat::Utia, Some(_)) => {
-                let message = "interpolation is a key of format \"merl\"; a table of format \"utia\" \
-                               is linear in its four angles";
+            (TableFormat::Utia, Some((key, _))) => {
+                let message = format!(
+                    "{key} is a key of format \"merl\"; a table of format \"utia\" is linear in its four angles"
+                );
                 Err(ReadError::at(span, message))
             }
         }
@@ -153,7 +167,8 @@ impl BrdfSpec for TabulatedSpec {
         };
         match self.keys.format {
             TableFormat::Merl => {
-                let table = merl_of(&*brdf, channels).map_err(|e| refused(&e))?;
+                let nodes = self.keys.nodes.unwrap_or_default();
+                let table = merl_of(&*brdf, nodes, channels).map_err(|e| refused(&e))?;
                 let interpolation = self.keys.interpolation.unwrap_or_default();
                 Ok(Box::new(table.with_interpolation(interpolation)))
             }
@@ -171,7 +186,7 @@ impl BrdfSpec for TabulatedSpec {
     fn tables(&self) -> Tables {
         let bytes = match self.keys.format {
             // The grid is chosen when the material is built: the larger one.
-            TableFormat::Merl => MerlGrid::Full.file_len(),
+            TableFormat::Merl => MerlGrid::FULL.file_len(),
             TableFormat::Utia => FILE_LEN,
         };
         Tables {
@@ -181,12 +196,14 @@ impl BrdfSpec for TabulatedSpec {
     }
 }
 
-fn merl_of(brdf: &dyn Brdf, channels: Channels) -> Result<Merl, MerlError> {
-    let grid = MerlGrid::holding(brdf)?;
+fn merl_of(brdf: &dyn Brdf, nodes: Nodes, channels: Channels) -> Result<Merl, MerlError> {
+    let grid = MerlGrid::holding(brdf)?.with_nodes(nodes);
     let mut bytes = Vec::with_capacity(grid.file_len() as usize);
     write_merl(brdf, grid, &mut bytes)?;
     let table = Merl::read(bytes.as_slice(), channels)?;
-    Ok(table.with_bilateral(brdf.symmetry().bilateral))
+    Ok(table
+        .with_nodes(nodes)
+        .with_bilateral(brdf.symmetry().bilateral))
 }
 
 fn utia_of(brdf: &dyn Brdf, channels: Channels) -> Result<Utia, UtiaError> {

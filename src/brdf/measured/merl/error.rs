@@ -53,8 +53,8 @@ pub enum MerlError {
     /// A 180 table stores a pair and its swap once.
     #[error(
         "this BRDF is not reciprocal, and a {} table stores a pair and its swap once; {} can hold it",
-        MerlGrid::Reciprocal,
-        MerlGrid::Full
+        MerlGrid::RECIPROCAL,
+        MerlGrid::FULL
     )]
     NotReciprocal,
 }

@@ -9,11 +9,14 @@
 //! phi_d   = atan2(p × k, cos theta_h (p·k) − sin theta_h k_z)
 //! ```
 //!
-//! Index coordinates (cell i covers `[i, i + 1)`, its node is the lower edge):
+//! Index coordinates (cell i covers `[i, i + 1)`; its node is at i + ½, or at i, see [`Nodes`]):
 //!
 //! ```text
 //! x_h = 90 sqrt(theta_h / 90°)     x_d = theta_d / 1°     x_phi = phi_d / 1°
 //! ```
+//!
+//! Rows of nodes along theta_h and theta_d are numbered from the angle 0, where phi_d has no meaning and all values of a row are
+//! one: row 0 is that pole, row r the nodes of cell r − 1 if nodes are centres, of cell r if they are corners.
 //!
 //! phi_d has period 180° in a reciprocal table (exchanging light and sensor adds 180°), 360°
 //! otherwise. Degenerate cases: at h_bar = 0 any azimuth of h is right and p = (1, 0) is taken; at
@@ -25,6 +28,7 @@ use crate::numeric::HORIZON_SLACK;
 use crate::numeric::angles::atan2;
 use crate::parametrization::Frame;
 use glam::DVec3;
+use serde::{Deserialize, Serialize};
 use std::f64::consts::{FRAC_PI_2, PI};
 
 /// Cells along theta_h and along theta_d.
@@ -42,28 +46,104 @@ const PER_RADIAN: f64 = 180.0 / PI;
 /// in theta_d and phi_d, and less than 4e-10 rad in theta_h.
 const EDGE_SLACK: f64 = 1e-8;
 
+/// Where in its cell a value is exact, and from where to where values are interpolated.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Nodes {
+    /// In the middle of index coordinates: for readers that hold a value constant over its cell, as the database's own does.
+    #[default]
+    Centre,
+    /// At the lowest index coordinates, as libbsdf reads them.
+    Corner,
+}
+
+impl Nodes {
+    /// From the lower edge of a cell to its node, in cells.
+    fn shift(self) -> f64 {
+        match self {
+            Nodes::Centre => 0.5,
+            Nodes::Corner => 0.0,
+        }
+    }
+
+    /// The rows of nodes before that of cell 0 (see the module).
+    fn before(self) -> usize {
+        match self {
+            Nodes::Centre => 1,
+            Nodes::Corner => 0,
+        }
+    }
+}
+
+/// Halvings of the way from a node to the highest corner of its cell: the last is a hundred times [`EDGE_SLACK`] away from it.
+const HALVINGS: i32 = 20;
+
+/// Angles `[theta_h, theta_d, phi_d]` (rad) at index coordinates.
+fn angles([h, d, phi]: [f64; 3]) -> [f64; 3] {
+    let root = h / THETA_CELLS as f64;
+    [FRAC_PI_2 * (root * root), d.to_radians(), phi.to_radians()]
+}
+
+/// The pair at index coordinates, half vector in the t–n plane; `None` if a direction is not above the horizon.
+fn pair(coordinates: [f64; 3]) -> Option<DirectionPair> {
+    let [theta_h, theta_d, phi_d] = angles(coordinates);
+    let (sin_h, cos_h) = theta_h.sin_cos();
+    let (sin_d, cos_d) = theta_d.sin_cos();
+    let (sin_phi, cos_phi) = phi_d.sin_cos();
+    let h = DVec3::new(sin_h, 0.0, cos_h) * cos_d;
+    let k = DVec3::new(cos_h * cos_phi, sin_phi, -sin_h * cos_phi) * sin_d;
+    // Some corners lie exactly on the horizon (theta_h = 10° and 40°, theta_d = 90° − theta_h, phi_d = 0 and 180°).
+    // Without the slack rounding lifts them to a cosine of 1e-17, where some models diverge, and trilinear look-ups would
+    // spread that.
+    let above = h.z - k.z.abs() > HORIZON_SLACK;
+    above.then(|| DirectionPair::new(Direction::from_unit(h + k), Direction::from_unit(h - k)))
+}
+
 /// Layout of a table.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum MerlGrid {
-    /// 90×90×180: isotropic and reciprocal, phi_d in [0°, 180°).
-    Reciprocal,
-    /// 90×90×360: isotropic only, phi_d in [0°, 360°).
-    Full,
+pub struct MerlGrid {
+    reciprocal: bool,
+    nodes: Nodes,
 }
 
 impl MerlGrid {
+    /// 90×90×180: isotropic and reciprocal, phi_d in [0°, 180°); values at centres.
+    pub const RECIPROCAL: Self = Self {
+        reciprocal: true,
+        nodes: Nodes::Centre,
+    };
+
+    /// 90×90×360: isotropic only, phi_d in [0°, 360°); values at centres.
+    pub const FULL: Self = Self {
+        reciprocal: false,
+        nodes: Nodes::Centre,
+    };
+
+    /// The same cells with other nodes.
+    #[must_use]
+    pub fn with_nodes(self, nodes: Nodes) -> Self {
+        Self { nodes, ..self }
+    }
+
+    /// Where in its cell a value is exact.
+    pub fn nodes(self) -> Nodes {
+        self.nodes
+    }
+
+    /// True if exchanging light and sensor leads to the same cell.
+    pub fn is_reciprocal(self) -> bool {
+        self.reciprocal
+    }
+
     /// Cells along theta_h, theta_d, phi_d: the file's header.
     pub fn dims(self) -> [usize; 3] {
-        let phi = match self {
-            MerlGrid::Reciprocal => 180,
-            MerlGrid::Full => 360,
-        };
+        let phi = if self.reciprocal { 180 } else { 360 };
         [THETA_CELLS, THETA_CELLS, phi]
     }
 
     /// The layout with this header, if there is one.
     pub fn from_dims(found: [i32; 3]) -> Option<Self> {
-        [MerlGrid::Reciprocal, MerlGrid::Full]
+        [MerlGrid::RECIPROCAL, MerlGrid::FULL]
             .into_iter()
             .find(|grid| grid.header() == found)
     }
@@ -72,7 +152,7 @@ impl MerlGrid {
     pub fn symmetry(self, bilateral: bool) -> Symmetry {
         Symmetry {
             isotropic: true,
-            reciprocal: self == MerlGrid::Reciprocal,
+            reciprocal: self.reciprocal,
             bilateral,
         }
     }
@@ -93,17 +173,16 @@ impl MerlGrid {
         phi + self.dims()[2] * (d + THETA_CELLS * h)
     }
 
-    /// Angles `[theta_h, theta_d, phi_d]` (rad) of a cell's node, its lower edge.
-    pub fn node(self, [h, d, phi]: [usize; 3]) -> [f64; 3] {
-        let root = h as f64 / THETA_CELLS as f64;
-        [
-            FRAC_PI_2 * (root * root),
-            (d as f64).to_radians(),
-            (phi as f64).to_radians(),
-        ]
+    /// Angles `[theta_h, theta_d, phi_d]` (rad) of a cell's node.
+    pub fn node(self, cell: [usize; 3]) -> [f64; 3] {
+        angles(self.coordinates_of_node(cell))
     }
 
-    /// The number of cells whose directions are above the horizon.
+    fn coordinates_of_node(self, cell: [usize; 3]) -> [f64; 3] {
+        cell.map(|i| i as f64 + self.nodes.shift())
+    }
+
+    /// The number of cells of which a part is above the horizon.
     pub fn pairs(self) -> u64 {
         let [n_h, n_d, n_phi] = self.dims();
         let rows = (0..n_h).flat_map(|h| (0..n_d).map(move |d| (h, d)));
@@ -114,20 +193,26 @@ impl MerlGrid {
         rows.map(above).sum()
     }
 
-    /// The pair at a cell's node, half vector in the t–n plane; `None` if a direction is not above
-    /// the horizon (h_z ≤ |k_z|).
+    /// The pair that a cell's value is of, half vector in the t–n plane: that at its node, or where this is not above the horizon (h_z ≤
+    /// |k_z|) one of the part of the cell that is; `None` if none is.
+    ///
+    /// So every pair above the horizon has a node with data around it.
     pub fn pair(self, cell: [usize; 3]) -> Option<DirectionPair> {
-        let [theta_h, theta_d, phi_d] = self.node(cell);
-        let (sin_h, cos_h) = theta_h.sin_cos();
-        let (sin_d, cos_d) = theta_d.sin_cos();
-        let (sin_phi, cos_phi) = phi_d.sin_cos();
-        let h = DVec3::new(sin_h, 0.0, cos_h) * cos_d;
-        let k = DVec3::new(cos_h * cos_phi, sin_phi, -sin_h * cos_phi) * sin_d;
-        // Two nodes lie exactly on the horizon (theta_h = 10° and 40°, theta_d = 90° − theta_h,
-        // phi_d = 0; as many again at 180°). Without the slack rounding lifts them to a cosine of
-        // 1e-17, where some models diverge, and trilinear look-ups would spread that.
-        let above = h.z - k.z.abs() > HORIZON_SLACK;
-        above.then(|| DirectionPair::new(Direction::from_unit(h + k), Direction::from_unit(h - k)))
+        let node = self.coordinates_of_node(cell);
+        if let Some(pair) = pair(node) {
+            return Some(pair);
+        }
+        // The corner of a cell that is highest: at small angles, and away from the plane of incidence.
+        let [h, d, phi] = cell;
+        let corner = [h, d, if phi % 180 < 90 { phi + 1 } else { phi }].map(|i| i as f64);
+        pair(corner)?;
+        let on_the_way = |halvings: i32| {
+            let share = 0.5_f64.powi(halvings);
+            pair(std::array::from_fn(|c| {
+                corner[c] + share * (node[c] - corner[c])
+            }))
+        };
+        (1..=HALVINGS).find_map(on_the_way)
     }
 
     /// Index coordinates `[x_h, x_d, x_phi]` of a pair: `x_h`, `x_d` in `[0, 90]`, `x_phi` in
@@ -151,7 +236,7 @@ impl MerlGrid {
         let exchanged = (y < 0.0) | ((y == 0.0) & (x < 0.0));
         let (x, y) = if exchanged { (-x, -y) } else { (x, y) };
         let phi_d = atan2(y, x);
-        let turn = self == MerlGrid::Full && exchanged;
+        let turn = !self.reciprocal && exchanged;
         let phi_d = if turn { phi_d + PI } else { phi_d };
         let cells = THETA_CELLS as f64;
         [
@@ -180,17 +265,59 @@ impl MerlGrid {
     /// theta_h and theta_d; periodic in phi_d.
     #[inline(always)]
     pub(super) fn corner(self, [x_h, x_d, x_phi]: [f64; 3]) -> Corner {
-        let last = (THETA_CELLS - 1) as f64;
-        let x = [x_h.min(last), x_d.min(last), x_phi];
-        let edges = x.map(f64::floor);
-        let part = std::array::from_fn(|c| x[c] - edges[c]);
-        // x_phi may round up to n_phi, which is node 0.
-        let [h, d, phi] = edges;
+        let (shift, last) = (self.nodes.shift(), self.last_row() as f64);
+        let [y_h, y_d] = [x_h, x_d].map(|x| (x + shift).min(last));
+        let y_phi = x_phi - shift;
+        let [h, d, phi] = [y_h, y_d, y_phi].map(f64::floor);
+        // From the pole to the first nodes it is half a cell if these are centres.
+        let along_theta = |y: f64, row: f64| {
+            let part = y - row;
+            if row > 0.0 {
+                part
+            } else {
+                (part - shift) / (1.0 - shift)
+            }
+        };
+        let part = [along_theta(y_h, h), along_theta(y_d, d), y_phi - phi];
         let n_phi = self.dims()[2] as f64;
+        // Before the first node is the last; x_phi may round up to n_phi.
+        let phi = if phi < 0.0 { phi + n_phi } else { phi };
         let phi = if phi < n_phi { phi } else { 0.0 };
         Corner {
             whole: [h, d, phi].map(whole),
             part,
+        }
+    }
+
+    /// The last row of nodes along theta_h and along theta_d.
+    #[inline(always)]
+    pub(super) fn last_row(self) -> usize {
+        THETA_CELLS - 1 + self.nodes.before()
+    }
+
+    /// Position of the node of row `h` of theta_h, row `d` of theta_d and column `phi`: in a plane, or behind it among
+    /// [means](Self::POLES).
+    #[inline(always)]
+    pub(super) fn position(self, [h, d]: [usize; 2], phi: usize) -> usize {
+        let before = self.nodes.before();
+        let [cell_h, cell_d] = [h, d].map(|row| row.max(before) - before);
+        if h == 0 {
+            self.cells() + cell_d
+        } else if d == 0 {
+            self.cells() + THETA_CELLS + cell_h
+        } else {
+            self.index([cell_h, cell_d, phi])
+        }
+    }
+
+    /// Means over phi_d behind the cells of a plane: at theta_h = 0 by the cells of theta_d, then at theta_d = 0 by those of theta_h.
+    pub(super) const POLES: usize = 2 * THETA_CELLS;
+
+    /// The cell of column 0 whose row has the mean number `i`.
+    pub(super) fn row_of_mean(i: usize) -> [usize; 3] {
+        match i.checked_sub(THETA_CELLS) {
+            None => [0, i, 0],
+            Some(h) => [h, 0, 0],
         }
     }
 

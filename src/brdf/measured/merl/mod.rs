@@ -1,17 +1,16 @@
 //! Isotropic tables in the format of the MERL database (Matusik et al. 2003).
 //!
 //! A plane holds one channel of f_r over (theta_h, theta_d, phi_d), square-root spaced in theta_h;
-//! [`grid`] has the angles and their cells, [`mod@file`] the bytes. One convention for where in its
-//! cell a value lies, because readers disagree: **at the lower edge**, which is what makes the
-//! reference reader's `int(...)` a nearest-below look-up and what the writer here tabulates.
+//! [`grid`] has the angles and their cells, [`mod@file`] the bytes. Where in its cell a value is exact
+//! the format does not say. Readers hold it constant over the cell (the database's own, pbrt-v2, BRDF Explorer, Falcor), which
+//! puts it at the **centre**; libbsdf interpolates from **corner** to corner. See [`Nodes`].
 //!
 //! Interpolations:
 //! * `nearest`: the value of the cell the pair falls in, the reference reader's but for rounding at its edges;
 //! * `trilinear`: between the eight nodes around the pair, in index coordinates. Nodes without data
 //!   are left out and the weights of the others renormalised. Periodic in phi_d; constant beyond
-//!   the last node of theta_h (88.0°) and theta_d (89°). The nodes of theta_h = 0 and one theta_d are one
-//!   configuration, whatever their phi_d: they have the mean of those with data, so that values do not
-//!   jump there.
+//!   the last node of theta_h and theta_d. All phi_d at theta_h = 0 and one theta_d are one configuration, and so are those at
+//!   theta_d = 0 and one theta_h: values go over to the mean of the row's data, so that they do not jump there.
 //!
 //! Missing: a cell with no data (`nearest`), or no node with data and weight (`trilinear`). It is
 //! never read as 0. Below the horizon the value is 0.
@@ -24,14 +23,14 @@ mod write;
 
 pub use error::MerlError;
 pub use file::{SCALE, check};
-pub use grid::MerlGrid;
+pub use grid::{MerlGrid, Nodes};
 pub use spec::{ENTRY, Interpolation, MerlSpec};
 pub use write::{write_merl, write_merl_file};
 
 use crate::brdf::{Brdf, Channels, Presence};
 use crate::geometry::{BLOCK, DirectionPair, PairBlock, Symmetry};
 use file::is_data;
-use grid::{Corner, THETA_CELLS};
+use grid::Corner;
 use pulp::{Arch, NullaryFnOnce};
 
 /// A MERL table as a BRDF.
@@ -43,7 +42,7 @@ pub struct Merl {
     bilateral: bool,
 }
 
-/// The cells of a table, and after them the means over phi_d at theta_h = 0, by theta_d.
+/// The cells of a table, and after them the [means over phi_d](MerlGrid::POLES) where phi_d has no meaning.
 #[derive(Clone, Debug)]
 enum Cells {
     /// In sr⁻¹, negative where any channel has no data.
@@ -55,8 +54,8 @@ enum Cells {
 impl Merl {
     fn new(grid: MerlGrid, mut cells: Cells) -> Result<Self, MerlError> {
         match &mut cells {
-            Cells::Luminance(cells) => cells.extend(means_at_the_pole(cells, grid)),
-            Cells::Rgb(cells) => cells.extend(means_at_the_pole(cells, grid)),
+            Cells::Luminance(cells) => cells.extend(means_at_poles(cells, grid)),
+            Cells::Rgb(cells) => cells.extend(means_at_poles(cells, grid)),
         }
         let table = Self {
             grid,
@@ -74,6 +73,13 @@ impl Merl {
     #[must_use]
     pub fn with_interpolation(mut self, interpolation: Interpolation) -> Self {
         self.interpolation = interpolation;
+        self
+    }
+
+    /// The table with values at other places of its cells; a fresh one has them at centres.
+    #[must_use]
+    pub fn with_nodes(mut self, nodes: Nodes) -> Self {
+        self.grid = self.grid.with_nodes(nodes);
         self
     }
 
@@ -332,14 +338,14 @@ where
     cell.is_data().then(|| cell.scaled())
 }
 
-/// For each theta_d, the mean over phi_d at theta_h = 0 of cells that hold data, as held; −1 if none does.
-fn means_at_the_pole<const N: usize>(cells: &[[f64; N]], grid: MerlGrid) -> [[f64; N]; THETA_CELLS]
+/// The means over phi_d of cells that hold data, as held; −1 if none does.
+fn means_at_poles<const N: usize>(cells: &[[f64; N]], grid: MerlGrid) -> [[f64; N]; MerlGrid::POLES]
 where
     [f64; N]: Cell<N>,
 {
     let n_phi = grid.dims()[2];
-    std::array::from_fn(|d| {
-        let row = grid.index([0, d, 0]);
+    std::array::from_fn(|i| {
+        let row = grid.index(MerlGrid::row_of_mean(i));
         let cells = cells[row..row + n_phi].iter();
         let data = cells.filter(|cell| cell.is_data()).zip(1u32..);
         // Of equal values it is that value, and of large ones finite.
@@ -360,7 +366,7 @@ where
     [f64; N]: Cell<N>,
 {
     let n_phi = grid.dims()[2];
-    let last = THETA_CELLS - 1;
+    let last = grid.last_row();
     let [h, d, phi] = whole;
     let [h, d, phi] = [h as usize, d as usize, phi as usize];
     let [f_h, f_d, f_phi] = part;
@@ -371,11 +377,7 @@ where
     let row_weights = [g_h * g_d, g_h * f_d, f_h * g_d, f_h * f_d];
     let mut nodes = [[[0.0; N]; 2]; 4];
     for (nodes, [h, d]) in nodes.iter_mut().zip(corners) {
-        let cells = if h == 0 {
-            [grid.cells() + d; 2]
-        } else {
-            [grid.index([h, d, phi]), grid.index([h, d, next])]
-        };
+        let cells = [phi, next].map(|phi| grid.position([h, d], phi));
         for (node, cell) in nodes.iter_mut().zip(cells) {
             *node = table[cell];
         }

@@ -1,7 +1,7 @@
 //! A MERL file as a config names it.
 
 use super::super::{label_of, without_wavelengths};
-use super::{Merl, check};
+use super::{Merl, Nodes, check};
 use crate::brdf::{Brdf, BrdfSpec, BuildError, Channels, Favours, Tables};
 use crate::geometry::Symmetry;
 use crate::registry::{self, Entry};
@@ -13,7 +13,7 @@ const KIND: &str = "merl";
 /// The registry entry. No examples: those must build on every machine, and this kind needs a file.
 pub const ENTRY: Entry<dyn BrdfSpec> = Entry {
     kind: KIND,
-    summary: "measured isotropic table, the MERL file at `path`; also interpolation, bilateral",
+    summary: "measured isotropic table, the MERL file at `path`; also interpolation, nodes, bilateral",
     examples: &[],
     read: |table| Ok(Box::new(registry::parse::<MerlSpec>(table)?)),
 };
@@ -38,6 +38,9 @@ pub struct MerlSpec {
     /// Interpolation between its nodes.
     #[serde(default)]
     pub interpolation: Interpolation,
+    /// Where in its cell a value is exact.
+    #[serde(default)]
+    pub nodes: Nodes,
     /// True if phi_d and −phi_d count as one configuration. An assumption: the format does not
     /// guarantee it, but isotropic materials have it but for noise, and a schedule that folds
     /// it visits half as many poses. The bilateral law measures the deviation of a table from it.
@@ -55,6 +58,7 @@ impl MerlSpec {
         Self {
             path,
             interpolation: Interpolation::default(),
+            nodes: Nodes::default(),
             bilateral: yes(),
         }
     }
@@ -92,6 +96,7 @@ impl BrdfSpec for MerlSpec {
         Ok(Box::new(
             table
                 .with_interpolation(self.interpolation)
+                .with_nodes(self.nodes)
                 .with_bilateral(self.bilateral),
         ))
     }

@@ -1,13 +1,11 @@
 //! Any BRDF as a MERL file.
 //!
-//! A cell holds f_r / scale at its node, the lower edge. It holds −1 where a direction is not above
-//! the horizon (h_z ≤ |k_z|), where the BRDF has no data, and where it breaks its promise and
+//! A cell holds f_r / scale at its node, or where that is not above the horizon (h_z ≤ |k_z|) at a place of the cell that is, if
+//! there is one ([`MerlGrid::pair`]). It holds −1 where there is none, where the BRDF has no data, and where it breaks its promise and
 //! returns a negative value or one that is not finite when stored. A BRDF in luminance is written as
 //! a grey one.
 //!
-//! The cells of a MERL table of the same layout are copied, those too whose node is not above the
-//! horizon: part of such a cell may be, and the nodes of two (theta_h = 10° and 40°, theta_d = 90° −
-//! theta_h, phi_d = 0; of four in 90×90×360) lie exactly on it.
+//! The cells of a MERL table of the same layout and nodes are copied.
 
 use super::file::{SCALE, is_data};
 use super::{MerlError, MerlGrid};
@@ -22,7 +20,7 @@ use std::path::Path;
 const MISSING: f64 = -1.0;
 
 impl MerlGrid {
-    /// The smallest layout that can hold this BRDF without loss of symmetry.
+    /// The smallest layout that can hold this BRDF without loss of symmetry, with the nodes that it has if it is such a table.
     ///
     /// # Errors
     /// [`MerlError::NotIsotropic`] and [`MerlError::Wavelengths`].
@@ -31,11 +29,13 @@ impl MerlGrid {
             return Err(MerlError::Wavelengths);
         }
         let symmetry = brdf.symmetry();
-        match (symmetry.isotropic, symmetry.reciprocal) {
-            (true, true) => Ok(MerlGrid::Reciprocal),
-            (true, false) => Ok(MerlGrid::Full),
-            (false, _) => Err(MerlError::NotIsotropic),
-        }
+        let grid = match (symmetry.isotropic, symmetry.reciprocal) {
+            (true, true) => MerlGrid::RECIPROCAL,
+            (true, false) => MerlGrid::FULL,
+            (false, _) => return Err(MerlError::NotIsotropic),
+        };
+        let nodes = brdf.as_merl().map(|table| table.grid().nodes());
+        Ok(grid.with_nodes(nodes.unwrap_or_default()))
     }
 }
 
@@ -51,8 +51,8 @@ impl MerlGrid {
 /// use gonio::brdf::{Channels, Lambert, Spectrum};
 /// let grey = Lambert::new(Spectrum::Grey(0.5), Channels::Luminance);
 /// let mut bytes = Vec::new();
-/// write_merl(&grey, MerlGrid::Reciprocal, &mut bytes)?;
-/// assert_eq!(bytes.len() as u64, MerlGrid::Reciprocal.file_len());
+/// write_merl(&grey, MerlGrid::RECIPROCAL, &mut bytes)?;
+/// assert_eq!(bytes.len() as u64, MerlGrid::RECIPROCAL.file_len());
 /// let table = Merl::read(bytes.as_slice(), Channels::Luminance)?;
 /// let value = table.value([0, 0, 0]).map(|v| v[0]);
 /// assert!((value.unwrap_or(-1.0) * std::f64::consts::PI - 0.5).abs() < 1e-15);
@@ -102,7 +102,8 @@ fn write_planes(values: &[f64], n: usize, grid: MerlGrid, out: &mut impl Write) 
 /// B; twice that for 360) costs less than asking the BRDF three times: it may be a reconstruction
 /// that takes microseconds a pair.
 fn tabulate(brdf: &dyn Brdf, grid: MerlGrid) -> Result<Vec<f64>, MerlError> {
-    if MerlGrid::holding(brdf)? == MerlGrid::Full && grid == MerlGrid::Reciprocal {
+    let holding = MerlGrid::holding(brdf)?;
+    if grid.is_reciprocal() && !holding.is_reciprocal() {
         return Err(MerlError::NotReciprocal);
     }
     let n = brdf.channels().count();
