@@ -79,7 +79,7 @@ fn reconstructed(path: &Path, method: Option<&dyn Reconstruct>) -> Box<dyn Brdf>
     let measurement = load_readings(path, &assume).unwrap().measurement;
     let brdf = match method {
         Some(method) => method.reconstruct(&measurement),
-        None => reconstruct::default_for(&measurement).reconstruct(&measurement),
+        None => gonio::validation::chosen(&measurement).reconstruct(&measurement),
     };
     brdf.unwrap()
 }
@@ -139,7 +139,9 @@ fn a_file_is_the_brdf_that_is_made_of_it() {
                 let all = reconstruct::all();
                 let entry = kind.and_then(|kind| all.iter().find(|e| e.kind == kind));
                 let method = entry.map(|e| registry::read_text(e, "").unwrap());
-                if set == "sobol" && kind == Some("cubic") {
+                let of_grids = set == "sobol" && kind == Some("cubic");
+                // Readings choose by all methods, which takes a second.
+                if of_grids || (kind.is_none() && scene != Channels::Luminance) {
                     continue;
                 }
                 let keys = kind.map(|k| format!("reconstruction = {{ kind = \"{k}\" }}"));

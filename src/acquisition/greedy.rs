@@ -16,7 +16,7 @@ use crate::measurement::Measurement;
 use crate::metrics::Expected;
 use crate::parametrization::{Axis, Parametrization};
 use crate::reconstruct::{
-    Kriging, Mixture, Places, Posterior, Prior, PriorFile, ReconstructError, Values,
+    KRIGING, Kriging, Mixture, Places, Posterior, Prior, PriorFile, ReconstructError, Values,
 };
 use crate::registry::{self, Entry, Keys, ReadError, Table};
 use crate::schedule::{PlanError, Pose, SampleSet, Schedule};
@@ -363,6 +363,10 @@ impl SampleSet for Greedy {
 impl Planner for Greedy {
     fn prior(&self) -> Option<&PriorFile> {
         self.aim.prior.as_ref()
+    }
+
+    fn assumes(&self) -> Option<&'static str> {
+        Some(KRIGING)
     }
 
     fn nests(&self) -> bool {

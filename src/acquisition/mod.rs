@@ -115,6 +115,11 @@ pub trait Planner: SampleSet {
         None
     }
 
+    /// Kind of the reconstruction that the poses are chosen for; `None`: for none of them.
+    fn assumes(&self) -> Option<&'static str> {
+        None
+    }
+
     /// True if the poses depend on the machine of a task.
     fn knows_machines(&self) -> bool {
         false
@@ -148,7 +153,7 @@ pub trait Planner: SampleSet {
     /// As [`SampleSet::plan`].
     fn design(&self, task: &Task<'_>) -> Result<Schedule, PlanError> {
         let poses = self.next(task, &nothing(task), task.budget)?;
-        Ok(scheduled(task, self.label(), poses))
+        Ok(scheduled(task, self, poses))
     }
 
     /// The next poses, at most `most`, from the most telling on; none if there is nothing left to ask for.
@@ -194,7 +199,7 @@ pub fn acquire_from(
         ..task.clone()
     };
     let measure = |poses| {
-        let schedule = scheduled(task, planner.label(), poses);
+        let schedule = scheduled(task, planner, poses);
         Ideal.measure(brdf, &Arc::new(schedule))
     };
     told(known.len());
@@ -209,7 +214,10 @@ pub fn acquire_from(
 /// A measurement without poses, of one channel.
 pub fn nothing(task: &Task<'_>) -> Measurement {
     Measurement {
-        schedule: Arc::new(scheduled(task, String::new(), Vec::new())),
+        schedule: Arc::new(Schedule {
+            sample_set: String::new(),
+            ..Schedule::of_pairs(Arc::clone(&task.form), [])
+        }),
         channels: Channels::Luminance,
         values: Vec::new(),
         outcomes: Vec::new(),
@@ -247,13 +255,14 @@ fn halves(first: usize, asked: usize, budget: usize) -> usize {
 }
 
 /// The schedule of the poses that a planner chose.
-pub fn scheduled(task: &Task<'_>, planner: String, poses: Vec<Pose>) -> Schedule {
+pub fn scheduled<P: Planner + ?Sized>(task: &Task<'_>, planner: &P, poses: Vec<Pose>) -> Schedule {
     Schedule {
         parametrization: Arc::clone(&task.form),
-        sample_set: planner,
+        sample_set: planner.label(),
         poses,
         lattice: None,
         unphysical_share: 0.0,
+        assumes: planner.assumes().map(str::to_owned),
     }
 }
 

@@ -13,7 +13,7 @@ use crate::error::ParameterError;
 use crate::geometry::{DirectionPair, Symmetry};
 use crate::measurement::Measurement;
 use crate::parametrization::{Axis, Parametrization};
-use crate::reconstruct::{Components, Posterior, PriorFile};
+use crate::reconstruct::{COMPONENTS, Components, Posterior, PriorFile};
 use crate::registry::{self, Entry, Keys, ReadError, Table};
 use crate::schedule::{PlanError, Pose, SampleSet, Schedule};
 use serde::{Deserialize, Serialize};
@@ -208,6 +208,10 @@ impl SampleSet for Published {
 impl Planner for Published {
     fn prior(&self) -> Option<&PriorFile> {
         Some(&self.prior)
+    }
+
+    fn assumes(&self) -> Option<&'static str> {
+        Some(COMPONENTS)
     }
 
     fn most(&self) -> usize {

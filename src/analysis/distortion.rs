@@ -12,6 +12,7 @@ use crate::geometry::DirectionPair;
 use crate::metrics::{self, Values};
 use crate::numeric::GRAZING_COS;
 use crate::parametrization::{Axis, AxisKind, Coords, Parametrization};
+use crate::sampling::Sobol;
 
 /// Nodes along each of the first two axes, in the middle of equal cells.
 pub const LATTICE: usize = 64;
@@ -54,8 +55,8 @@ pub struct SliceDistortion {
     pub physical: f64,
     /// Shares of the variance; `None` if the function is constant on this slice.
     pub shares: Option<Shares>,
-    /// Mean squared derivative along each of the two axes, each axis of length 1.
-    pub gradient: [f64; 2],
+    /// Energy of the gradient along each of the two axes.
+    pub gradient: Gradient<2>,
     /// Mean squared deviation from the average over all azimuths at the same place, in units of
     /// the variance over all azimuths: how far this slice is from the typical one. `None` if the
     /// function is constant.
@@ -72,14 +73,69 @@ pub struct Distortion {
     /// Shares of the variance over all azimuths, by functions that are the same on every slice:
     /// 1 − `both` is the share that changes with the azimuth. `None` if the function is constant.
     pub shares: Option<Shares>,
-    /// Mean squared derivative along each of the three axes, each axis of length 1.
-    pub gradient: [f64; 3],
+    /// Energy of the gradient along each of the three axes.
+    pub gradient: Gradient<3>,
 }
 
-/// Share of the gradient's energy that lies along each axis; `None` if there is none.
-pub fn gradient_shares<const N: usize>(gradient: &[f64; N]) -> Option<[f64; N]> {
-    let total: f64 = gradient.iter().sum();
-    (total > 0.0).then(|| gradient.map(|g| g / total))
+/// Energy of the gradient: the weighted mean of the squared derivative along each axis, each axis of length 1, by several sets of points.
+///
+/// It is that of pairs whose directions are both up to 80° from the normal. Along an axis that is a sine the derivative of a cosine grows
+/// as its inverse towards the horizon, and the integral of its square as the logarithm of where it ends.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Gradient<const N: usize>(Vec<[f64; N]>);
+
+/// Sets of points by which a gradient is known; their scatter is its error.
+const SETS: u64 = 16;
+
+/// Points of a set: at first, and at most.
+const POINTS: [u64; 2] = [256, 1 << 14];
+
+/// Standard error of a share from which on no more points are taken.
+const ENOUGH: f64 = 0.003;
+
+/// The cosine of 80°, down to which directions count.
+const LOWEST: f64 = 0.173_648_177_666_930_33;
+
+/// Step of a derivative to either side, as a share of the axis: far below any lobe, and far above rounding.
+const STEP: f64 = 1e-5;
+
+impl<const N: usize> Gradient<N> {
+    /// The energy along each axis.
+    pub fn energy(&self) -> [f64; N] {
+        Self::mean(self.0.iter())
+    }
+
+    /// Share of the energy that lies along each axis, with its standard error (jackknife over sets); `None` if there is none.
+    pub fn shares(&self) -> Option<[(f64, f64); N]> {
+        let of = |energy: [f64; N]| {
+            let total: f64 = energy.iter().sum();
+            (total > 0.0).then(|| energy.map(|e| e / total))
+        };
+        let all = of(self.energy())?;
+        let mut squares = [0.0; N];
+        for left in 0..self.0.len() {
+            let others = self.0.iter().enumerate().filter(|(set, _)| *set != left);
+            let others = of(Self::mean(others.map(|(_, energy)| energy)))?;
+            for (square, (a, b)) in squares.iter_mut().zip(others.into_iter().zip(all)) {
+                *square += (a - b) * (a - b);
+            }
+        }
+        let n = self.0.len() as f64;
+        Some(std::array::from_fn(|axis| {
+            (all[axis], (squares[axis] * (n - 1.0) / n).sqrt())
+        }))
+    }
+
+    fn mean<'a>(sets: impl Iterator<Item = &'a [f64; N]>) -> [f64; N] {
+        let (mut sum, mut count) = ([0.0; N], 0.0_f64);
+        for energy in sets {
+            for (sum, e) in sum.iter_mut().zip(energy) {
+                *sum += e;
+            }
+            count += 1.0;
+        }
+        sum.map(|s| s / count.max(1.0))
+    }
 }
 
 /// Where the slices are: four from end to end of an axis, 0°, 30°, 60°, 90° of a half-vector chart
@@ -135,12 +191,11 @@ pub fn distortion_within(
     let typical = block.typical();
     let slices = slice_angles(&axes[2]).into_iter().map(|phi| {
         let plane = view.nodes(&[phi]);
-        let [first, second, _] = plane.gradient();
         SliceDistortion {
             phi,
             physical: plane.physical(),
             shares: plane.shares(),
-            gradient: [first, second],
+            gradient: view.gradient(Some(phi)),
             deviation: block.variance().map(|v| plane.deviation(&typical) / v),
         }
     });
@@ -148,7 +203,7 @@ pub fn distortion_within(
         slices: slices.collect(),
         physical: block.physical(),
         shares: block.shares(),
-        gradient: block.gradient(),
+        gradient: view.gradient(None),
     }
 }
 
@@ -198,22 +253,76 @@ impl View<'_> {
             let value = values.get(index).map(|f| (weight, self.scale.of(f)));
             nodes[(slice * LATTICE + i) * LATTICE + j] = value;
         }
-        let [x, y] = self
-            .window
-            .map(|[start, end]| LATTICE as f64 / (end - start));
-        Block {
-            slices: azimuths.len(),
-            per_axis: [x, y, azimuths.len() as f64],
-            nodes,
+        Block { nodes }
+    }
+
+    /// The energy of the gradient along the first `N` axes, on the slice of an azimuth or over all.
+    fn gradient<const N: usize>(&self, azimuth: Option<f64>) -> Gradient<N> {
+        let mut points = POINTS[0];
+        loop {
+            let sets = (0..SETS).map(|set| self.energies(azimuth, set, points));
+            let found = Gradient(sets.collect());
+            let known = found
+                .shares()
+                .is_none_or(|shares| shares.iter().all(|(_, error)| *error <= ENOUGH));
+            if known || points >= POINTS[1] {
+                return found;
+            }
+            points *= 4;
         }
+    }
+
+    /// Mean squared central differences at a set of points.
+    fn energies<const N: usize>(&self, azimuth: Option<f64>, set: u64, points: u64) -> [f64; N] {
+        let axes = self.form.axes();
+        let mut sobol = Sobol::new(set);
+        let is_above =
+            |pair: &DirectionPair| pair.omega_i.cos_theta().min(pair.omega_o.cos_theta()) > LOWEST;
+        let (mut weights, mut pairs) = (Vec::new(), Vec::new());
+        for point in 0..points {
+            let u: [f64; 3] = sobol.point(point);
+            let at = |axis: usize| {
+                let [start, end] = self.window.get(axis).copied().unwrap_or([0.0, 1.0]);
+                axes[axis].range[0] + axes[axis].length() * (start + (end - start) * u[axis])
+            };
+            let coords: Coords = [at(0), at(1), azimuth.unwrap_or_else(|| at(2)), 0.0];
+            let weight = match self.weight {
+                Weight::Coordinates => 1.0,
+                Weight::SolidAngle => self.form.jacobian(&coords),
+            };
+            let around: Option<Vec<DirectionPair>> = (0..2 * N)
+                .map(|side| {
+                    let mut coords = coords;
+                    let step = STEP * axes[side / 2].length();
+                    coords[side / 2] += if side % 2 == 0 { -step } else { step };
+                    self.form.inverse(&coords).filter(is_above)
+                })
+                .collect();
+            if let Some(around) = around.filter(|_| weight.is_finite()) {
+                weights.push(weight);
+                pairs.extend(around);
+            }
+        }
+        let values = metrics::evaluate(self.brdf, &pairs);
+        let (mut energy, mut total) = ([0.0; N], 0.0);
+        for (point, weight) in weights.into_iter().enumerate() {
+            let value = |side: usize| values.get(2 * N * point + side).map(|f| self.scale.of(f));
+            let slopes: Option<Vec<f64>> = (0..N)
+                .map(|axis| Some((value(2 * axis + 1)? - value(2 * axis)?) / (2.0 * STEP)))
+                .collect();
+            if let Some(slopes) = slopes {
+                for (energy, slope) in energy.iter_mut().zip(slopes) {
+                    *energy += weight * slope * slope;
+                }
+                total += weight;
+            }
+        }
+        energy.map(|e| if total > 0.0 { e / total } else { 0.0 })
     }
 }
 
 /// Weight and value of every node that has one, slice after slice.
 struct Block {
-    slices: usize,
-    /// Steps between nodes in the whole of each axis.
-    per_axis: [f64; 3],
     nodes: Vec<Option<(f64, f64)>>,
 }
 
@@ -272,26 +381,5 @@ impl Block {
             })
         });
         Shares::of([LATTICE; 2], &cells.collect::<Vec<_>>())
-    }
-
-    /// Mean squared difference quotients along the first axis, the second and the azimuth, over
-    /// neighbours that are both there, each weighed by their mean weight.
-    fn gradient(&self) -> [f64; 3] {
-        let strides = [LATTICE, 1, LATTICE * LATTICE];
-        let counts = [LATTICE, LATTICE, self.slices];
-        std::array::from_fn(|axis| {
-            let (mut energy, mut total) = (0.0, 0.0);
-            for (index, node) in self.nodes.iter().enumerate() {
-                if index / strides[axis] % counts[axis] + 1 == counts[axis] {
-                    continue;
-                }
-                if let (Some((w, v)), Some((x, next))) = (node, self.nodes[index + strides[axis]]) {
-                    let slope = (next - v) * self.per_axis[axis];
-                    energy += 0.5 * (w + x) * slope * slope;
-                    total += 0.5 * (w + x);
-                }
-            }
-            if total > 0.0 { energy / total } else { 0.0 }
-        })
     }
 }

@@ -5,13 +5,14 @@ use super::reconstruct::symmetry;
 use super::schedule::{orders, out_of_reach};
 use super::talk::{note, with_bound, wrote};
 use super::{ThreadArgs, format_names, print, refuse_unwritable, whole, written};
-use crate::acquisition::{self, Planner, Task};
+use crate::acquisition::{self, Forecast, Planner, Task};
 use crate::error::{Error, count, excerpt, one_of};
 use crate::experiment::{PlannedInstrument, Source};
 use crate::files::write_atomically;
 use crate::formats::{Format, WRITE_SCHEDULE};
 use crate::geometry::Symmetry;
 use crate::instrument::{self, Order};
+use crate::metrics::Expected;
 use crate::parametrization;
 use crate::schedule::{Assume, Sequence};
 use clap::Args;
@@ -143,7 +144,7 @@ impl Next {
             return Err(Error::infeasible("--planner", message));
         }
         let forecast = planner.forecast(&task, &so_far, &poses);
-        let schedule = acquisition::scheduled(&task, planner.label(), poses);
+        let schedule = acquisition::scheduled(&task, &*planner, poses);
         let mut minutes = String::new();
         let itinerary = match (&bench, &instrument) {
             (Some(bench), Some(instrument)) => {
@@ -174,6 +175,9 @@ impl Next {
                 self.batch
             ));
         }
+        if let Some(now) = forecast.map(|forecast| forecast.now) {
+            self.note_rise(&*planner, &task, &assume, &now)?;
+        }
         match forecast {
             Some(forecast) => print(&format!(
                 "now: {}\nthen: {}\n",
@@ -182,6 +186,37 @@ impl Next {
             )),
             None => Ok(()),
         }
+    }
+
+    /// Says so where the last file of several raised an expected error: its readings are unlike what those before promised.
+    fn note_rise(
+        &self,
+        planner: &dyn Planner,
+        task: &Task<'_>,
+        assume: &Assume,
+        now: &Expected,
+    ) -> Result<(), Error> {
+        let Some((last, before @ [_, ..])) = self.readings.split_last() else {
+            return Ok(());
+        };
+        let (before, _) = self.reading.read_all(before, assume)?;
+        let Some(Forecast { now: before, .. }) = planner.forecast(task, &before, &[]) else {
+            return Ok(());
+        };
+        for (name, before, now) in [
+            ("nrmse", before.nrmse, now.nrmse),
+            ("log_relative", before.log_relative, now.log_relative),
+        ] {
+            if let (Some(before), Some(now)) = (before, now)
+                && now > before
+            {
+                note(&format!(
+                    "gonio: the readings of {} raise the expected {name} from {before:.4} to {now:.4}: they are not what those before promised",
+                    last.display()
+                ));
+            }
+        }
+        Ok(())
     }
 
     /// The planner that is asked for, a sample set or not.

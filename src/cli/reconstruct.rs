@@ -55,8 +55,8 @@ pub(super) struct Reconstruct {
             READ_READINGS.extensions(".")))]
     measurements: Vec<PathBuf>,
     /// A kind of reconstruction, see `gonio list reconstructions`, or auto: the one that predicts
-    /// readings best that it was not given, in the coordinates where it does [default: auto; of
-    /// readings of our own schedules cubic if they are on a grid, else thin-plate]
+    /// readings best that it was not given, in the coordinates where it does; kriging if it is within
+    /// a standard error of that [default: auto]
     #[arg(long, value_name = "KIND")]
     reconstruction: Option<String>,
     /// Set a key of the reconstruction, e.g. values=linear
@@ -321,17 +321,10 @@ impl Reconstruct {
         Ok((measurement, notes.collect()))
     }
 
-    /// The method that is asked for, or the usual one for readings of our own schedules; `None` if the
-    /// readings choose.
-    fn named(
-        &self,
-        measurement: &Measurement,
-    ) -> Result<Option<Arc<dyn reconstruct::Reconstruct>>, Error> {
+    /// The method that is asked for; `None` if the readings choose.
+    fn named(&self) -> Result<Option<Arc<dyn reconstruct::Reconstruct>>, Error> {
         let mut keys = match self.reconstruction.as_deref() {
             Some(kind) if kind != AUTO => toml::Table::from_iter([("kind".into(), kind.into())]),
-            None if !measurement.schedule.is_of_others() => {
-                reconstruct::default_for(measurement).resolved()
-            }
             _ => {
                 return match self.set.first() {
                     Some(set) => Err(Error::config(
@@ -367,7 +360,7 @@ impl Reconstruct {
         &self,
         measurement: &Measurement,
     ) -> Result<Arc<dyn reconstruct::Reconstruct>, Error> {
-        let method = self.named(measurement)?;
+        let method = self.named()?;
         let methods = method.iter().cloned().collect();
         let path = &self.measurements[0];
         let best = self.cross_validation.choose(

@@ -36,7 +36,7 @@ pub struct Scope {
     pub truth: Option<String>,
     /// Materials that are compared.
     pub materials: usize,
-    /// Materials that say nothing about which choice is better, and why: `lambert (exact by every
+    /// Materials that say nothing about which choice is better, and why: `lambert (exact by a
     /// choice)`.
     pub left_out: Vec<String>,
 }

@@ -227,9 +227,7 @@ impl BrdfSpec for ReadingsSpec {
             return Vec::new();
         };
         let measurement = &readings.measurement;
-        let choose = self.reconstruction.is_none()
-            && measurement.schedule.is_of_others()
-            && CrossValidation::is_possible(measurement);
+        let choose = self.reconstruction.is_none() && CrossValidation::is_possible(measurement);
         let choice = choose.then(|| {
             format!(
                 "the readings choose their reconstruction, and `gonio reconstruct {file}` says which"

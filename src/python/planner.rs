@@ -148,7 +148,7 @@ pub fn suggest(
         let readings = so_far.readings();
         let forecast = planner.forecast(&task, so_far, &poses);
         let count = readings + poses.len();
-        let schedule = acquisition::scheduled(&task, planner.label(), poses);
+        let schedule = acquisition::scheduled(&task, &*planner, poses);
         Ok::<_, PlanError>((
             schedule,
             enough,

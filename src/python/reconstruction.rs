@@ -89,8 +89,8 @@ impl PyReconstruction {
     }
 }
 
-/// The BRDF of a measurement. Without a kind it is the method that the readings choose: of schedules of our own cubic if they
-/// are on a grid, else thin-plate; of others the one that predicts best what it was not given.
+/// The BRDF of a measurement. Without a kind it is the method that the readings choose: the one that predicts best what it was not
+/// given, or kriging if that is within a standard error.
 ///
 /// `reconstructions()` lists the kinds; the other keys are those of a config, e.g. `noise=True`.
 #[pyfunction]

@@ -17,7 +17,7 @@ use crate::registry::{self, Entry};
 use nalgebra::DMatrix;
 use serde::{Deserialize, Serialize};
 
-const KIND: &str = "components";
+pub(crate) const KIND: &str = "components";
 
 /// The ridge by default: of materials that a prior was not made of, about the best.
 pub(crate) const RIDGE: f64 = 0.01;

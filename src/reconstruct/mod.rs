@@ -43,7 +43,7 @@ mod transform;
 mod uncertainty;
 
 pub use components::Components;
-pub(crate) use components::RIDGE;
+pub(crate) use components::{KIND as COMPONENTS, RIDGE};
 pub use coordinates::Coordinates;
 pub use coverage::{Cover, Coverage, Covered, Fill};
 pub use cubic::{Cubic, CubicRule};
@@ -54,12 +54,13 @@ pub use inverse_distance::InverseDistance;
 pub use kriging::{
     FUNCTIONS, Kriging, NODES, Prior, PriorFile, TRUSTED, TrainError, Trained, Training,
 };
-pub(crate) use kriging::{Mixture, Places, Posterior};
+pub(crate) use kriging::{KIND as KRIGING, Mixture, Places, Posterior};
 pub use lattice_method::{LatticeMethod, LatticeRule};
 pub use multilinear::{Multilinear, MultilinearRule};
 pub use nearest::NearestReading;
 pub use predictive::{LogNormal, Predictive};
 pub use sheets::{IN_SHEETS, Sheets, incidences};
+pub(crate) use sheets::{Still, are_in_plane, still};
 pub use thin_plate::ThinPlate;
 pub use transform::{EPSILON, Transform, Values};
 pub use uncertainty::{Replicated, Uncertain};
@@ -309,11 +310,16 @@ pub fn read(table: Table<'_>) -> Result<Box<dyn Reconstruct>, ReadError> {
     registry::read("reconstruction", &all(), table)
 }
 
-/// The reconstruction of a measurement for which none is chosen: cubic if the readings are on a grid,
-/// else thin-plate.
+/// Readings up to which kriging takes a second or so for each of some systems of them.
+pub(crate) const KRIGED: usize = 2000;
+
+/// The reconstruction of readings that nothing can be left out of: cubic if they are on a grid, else kriging, or thin-plate if they are
+/// more than it is tried on.
 pub fn default_for(measurement: &Measurement) -> Arc<dyn Reconstruct> {
     if measurement.schedule.lattice.is_some() {
         Arc::new(Cubic::default())
+    } else if measurement.readings() <= KRIGED {
+        Arc::new(Kriging::default())
     } else {
         Arc::new(ThinPlate::default())
     }

@@ -216,6 +216,40 @@ pub fn incidences(thetas: &[f64]) -> Vec<Vec<usize>> {
     sheets.map(<[usize]>::to_vec).collect()
 }
 
+/// Readings of which most lie in sheets: light or sensor stood still while the other moved.
+pub(crate) struct Still {
+    /// True if it was the sensor.
+    pub of_sensor: bool,
+    /// Numbers of the readings of each sheet, by elevation of what stood still.
+    pub sheets: Vec<Vec<usize>>,
+}
+
+/// The sheets of constant incidence that most of some pairs lie in, if they do. What stood still is the one with fewer sheets.
+pub(crate) fn still(pairs: &[DirectionPair]) -> Option<Still> {
+    let side = |of_sensor: bool| {
+        let direction = |p: &DirectionPair| if of_sensor { p.omega_o } else { p.omega_i };
+        let thetas: Vec<f64> = pairs.iter().map(|p| direction(p).theta()).collect();
+        let sheets = incidences(&thetas);
+        let taken: usize = sheets.iter().map(Vec::len).sum();
+        let most = !sheets.is_empty() && taken as f64 >= IN_SHEETS * pairs.len() as f64;
+        most.then_some(Still { of_sensor, sheets })
+    };
+    let sides = [false, true].into_iter().filter_map(side);
+    sides.min_by_key(|still| still.sheets.len())
+}
+
+/// Azimuths that differ by less than this, rad, are one: 0.06°.
+const SAME_AZIMUTH: f64 = 1e-3;
+
+/// True if most of some pairs lie in the plane of incidence.
+pub(crate) fn are_in_plane(pairs: &[DirectionPair]) -> bool {
+    let out = |pair: &&DirectionPair| {
+        let [i, o] = [pair.omega_i, pair.omega_o].map(|d| d.vector().truncate());
+        i.perp_dot(o).abs() > SAME_AZIMUTH
+    };
+    (pairs.iter().filter(out).count() as f64) < (1.0 - IN_SHEETS) * pairs.len() as f64
+}
+
 /// The sheets of some readings by incidence; `None` if most lie in none.
 fn sheets(
     readings: &[Reading<'_>],

@@ -245,6 +245,9 @@ impl<'a> PoseRows<'a> {
         add("sample_set", json!(schedule.sample_set));
         add("poses", json!(schedule.poses.len()));
         add("unphysical_share", json!(schedule.unphysical_share));
+        if let Some(method) = &schedule.assumes {
+            add("assumes", json!(method));
+        }
         if let Some(lattice) = &schedule.lattice {
             add("lattice", json!(lattice.axes));
         }

@@ -133,6 +133,7 @@ impl Grid {
             poses,
             lattice: Some(Lattice { axes, pose }),
             unphysical_share,
+            assumes: None,
         })
     }
 }
@@ -261,6 +262,7 @@ impl Stratified {
             poses,
             lattice: None,
             unphysical_share,
+            assumes: None,
         })
     }
 }

@@ -38,7 +38,7 @@ const NODES_A_POSE: usize = 100;
 /// Assumptions about a file: a choice goes before the header, the header before the default.
 #[derive(Clone, Debug)]
 pub struct Assume {
-    /// Name of the parametrization; by default half-difference.
+    /// Name of the parametrization; by default [`usual_form`](parametrization::usual_form).
     pub parametrization: Option<String>,
     /// The symmetries of the material.
     pub symmetry: Option<Symmetry>,
@@ -305,7 +305,9 @@ impl Rows {
         let unphysical_share = table.fact("unphysical_share")?.unwrap_or(0.0);
         in_closed("unphysical_share", unphysical_share, 0.0, 1.0)
             .map_err(|e| table.fact_error("unphysical_share", e.to_string()))?;
+        let assumes: Option<String> = table.fact("assumes")?;
         let mut schedule = Schedule {
+            assumes,
             sample_set: table
                 .fact("sample_set")?
                 .unwrap_or_else(|| FROM_FILE.into()),
@@ -426,6 +428,7 @@ pub(crate) fn form(table: &Table, assume: &Assume) -> Result<Arc<dyn Parametriza
     let chosen = assume.parametrization.clone();
     // Warps are of the parametrization in the header.
     let same = chosen.is_none() || chosen == declared;
+    let unsaid = chosen.is_none() && declared.is_none();
     let name = chosen.or(declared).unwrap_or("half-difference".into());
     let refuse = |key: &str, problem: String| Err(table.fact_error(key, problem));
     let Some(entry) = parametrization::find(&name) else {
@@ -441,6 +444,9 @@ pub(crate) fn form(table: &Table, assume: &Assume) -> Result<Arc<dyn Parametriza
     };
     let mut warps = BTreeMap::new();
     let written: Option<String> = table.fact("warp")?;
+    if unsaid && written.is_none() {
+        return Ok(parametrization::usual_form(symmetry));
+    }
     let written = written.filter(|warp| same && warp != "none");
     for warp in written.iter().flat_map(|warps| warps.split(';')) {
         let parts = warp

@@ -57,6 +57,8 @@ pub struct Schedule {
     pub lattice: Option<Lattice>,
     /// Share of the points of the box that are no physical configuration, in [0, 1].
     pub unphysical_share: f64,
+    /// Kind of the reconstruction that the poses were chosen for, if they were for one.
+    pub assumes: Option<String>,
 }
 
 impl Schedule {
@@ -75,6 +77,7 @@ impl Schedule {
             sample_set: FROM_FILE.into(),
             lattice: None,
             unphysical_share: 0.0,
+            assumes: None,
         }
     }
 

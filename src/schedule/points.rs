@@ -120,5 +120,6 @@ fn accept(
         poses,
         lattice: None,
         unphysical_share,
+        assumes: None,
     })
 }

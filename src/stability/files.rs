@@ -39,6 +39,7 @@ fn schedule(cases: &[Case]) -> Option<Arc<Schedule>> {
         poses: cases.iter().map(pose).collect(),
         lattice: None,
         unphysical_share: 0.0,
+        assumes: None,
         parametrization: form,
     }))
 }

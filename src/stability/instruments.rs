@@ -44,6 +44,7 @@ fn schedule(cases: &[Case], symmetry: Symmetry) -> Option<Arc<Schedule>> {
         poses: cases.iter().map(pose).collect(),
         lattice: None,
         unphysical_share: 0.0,
+        assumes: None,
         parametrization: form,
     }))
 }

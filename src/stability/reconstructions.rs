@@ -116,6 +116,7 @@ fn schedule(layout: &str, form: &Arc<dyn Parametrization>, budget: usize) -> Opt
         poses: pairs.into_iter().map(pose).collect(),
         lattice: None,
         unphysical_share: 0.0,
+        assumes: None,
     })
 }
 

@@ -5,13 +5,10 @@ use crate::geometry::Symmetry;
 use crate::measurement::Measurement;
 use crate::parametrization::{self, WarpSpec, Warps};
 use crate::reconstruct::{
-    Coordinates, Cubic, InverseDistance, Kriging, Multilinear, NearestReading, Reconstruct,
+    Coordinates, Cubic, InverseDistance, KRIGED, Kriging, Multilinear, NearestReading, Reconstruct,
     ReconstructError, Sheets, ThinPlate, default_for, noise,
 };
 use std::sync::Arc;
-
-/// Readings up to which kriging is tried: it solves a system of all of them for each set that is left out.
-const KRIGED: usize = 2000;
 
 /// Every parametrization as it is, and with the square root along its first axis.
 fn coordinates(symmetry: Symmetry) -> Vec<Coordinates> {
@@ -33,17 +30,14 @@ fn coordinates(symmetry: Symmetry) -> Vec<Coordinates> {
     all
 }
 
-/// The method that readings choose, if nothing says which sample set they are; else, and where there is nothing
-/// to choose by, [`default_for`] them.
+/// The method that readings choose; where there is nothing to choose by, [`default_for`] them.
 pub fn chosen(measurement: &Measurement) -> Arc<dyn Reconstruct> {
     let ranked = || {
         let validation = CrossValidation::new(measurement, None).ok()?;
         let ranked = validation.rank(validation.candidates(), || ()).ok()?;
         Some(ranked.into_iter().next()?.0)
     };
-    let of_others = measurement.schedule.is_of_others();
-    let best = of_others.then(ranked).flatten();
-    best.unwrap_or_else(|| default_for(measurement))
+    ranked().unwrap_or_else(|| default_for(measurement))
 }
 
 /// A method with its errors.
@@ -90,8 +84,8 @@ impl CrossValidation<'_> {
     }
 
     /// Methods by their first error of [`Errors::QUANTITIES`](crate::metrics::Errors::QUANTITIES) under the
-    /// first measure (`nrmse`, `cosine`), the smallest first; those that cannot take the readings are left
-    /// out. `done` is told after each of [`tasks`](Self::tasks).
+    /// first measure (`nrmse`, `cosine`), the smallest first, but [`Kriging`] if it is within a standard error of that; those that
+    /// cannot take the readings are left out. `done` is told after each of [`tasks`](Self::tasks).
     ///
     /// # Errors
     /// That of the first method if none can.
@@ -111,6 +105,20 @@ impl CrossValidation<'_> {
         }
         let place = |(_, scores): &Ranked| scores.rank().unwrap_or(f64::INFINITY);
         ranked.sort_by(|a, b| place(a).total_cmp(&place(b)));
+        // Readings that are left out lie where readings are, and kriging errs least of all methods between them: it goes before those that
+        // it is not told apart from.
+        let best = ranked.first().and_then(|(_, scores)| {
+            let best = scores.ranked_by()?;
+            Some(best.value? + best.standard_error?)
+        });
+        let kriging = ranked
+            .iter()
+            .position(|(method, _)| method.label() == Kriging::default().label());
+        if let (Some(best), Some(at)) = (best, kriging)
+            && place(&ranked[at]) <= best
+        {
+            ranked[..=at].rotate_right(1);
+        }
         match refused {
             Some(e) if ranked.is_empty() => Err(e),
             _ => Ok(ranked),

@@ -5,7 +5,7 @@ use crate::geometry::DirectionPair;
 use crate::measurement::Measurement;
 use crate::numeric::wrap_angle;
 use crate::parametrization::Parametrization;
-use crate::reconstruct::{IN_SHEETS, incidences};
+use crate::reconstruct::{Still, are_in_plane, still};
 use rustc_hash::FxHashMap;
 use std::fmt;
 use std::hash::Hash;
@@ -201,47 +201,28 @@ fn places(form: &dyn Parametrization, pairs: &[DirectionPair]) -> Vec<usize> {
     numbers(pairs.iter().map(key))
 }
 
-/// True if most readings lie in the plane of incidence.
-fn are_in_plane(pairs: &[DirectionPair]) -> bool {
-    let out = |pair: &&DirectionPair| {
-        let [i, o] = [pair.omega_i, pair.omega_o].map(|d| d.vector().truncate());
-        i.perp_dot(o).abs() > SAME_DIRECTION
-    };
-    (pairs.iter().filter(out).count() as f64) < (1.0 - IN_SHEETS) * pairs.len() as f64
-}
-
 /// Number of sheets, true if it is the sensor that stood still, and where readings are in them, if most lie
 /// in sheets.
 fn by_sheets(pairs: &[DirectionPair]) -> Option<(usize, bool, Vec<InSheets>)> {
-    let side = |of_sensor: bool| {
-        // As if it were the light that stood still.
-        let pairs = pairs
-            .iter()
-            .map(|p| if of_sensor { p.swapped() } else { *p });
-        let pairs: Vec<DirectionPair> = pairs.collect();
-        let thetas: Vec<f64> = pairs.iter().map(|p| p.omega_i.theta()).collect();
-        let sheets = incidences(&thetas);
-        let taken: usize = sheets.iter().map(Vec::len).sum();
-        if sheets.is_empty() || (taken as f64) < IN_SHEETS * pairs.len() as f64 {
-            return None;
+    let Still { of_sensor, sheets } = still(pairs)?;
+    // As if it were the light that stood still.
+    let pairs = pairs
+        .iter()
+        .map(|p| if of_sensor { p.swapped() } else { *p });
+    let pairs: Vec<DirectionPair> = pairs.collect();
+    let mut at: Vec<InSheets> = directions(&pairs)
+        .into_iter()
+        .map(|direction| InSheets {
+            sheet: None,
+            part: (shuffled(direction) % PARTS as u64) as usize,
+        })
+        .collect();
+    for (n, sheet) in sheets.iter().enumerate() {
+        for &i in sheet {
+            at[i].sheet = Some(n % MOST);
         }
-        let mut at: Vec<InSheets> = directions(&pairs)
-            .into_iter()
-            .map(|direction| InSheets {
-                sheet: None,
-                part: (shuffled(direction) % PARTS as u64) as usize,
-            })
-            .collect();
-        for (n, sheet) in sheets.iter().enumerate() {
-            for &i in sheet {
-                at[i].sheet = Some(n % MOST);
-            }
-        }
-        Some((sheets.len(), of_sensor, at))
-    };
-    // The one that stood still is the one with fewer sheets.
-    let sides = [false, true].into_iter().filter_map(side);
-    sides.min_by_key(|(sheets, ..)| *sheets)
+    }
+    Some((sheets.len(), of_sensor, at))
 }
 
 /// The number of the second direction of each pair, seen from the azimuth of the first.

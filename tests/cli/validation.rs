@@ -50,7 +50,7 @@ fn readings_by_others_choose_their_method() {
     );
     let none = bench.good(&["reconstruct", "sheets.csv", "--cross-validation", "none"]);
     assert!(!none.contains("left out"), "{none}");
-    assert!(none.contains("reconstruction: thin-plate\n"), "{none}");
+    assert!(none.contains("reconstruction: kriging\n"), "{none}");
 }
 
 #[test]

@@ -573,6 +573,7 @@ fn sheets(form: &Arc<dyn Parametrization>, elevations: &[f64], step: usize) -> A
         poses,
         lattice: None,
         unphysical_share: 0.0,
+        assumes: None,
     })
 }
 

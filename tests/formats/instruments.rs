@@ -52,6 +52,7 @@ fn measured(channels: Channels) -> Measurement {
             poses,
             lattice: None,
             unphysical_share: 0.0,
+            assumes: None,
             parametrization: form,
         }),
     }

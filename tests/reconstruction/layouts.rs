@@ -107,6 +107,7 @@ pub fn schedule(angles: &[Angles]) -> Arc<Schedule> {
         poses,
         lattice: None,
         unphysical_share: 0.0,
+        assumes: None,
     })
 }
 

@@ -6,8 +6,8 @@ use crate::error::Error;
 use crate::geometry::Symmetry;
 use crate::instrument::{Bench, Instrument, Order, Parts, presets, read};
 use crate::parametrization::usual_form;
-use crate::reconstruct::default_for;
 use crate::schedule::{Grid, SampleSet, Schedule};
+use crate::validation::chosen;
 use std::rc::Rc;
 use std::sync::Arc;
 
@@ -93,9 +93,7 @@ fn rung(
         work,
         pass,
         move |(measured, minutes)| {
-            let copy = default_for(&measured)
-                .reconstruct(&measured)
-                .map_err(text)?;
+            let copy = chosen(&measured).reconstruct(&measured).map_err(text)?;
             let values = truth.pairs().at(&*copy);
             Ok(truth.judged(&values, &[minutes, measured.readings() as f64]))
         },

@@ -88,7 +88,7 @@ fn rung(
         };
         let mut so_far = nothing(&task);
         while let Some(poses) = further(&*planner, &task, &so_far).map_err(text)? {
-            let schedule = Arc::new(scheduled(&task, planner.label(), poses));
+            let schedule = Arc::new(scheduled(&task, &*planner, poses));
             so_far = watch.aside(|| Ideal.measure(&*brdf, &schedule));
         }
         Ok(so_far)

@@ -8,7 +8,7 @@ use crate::geometry::Symmetry;
 use crate::metrics::Measure;
 use crate::registry;
 use crate::report::{Columns, error_text};
-use crate::statistics::{BAND, EXACT, geometric_mean, upper_quantile};
+use crate::statistics::{BAND, EXACT, compares, geometric_mean, upper_quantile};
 use serde::Serialize;
 use toml::Value;
 
@@ -122,10 +122,9 @@ impl Asked<'_> {
         let poses = [poses.clone().min(), poses.max()].map(Option::unwrap_or_default);
         let spread = |metric: Metric| {
             let of = |r: &&Row| r.value(metric.name());
-            // Where every choice is exact, this one says nothing.
             let tells = |r: &&&Row| {
                 let same = rows.iter().filter(|other| other.material == r.material);
-                same.filter_map(of).any(|error| error > EXACT)
+                compares(same.filter_map(of))
             };
             let errors: Vec<f64> = mine.clone().filter(tells).filter_map(of).collect();
             Some(Spread {

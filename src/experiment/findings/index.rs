@@ -3,7 +3,7 @@
 use super::super::choices::{Choice, OWN};
 use super::super::row::Row;
 use super::metric::Metric;
-use crate::statistics::{EXACT, geometric_mean};
+use crate::statistics::{compares, geometric_mean};
 use std::collections::HashMap;
 
 /// Names in the order of their first appearance.
@@ -124,7 +124,7 @@ impl<'a> Index<'a> {
     }
 
     /// The materials that tell choices apart, and the others with the reason: rounding would decide
-    /// a mean over what every choice reconstructs exactly.
+    /// a mean over what a choice reconstructs exactly.
     pub fn telling(
         &self,
         metric: Metric,
@@ -137,17 +137,17 @@ impl<'a> Index<'a> {
                 .rows
                 .iter()
                 .filter(|(at, _)| at[0] == measure && at[3] == m);
-            let mut largest = None;
-            for error in mine.flat_map(|(_, rows)| rows).filter_map(|r| metric.of(r)) {
-                largest = Some(largest.unwrap_or(0f64).max(error));
+            let errors = mine.flat_map(|(_, rows)| rows).filter_map(|r| metric.of(r));
+            let errors: Vec<f64> = errors.collect();
+            let is_empty = errors.is_empty();
+            if compares(errors) {
+                kept.push(m);
+                continue;
             }
-            let reason = match largest {
-                None => "no error is defined",
-                Some(error) if error <= EXACT => "exact by every choice",
-                Some(_) => {
-                    kept.push(m);
-                    continue;
-                }
+            let reason = if is_empty {
+                "no error is defined"
+            } else {
+                "exact by a choice"
             };
             left_out.push(format!("{} ({reason})", self.materials.list[m]));
         }

@@ -189,7 +189,7 @@ impl Acquisition<'_> {
     ) -> Result<Way, NoRoute> {
         let go_on = || !cancelled();
         let task = self.task(&go_on, Some(brdf));
-        let schedule = |poses| Arc::new(acquisition::scheduled(&task, self.planner.label(), poses));
+        let schedule = |poses| Arc::new(acquisition::scheduled(&task, self.planner, poses));
         let mut so_far = acquisition::nothing(&task);
         let mut itinerary = bench.plan_of(&so_far.schedule, &[], order);
         let mut poses = self.first.clone();

@@ -2,6 +2,8 @@
 
 use super::kernel::Kernel;
 use super::system::Data;
+use crate::geometry::DirectionPair;
+use crate::reconstruct::sheets::still;
 use nalgebra::{DMatrix, DVector};
 
 /// Width of the normal prior of the logarithms of amplitudes and lengths.
@@ -13,15 +15,39 @@ const STEPS: usize = 25;
 /// The search ends where a step lowers −ln(posterior) by less.
 const ENOUGH: f64 = 1e-3;
 
+/// A variance of readings that state no uncertainty, and how far its logarithm may be off: half a percent, .07 to 4 %.
+const UNSAID: f64 = 2.5e-5;
+const UNSAID_WIDTH: f64 = 2.0;
+
 /// The kernel of the largest posterior: quasi-Newton steps (BFGS, Nocedal & Wright 2006, algorithm 6.1) from
-/// `kernel`, each halved until it lowers the objective. The result is never less likely than `kernel`.
-pub(super) fn fit(kernel: &Kernel, data: &Data) -> Kernel {
-    let start = kernel.logs();
+/// `kernel`, each halved until it lowers the objective. The result is never less likely than `kernel`. `unsaid`: readings have a
+/// variance that nothing states, which is found as well.
+fn fit(kernel: &Kernel, data: &Data, unsaid: bool) -> Kernel {
+    let mut start = kernel.logs();
+    let lengths = start.len();
+    let mut widths = vec![WIDTH; lengths];
+    if unsaid {
+        start.push(UNSAID.ln());
+        widths.push(UNSAID_WIDTH);
+    }
+    let widths = DVector::from_vec(widths);
+    let of = |x: &DVector<f64>| {
+        let (logs, variance) = x.as_slice().split_at(lengths);
+        Kernel {
+            unsaid: variance.first().map_or(0.0, |x| x.exp()),
+            ..kernel.with_logs(logs)
+        }
+    };
     let objective = |x: &DVector<f64>| -> Option<(f64, DVector<f64>)> {
-        let (loss, slope) = data.likelihood(&kernel.with_logs(x.as_slice()))?;
-        let off = (x - DVector::from_column_slice(&start)) / WIDTH;
-        let value = loss + 0.5 * off.norm_squared();
-        Some((value, DVector::from_vec(slope) + off / WIDTH))
+        let kernel = of(x);
+        let found = data.clone().noisier(kernel.unsaid).likelihood(&kernel)?;
+        let mut slope = found.by_logs;
+        if unsaid {
+            slope.push(found.by_noise * kernel.unsaid);
+        }
+        let off = (x - DVector::from_column_slice(&start)).component_div(&widths);
+        let value = found.loss + 0.5 * off.norm_squared();
+        Some((value, DVector::from_vec(slope) + off.component_div(&widths)))
     };
     let n = start.len();
     let mut x = DVector::from_column_slice(&start);
@@ -29,7 +55,7 @@ pub(super) fn fit(kernel: &Kernel, data: &Data) -> Kernel {
         return kernel.clone();
     };
     // The prior's own curvature.
-    let mut inverse = DMatrix::identity(n, n) * (WIDTH * WIDTH);
+    let mut inverse = DMatrix::from_diagonal(&widths.map(|w| w * w));
     for _ in 0..STEPS {
         let mut step = -(&inverse * &slope);
         // No logarithm moves by more than twice the width at once.
@@ -59,5 +85,33 @@ pub(super) fn fit(kernel: &Kernel, data: &Data) -> Kernel {
             break;
         }
     }
-    kernel.with_logs(x.as_slice())
+    of(&x)
+}
+
+/// The kernel that is [fitted](fit) to readings at some pairs, or `kernel` itself: the one that predicts better what is left out. That is
+/// each reading in turn, or each sheet if readings lie in sheets: those of a sheet predict each other and say little of what lies between.
+pub(super) fn better(
+    kernel: &Kernel,
+    data: &Data,
+    pairs: &[DirectionPair],
+    unsaid: bool,
+) -> Kernel {
+    let groups = still(pairs).map_or_else(
+        || (0..pairs.len()).map(|i| vec![i]).collect(),
+        |still| still.sheets,
+    );
+    let fitted = fit(kernel, data, unsaid);
+    let published = Kernel {
+        unsaid: fitted.unsaid,
+        ..kernel.clone()
+    };
+    let loss = |kernel: &Kernel| {
+        let data = data.clone().noisier(kernel.unsaid);
+        data.left_out(kernel, &groups).unwrap_or(f64::INFINITY)
+    };
+    if loss(&fitted) <= loss(&published) {
+        fitted
+    } else {
+        published
+    }
 }

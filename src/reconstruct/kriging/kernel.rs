@@ -93,6 +93,8 @@ pub(super) struct Kernel {
     pub level: f64,
     /// Variance of the coefficients of the functions of a prior; 0 where there is none.
     pub share: f64,
+    /// Variance of ln f of a reading beyond what it states, see [`fit`](super::fit).
+    pub unsaid: f64,
 }
 
 impl Kernel {
@@ -126,6 +128,7 @@ impl Kernel {
             terms,
             level: LEVEL,
             share: 0.0,
+            unsaid: 0.0,
         }
     }
 
@@ -166,6 +169,7 @@ impl Kernel {
             terms,
             level: self.level,
             share: if self.share > 0.0 { next() } else { 0.0 },
+            unsaid: self.unsaid,
         }
     }
 

@@ -33,9 +33,8 @@ pub(crate) use posterior::{Places, Posterior};
 pub(super) use prior::Mean;
 pub use prior::{FUNCTIONS, NODES, Prior, PriorFile, TrainError, Trained, Training};
 
-use super::coordinates::ReconstructionCoordinates;
 use super::interpolant::{Interpolant, Readings};
-use super::scattered::Embedded;
+use super::sheets::are_in_plane;
 use super::transform::{EPSILON, Transform, Values};
 use super::{Predictive, Reconstruct, ReconstructError};
 use crate::error::ParameterError;
@@ -49,9 +48,9 @@ use prior::Centre;
 use pulp::{Arch, NullaryFnOnce};
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
-use system::{Data, NUGGET, Sites, Solved};
+use system::{Data, Likelihood, NUGGET, Sites, Solved};
 
-const KIND: &str = "kriging";
+pub(crate) const KIND: &str = "kriging";
 
 /// The registry entry.
 pub(super) const ENTRY: Entry<dyn Reconstruct> = Entry {
@@ -107,10 +106,10 @@ const MOST: usize = 10_000;
 const MOST_SPARSE: usize = 100_000;
 
 impl Kriging {
-    /// The readings as a system, at most so many of them, and of their values the first `width`.
-    fn data(&self, r: &Readings<'_>, most: usize, width: usize, prior: Option<&Prior>) -> Data {
+    /// Numbers of at most so many readings, spread evenly over all.
+    fn chosen(&self, r: &Readings<'_>, most: usize) -> Vec<usize> {
         let all = (0..r.present.len()).filter(|&i| r.present[i]);
-        let chosen: Vec<usize> = match r.count() {
+        match r.count() {
             ..=MOST => all.step_by(r.count().div_ceil(most).max(1)).collect(),
             // Steps as long as the rows of a grid would miss what is along them.
             count => {
@@ -118,7 +117,12 @@ impl Kriging {
                 let some = sparse::some(count, most).into_iter();
                 some.map(|k| all[k]).collect()
             }
-        };
+        }
+    }
+
+    /// The readings as a system, at most so many of them, and of their values the first `width`.
+    fn data(&self, r: &Readings<'_>, most: usize, width: usize, prior: Option<&Prior>) -> Data {
+        let chosen = self.chosen(r, most);
         let poses = &r.schedule.poses;
         let pairs: Vec<DirectionPair> = chosen.iter().map(|&i| poses[i].pair).collect();
         let noise = |&i: &usize| {
@@ -145,10 +149,17 @@ impl Kriging {
     fn accounts(&self, r: &Readings<'_>) -> Result<Vec<Account>, ReconstructError> {
         let prior = self.prior.as_ref().filter(|_| applies(r));
         let prior = prior.map(PriorFile::load).transpose()?;
-        let fits = self.fit && !in_sheets(r)?;
         let mut common = Kernel::new(symmetry(r));
+        let some = self.chosen(r, FITTED);
+        let pairs: Vec<DirectionPair> = some.iter().map(|&i| r.schedule.poses[i].pair).collect();
+        // In the plane of incidence φ_d is one value: nothing can be left out that a fit along it would miss.
+        let fits = self.fit && !are_in_plane(&pairs);
         if fits {
-            common = fit::fit(&common, &self.data(r, FITTED, 1, None));
+            // Few readings do not tell noise from detail.
+            let unsaid = self.noise
+                && r.noise.is_none_or(|u| u.iter().all(|&u| u == 0.0))
+                && r.count() > TRUSTED;
+            common = fit::better(&common, &self.data(r, FITTED, 1, None), &pairs, unsaid);
         }
         let Some(prior) = prior else {
             return Ok(vec![Account::of(common)]);
@@ -160,10 +171,13 @@ impl Kriging {
         if fits {
             let mut first = self.data(r, MOST, 1, Some(&prior));
             first.centre(&centre.mean.columns(0, 1).into_owned());
-            kernel = fit::fit(&kernel, &first);
+            let all = self.chosen(r, MOST);
+            let pairs: Vec<DirectionPair> = all.iter().map(|&i| r.schedule.poses[i].pair).collect();
+            kernel = fit::better(&kernel, &first, &pairs, false);
         }
         let all = self.data(r, MOST, r.width, None);
-        let (Some((centre, with)), Some((without, _))) = (told(&kernel), all.likelihood(&common))
+        let (Some((centre, with)), Some(Likelihood { loss: without, .. })) =
+            (told(&kernel), all.likelihood(&common))
         else {
             return Ok(vec![Account::of(common)]);
         };
@@ -243,18 +257,6 @@ struct Known {
     centre: Centre,
 }
 
-/// True if readings lie in sheets, lines or clusters.
-fn in_sheets(r: &Readings<'_>) -> Result<bool, ReconstructError> {
-    let own = ReconstructionCoordinates {
-        coordinates: None,
-        stretch: None,
-    };
-    Ok(match r.schedule.parametrization.axes().len() {
-        3 => Embedded::<3>::new(KIND, r, &own, TRANSFORM, 1)?.is_in_sheets(r),
-        _ => Embedded::<4>::new(KIND, r, &own, TRANSFORM, 1)?.is_in_sheets(r),
-    })
-}
-
 const TRANSFORM: Transform = Transform::Log { epsilon: EPSILON };
 
 /// The symmetry of the readings.
@@ -313,7 +315,8 @@ impl Reconstruct for Kriging {
         let mut parts = Vec::new();
         for account in accounts {
             let known = account.known.as_ref();
-            let mut data = self.data(r, MOST_SPARSE, r.width, known.map(|known| &*known.prior));
+            let data = self.data(r, MOST_SPARSE, r.width, known.map(|known| &*known.prior));
+            let mut data = data.noisier(account.kernel.unsaid);
             if let Some(known) = known {
                 data.centre(&known.centre.mean);
             }

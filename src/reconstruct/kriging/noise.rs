@@ -12,10 +12,14 @@ pub(super) struct Noise {
 }
 
 impl Noise {
-    /// The floor is the least uncertainty of the readings; what the share explains is the rest, in the median.
-    pub fn of(readings: &Readings<'_>) -> Self {
+    /// The floor is the least uncertainty of the readings; what the share explains is the rest, in the median. `unsaid` is the variance of
+    /// ln f of readings that state none.
+    pub fn of(readings: &Readings<'_>, unsaid: f64) -> Self {
         let Some(uncertainties) = readings.noise else {
-            return Self::default();
+            return Self {
+                relative: unsaid.sqrt(),
+                floor: 0.0,
+            };
         };
         let all = (0..readings.present.len()).filter(|&i| readings.present[i]);
         let all: Vec<[f64; 2]> = all
@@ -26,7 +30,11 @@ impl Noise {
         let mut shares: Vec<f64> = all.iter().map(rest).collect();
         shares.sort_by(f64::total_cmp);
         Self {
-            relative: shares.get(shares.len() / 2).copied().unwrap_or(0.0),
+            relative: shares
+                .get(shares.len() / 2)
+                .copied()
+                .unwrap_or(0.0)
+                .hypot(unsaid.sqrt()),
             floor: if floor.is_finite() { floor } else { 0.0 },
         }
     }

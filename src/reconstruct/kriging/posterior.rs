@@ -109,18 +109,15 @@ impl Posterior {
                            kernel,
                            known,
                        }| {
-            let mut data = kriging.data(
-                &readings,
-                super::MOST,
-                1,
-                known.as_ref().map(|k: &Known| &*k.prior),
-            );
+            let prior = known.as_ref().map(|k: &Known| &*k.prior);
+            let data = kriging.data(&readings, super::MOST, 1, prior);
+            let mut data = data.noisier(kernel.unsaid);
             if let Some(known) = &known {
                 data.centre(&known.centre.mean);
             }
             let given = Self::given(Covariance::new(&kernel), known, data, symmetry);
             let given = given.ok_or_else(|| super::singular(&readings))?;
-            let noise = Noise::of(&readings);
+            let noise = Noise::of(&readings, kernel.unsaid);
             Ok((share, Self { noise, ..given }))
         };
         accounts.map(process).collect()

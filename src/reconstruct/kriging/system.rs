@@ -141,6 +141,7 @@ impl Covariance {
 }
 
 /// Readings in the form that the system takes.
+#[derive(Clone)]
 pub(super) struct Data {
     /// The pair of each reading.
     pub sites: Sites,
@@ -272,9 +273,43 @@ impl Data {
         Some(Solved { weights, levels })
     }
 
-    /// −ln of the likelihood of the values, their mean, and its derivatives by [`Kernel::logs`]: values are
-    /// t-distributed, as a scale of all variances that is known to six readings makes them.
-    pub fn likelihood(&self, kernel: &Kernel) -> Option<(f64, Vec<f64>)> {
+    /// −ln of the density of the values of each group, predicted from all others, summed over groups (Rasmussen & Williams 2006, eq.
+    /// 5.11, for groups); the scale of variances is known to as many readings as in [`likelihood`](Self::likelihood).
+    pub fn left_out(&self, kernel: &Kernel, groups: &[Vec<usize>]) -> Option<f64> {
+        let factor = Covariance::new(kernel).factor(self)?;
+        let n = self.sites.len();
+        let mut inverse = DMatrix::identity(n, n);
+        back(&factor, &mut inverse);
+        let weights = &inverse * &self.values;
+        let (mut loss, mut squares) = (0.0, 0.0);
+        for group in groups {
+            // The covariance of what the others miss of these is the inverse of this block.
+            let block = inverse
+                .select_rows(group)
+                .select_columns(group)
+                .cholesky()?;
+            let weights = weights.select_rows(group);
+            squares += weights.dot(&block.solve(&weights));
+            loss -= block
+                .l_dirty()
+                .diagonal()
+                .iter()
+                .map(|x| x.ln())
+                .sum::<f64>();
+        }
+        let freedom = FREEDOM + n as f64;
+        Some(loss + 0.5 * freedom * (squares / FREEDOM).ln_1p())
+    }
+
+    /// The same readings with a variance more each.
+    pub fn noisier(mut self, variance: f64) -> Self {
+        self.noise.iter_mut().for_each(|noise| *noise += variance);
+        self
+    }
+
+    /// −ln of the likelihood of the values, their mean, and its derivatives by [`Kernel::logs`] and by a variance that all readings
+    /// have more: values are t-distributed, as a scale of all variances that is known to six readings makes them.
+    pub fn likelihood(&self, kernel: &Kernel) -> Option<Likelihood> {
         let factor = Covariance::new(kernel).factor(self)?;
         let n = self.sites.len();
         let mut weights = self.values.clone();
@@ -327,8 +362,22 @@ impl Data {
             let functions = &self.sites.functions;
             *last = kernel.share * (functions * &by).dot(functions);
         }
-        loss.is_finite().then_some((loss, slope))
+        loss.is_finite().then(|| Likelihood {
+            loss,
+            by_logs: slope,
+            by_noise: by.trace(),
+        })
     }
+}
+
+/// What [`Data::likelihood`] finds.
+pub(super) struct Likelihood {
+    /// −ln of the likelihood.
+    pub loss: f64,
+    /// Its derivatives by the logarithms of the kernel.
+    pub by_logs: Vec<f64>,
+    /// That by a variance that all readings have more.
+    pub by_noise: f64,
 }
 
 /// Adds the derivatives of `Σ by · covariance`, of a symmetric matrix of which the lower triangle is read.
@@ -483,12 +532,12 @@ mod tests {
         let logs = kernel.logs();
         assert!((logs.last().unwrap().exp() - 0.7).abs() < 1e-12);
         let value = |logs: &[f64]| data.likelihood(&kernel.with_logs(logs)).unwrap();
-        let (_, slope) = value(&logs);
+        let slope = value(&logs).by_logs;
         for i in 0..logs.len() {
             let at = |step: f64| {
                 let mut logs = logs.clone();
                 logs[i] += step;
-                value(&logs).0
+                value(&logs).loss
             };
             let difference = (at(1e-4) - at(-1e-4)) / 2e-4;
             let allowed = 1e-5 * (1.0 + difference.abs());

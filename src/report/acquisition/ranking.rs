@@ -3,11 +3,11 @@
 use super::table::error;
 use crate::experiment::{Choice, OWN, Row};
 use crate::report::Columns;
-use crate::statistics::{EXACT, geometric_mean};
+use crate::statistics::{compares, geometric_mean};
 
 /// The geometric mean of `nrmse` over materials and seeds, by measure and budget; the best of each
 /// column is marked. A mean that lacks rows others have is in brackets and not marked. Materials
-/// that every choice reconstructs exactly (Lambert on a grid) are left out: they say nothing about
+/// that some choice reconstructs exactly (Lambert on a grid) are left out: they say nothing about
 /// which is better.
 pub fn ranking(rows: &[&Row]) -> String {
     let mut out = String::new();
@@ -15,8 +15,10 @@ pub fn ranking(rows: &[&Row]) -> String {
     for row in rows {
         add(&mut exact, row.material.as_str());
     }
-    let telling = |r: &Row| r.value("nrmse").is_some_and(|e| e > EXACT);
-    exact.retain(|m| !rows.iter().any(|r| r.material == *m && telling(r)));
+    exact.retain(|m| {
+        let mine = rows.iter().filter(|r| r.material == *m);
+        !compares(mine.filter_map(|r| r.value("nrmse")))
+    });
     let rows: Vec<&Row> = rows
         .iter()
         .copied()
@@ -79,7 +81,7 @@ pub fn ranking(rows: &[&Row]) -> String {
     let s = if count == 1 { "" } else { "s" };
     let exact = match exact.join(", ") {
         names if names.is_empty() => names,
-        names => format!(" (exact everywhere and left out: {names})"),
+        names => format!(" (exact by a choice and left out: {names})"),
     };
     format!("\nGeometric mean of nrmse over {count} material{s}{exact}; * best of its budget.\n")
         + &out

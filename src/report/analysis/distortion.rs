@@ -1,6 +1,6 @@
 //! Distortions of materials in parametrizations: rows for programs, tables for people.
 
-use crate::analysis::{Anisotropy, Averaging, Distortion, Scale, Shares, Weight, gradient_shares};
+use crate::analysis::{Anisotropy, Averaging, Distortion, Scale, Shares, Weight};
 use crate::error::count;
 use crate::metrics::Errors;
 use crate::parametrization::Axis;
@@ -43,6 +43,8 @@ pub struct SharesRow {
     pub gradient_second: Option<f64>,
     /// Share along the azimuth, over all azimuths.
     pub gradient_phi: Option<f64>,
+    /// Standard error of these shares, the largest.
+    pub gradient_se: Option<f64>,
     /// Mean squared deviation of the slice from the average over all azimuths, in units of the
     /// variance.
     pub deviation: Option<f64>,
@@ -73,13 +75,15 @@ impl SharesRow {
             gradient_first: None,
             gradient_second: None,
             gradient_phi: None,
+            gradient_se: None,
             deviation: None,
         };
         let slices = found.slices.iter().map(|slice| {
-            let gradient = gradient_shares(&slice.gradient);
+            let gradient = slice.gradient.shares();
             Self {
-                gradient_first: gradient.map(|g| g[0]),
-                gradient_second: gradient.map(|g| g[1]),
+                gradient_first: gradient.map(|g| g[0].0),
+                gradient_second: gradient.map(|g| g[1].0),
+                gradient_se: gradient.map(|g| g[0].1),
                 deviation: slice.deviation,
                 // Multiples of 30° to the last bit, but for rounding.
                 ..row(
@@ -89,12 +93,13 @@ impl SharesRow {
                 )
             }
         });
-        let gradient = gradient_shares(&found.gradient);
+        let gradient = found.gradient.shares();
         let all = Self {
             both: found.shares.map(|s| s.both),
-            gradient_first: gradient.map(|g| g[0]),
-            gradient_second: gradient.map(|g| g[1]),
-            gradient_phi: gradient.map(|g| g[2]),
+            gradient_first: gradient.map(|g| g[0].0),
+            gradient_second: gradient.map(|g| g[1].0),
+            gradient_phi: gradient.map(|g| g[2].0),
+            gradient_se: gradient.map(|g| g.iter().fold(0.0, |most, (_, error)| error.max(most))),
             ..row(None, found.physical, found.shares)
         };
         slices.chain([all]).collect()
@@ -369,7 +374,7 @@ pub fn shares_table(rows: &[SharesRow]) -> String {
             first.material, first.parametrization, first.weight
         );
         let mut columns = Columns::new(&format!(
-            ">azimuth\t>{a}\t>{b}\t>sum\t>both\t>gradient along {a}\t>{b}\t>azimuth\t>deviation"
+            ">azimuth\t>{a}\t>{b}\t>sum\t>both\t>gradient along {a}\t>{b}\t>azimuth\t>±\t>deviation"
         ));
         for row in block {
             let azimuth = row.phi_deg.map_or("all".into(), |p| format!("{p:.0}°"));
@@ -381,6 +386,7 @@ pub fn shares_table(rows: &[SharesRow]) -> String {
                 row.gradient_first,
                 row.gradient_second,
                 row.gradient_phi,
+                row.gradient_se,
                 row.deviation,
             ];
             columns.row(&format!("{azimuth}\t{}", shares.map(percent).join("\t")));
