@@ -46,7 +46,7 @@ fn measured(set: &str, channels: Channels) -> Measurement {
     let all = gonio::brdf::all();
     let ggx = all.iter().find(|e| e.kind == "ggx").unwrap();
     let truth = registry::read_text(ggx, keys).unwrap().build(channels);
-    Ideal.measure(&*truth.unwrap(), &poses(set, 400))
+    Ideal.measure(&*truth.unwrap(), &poses(set, 200))
 }
 
 fn write(measurement: &Measurement, path: &Path) {
