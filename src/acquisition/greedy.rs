@@ -28,7 +28,7 @@ use std::sync::Arc;
 const FIRST: usize = 8;
 
 /// Poses from which on the least certain ones tell as much as those that A-optimal design finds, for less time.
-const MANY: usize = 128;
+const MANY: usize = 512;
 
 /// Poses of a whole acquisition, at most: what they tell of their candidates has half a gigabyte.
 const MOST: usize = 4000;
@@ -41,7 +41,7 @@ const UNSEEN: u64 = u64::MAX;
 pub enum Rule {
     /// The variance of any material that is left at all places, whatever was read there.
     AOptimal,
-    /// The variance of the material at hand that is left at all places, batch after batch; from 128 poses on as
+    /// The variance of the material at hand that is left at all places, batch after batch; from 512 poses on as
     /// `Uncertainty`.
     Adaptive,
     /// The variance of the material at hand at the pose, batch after batch.
