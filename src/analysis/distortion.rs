@@ -55,8 +55,6 @@ pub struct SliceDistortion {
     pub physical: f64,
     /// Shares of the variance; `None` if the function is constant on this slice.
     pub shares: Option<Shares>,
-    /// Energy of the gradient along each of the two axes.
-    pub gradient: Gradient<2>,
     /// Mean squared deviation from the average over all azimuths at the same place, in units of
     /// the variance over all azimuths: how far this slice is from the typical one. `None` if the
     /// function is constant.
@@ -73,8 +71,6 @@ pub struct Distortion {
     /// Shares of the variance over all azimuths, by functions that are the same on every slice:
     /// 1 − `both` is the share that changes with the azimuth. `None` if the function is constant.
     pub shares: Option<Shares>,
-    /// Energy of the gradient along each of the three axes.
-    pub gradient: Gradient<3>,
 }
 
 /// Energy of the gradient: the weighted mean of the squared derivative along each axis, each axis of length 1, by several sets of points.
@@ -83,6 +79,47 @@ pub struct Distortion {
 /// as its inverse towards the horizon, and the integral of its square as the logarithm of where it ends.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Gradient<const N: usize>(Vec<[f64; N]>);
+
+/// Energies of the gradient of a BRDF in a parametrization.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Gradients {
+    /// Along the first two axes, on slices at [`slice_angles`].
+    pub slices: [Gradient<2>; SLICES],
+    /// Along all three, over all azimuths.
+    pub all: Gradient<3>,
+}
+
+/// [`gradients_within`] the whole of both axes.
+///
+/// # Panics
+/// If `form` has four axes.
+pub fn gradients(
+    brdf: &dyn Brdf,
+    scale: Scale,
+    form: &dyn Parametrization,
+    weight: Weight,
+) -> Gradients {
+    gradients_within(brdf, scale, form, weight, WHOLE)
+}
+
+/// The energies of the gradient where [`distortion_within`] measures shares of the variance, which takes less time. Derivatives are those
+/// per whole axis.
+///
+/// # Panics
+/// If `form` has four axes.
+pub fn gradients_within(
+    brdf: &dyn Brdf,
+    scale: Scale,
+    form: &dyn Parametrization,
+    weight: Weight,
+    window: [[f64; 2]; 2],
+) -> Gradients {
+    let view = View::new(brdf, scale, form, weight, window);
+    Gradients {
+        slices: slice_angles(&form.axes()[2]).map(|phi| view.gradient(Some(phi))),
+        all: view.gradient(None),
+    }
+}
 
 /// Sets of points by which a gradient is known; their scatter is its error.
 const SETS: u64 = 16;
@@ -166,7 +203,7 @@ pub fn distortion(
 }
 
 /// [`distortion`] on a part of the plane of the first two axes: `window` is where it starts and
-/// ends along each, as shares of the axis. Derivatives are those per whole axis.
+/// ends along each, as shares of the axis.
 ///
 /// # Panics
 /// If `form` has four axes.
@@ -178,14 +215,7 @@ pub fn distortion_within(
     window: [[f64; 2]; 2],
 ) -> Distortion {
     let axes = form.axes();
-    assert_eq!(axes.len(), 3, "slices are those of an isotropic form");
-    let view = View {
-        brdf,
-        scale,
-        form,
-        weight,
-        window,
-    };
+    let view = View::new(brdf, scale, form, weight, window);
     let cell = |i: usize| axes[2].range[0] + axes[2].length() * (i as f64 + 0.5) / PHI_CELLS as f64;
     let block = view.nodes(&std::array::from_fn::<_, PHI_CELLS, _>(cell));
     let typical = block.typical();
@@ -195,7 +225,6 @@ pub fn distortion_within(
             phi,
             physical: plane.physical(),
             shares: plane.shares(),
-            gradient: view.gradient(Some(phi)),
             deviation: block.variance().map(|v| plane.deviation(&typical) / v),
         }
     });
@@ -203,7 +232,6 @@ pub fn distortion_within(
         slices: slices.collect(),
         physical: block.physical(),
         shares: block.shares(),
-        gradient: view.gradient(None),
     }
 }
 
@@ -216,7 +244,36 @@ struct View<'a> {
     window: [[f64; 2]; 2],
 }
 
-impl View<'_> {
+impl<'a> View<'a> {
+    fn new(
+        brdf: &'a dyn Brdf,
+        scale: Scale,
+        form: &'a dyn Parametrization,
+        weight: Weight,
+        window: [[f64; 2]; 2],
+    ) -> Self {
+        assert_eq!(
+            form.axes().len(),
+            3,
+            "slices are those of an isotropic form"
+        );
+        Self {
+            brdf,
+            scale,
+            form,
+            weight,
+            window,
+        }
+    }
+
+    /// The weight of a place.
+    fn weight(&self, coords: &Coords) -> f64 {
+        match self.weight {
+            Weight::Coordinates => 1.0,
+            Weight::SolidAngle => self.form.jacobian(coords),
+        }
+    }
+
     /// The nodes of the slices at these azimuths.
     fn nodes(&self, azimuths: &[f64]) -> Block {
         let axes = self.form.axes();
@@ -236,10 +293,7 @@ impl View<'_> {
                         pair.omega_i.cos_theta() > GRAZING_COS
                             && pair.omega_o.cos_theta() > GRAZING_COS
                     });
-                    let weight = match self.weight {
-                        Weight::Coordinates => 1.0,
-                        Weight::SolidAngle => self.form.jacobian(&coords),
-                    };
+                    let weight = self.weight(&coords);
                     if let Some(pair) = pair.filter(|_| weight.is_finite()) {
                         places.push(([slice, i, j], weight));
                         pairs.push(pair);
@@ -286,10 +340,7 @@ impl View<'_> {
                 axes[axis].range[0] + axes[axis].length() * (start + (end - start) * u[axis])
             };
             let coords: Coords = [at(0), at(1), azimuth.unwrap_or_else(|| at(2)), 0.0];
-            let weight = match self.weight {
-                Weight::Coordinates => 1.0,
-                Weight::SolidAngle => self.form.jacobian(&coords),
-            };
+            let weight = self.weight(&coords);
             let around: Option<Vec<DirectionPair>> = (0..2 * N)
                 .map(|side| {
                     let mut coords = coords;

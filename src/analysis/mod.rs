@@ -17,8 +17,8 @@ pub use anisotropy::{Anisotropy, Quantiles, anisotropy, stretches};
 pub use claims::{Claim, Verdict, on_material, on_materials, on_test_functions};
 pub use density::{Density, fine_and_plain, is_within};
 pub use distortion::{
-    Distortion, Gradient, LATTICE, PHI_CELLS, SliceDistortion, Weight, distortion,
-    distortion_within, slice_angles,
+    Distortion, Gradient, Gradients, LATTICE, PHI_CELLS, SliceDistortion, Weight, distortion,
+    distortion_within, gradients, gradients_within, slice_angles,
 };
 pub use reduction::{Averaging, reduced};
 pub use shares::{Cell, Shares};

@@ -94,12 +94,12 @@ impl Distortion {
             WeightArg::Coordinates => Weight::Coordinates,
             WeightArg::SolidAngle => Weight::SolidAngle,
         };
-        let (rows, outcome) = self.all_shares(&[weight]);
+        let (rows, outcome) = self.all_shares(&[weight], true);
         self.write(rows, |r| shares_table(r), outcome)
     }
 
     fn alignment(&self) -> Result<(), Error> {
-        let (rows, outcome) = self.all_shares(&Weight::ALL);
+        let (rows, outcome) = self.all_shares(&Weight::ALL, false);
         self.write(AlignmentRow::of(&rows), |r| alignment_table(r), outcome)?;
         let Some(path) = &self.picture else {
             return Ok(());
@@ -107,8 +107,12 @@ impl Distortion {
         write_text(path, &alignment_svg(&rows)?)
     }
 
-    /// The shares of every material in every parametrization.
-    fn all_shares(&self, weights: &[Weight]) -> (Vec<SharesRow>, Result<(), Error>) {
+    /// The shares of every material in every parametrization; `gradients`: the energies of its gradient, too.
+    fn all_shares(
+        &self,
+        weights: &[Weight],
+        gradients: bool,
+    ) -> (Vec<SharesRow>, Result<(), Error>) {
         let mut rows = Vec::new();
         let outcome = self.brdf.each(self.output.place(), |material, brdf| {
             let scale = match self.scale {
@@ -124,6 +128,8 @@ impl Distortion {
                 });
                 for &weight in weights {
                     let found = analysis::distortion(brdf, scale, &*form, weight);
+                    let gradients =
+                        gradients.then(|| analysis::gradients(brdf, scale, &*form, weight));
                     let (name, axes) = (&material.name, form.axes());
                     rows.extend(SharesRow::of(
                         name,
@@ -131,6 +137,7 @@ impl Distortion {
                         axes,
                         (scale, weight),
                         &found,
+                        gradients.as_ref(),
                     ));
                 }
             }

@@ -52,6 +52,31 @@ pub fn after(text: &str, word: &str) -> f64 {
 }
 
 #[test]
+fn readings_that_raise_an_expected_error_are_named() {
+    let bench = Bench::new().with_configs();
+    let measure = |n: u32, material: &str| {
+        let line = format!(
+            "measure p{n}.csv --config configs/quickstart.toml --material {material} -o r{n}.csv"
+        );
+        good(&bench, &line);
+    };
+    good(&bench, "next --batch 8 -o p1.csv");
+    measure(1, "lambert");
+    good(&bench, "next r1.csv --batch 8 -o p2.csv");
+    assert!(bench.read("p2.csv").contains("# assumes = \"kriging\"\n"));
+    // What looked matte has a highlight, or has not.
+    for (material, rises) in [("ggx-0.05", true), ("lambert", false)] {
+        measure(2, material);
+        let output = bench.gonio(&["next", "r1.csv", "r2.csv", "--batch", "8", "-o", "p3.csv"]);
+        let told = String::from_utf8(output.stderr).unwrap();
+        let sentence = "the readings of r2.csv raise the expected nrmse from ";
+        assert_eq!(told.contains(sentence), rises, "{material}: {told}");
+        fs::remove_file(bench.path("r2.csv")).unwrap();
+        fs::remove_file(bench.path("p3.csv")).unwrap();
+    }
+}
+
+#[test]
 fn a_laboratory_goes_round_and_loses_nothing() {
     let bench = Bench::new();
     let whole = laboratory(&bench, "whole", "1000");

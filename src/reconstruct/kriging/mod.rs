@@ -120,11 +120,16 @@ impl Kriging {
         }
     }
 
+    /// The pairs of at most so many readings.
+    fn pairs(&self, r: &Readings<'_>, most: usize) -> Vec<DirectionPair> {
+        let chosen = self.chosen(r, most).into_iter();
+        chosen.map(|i| r.schedule.poses[i].pair).collect()
+    }
+
     /// The readings as a system, at most so many of them, and of their values the first `width`.
     fn data(&self, r: &Readings<'_>, most: usize, width: usize, prior: Option<&Prior>) -> Data {
         let chosen = self.chosen(r, most);
-        let poses = &r.schedule.poses;
-        let pairs: Vec<DirectionPair> = chosen.iter().map(|&i| poses[i].pair).collect();
+        let pairs = self.pairs(r, most);
         let noise = |&i: &usize| {
             let of_first = r
                 .noise
@@ -150,16 +155,15 @@ impl Kriging {
         let prior = self.prior.as_ref().filter(|_| applies(r));
         let prior = prior.map(PriorFile::load).transpose()?;
         let mut common = Kernel::new(symmetry(r));
-        let some = self.chosen(r, FITTED);
-        let pairs: Vec<DirectionPair> = some.iter().map(|&i| r.schedule.poses[i].pair).collect();
         // In the plane of incidence φ_d is one value: nothing can be left out that a fit along it would miss.
-        let fits = self.fit && !are_in_plane(&pairs);
+        let fits = self.fit && !are_in_plane(&self.pairs(r, FITTED));
         if fits {
             // Few readings do not tell noise from detail.
             let unsaid = self.noise
                 && r.noise.is_none_or(|u| u.iter().all(|&u| u == 0.0))
                 && r.count() > TRUSTED;
-            common = fit::better(&common, &self.data(r, FITTED, 1, None), &pairs, unsaid);
+            let data = self.data(r, FITTED, 1, None);
+            common = fit::better(&common, &data, &self.pairs(r, FITTED), unsaid);
         }
         let Some(prior) = prior else {
             return Ok(vec![Account::of(common)]);
@@ -171,9 +175,7 @@ impl Kriging {
         if fits {
             let mut first = self.data(r, MOST, 1, Some(&prior));
             first.centre(&centre.mean.columns(0, 1).into_owned());
-            let all = self.chosen(r, MOST);
-            let pairs: Vec<DirectionPair> = all.iter().map(|&i| r.schedule.poses[i].pair).collect();
-            kernel = fit::better(&kernel, &first, &pairs, false);
+            kernel = fit::better(&kernel, &first, &self.pairs(r, MOST), false);
         }
         let all = self.data(r, MOST, r.width, None);
         let (Some((centre, with)), Some(Likelihood { loss: without, .. })) =

@@ -1,6 +1,6 @@
 //! Distortions of materials in parametrizations: rows for programs, tables for people.
 
-use crate::analysis::{Anisotropy, Averaging, Distortion, Scale, Shares, Weight};
+use crate::analysis::{Anisotropy, Averaging, Distortion, Gradients, Scale, Shares, Weight};
 use crate::error::count;
 use crate::metrics::Errors;
 use crate::parametrization::Axis;
@@ -51,13 +51,14 @@ pub struct SharesRow {
 }
 
 impl SharesRow {
-    /// The rows of a distortion: one per slice, then that of all azimuths.
+    /// The rows of a distortion: one per slice, then that of all azimuths; with the energies of its gradient where they were asked for.
     pub fn of(
         material: &str,
         parametrization: &'static str,
         axes: &[Axis],
         (scale, weight): (Scale, Weight),
         found: &Distortion,
+        gradients: Option<&Gradients>,
     ) -> Vec<Self> {
         let row = |phi: Option<f64>, physical: f64, shares: Option<Shares>| Self {
             material: material.into(),
@@ -78,8 +79,8 @@ impl SharesRow {
             gradient_se: None,
             deviation: None,
         };
-        let slices = found.slices.iter().map(|slice| {
-            let gradient = slice.gradient.shares();
+        let slices = found.slices.iter().enumerate().map(|(i, slice)| {
+            let gradient = gradients.and_then(|g| g.slices[i].shares());
             Self {
                 gradient_first: gradient.map(|g| g[0].0),
                 gradient_second: gradient.map(|g| g[1].0),
@@ -93,7 +94,7 @@ impl SharesRow {
                 )
             }
         });
-        let gradient = found.gradient.shares();
+        let gradient = gradients.and_then(|g| g.all.shares());
         let all = Self {
             both: found.shares.map(|s| s.both),
             gradient_first: gradient.map(|g| g[0].0),

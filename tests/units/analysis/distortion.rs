@@ -1,7 +1,10 @@
 //! Functions whose isolines are known.
 
 use crate::common::made;
-use gonio::analysis::{Distortion, Scale, Weight, distortion, distortion_within, slice_angles};
+use gonio::analysis::{
+    Distortion, Gradients, Scale, Weight, distortion, distortion_within, gradients,
+    gradients_within, slice_angles,
+};
 use gonio::geometry::{DirectionPair, Symmetry};
 use gonio::parametrization::find;
 use std::f64::consts::PI;
@@ -10,21 +13,20 @@ fn measured(
     name: &str,
     weight: Weight,
     f: impl Fn(&DirectionPair) -> f64 + Send + Sync,
-) -> Distortion {
+) -> (Distortion, Gradients) {
     let form = find(name).unwrap().form(Symmetry::FULL);
-    distortion(
-        &made(Symmetry::FULL, move |pair| Some([f(pair)])),
-        Scale::Value,
-        &*form,
-        weight,
+    let brdf = made(Symmetry::FULL, move |pair| Some([f(pair)]));
+    (
+        distortion(&brdf, Scale::Value, &*form, weight),
+        gradients(&brdf, Scale::Value, &*form, weight),
     )
 }
 
 /// Every share of a function that one axis explains wholly.
-fn aligned(found: &Distortion, axis: usize) {
-    let slices = found.slices.iter();
-    let slices = slices.map(|s| (s.shares, s.gradient.energy().to_vec()));
-    for (shares, gradient) in slices.chain([(found.shares, found.gradient.energy().to_vec())]) {
+fn aligned((found, gradients): &(Distortion, Gradients), axis: usize) {
+    let slices = found.slices.iter().zip(&gradients.slices);
+    let slices = slices.map(|(s, g)| (s.shares, g.energy().to_vec()));
+    for (shares, gradient) in slices.chain([(found.shares, gradients.all.energy().to_vec())]) {
         let shares = shares.unwrap();
         assert!((shares.axis[axis] - 1.0).abs() < 1e-12, "{shares:?}");
         assert!((shares.additive - 1.0).abs() < 1e-10, "{shares:?}");
@@ -56,7 +58,7 @@ fn the_grazing_function_is_a_sum_where_k_lies_in_the_tangent_plane() {
     // G = 1 − h_z² + k_z² and k_z = 0 at 90°, which leaves |h_bar|² + |k|².
     let g = |p: &DirectionPair| 1.0 - p.omega_i.cos_theta() * p.omega_o.cos_theta();
     for name in ["hybrid", "orthographic", "stark"] {
-        let found = measured(name, Weight::Coordinates, g);
+        let (found, _) = measured(name, Weight::Coordinates, g);
         let shares: Vec<f64> = found
             .slices
             .iter()
@@ -76,19 +78,16 @@ fn what_changes_with_the_azimuth_is_not_explained_by_two_axes() {
     };
     let form = find("spherical").unwrap().form(Symmetry::FULL);
     // The form holds the sensor at azimuth 0.
-    let found = distortion(
-        &made(Symmetry::FULL, move |pair| Some([turn(pair)])),
-        Scale::Value,
-        &*form,
-        Weight::Coordinates,
-    );
+    let brdf = made(Symmetry::FULL, move |pair| Some([turn(pair)]));
+    let found = distortion(&brdf, Scale::Value, &*form, Weight::Coordinates);
     let shares = found.shares.unwrap();
     assert!(shares.both < 1e-20, "{shares:?}");
     assert!(found.slices.iter().all(|s| s.shares.is_none()));
     assert_eq!(found.physical, 1.0);
     // ∫ sin² over [0, π], in units of the axis: π²/2.
     let half = 0.5 * PI * PI;
-    let energy = found.gradient.energy();
+    let gradients = gradients(&brdf, Scale::Value, &*form, Weight::Coordinates);
+    let energy = gradients.all.energy();
     assert!((energy[2] / half - 1.0).abs() < 0.01, "{energy:?}");
     assert!(energy[0] < 1e-17 && energy[1] < 1e-17);
 }
@@ -121,18 +120,15 @@ fn shares_of_a_separable_logarithm_add_up() {
         (3.0 * h.truncate().length_squared() - 2.0 * k.length_squared()).exp() - 1e-3
     };
     let form = find("stark").unwrap().form(Symmetry::FULL);
-    let found = distortion(
-        &made(Symmetry::FULL, move |pair| Some([f(pair)])),
-        Scale::Log,
-        &*form,
-        Weight::SolidAngle,
-    );
+    let brdf = made(Symmetry::FULL, move |pair| Some([f(pair)]));
+    let found = distortion(&brdf, Scale::Log, &*form, Weight::SolidAngle);
+    let gradient = gradients(&brdf, Scale::Log, &*form, Weight::SolidAngle).all;
     assert!((found.shares.unwrap().additive - 1.0).abs() < 1e-9);
     // Linear along both axes: slopes 3 and 2, and none along the azimuth.
-    for (got, want) in found.gradient.energy().into_iter().zip([9.0, 4.0, 0.0]) {
+    for (got, want) in gradient.energy().into_iter().zip([9.0, 4.0, 0.0]) {
         assert!((got - want).abs() < 1e-8, "{got} {want}");
     }
-    let shares = found.gradient.shares().unwrap();
+    let shares = gradient.shares().unwrap();
     assert!((shares[0].0 - 9.0 / 13.0).abs() < 1e-9 && shares[0].1 < 1e-9);
 }
 
@@ -145,7 +141,7 @@ fn the_lattice_is_physical_where_the_form_is() {
         ("orthographic", 0.583),
         ("hybrid", 0.698),
     ] {
-        let found = measured(name, Weight::Coordinates, one);
+        let (found, _) = measured(name, Weight::Coordinates, one);
         // Cells of a 64th and a 16th along the edge.
         assert!(
             (found.physical - share).abs() < 0.004,
@@ -165,19 +161,15 @@ fn a_window_looks_at_its_part() {
     };
     let form = find("stark").unwrap().form(Symmetry::FULL);
     let window = [[0.0, 0.25], [0.25, 0.75]];
-    let found = distortion_within(
-        &made(Symmetry::FULL, move |pair| Some([f(pair)])),
-        Scale::Value,
-        &*form,
-        Weight::Coordinates,
-        window,
-    );
+    let brdf = made(Symmetry::FULL, move |pair| Some([f(pair)]));
+    let found = distortion_within(&brdf, Scale::Value, &*form, Weight::Coordinates, window);
+    let gradients = gradients_within(&brdf, Scale::Value, &*form, Weight::Coordinates, window);
     assert_eq!(found.slices[3].physical, 1.0);
     let shares = found.slices[3].shares.unwrap();
     // Variances of two uniform variables: 1²/4²/12 and 5²/2²/12.
     let (x, y) = (1.0 / 16.0, 25.0 / 4.0);
     assert!((shares.axis[0] - x / (x + y)).abs() < 1e-12, "{shares:?}");
-    let [a, b] = found.slices[3].gradient.energy();
+    let [a, b] = gradients.slices[3].energy();
     assert!((a - 1.0).abs() < 1e-8 && (b - 25.0).abs() < 1e-8, "{a} {b}");
 }
 
@@ -186,7 +178,7 @@ fn slices_of_a_wave_deviate_as_its_cosine_does() {
     // cos 2φ on [0, π]: variance 1/2 over all azimuths, average 0, at 0°, 60°, 120°, 180°
     // cos² of 1, 1/4, 1/4, 1.
     let wave = |p: &DirectionPair| 2.0 + (2.0 * p.omega_i.phi()).cos();
-    let found = measured("spherical", Weight::Coordinates, wave);
+    let (found, _) = measured("spherical", Weight::Coordinates, wave);
     for (slice, want) in found.slices.iter().zip([2.0, 0.5, 0.5, 2.0]) {
         let got = slice.deviation.unwrap();
         // Rounding of a sum of 65 536 terms.

@@ -22,6 +22,7 @@ mod alignment {
                         form.axes(),
                         kind,
                         &found,
+                        None,
                     ));
                 }
             }

@@ -75,7 +75,7 @@ impl Nodes {
     }
 }
 
-/// Halvings of the way from a node to the highest corner of its cell: the last is a hundred times [`EDGE_SLACK`] away from it.
+/// Halvings of the way from a node to the highest corner of its cell: the last is tens of times [`EDGE_SLACK`] away from it.
 const HALVINGS: i32 = 20;
 
 /// Angles `[theta_h, theta_d, phi_d]` (rad) at index coordinates.
