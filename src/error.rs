@@ -60,11 +60,33 @@ pub fn count_are(number: usize, noun: &str) -> String {
 /// let allowed = gonio::error::one_of("hybird", ["spherical", "hybrid"]);
 /// assert_eq!(allowed, "spherical, hybrid; did you mean hybrid?");
 /// assert_eq!(gonio::error::one_of("polar", ["spherical", "hybrid"]), "spherical, hybrid");
+///
+/// // Names that a file holds are of any length and number; a sentence is not.
+/// let long = "x".repeat(5000);
+/// assert!(gonio::error::one_of("polar", [&long]).len() < 100);
+/// assert!(gonio::error::one_of("polar", vec!["name"; 5000]).len() < 1300);
 /// ```
 pub fn one_of<S: AsRef<str>>(found: &str, names: impl IntoIterator<Item = S>) -> String {
     let names: Vec<S> = names.into_iter().collect();
     let list: Vec<&str> = names.iter().map(AsRef::as_ref).collect();
-    list.join(", ") + &meant(found, &list)
+    listed(&list) + &meant(found, &list)
+}
+
+/// Most characters of the names that are allowed.
+const NAMES: usize = 1200;
+
+/// Names that a user may have given, of any length and number: as many as a sentence holds, of long ones the start.
+fn listed(names: &[&str]) -> String {
+    let mut list = String::new();
+    for (i, name) in names.iter().enumerate() {
+        let name = excerpt(name);
+        if list.len() + name.len() > NAMES {
+            return format!("{list} and {} more", names.len() - i);
+        }
+        list += if i > 0 { ", " } else { "" };
+        list += &name;
+    }
+    list
 }
 
 /// Ends a sentence on a name that is not allowed: `; did you mean NAME?`, or nothing if none is near.
@@ -83,7 +105,7 @@ pub fn meant<S: AsRef<str>>(found: &str, names: &[S]) -> String {
     let begins = |name: &&str| letters(&found) > 2 && plain(name).starts_with(&found);
     let nearest = near.min_by_key(|(wrong, _)| *wrong).map(|(_, name)| name);
     match nearest.or_else(|| names.iter().map(AsRef::as_ref).find(begins)) {
-        Some(name) => format!("; did you mean {name}?"),
+        Some(name) => format!("; did you mean {}?", excerpt(name)),
         None => String::new(),
     }
 }

@@ -181,11 +181,11 @@ impl InstrumentSpec {
                 let known = [LIGHT, SENSOR].contains(&part.as_str());
                 if !known && !self.body.iter().any(|body| body.name == *part) {
                     let bodies = self.body.iter().map(|body| body.name.as_str());
-                    let names: Vec<_> = [LIGHT, SENSOR].into_iter().chain(bodies).collect();
+                    let names = one_of(part, [LIGHT, SENSOR].into_iter().chain(bodies));
                     return Err(ParameterError::new(
                         key,
                         format!("{part:?}"),
-                        format!("two of {}", names.join(", ")),
+                        format!("two of {names}"),
                     ));
                 }
             }
