@@ -16,7 +16,8 @@ use crate::measurement::Measurement;
 use crate::metrics::Expected;
 use crate::parametrization::{Axis, Parametrization};
 use crate::reconstruct::{
-    KRIGING, Kriging, Mixture, Places, Posterior, Prior, PriorFile, ReconstructError, Values,
+    KRIGING, Kriging, Mixture, Places, Posterior, Predictive, Prior, PriorFile, ReconstructError,
+    Values,
 };
 use crate::registry::{self, Entry, Keys, ReadError, Table};
 use crate::schedule::{PlanError, Pose, SampleSet, Schedule};
@@ -412,7 +413,11 @@ impl Planner for Greedy {
             [] => now,
             next => errors(next)?,
         };
-        Some(Forecast { now, then })
+        Some(Forecast {
+            now,
+            then,
+            suspects: mixture.suspects().to_vec(),
+        })
     }
 
     fn next(

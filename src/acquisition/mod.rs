@@ -52,7 +52,7 @@ use crate::instrument::{Ideal, Instrument, Machine};
 use crate::measurement::Measurement;
 use crate::metrics::Expected;
 use crate::parametrization::{Axis, Parametrization};
-use crate::reconstruct::PriorFile;
+use crate::reconstruct::{PriorFile, Suspect};
 use crate::registry::{self, Entry, Joined, ReadError, Table, Taken};
 use crate::schedule::{self, PlanError, Pose, SampleSet, Schedule};
 use std::sync::Arc;
@@ -89,12 +89,14 @@ impl Task<'static> {
 }
 
 /// The errors expected before and after a batch, under the cosine measure.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Forecast {
     /// With the readings so far.
     pub now: Expected,
     /// With those of the batch too.
     pub then: Expected,
+    /// Readings so far that all others contradict, and that are left out.
+    pub suspects: Vec<Suspect>,
 }
 
 /// Chooses the poses of an acquisition. A config names one by `kind`, among the sample sets.
@@ -222,6 +224,7 @@ pub fn nothing(task: &Task<'_>) -> Measurement {
         values: Vec::new(),
         outcomes: Vec::new(),
         details: None,
+        places: Vec::new(),
     }
 }
 

@@ -3,7 +3,7 @@
 use super::reading::ReadingArgs;
 use super::reconstruct::symmetry;
 use super::schedule::{orders, out_of_reach};
-use super::talk::{note, with_bound, wrote};
+use super::talk::{note, suspected, with_bound, wrote};
 use super::{ThreadArgs, format_names, print, refuse_unwritable, whole, written};
 use crate::acquisition::{self, Forecast, Planner, Task};
 use crate::error::{Error, count, excerpt, one_of};
@@ -175,8 +175,9 @@ impl Next {
                 self.batch
             ));
         }
-        if let Some(now) = forecast.map(|forecast| forecast.now) {
-            self.note_rise(&*planner, &task, &assume, &now)?;
+        if let Some(Forecast { now, suspects, .. }) = &forecast {
+            print(&suspected(&so_far, &self.readings, suspects))?;
+            self.note_rise(&*planner, &task, &assume, now)?;
         }
         match forecast {
             Some(forecast) => print(&format!(

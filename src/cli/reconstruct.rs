@@ -6,16 +6,17 @@ use super::cross_validation::{CrossValidationArgs, print_scores};
 use super::energy::EnergyArgs;
 use super::output::refuse_other_endings;
 use super::reading::ReadingArgs;
-use super::talk::with_bound;
+use super::readings_file::ReadingsFile;
+use super::talk::{suspected, with_bound};
 use super::{ThreadArgs, build, choose_material, format_names, print, refuse_unwritable, tabulate};
 use crate::brdf::Brdf;
 use crate::error::{self, Error, ParameterError, excerpt, one_of};
 use crate::experiment::{AnyPlan, Kind, Plan, Source};
 use crate::files::write_atomically;
-use crate::formats::{self, Format, READ_READINGS, WRITE_TABLE};
+use crate::formats::{self, Format, READ_READINGS, WRITE_READINGS, WRITE_TABLE};
 use crate::geometry::{DirectionPair, Symmetry};
 use crate::instrument;
-use crate::measurement::{Flags, Measurement, Outcome};
+use crate::measurement::{About, Flags, Measurement, Outcome};
 use crate::metrics::{
     self, Errors, Expected, Level, Measure, MetricsSpec, TestSet, Uncovered, WITHIN,
 };
@@ -24,7 +25,7 @@ use crate::reconstruct::{self, Cover, Coverage, Covered, Fill, Predictive, Repli
 use crate::report::Columns;
 use crate::report::pictures::{Relative, uncertainty_svg};
 use crate::schedule::Pose;
-use crate::schedule::{Assume, Unreachable};
+use crate::schedule::{Assume, Sequence, Unreachable};
 use crate::validation::{Estimate, Jury};
 use clap::Args;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
@@ -82,6 +83,13 @@ pub(super) struct Reconstruct {
     energy: EnergyArgs,
     #[command(flatten)]
     cross_validation: CrossValidationArgs,
+    #[arg(long, value_name = "FILE",
+        help = format!("Write the readings with the flag `suspected` where all others contradict one ({})",
+            WRITE_READINGS.extensions(".")))]
+    checked: Option<PathBuf>,
+    /// Take readings that all others contradict too; of 33 to 2000 readings these are left out
+    #[arg(long, conflicts_with = "checked")]
+    take_all: bool,
     /// Compare with a truth: a config, a table, a kind of material, or other readings. Of readings with
     /// uncertainties it also tells within_2u: the share of pairs where the truth is within the uncertainty
     /// (k = 2) that the readings give the BRDF; about 0.95 if they err at random and nothing else does,
@@ -187,6 +195,13 @@ impl Reconstruct {
         for path in files.into_iter().flatten() {
             refuse_unwritable(path, self.force)?;
         }
+        let checked = self.checked.as_ref();
+        let checked = checked
+            .map(|path| ReadingsFile::new(None, path))
+            .transpose()?;
+        if let Some(file) = &checked {
+            file.refuse_existing(self.force)?;
+        }
         let table = match &self.output {
             Some(path) => {
                 let table = WRITE_TABLE.format(self.format, path);
@@ -205,6 +220,17 @@ impl Reconstruct {
         let path = &self.measurements[0];
         print(&(material_of(&measurement) + &notes))?;
         let truth = self.truth(&measurement)?;
+        let suspects = match self.take_all {
+            true => Vec::new(),
+            false => reconstruct::suspects(&measurement),
+        };
+        print(&suspected(&measurement, &self.measurements, &suspects))?;
+        let poses = suspects.iter().map(|suspect| suspect.pose);
+        if let Some(file) = &checked {
+            let measurement = measurement.clone().flagged(Flags::SUSPECTED, poses.clone());
+            file.write(&measurement, &About::default(), Sequence::Generated)?;
+        }
+        let measurement = measurement.without(poses);
         let method = self.method(&measurement)?;
         let brdf = method
             .reconstruct(&measurement)

@@ -1,13 +1,15 @@
 //! What is told on stderr beside errors, and in which colours: `--quiet`, `--verbose`, `--color`.
 
-use crate::error::printable;
+use crate::error::{count, printable};
+use crate::measurement::Measurement;
 use crate::metrics::Expected;
+use crate::reconstruct::Suspect;
 use clap::builder::styling::AnsiColor;
 use clap::{Args, ColorChoice, ValueEnum};
 use std::env;
 use std::ffi::OsString;
 use std::io::{self, IsTerminal, Write};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 
 /// Options of every command.
@@ -121,6 +123,45 @@ pub(super) fn with_bound(expected: &Expected, readings: usize) -> String {
         with(expected.nrmse, bound.nrmse),
         with(expected.log_relative, bound.log_relative)
     )
+}
+
+/// Most suspected readings that are listed.
+const LISTED: usize = 20;
+
+/// The readings of some files that all others contradict, a line each; nothing if there are none.
+pub(super) fn suspected(
+    measurement: &Measurement,
+    files: &[PathBuf],
+    suspects: &[Suspect],
+) -> String {
+    if suspects.is_empty() {
+        return String::new();
+    }
+    let mut text = format!(
+        "left out: {}, since all others contradict {}\n",
+        count(suspects.len(), "reading"),
+        if suspects.len() == 1 { "it" } else { "them" }
+    );
+    for suspect in suspects.iter().take(LISTED) {
+        let pair = &measurement.schedule.poses[suspect.pose].pair;
+        let place = measurement.places.get(suspect.pose);
+        let place = place.and_then(|place| Some((files.get(place.file)?.display(), place.line)));
+        let place = place.map(|(file, line)| format!("{file}:{line}: "));
+        text += &format!(
+            "  {}theta_i {:.2}°, theta_o {:.2}°, {:.2}° apart: {:.4} where {:.4} ± {:.4} is expected\n",
+            place.unwrap_or_default(),
+            pair.omega_i.theta().to_degrees(),
+            pair.omega_o.theta().to_degrees(),
+            pair.separation().to_degrees(),
+            suspect.value,
+            suspect.expected,
+            suspect.uncertainty,
+        );
+    }
+    if let further @ 1.. = suspects.len().saturating_sub(LISTED) {
+        text += &format!("  and {further} more\n");
+    }
+    text
 }
 
 #[cfg(test)]

@@ -24,6 +24,7 @@
 
 use super::spec::{CalibrationSpec, DetectorSpec};
 use crate::sampling::RandomStream;
+use rand::RngExt;
 use rand_distr::{Distribution, Poisson, StandardNormal};
 use std::f64::consts::PI;
 
@@ -41,7 +42,11 @@ pub(super) struct Detector {
     dark: f64,
     shot_noise: bool,
     exposures: Vec<f64>,
+    outliers: f64,
 }
+
+/// Factors by which a fault multiplies or divides a reading, from the least to the largest.
+const FAULT: [f64; 2] = [1.5, 5.0];
 
 /// A sensor's estimate of a signal.
 #[derive(Clone, Copy, Debug)]
@@ -67,6 +72,7 @@ impl Detector {
             dark: spec.dark_rate,
             shot_noise: spec.shot_noise,
             exposures: exposures.collect(),
+            outliers: spec.outliers,
         }
     }
 
@@ -85,6 +91,20 @@ impl Detector {
             electrons += self.read_noise * z;
         }
         ((electrons / self.step).round() * self.step).min(self.full_scale)
+    }
+
+    /// What a fault multiplies the next reading by, 1 if there is none; of a sensor without faults no random number is taken.
+    pub(super) fn fault(&self, noise: &mut RandomStream) -> f64 {
+        if self.outliers == 0.0 || noise.random::<f64>() >= self.outliers {
+            return 1.0;
+        }
+        let [least, most] = FAULT.map(f64::ln);
+        let log = noise.random_range(least..most);
+        if noise.random() {
+            log.exp()
+        } else {
+            (-log).exp()
+        }
     }
 
     /// Reads a signal.

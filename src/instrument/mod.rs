@@ -79,6 +79,7 @@ impl Instrument for Ideal {
             values,
             outcomes,
             details: None,
+            places: Vec::new(),
         }
     }
 }

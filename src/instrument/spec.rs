@@ -165,6 +165,13 @@ pub struct DetectorSpec {
     pub exposure_min_s: f64,
     /// The longest exposure.
     pub exposure_max_s: f64,
+    /// Share of readings that a fault nobody notices multiplies or divides by 1.5 to 5.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub outliers: f64,
+}
+
+fn is_zero(share: &f64) -> bool {
+    *share == 0.0
 }
 
 /// Scan mode, and times beside motion and exposures.

@@ -26,7 +26,7 @@
 
 use super::columns::{self, TYPE_A, TYPE_B, UNCERTAINTY, VALUE, ValueColumns, columns_of};
 use super::merge::Pool;
-use super::{Flags, Measurement, Negative, Outcome};
+use super::{Flags, Measurement, Negative, Outcome, Place};
 use crate::error::{count, excerpt};
 use crate::schedule::arms::take_horizon;
 use crate::schedule::export::{PoseRows, description};
@@ -318,7 +318,11 @@ pub fn read_measurement(
     }
     let averaged = pool.repeats() / columns.width();
     let detailed = columns.has_uncertainties();
-    let measurement = pool.measurement(Arc::new(schedule), columns.channels, detailed);
+    let mut measurement = pool.measurement(Arc::new(schedule), columns.channels, detailed);
+    measurement.places = vec![Place::default(); measurement.outcomes.len()];
+    for (&row, &pose) in kept.iter().zip(&order) {
+        measurement.places[pose as usize].line = table.lines[row];
+    }
     Ok(MeasurementFile {
         measurement,
         order,

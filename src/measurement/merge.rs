@@ -161,6 +161,7 @@ impl Pool {
                 type_b: means.iter().map(Mean::type_b).collect(),
                 flags: self.flags,
             }),
+            places: Vec::new(),
         }
     }
 }
@@ -208,14 +209,16 @@ impl Measurement {
         }
         let mut distinct = Distinct::new(schedule.parametrization.axes());
         let mut poses = Vec::new();
-        let mut place = |pose: &Pose| {
+        let mut firsts = Vec::new();
+        let mut place = |(i, pose): (usize, &Pose)| {
             let at = distinct.first(&pose.coords, poses.len() as u32) as usize;
             if at == poses.len() {
                 poses.push(*pose);
+                firsts.push(i);
             }
             at
         };
-        let places: Vec<usize> = schedule.poses.iter().map(&mut place).collect();
+        let places: Vec<usize> = schedule.poses.iter().enumerate().map(&mut place).collect();
         let merged = places.len() - poses.len();
         if merged == 0 {
             return (self, Folded::default());
@@ -241,6 +244,10 @@ impl Measurement {
         });
         let detailed = self.details.is_some();
         let folded = pool.folded(merged);
-        (pool.measurement(schedule, self.channels, detailed), folded)
+        let mut merged = pool.measurement(schedule, self.channels, detailed);
+        if !self.places.is_empty() {
+            merged.places = firsts.iter().map(|&i| self.places[i]).collect();
+        }
+        (merged, folded)
     }
 }

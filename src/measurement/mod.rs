@@ -76,12 +76,15 @@ impl Flags {
     pub const BELOW_NOISE: Flags = Flags(2);
     /// Part of an aperture was below the horizon.
     pub const CLIPPED: Flags = Flags(4);
+    /// All other readings contradict it.
+    pub const SUSPECTED: Flags = Flags(8);
 
     /// Every flag with its name in files.
-    pub const ALL: [(Flags, &'static str); 3] = [
+    pub const ALL: [(Flags, &'static str); 4] = [
         (Flags::SATURATED, "saturated"),
         (Flags::BELOW_NOISE, "below-noise"),
         (Flags::CLIPPED, "clipped"),
+        (Flags::SUSPECTED, "suspected"),
     ];
 
     /// The union of both sets.
@@ -109,6 +112,15 @@ pub struct Details {
     pub flags: Vec<Flags>,
 }
 
+/// Where a reading stands.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Place {
+    /// The number of the file, counted from 0.
+    pub file: usize,
+    /// The line, counted from 1; 0 of a pose that is in no line.
+    pub line: usize,
+}
+
 /// The outcomes of a schedule, in its order.
 #[derive(Clone)]
 pub struct Measurement {
@@ -123,6 +135,8 @@ pub struct Measurement {
     pub outcomes: Vec<Outcome>,
     /// Uncertainties and flags; `None` of an instrument that has neither.
     pub details: Option<Details>,
+    /// Where each pose was read, of several rows of one pose the first; none of what comes from no text file.
+    pub places: Vec<Place>,
 }
 
 impl Measurement {
@@ -202,6 +216,15 @@ impl Measurement {
             all.flags.extend(more.flags);
             all
         });
+        let mut places = Vec::new();
+        if self.places.len() == self.outcomes.len() && other.places.len() == other.outcomes.len() {
+            let files = self.places.iter().map(|place| place.file + 1).max();
+            places.clone_from(&self.places);
+            places.extend(other.places.iter().map(|place| Place {
+                file: place.file + files.unwrap_or(0),
+                ..*place
+            }));
+        }
         Some(Measurement {
             schedule: Arc::new(Schedule {
                 poses: self.schedule.poses.iter().copied().chain(further).collect(),
@@ -212,7 +235,33 @@ impl Measurement {
             values: [&self.values[..], &other.values].concat(),
             outcomes: [&self.outcomes[..], &other.outcomes].concat(),
             details: both,
+            places,
         })
+    }
+
+    /// The same without the readings of some poses.
+    #[must_use]
+    pub fn without(mut self, poses: impl IntoIterator<Item = usize>) -> Self {
+        for pose in poses {
+            self.outcomes[pose] = Outcome::NoData;
+        }
+        self
+    }
+
+    /// The same with a flag on some poses, and on no others.
+    #[must_use]
+    pub fn flagged(mut self, flag: Flags, poses: impl IntoIterator<Item = usize>) -> Self {
+        let number = self.outcomes.len();
+        let details = self.details.get_or_insert_with(|| Details {
+            type_a: vec![0.0; self.values.len()],
+            type_b: vec![0.0; self.values.len()],
+            flags: vec![Flags::NONE; number],
+        });
+        details.flags.iter_mut().for_each(|all| all.0 &= !flag.0);
+        for pose in poses {
+            details.flags[pose] = details.flags[pose].with(flag);
+        }
+        self
     }
 
     /// The values of pose `i`, `None` if there is no reading.

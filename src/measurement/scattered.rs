@@ -1,6 +1,6 @@
 //! Readings at poses of no lattice, as tables by others have them.
 
-use super::{Details, Flags, Folded, Measurement, Negative, Outcome, reading_of};
+use super::{Details, Flags, Folded, Measurement, Negative, Outcome, Place, reading_of};
 use crate::brdf::Channels;
 use crate::geometry::{Direction, DirectionPair, Symmetry};
 use crate::numeric::GRAZING_COS;
@@ -37,6 +37,7 @@ pub(super) struct Rows<'a> {
     pairs: Vec<DirectionPair>,
     values: Vec<f64>,
     radii: Vec<f64>,
+    places: Vec<Place>,
     below_horizon: usize,
     negative: Negative,
 }
@@ -48,6 +49,7 @@ impl<'a> Rows<'a> {
             pairs: Vec::new(),
             values: Vec::new(),
             radii: Vec::new(),
+            places: Vec::new(),
             below_horizon: 0,
             negative: Negative::default(),
         }
@@ -75,6 +77,7 @@ impl<'a> Rows<'a> {
         let pair = DirectionPair::new(light, view);
         let of_one = quantity.of_one(&pair);
         self.pairs.push(pair);
+        self.places.push(Place { file: 0, line });
         self.negative.see(line, || values.iter().copied());
         for (to, numbers) in [(&mut self.values, values), (&mut self.radii, radii)] {
             for &number in numbers {
@@ -122,6 +125,7 @@ impl<'a> Rows<'a> {
                 flags: vec![Flags::NONE; rows],
             }),
             values: self.values,
+            places: self.places,
             schedule: Arc::new(schedule),
         };
         let (measurement, folded) = measurement.merged();

@@ -212,6 +212,7 @@ impl PyMeasurement {
             values,
             outcomes,
             details,
+            places: Vec::new(),
         };
         let (merged, folded) = py.detach(|| measurement.merged());
         for sentence in negative.into_iter().chain(folded.warning()) {

@@ -52,13 +52,13 @@ pub use grid::Continuation;
 pub use interpolant::{Interpolant, Readings, noise, present, values_at};
 pub use inverse_distance::InverseDistance;
 pub use kriging::{
-    FUNCTIONS, Kriging, NODES, Prior, PriorFile, TRUSTED, TrainError, Trained, Training,
+    FUNCTIONS, Kriging, NODES, Prior, PriorFile, TRUSTED, TrainError, Trained, Training, suspects,
 };
 pub(crate) use kriging::{KIND as KRIGING, Mixture, Places, Posterior};
 pub use lattice_method::{LatticeMethod, LatticeRule};
 pub use multilinear::{Multilinear, MultilinearRule};
 pub use nearest::NearestReading;
-pub use predictive::{LogNormal, Predictive};
+pub use predictive::{LogNormal, Predictive, Suspect};
 pub use sheets::{IN_SHEETS, Sheets, incidences};
 pub(crate) use sheets::{Still, are_in_plane, still};
 pub use thin_plate::ThinPlate;

@@ -70,6 +70,7 @@ fn measured(schedule: &Arc<Schedule>) -> Measurement {
         values: (0..poses).map(value).collect(),
         outcomes: vec![Outcome::Reading; poses],
         details: None,
+        places: Vec::new(),
     }
 }
 

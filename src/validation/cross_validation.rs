@@ -5,7 +5,9 @@ use super::{Estimate, Jury, Scores, ValidationError};
 use crate::geometry::DirectionPair;
 use crate::measurement::Measurement;
 use crate::metrics::{Measure, Values};
-use crate::reconstruct::{Readings, Reconstruct, ReconstructError, Replicated, noise, values_at};
+use crate::reconstruct::{
+    Readings, Reconstruct, ReconstructError, Replicated, Suspect, noise, suspects, values_at,
+};
 use rayon::prelude::*;
 use std::sync::Arc;
 
@@ -30,7 +32,7 @@ pub struct CrossValidation<'a> {
 }
 
 impl<'a> CrossValidation<'a> {
-    /// Of the readings of a measurement. `sheets`: whole sheets are left out, or not; `None`: where most
+    /// Of the readings of a measurement that others do not contradict ([`suspects`]). `sheets`: whole sheets are left out, or not; `None`: where most
     /// readings lie in sheets.
     ///
     /// # Errors
@@ -40,7 +42,7 @@ impl<'a> CrossValidation<'a> {
         measurement: &'a Measurement,
         sheets: Option<bool>,
     ) -> Result<Self, ValidationError> {
-        let (poses, groups) = Self::groups(measurement, sheets)?;
+        let (poses, groups) = Self::groups(measurement, sheets, &suspects(measurement))?;
         let judges = groups.judges(&poses);
         Ok(Self {
             jury: Jury::of(measurement, &judges, groups.count, true)?,
@@ -52,15 +54,18 @@ impl<'a> CrossValidation<'a> {
 
     /// True if readings can choose their method, without what it takes to do so.
     pub fn is_possible(measurement: &Measurement) -> bool {
-        Self::groups(measurement, None).is_ok()
+        Self::groups(measurement, None, &[]).is_ok()
     }
 
     /// The poses that take part, and which of them are left out together.
     fn groups(
         measurement: &Measurement,
         sheets: Option<bool>,
+        suspects: &[Suspect],
     ) -> Result<(Vec<usize>, Groups), ValidationError> {
-        let readings = (0..measurement.outcomes.len()).filter(|&i| measurement.value(i).is_some());
+        let is_suspected = |i: usize| suspects.iter().any(|suspect| suspect.pose == i);
+        let readings = (0..measurement.outcomes.len())
+            .filter(|&i| measurement.value(i).is_some() && !is_suspected(i));
         let step = measurement.readings().div_ceil(MOST).max(1);
         let poses: Vec<usize> = readings.step_by(step).collect();
         let groups = Groups::new(measurement, &poses, sheets)?;

@@ -3,6 +3,7 @@
 
 #[path = "../common/mod.rs"]
 mod common;
+mod outliers;
 
 use common::{Level, levels, model};
 use gonio::acquisition::{self, Aim, Greedy, Planner, Rule, Target, Task, acquire, once};

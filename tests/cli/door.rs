@@ -465,6 +465,40 @@ fn nothing_and_one_are_told_as_such() {
     assert!(said.contains("): 1 reading\n"), "{said}");
 }
 
+/// Readings of Lambert's material, with a noise of one percent; in one line the third digit of the value is the first.
+#[test]
+fn a_slip_of_the_pen_is_listed_and_marked() {
+    let bench = Bench::new();
+    let mut text = "theta_i_deg,phi_i_deg,theta_o_deg,phi_o_deg,value\n".to_owned();
+    for i in 0..60_u32 {
+        let value = if i == 40 {
+            2.0
+        } else {
+            0.2 + 0.002 * f64::from(i * 37 % 60) / 60.0
+        };
+        text += &format!(
+            "{},0,{},{},{value}\n",
+            i * 7 % 80,
+            i * 11 % 79,
+            i * 29 % 360
+        );
+    }
+    fs::write(bench.path("slip.csv"), text).unwrap();
+    let said = bench.good(&["reconstruct", "slip.csv", "--checked", "checked.csv"]);
+    let listed = "left out: 1 reading, since all others contradict it\n  slip.csv:42: theta_i 40.00°, theta_o 45.00°";
+    assert!(said.contains(listed), "{said}");
+    let marked = fs::read_to_string(bench.path("checked.csv")).unwrap();
+    let marked: Vec<&str> = marked
+        .lines()
+        .filter(|line| line.contains("suspected"))
+        .collect();
+    assert!(marked.len() == 1 && marked[0].contains(",2,"), "{marked:?}");
+    let poses = ["next", "slip.csv", "--batch", "1", "-o", "next.csv"];
+    assert!(bench.good(&poses).contains("left out: 1 reading"));
+    let all = bench.good(&["reconstruct", "slip.csv", "--take-all"]);
+    assert!(!all.contains("left out: 1 reading"), "{all}");
+}
+
 #[test]
 fn what_is_no_config_is_not_read_as_one() {
     let bench = Bench::new();

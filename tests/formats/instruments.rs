@@ -47,6 +47,7 @@ fn measured(channels: Channels) -> Measurement {
             flags: vec![Flags::NONE; poses.len()],
         }),
         outcomes,
+        places: Vec::new(),
         schedule: Arc::new(Schedule {
             sample_set: "some".into(),
             poses,

@@ -56,6 +56,7 @@ pub fn measured(schedule: Schedule, channels: Channels, details: bool) -> (Measu
             flags: (0..poses).map(flags).collect(),
         }),
         outcomes,
+        places: Vec::new(),
         schedule: Arc::new(schedule),
     };
     (measurement, itinerary)

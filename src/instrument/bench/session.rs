@@ -161,6 +161,11 @@ impl Errors {
                 reading.flags = reading.flags.with(Flags::SATURATED);
             }
         }
+        // Of all channels alike, and after all noise: the other readings are those without it.
+        let fault = self.detector.fault(noise);
+        for of in [&mut reading.value, &mut reading.type_a, &mut reading.type_b] {
+            of.iter_mut().for_each(|x| *x *= fault);
+        }
         if buried {
             reading.flags = reading.flags.with(Flags::BELOW_NOISE);
         }
@@ -271,6 +276,7 @@ impl Session<'_> {
             values: report.values,
             outcomes: report.outcomes,
             details: (parts.noise || parts.apertures).then_some(report.details),
+            places: Vec::new(),
         })
     }
 }

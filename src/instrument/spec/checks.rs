@@ -263,6 +263,7 @@ impl DetectorSpec {
         counted("detector.exposures", self.exposures as u64, 32)?;
         above("detector.exposure_min_s", self.exposure_min_s)?;
         above("detector.exposure_max_s", self.exposure_max_s)?;
+        in_closed("detector.outliers", self.outliers, 0.0, 1.0)?;
         if self.exposure_min_s > self.exposure_max_s {
             return Err(ParameterError::new(
                 "detector.exposure_min_s",

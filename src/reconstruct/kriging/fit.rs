@@ -16,7 +16,7 @@ const STEPS: usize = 25;
 const ENOUGH: f64 = 1e-3;
 
 /// A variance of readings that state no uncertainty, and how far its logarithm may be off: half a percent, .07 to 4 %.
-const UNSAID: f64 = 2.5e-5;
+pub(super) const UNSAID: f64 = 2.5e-5;
 const UNSAID_WIDTH: f64 = 2.0;
 
 /// The kernel of the largest posterior: quasi-Newton steps (BFGS, Nocedal & Wright 2006, algorithm 6.1) from

@@ -4,13 +4,16 @@ use super::Kriging;
 use super::posterior::Posterior;
 use crate::geometry::DirectionPair;
 use crate::measurement::Measurement;
-use crate::reconstruct::{LogNormal, Predictive, ReconstructError};
+use crate::reconstruct::{LogNormal, Predictive, ReconstructError, Suspect};
 
 /// Pairs that are predicted at once: what is kept of each is as much as there are readings.
 const PREDICTED: usize = 2048;
 
 /// The accounts of some readings, each with its share.
-pub(crate) struct Mixture(Vec<(f64, Posterior)>);
+pub(crate) struct Mixture {
+    accounts: Vec<(f64, Posterior)>,
+    suspects: Vec<Suspect>,
+}
 
 impl Mixture {
     /// By the luminance of a measurement's readings.
@@ -19,14 +22,15 @@ impl Mixture {
     /// If there are none or too many, or their covariances are singular.
     pub fn of(kriging: &Kriging, measurement: &Measurement) -> Result<Self, ReconstructError> {
         super::admit(measurement.readings(), super::MOST)?;
-        Posterior::all(kriging, measurement).map(Self)
+        let (accounts, suspects) = Posterior::all(kriging, measurement)?;
+        Ok(Self { accounts, suspects })
     }
 
     /// What is known at pairs once there are readings at others too, each as it is expected; `None` if the covariances
     /// of these are singular.
     pub fn with(&self, pairs: &[DirectionPair], read: &[DirectionPair]) -> Option<Vec<LogNormal>> {
         let mut known = vec![LogNormal::default(); pairs.len()];
-        for (share, process) in &self.0 {
+        for (share, process) in &self.accounts {
             let read = process.places(read);
             let chunks = pairs.chunks(PREDICTED);
             for (pairs, known) in chunks.zip(known.chunks_mut(PREDICTED)) {
@@ -50,5 +54,9 @@ impl Predictive for Mixture {
     fn predict(&self, pairs: &[DirectionPair]) -> Vec<LogNormal> {
         let known = self.with(pairs, &[]);
         known.unwrap_or_else(|| unreachable!("nothing is not singular"))
+    }
+
+    fn suspects(&self) -> &[Suspect] {
+        &self.suspects
     }
 }

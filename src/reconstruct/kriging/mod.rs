@@ -11,6 +11,8 @@
 //! without are weighed by how likely either makes them, and the prior counts less the more readings there are, up to 32;
 //! below a share of a hundredth it is left out.
 //!
+//! Readings that all others contradict are left out ([`outliers`]).
+//!
 //! More than 10 000 readings are approximated: 4000 of them, at random, tell the process everywhere, and all others what it
 //! is there ([`sparse`]).
 //!
@@ -23,6 +25,7 @@ mod kernel;
 mod line;
 mod mixture;
 mod noise;
+mod outliers;
 mod posterior;
 mod prior;
 mod sparse;
@@ -36,7 +39,7 @@ pub use prior::{FUNCTIONS, NODES, Prior, PriorFile, TrainError, Trained, Trainin
 use super::interpolant::{Interpolant, Readings};
 use super::sheets::are_in_plane;
 use super::transform::{EPSILON, Transform, Values};
-use super::{Predictive, Reconstruct, ReconstructError};
+use super::{Predictive, Reconstruct, ReconstructError, Suspect};
 use crate::error::ParameterError;
 use crate::geometry::{DirectionPair, Symmetry};
 use crate::measurement::Measurement;
@@ -61,6 +64,7 @@ pub(super) const ENTRY: Entry<dyn Reconstruct> = Entry {
         "prior = \"built-in\"",
         "fit = false",
         "noise = false",
+        "robust = false",
         "fit = false\nnoise = false",
         "fit = false\nnoise = false\nprior = \"built-in\"",
     ],
@@ -75,6 +79,8 @@ pub struct Kriging {
     pub fit: bool,
     /// True to miss readings by their uncertainty of type A, where they have one.
     pub noise: bool,
+    /// True to leave out those of 33 to 2000 readings that all others contradict.
+    pub robust: bool,
     /// What is known beforehand: `built-in` (materials of formulas), or a file of `gonio train`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub prior: Option<PriorFile>,
@@ -85,6 +91,7 @@ impl Default for Kriging {
         Self {
             fit: true,
             noise: true,
+            robust: true,
             prior: None,
         }
     }
@@ -98,6 +105,9 @@ pub const TRUSTED: usize = 32;
 
 /// The share of a prior from which on it is left out.
 const LEFT_OUT: f64 = 0.01;
+
+/// Readings that are compared with what all others predict, at most: seconds of work.
+const MOST_COMPARED: usize = 2000;
 
 /// Readings of one system, at most: its matrix then has 800 MB. More are approximated ([`sparse`]).
 const MOST: usize = 10_000;
@@ -149,22 +159,71 @@ impl Kriging {
         }
     }
 
+    /// True if a kernel is fitted to the readings. In the plane of incidence φ_d is one value: nothing can be left out that a fit
+    /// along it would miss.
+    fn fits(&self, r: &Readings<'_>) -> bool {
+        self.fit && !are_in_plane(&self.pairs(r, FITTED))
+    }
+
+    /// The kernel of what all materials have in common, fitted if it is to be.
+    fn fitted(&self, r: &Readings<'_>) -> Kernel {
+        let published = Kernel::new(symmetry(r));
+        match self.fits(r) {
+            true => {
+                let data = self.data(r, FITTED, 1, None);
+                fit::better(&published, &data, &self.pairs(r, FITTED), self.unsaid(r))
+            }
+            false => published,
+        }
+    }
+
+    /// True if the noise of readings that state none is fitted. Few readings do not separate noise from detail.
+    fn unsaid(&self, r: &Readings<'_>) -> bool {
+        let stated = r.noise.is_some_and(|u| u.iter().any(|&u| u > 0.0));
+        self.noise && !stated && r.count() > TRUSTED
+    }
+
+    /// The same, fitted to all readings but those that all others contradict by it; and these.
+    fn common(&self, r: &Readings<'_>) -> (Kernel, Vec<outliers::Suspect>) {
+        if !self.robust || !(TRUSTED + 1..=MOST_COMPARED).contains(&r.count()) {
+            return (self.fitted(r), Vec::new());
+        }
+        let all = self.data(r, MOST_COMPARED, r.width, None);
+        let rows = self.chosen(r, MOST_COMPARED);
+        let suspects = |kernel: &Kernel| {
+            let data = all.clone().noisier(kernel.unsaid);
+            let mut found = outliers::suspects(&data, kernel).unwrap_or_default();
+            found.iter_mut().for_each(|s| s.row = rows[s.row]);
+            found
+        };
+        let fitted = |suspects: &[outliers::Suspect]| {
+            let present = without(r, suspects);
+            self.fitted(&Readings {
+                present: &present,
+                ..*r
+            })
+        };
+        // A kernel that is fitted to faults explains them.
+        let published = Kernel {
+            unsaid: if self.unsaid(r) { fit::UNSAID } else { 0.0 },
+            ..Kernel::new(symmetry(r))
+        };
+        let first = suspects(&published);
+        let kernel = fitted(&first);
+        let found = suspects(&kernel);
+        let rows = |all: &[outliers::Suspect]| all.iter().map(|s| s.row).collect::<Vec<_>>();
+        match rows(&found) == rows(&first) {
+            true => (kernel, found),
+            false => (fitted(&found), found),
+        }
+    }
+
     /// What explains the readings, with kernels that are fitted to their first value if they are to be and fill space:
     /// what all materials have in common, and a prior as far as the readings are likelier with it.
-    fn accounts(&self, r: &Readings<'_>) -> Result<Vec<Account>, ReconstructError> {
+    fn accounts(&self, r: &Readings<'_>, common: Kernel) -> Result<Vec<Account>, ReconstructError> {
         let prior = self.prior.as_ref().filter(|_| applies(r));
         let prior = prior.map(PriorFile::load).transpose()?;
-        let mut common = Kernel::new(symmetry(r));
-        // In the plane of incidence φ_d is one value: nothing can be left out that a fit along it would miss.
-        let fits = self.fit && !are_in_plane(&self.pairs(r, FITTED));
-        if fits {
-            // Few readings do not tell noise from detail.
-            let unsaid = self.noise
-                && r.noise.is_none_or(|u| u.iter().all(|&u| u == 0.0))
-                && r.count() > TRUSTED;
-            let data = self.data(r, FITTED, 1, None);
-            common = fit::better(&common, &data, &self.pairs(r, FITTED), unsaid);
-        }
+        let fits = self.fits(r);
         let Some(prior) = prior else {
             return Ok(vec![Account::of(common)]);
         };
@@ -202,6 +261,38 @@ impl Kriging {
             },
         ])
     }
+}
+
+/// One flag per pose: true if it has a reading that is none of the suspects.
+fn without(r: &Readings<'_>, suspects: &[outliers::Suspect]) -> Vec<bool> {
+    let mut present = r.present.to_vec();
+    suspects.iter().for_each(|s| present[s.row] = false);
+    present
+}
+
+/// Suspects in units of f, of the first value of readings.
+fn told(r: &Readings<'_>, suspects: &[outliers::Suspect]) -> Vec<Suspect> {
+    let told = |s: &outliers::Suspect| {
+        let value = r.values[s.row * r.width];
+        let expected = TRANSFORM.forward(value) - s.off;
+        Suspect {
+            pose: s.row,
+            value,
+            expected: TRANSFORM.inverse(expected),
+            uncertainty: expected.exp() * s.deviation,
+        }
+    };
+    suspects.iter().map(told).collect()
+}
+
+/// The readings of a measurement that all others contradict, in the order of the schedule; none of fewer than 33 or more than 2000.
+pub fn suspects(measurement: &Measurement) -> Vec<Suspect> {
+    let kriging = Kriging::default();
+    let compared = (TRUSTED + 1..=MOST_COMPARED).contains(&measurement.readings());
+    let known = compared.then(|| Mixture::of(&kriging, measurement).ok());
+    known
+        .flatten()
+        .map_or(Vec::new(), |known| known.suspects().to_vec())
 }
 
 /// True if there are so few readings, of a material of such symmetries, that a prior is of use.
@@ -273,7 +364,11 @@ impl Reconstruct for Kriging {
 
     fn label(&self) -> String {
         let mut label = super::label(KIND, Values::Log, false, None);
-        for (given, name) in [(self.fit, "-published"), (self.noise, "-exact")] {
+        for (given, name) in [
+            (self.fit, "-published"),
+            (self.noise, "-exact"),
+            (self.robust, "-non-robust"),
+        ] {
             if !given {
                 label.push_str(name);
             }
@@ -311,7 +406,13 @@ impl Reconstruct for Kriging {
 
     fn interpolate(&self, r: &Readings<'_>) -> Result<Box<dyn Interpolant>, ReconstructError> {
         admit(r.count(), MOST_SPARSE)?;
-        let accounts = self.accounts(r)?;
+        let (common, suspects) = self.common(r);
+        let present = without(r, &suspects);
+        let r = &Readings {
+            present: &present,
+            ..*r
+        };
+        let accounts = self.accounts(r, common)?;
         let left_out = accounts.iter().all(|account| account.known.is_none());
         let contradicts = self.prior.is_some() && applies(r) && left_out;
         let mut parts = Vec::new();

@@ -1,14 +1,14 @@
 //! The process given readings: ln(f + ε) at pairs, and how certain it is.
 
-use super::kernel::{self, Columns, Kernel};
+use super::kernel::{Columns, Kernel};
 use super::noise::Noise;
 use super::prior::{Centre, Prior};
 use super::system::{self, Covariance, Data, FREEDOM, Rows, Sites};
 use super::{Account, Known, Kriging};
 use crate::geometry::{DirectionPair, Symmetry};
 use crate::measurement::Measurement;
-use crate::reconstruct::ReconstructError;
 use crate::reconstruct::interpolant::{Readings, noise, present};
+use crate::reconstruct::{ReconstructError, Suspect};
 use nalgebra::{DMatrix, DVector, DVectorView};
 use rayon::prelude::*;
 use std::sync::Arc;
@@ -59,9 +59,6 @@ impl Places {
     }
 }
 
-/// Widths over which surprises at 64 readings are averaged, with the columns they are along.
-const WIDTHS: [(usize, f64); 3] = [(kernel::U1, 0.15), (kernel::U2, 0.3), (kernel::U3, 0.4)];
-
 /// The least surprise that counts.
 const LEAST_SURPRISE: f64 = 1e-3;
 
@@ -71,7 +68,7 @@ impl Posterior {
     /// # Errors
     /// If their covariances are singular.
     pub fn of(kriging: &Kriging, measurement: &Measurement) -> Result<Self, ReconstructError> {
-        let all = Self::all(kriging, measurement)?.into_iter();
+        let all = Self::all(kriging, measurement)?.0.into_iter();
         let likeliest = all.max_by(|a, b| a.0.total_cmp(&b.0));
         let Some((_, process)) = likeliest else {
             unreachable!("there is an account of what all materials have in common")
@@ -79,14 +76,15 @@ impl Posterior {
         Ok(process)
     }
 
-    /// A process for each account of the luminance of a measurement's readings, with its share.
+    /// A process for each account of the luminance of a measurement's readings, with its share; and the readings that all
+    /// others contradict, which are left out.
     ///
     /// # Errors
     /// If their covariances are singular.
     pub fn all(
         kriging: &Kriging,
         measurement: &Measurement,
-    ) -> Result<Vec<(f64, Self)>, ReconstructError> {
+    ) -> Result<(Vec<(f64, Self)>, Vec<Suspect>), ReconstructError> {
         let channels = &measurement.channels;
         let width = channels.count();
         let luminance = |values: &[f64]| channels.luminance(values);
@@ -103,7 +101,22 @@ impl Posterior {
             noise: type_a.as_deref(),
         };
         let symmetry = measurement.schedule.parametrization.symmetry();
-        let accounts = kriging.accounts(&readings)?.into_iter();
+        let (common, suspects) = kriging.common(&Readings {
+            width,
+            values: &measurement.values,
+            noise: noise(measurement),
+            ..readings
+        });
+        let present = super::without(&readings, &suspects);
+        let readings = Readings {
+            present: &present,
+            ..readings
+        };
+        let common = match width {
+            1 => common,
+            _ => kriging.fitted(&readings),
+        };
+        let accounts = kriging.accounts(&readings, common)?.into_iter();
         let process = |Account {
                            share,
                            kernel,
@@ -120,7 +133,8 @@ impl Posterior {
             let noise = Noise::of(&readings, kernel.unsaid);
             Ok((share, Self { noise, ..given }))
         };
-        accounts.map(process).collect()
+        let all: Result<Vec<_>, ReconstructError> = accounts.map(process).collect();
+        Ok((all?, super::told(&readings, &suspects)))
     }
 
     /// The process without a reading.
@@ -359,12 +373,9 @@ impl Posterior {
 
     /// The weights of all rows of the data near a place: 1 where they are at it.
     fn near(&self, x: &Columns) -> impl Iterator<Item = f64> {
-        let read = self.read.iter().filter(|read| **read).count().max(1);
-        let narrower = (64.0 / read as f64).powf(1.0 / 6.0);
-        self.data.sites.columns.iter().map(move |row| {
-            let off = WIDTHS.map(|(c, w)| (x[c] - row[c]) / (w * narrower));
-            (-0.5 * off.iter().map(|d| d * d).sum::<f64>()).exp()
-        })
+        let read = self.read.iter().filter(|read| **read).count();
+        let rows = self.data.sites.columns.iter();
+        rows.map(move |row| system::near(x, row, read))
     }
 }
 
