@@ -65,7 +65,7 @@ pub struct Aim {
     /// What is known beforehand: `built-in` (materials of formulas), or a file of `gonio train`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub prior: Option<PriorFile>,
-    /// The expected errors that are small enough: once all are reached, no pose is asked for.
+    /// Errors that are small enough: once what nine of ten materials are below has reached all, no pose is asked for.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub target: Option<Target>,
 }
@@ -93,11 +93,11 @@ impl Target {
             .filter_map(|(name, error)| Some((name, error?)))
     }
 
-    fn is_reached(&self, expected: &Expected) -> bool {
+    fn is_reached(&self, bound: &Expected) -> bool {
         let reached = |error: Option<f64>, asked: Option<f64>| {
             asked.is_none_or(|asked| error.is_some_and(|error| error <= asked))
         };
-        reached(expected.nrmse, self.nrmse) && reached(expected.log_relative, self.log_relative)
+        reached(bound.nrmse, self.nrmse) && reached(bound.log_relative, self.log_relative)
     }
 }
 
@@ -394,7 +394,8 @@ impl Planner for Greedy {
             return false;
         };
         let forecast = self.forecast(task, so_far, &[]);
-        forecast.is_some_and(|forecast| target.is_reached(&forecast.now))
+        let bound = forecast.map(|forecast| forecast.now.bound(so_far.readings()));
+        bound.is_some_and(|bound| target.is_reached(&bound))
     }
 
     fn forecast(&self, task: &Task<'_>, so_far: &Measurement, next: &[Pose]) -> Option<Forecast> {

@@ -225,6 +225,7 @@ pub fn nothing(task: &Task<'_>) -> Measurement {
         outcomes: Vec::new(),
         details: None,
         places: Vec::new(),
+        half_angles_deg: [0.0; 2],
     }
 }
 

@@ -33,7 +33,7 @@ of any material:
     -o readings2.csv
   gonio next readings1.csv readings2.csv --batch 16 --instrument cornell -o poses3.csv
 
-Once the errors that are expected have reached a target (--set target.nrmse=0.05), it prints
+Once the upper bounds of the errors have reached a target (--set target.nrmse=0.05), it prints
 `stop: …` and leaves no schedule.")]
 pub(super) struct Next {
     /// The readings so far, in any number of files; poses without a reading count as asked for

@@ -3,8 +3,8 @@
 use super::talk::{detail, say};
 use crate::error::{Error, ParameterError};
 use crate::formats::{Readings, load_readings};
-use crate::measurement::Measurement;
-use crate::schedule::{AngleUnit, Assume, Azimuth, Choice, Conventions, Quantity};
+use crate::measurement::{Measurement, WIDEST_DEG};
+use crate::schedule::{AngleUnit, Assume, Azimuth, Choice, Conventions, Quantity, UncertaintyUnit};
 use clap::Args;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use std::path::{Path, PathBuf};
@@ -30,6 +30,12 @@ pub(super) struct ReadingArgs {
     /// What the values are, and their uncertainties [default: what the file says, else brdf]
     #[arg(long, value_name = "WHAT", value_parser = choice(&Quantity::ALL))]
     quantity: Option<Quantity>,
+    /// The unit of uncertainties [default: that of the values]
+    #[arg(long, value_name = "UNIT", value_parser = choice(&UncertaintyUnit::ALL))]
+    uncertainties: Option<UncertaintyUnit>,
+    /// Half-angles in degrees of the cones of source and sensor, over which readings are means [default: what the file says, else 0]
+    #[arg(long, value_name = "SOURCE,SENSOR", value_parser = half_angles)]
+    half_angles: Option<[f64; 2]>,
     /// Read a file that was cut up to the cut
     #[arg(long)]
     partial: bool,
@@ -56,6 +62,24 @@ fn column(text: &str) -> Result<(String, String), ParameterError> {
     }
 }
 
+fn half_angles(text: &str) -> Result<[f64; 2], ParameterError> {
+    let angle = |text: &str| text.trim().parse().ok();
+    let both = text.split_once(',').map(|(a, b)| [a, b].map(angle));
+    match both {
+        Some([Some(source), Some(sensor)])
+            if [source, sensor]
+                .iter()
+                .all(|a| (0.0..=WIDEST_DEG).contains(a)) =>
+        {
+            Ok([source, sensor])
+        }
+        _ => {
+            let allowed = format!("two angles from 0 to {WIDEST_DEG}, e.g. 0.25,0.5");
+            Err(ParameterError::new("half-angles", text, allowed))
+        }
+    }
+}
+
 impl ReadingArgs {
     /// The readings of a file; warnings about it go to stderr.
     pub fn read(&self, path: &Path, assume: Assume) -> Result<Readings, Error> {
@@ -66,12 +90,16 @@ impl ReadingArgs {
                 elevation: self.elevation,
                 azimuth: self.azimuth,
                 quantity: self.quantity,
+                uncertainties: self.uncertainties,
                 partial: self.partial,
             },
             ..assume
         };
         detail(|| format!("gonio: reads {}", path.display()));
-        let readings = load_readings(path, &assume)?;
+        let mut readings = load_readings(path, &assume)?;
+        if let Some(given) = self.half_angles {
+            readings.measurement.half_angles_deg = given;
+        }
         for warning in &readings.warnings {
             say(&format!("gonio: {}: {warning}", path.display()));
         }

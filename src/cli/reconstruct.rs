@@ -21,7 +21,7 @@ use crate::metrics::{
     self, Errors, Expected, Level, Measure, MetricsSpec, TestSet, Uncovered, WITHIN,
 };
 use crate::parametrization;
-use crate::reconstruct::{self, Cover, Coverage, Covered, Fill, Predictive, Replicated};
+use crate::reconstruct::{self, Cover, Coverage, Covered, Fill, Predictive, Replicated, TOLD};
 use crate::report::Columns;
 use crate::report::pictures::{Relative, uncertainty_svg};
 use crate::schedule::Pose;
@@ -291,13 +291,7 @@ impl Reconstruct {
             };
             let by_distance = |pairs: &[DirectionPair]| -> Vec<f64> {
                 let known = predictive.iter().flat_map(|p| p.predict(pairs));
-                let mut all: Vec<f64> = known.map(|k| k.variance.sqrt()).collect();
-                // The scatter of readings is in the variance; what they share is not.
-                let shared = replicated.iter().flat_map(|r| r.at(pairs));
-                for (u, more) in all.iter_mut().zip(shared) {
-                    *u = u.hypot(more.share(more.type_b));
-                }
-                all
+                known.map(|k| k.variance.sqrt()).collect()
             };
             let relative = match (&predictive, &replicated) {
                 (Some(_), _) => Some(Relative {
@@ -497,9 +491,6 @@ fn material_of(measurement: &Measurement) -> String {
     }
     text
 }
-
-/// Readings up to which it is told how far off a BRDF may be between them: that takes as long as the BRDF.
-const TOLD: usize = 2000;
 
 /// The errors under the cosine measure that a BRDF expects of itself.
 fn expected(known: &dyn Predictive) -> Option<Expected> {

@@ -9,7 +9,7 @@ use crate::instrument;
 use crate::parametrization;
 use crate::reconstruct::{self, Reconstruct, ReconstructError};
 use crate::registry::{self, Entry, ReadError, Table};
-use crate::schedule::{AngleUnit, Assume, Azimuth, Conventions, Quantity};
+use crate::schedule::{AngleUnit, Assume, Azimuth, Conventions, Quantity, UncertaintyUnit};
 use crate::validation::{self, CrossValidation};
 use serde::de::IgnoredAny;
 use serde::{Deserialize, Serialize};
@@ -28,7 +28,7 @@ const BYTES_A_BYTE: usize = 4;
 pub(super) const ENTRY: Entry<dyn BrdfSpec> = Entry {
     kind: KIND,
     summary: "the readings at `file`, reconstructed; also reconstruction, parametrization, symmetries, \
-              and how a foreign file is read: columns, angles, elevation, azimuth, quantity, partial",
+              and how a foreign file is read: columns, angles, elevation, azimuth, quantity, uncertainties, partial",
     examples: &[],
     read: |table| Ok(Box::new(ReadingsSpec::read(table)?)),
 };
@@ -56,6 +56,8 @@ struct Keys {
     azimuth: Option<Azimuth>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     quantity: Option<Quantity>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    uncertainties: Option<UncertaintyUnit>,
     #[serde(default)]
     partial: bool,
     #[serde(default, rename = "reconstruction", skip_serializing)]
@@ -146,6 +148,7 @@ impl ReadingsSpec {
                 elevation: keys.elevation,
                 azimuth: keys.azimuth,
                 quantity: keys.quantity,
+                uncertainties: keys.uncertainties,
                 partial: keys.partial,
             },
         }
@@ -171,6 +174,7 @@ fn as_keys(sentence: &str) -> String {
         ("--elevation", "elevation"),
         ("--azimuth", "azimuth"),
         ("--quantity", "quantity"),
+        ("--uncertainties", "uncertainties"),
         ("--partial", "partial"),
     ];
     let replace =

@@ -42,6 +42,7 @@ impl Stack {
                 values: &interleaved(measurements, count),
                 present: &present,
                 noise,
+                half_angles_deg: first.half_angles_deg,
             })
         };
         let interpolants = if method.weighs_readings() {

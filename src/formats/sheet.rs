@@ -60,6 +60,49 @@ pub const NPZ: Format = Format {
     ..Format::NONE
 };
 
+/// Elevation up to which a light is at the normal, degrees.
+const NORMAL: f64 = 1.0;
+
+/// The sentence that doubts that angles are counted from the normal, where lights are at 90° and none is at the normal.
+fn seem_elevations(measurement: &Measurement, at_horizon: usize) -> Option<String> {
+    let poses = measurement.schedule.poses.iter();
+    let lights = poses.map(|pose| pose.pair.omega_i.theta().to_degrees());
+    let least = lights.fold(f64::INFINITY, f64::min);
+    (least > NORMAL).then(|| {
+        format!(
+            "{} 90°, where it lights nothing, and in none it is at the normal, as if angles were counted from the surface, \
+             which --elevation takes into account",
+            match at_horizon {
+                1 => "in 1 row the light is at".into(),
+                rows => format!("in {rows} rows the light is at"),
+            }
+        )
+    })
+}
+
+/// The sentence that doubts the unit of uncertainties of which half are larger than nine of ten values.
+fn seem_percent(measurement: &Measurement) -> Option<String> {
+    let details = measurement.details.as_ref()?;
+    let n = measurement.channels.count();
+    let quantile = |mut all: Vec<f64>, share: f64| {
+        all.sort_by(f64::total_cmp);
+        all.get((share * all.len() as f64) as usize).copied()
+    };
+    let read = (0..measurement.outcomes.len()).filter(|&i| measurement.value(i).is_some());
+    let read: Vec<usize> = read.flat_map(|i| i * n..(i + 1) * n).collect();
+    let values = read.iter().map(|&i| measurement.values[i].abs()).collect();
+    let both = read
+        .iter()
+        .map(|&i| details.type_a[i].hypot(details.type_b[i]));
+    let (value, uncertainty) = (quantile(values, 0.9)?, quantile(both.collect(), 0.5)?);
+    (uncertainty > value).then(|| {
+        format!(
+            "half of the uncertainties are {uncertainty} 1/sr and more, and nine of ten values below {value} 1/sr, as if \
+             they were in percent, which --uncertainties percent takes into account (--uncertainties value, if they are right)"
+        )
+    })
+}
+
 /// The sentence that doubts the unit of the angles if those of several poses are no larger than
 /// those of the hemisphere in radians.
 fn seems_radians(measurement: &Measurement) -> Option<String> {
@@ -134,6 +177,13 @@ fn read(text: &str, name: &str, assume: &Assume) -> Result<Readings, FileError> 
     let peak = retro_peak(&measurement).filter(|_| doubt);
     let negative = file.negative.warning().filter(|_| !file.intact);
     let radians = seems_radians(&measurement).filter(|_| !file.intact);
+    let elevations = (file.lights_at_horizon > 0 && !assume.conventions.elevation)
+        .then(|| seem_elevations(&measurement, file.lights_at_horizon))
+        .flatten();
+    let percent = match assume.conventions.uncertainties {
+        None => seem_percent(&measurement).filter(|_| !file.intact),
+        Some(_) => None,
+    };
     Ok(Readings {
         warnings: peak
             .iter()
@@ -142,6 +192,8 @@ fn read(text: &str, name: &str, assume: &Assume) -> Result<Readings, FileError> 
             .chain(folded.warning().filter(|_| !file.intact))
             .chain(exact.filter(|_| !file.intact))
             .chain(radians)
+            .chain(elevations)
+            .chain(percent)
             .collect(),
         rows: file.rows,
         intact: file.intact,

@@ -80,6 +80,7 @@ impl Instrument for Ideal {
             outcomes,
             details: None,
             places: Vec::new(),
+            half_angles_deg: [0.0; 2],
         }
     }
 }

@@ -5,7 +5,7 @@ use crate::brdf::{Channels, Wavelengths};
 use crate::error::excerpt;
 use crate::geometry::DirectionPair;
 use crate::schedule::table::Table;
-use crate::schedule::{Conventions, FileError, Quantity};
+use crate::schedule::{Conventions, FileError, Quantity, UncertaintyUnit};
 use std::ops::Range;
 
 /// Families of columns; each is one column, three with the ends of [`ENDS`], or one a wavelength.
@@ -85,6 +85,8 @@ pub(super) struct ValueColumns {
     /// The column that says which channel a row is of; without it a row has all of them.
     wavelength: Option<usize>,
     quantity: Quantity,
+    /// The unit of uncertainties.
+    unit: UncertaintyUnit,
     type_a: Option<Vec<usize>>,
     type_b: Option<Vec<usize>>,
     both: Option<Vec<usize>>,
@@ -171,6 +173,7 @@ impl ValueColumns {
             values,
             wavelength,
             quantity,
+            unit: conventions.uncertainties.unwrap_or(UncertaintyUnit::Value),
             type_a: type_a?,
             type_b: type_b?,
             both: both?,
@@ -261,7 +264,12 @@ impl ValueColumns {
         let of_both = self.type_b.is_none();
         let of_b = if of_both { &self.both } else { &self.type_b };
         let mut types = [&self.type_a, of_b].map(|_| vec![0.0; self.values.len()]);
+        let values = match self.unit {
+            UncertaintyUnit::Value => Vec::new(),
+            _ => self.read(table, row, pair)?.unwrap_or_default(),
+        };
         for (columns, out) in [&self.type_a, of_b].into_iter().zip(&mut types) {
+            let mut readings = values.iter().copied();
             for (&column, out) in columns.iter().flatten().zip(out) {
                 let value = table.number(row, column).unwrap_or(0.0);
                 if value < 0.0 {
@@ -269,7 +277,10 @@ impl ValueColumns {
                     let message = format!("{name} = {value}: allowed is a number from 0");
                     return Err(table.row_error(row, message));
                 }
-                *out = self.reading(table, row, column, value, pair)?;
+                *out = match self.unit {
+                    UncertaintyUnit::Value => self.reading(table, row, column, value, pair)?,
+                    unit => value * unit.of(readings.next().unwrap_or(0.0)),
+                };
             }
         }
         if of_both {

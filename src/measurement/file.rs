@@ -26,7 +26,7 @@
 
 use super::columns::{self, TYPE_A, TYPE_B, UNCERTAINTY, VALUE, ValueColumns, columns_of};
 use super::merge::Pool;
-use super::{Flags, Measurement, Negative, Outcome, Place};
+use super::{Flags, Measurement, Negative, Outcome, Place, WIDEST_DEG};
 use crate::error::{count, excerpt};
 use crate::schedule::arms::take_horizon;
 use crate::schedule::export::{PoseRows, description};
@@ -90,6 +90,8 @@ pub struct MeasurementFile {
     pub rows: usize,
     /// Those of them with a direction at the horizon, which were passed over.
     pub at_horizon: usize,
+    /// Those of them that have the light there.
+    pub lights_at_horizon: usize,
     /// Rows with values below 0.
     pub negative: Negative,
     /// True if the header has the hash of the rows, which we wrote.
@@ -133,6 +135,9 @@ pub fn write_measurement(
     if let Ok(Value::Object(about)) = serde_json::to_value(about) {
         facts.extend(about);
     }
+    if measurement.half_angles_deg != [0.0; 2] {
+        facts.insert(HALF_ANGLES.into(), json!(measurement.half_angles_deg));
+    }
     facts.insert("channels".into(), json!(channels));
     facts.insert("unit".into(), json!("sr^-1, without the cosine"));
     let row = |row: usize, cells: &mut Vec<Cell>| {
@@ -170,6 +175,25 @@ pub fn write_measurement(
         row: &row,
     };
     sheet.write(format, MEASUREMENT_HASH, out)
+}
+
+/// The key of the half-angles of source and sensor in the header.
+const HALF_ANGLES: &str = "half_angles_deg";
+
+/// The half-angles of source and sensor that a header has, else 0.
+fn half_angles(table: &Table) -> Result<[f64; 2], FileError> {
+    let Some(both) = table.fact::<[f64; 2]>(HALF_ANGLES)? else {
+        return Ok([0.0; 2]);
+    };
+    match both.iter().all(|angle| (0.0..=WIDEST_DEG).contains(angle)) {
+        true => Ok(both),
+        false => {
+            let message = format!(
+                "{HALF_ANGLES} = {both:?}: allowed are two angles from 0 to {WIDEST_DEG}°, of source and sensor"
+            );
+            Err(table.fact_error(HALF_ANGLES, message))
+        }
+    }
 }
 
 /// The flags of a pose and the reason if it has no reading, joined by `;`.
@@ -255,8 +279,8 @@ pub fn read_measurement(
         let further: Vec<&str> = further.chain([WORDS, ATTEMPT]).collect();
         known_columns(table, &assume.axes, &further)
     })?;
-    let at_horizon = match is_ours(&table)? {
-        true => 0,
+    let [at_horizon, lights_at_horizon] = match is_ours(&table)? {
+        true => [0; 2],
         false => take_horizon(&mut table, conventions),
     };
     if at_horizon > 0 && table.lines.is_empty() {
@@ -323,6 +347,7 @@ pub fn read_measurement(
     for (&row, &pose) in kept.iter().zip(&order) {
         measurement.places[pose as usize].line = table.lines[row];
     }
+    measurement.half_angles_deg = half_angles(&table)?;
     Ok(MeasurementFile {
         measurement,
         order,
@@ -339,6 +364,7 @@ pub fn read_measurement(
         signed: rows.signed,
         rows: table.lines.len() + at_horizon,
         at_horizon,
+        lights_at_horizon,
         negative,
         intact: table.fact::<String>(MEASUREMENT_HASH)?.is_some(),
         passed_over: table.passed_over().into_iter().map(String::from).collect(),

@@ -162,6 +162,7 @@ impl Pool {
                 flags: self.flags,
             }),
             places: Vec::new(),
+            half_angles_deg: [0.0; 2],
         }
     }
 }
@@ -244,10 +245,12 @@ impl Measurement {
         });
         let detailed = self.details.is_some();
         let folded = pool.folded(merged);
+        let half_angles_deg = self.half_angles_deg;
         let mut merged = pool.measurement(schedule, self.channels, detailed);
         if !self.places.is_empty() {
             merged.places = firsts.iter().map(|&i| self.places[i]).collect();
         }
+        merged.half_angles_deg = half_angles_deg;
         (merged, folded)
     }
 }

@@ -121,6 +121,9 @@ pub struct Place {
     pub line: usize,
 }
 
+/// Largest half-angle of the cones of source and sensor.
+pub const WIDEST_DEG: f64 = 10.0;
+
 /// The outcomes of a schedule, in its order.
 #[derive(Clone)]
 pub struct Measurement {
@@ -135,6 +138,8 @@ pub struct Measurement {
     pub outcomes: Vec<Outcome>,
     /// Uncertainties and flags; `None` of an instrument that has neither.
     pub details: Option<Details>,
+    /// Half-angles of the caps of directions of the source and of the sensor, over which readings are means; 0 of one direction.
+    pub half_angles_deg: [f64; 2],
     /// Where each pose was read, of several rows of one pose the first; none of what comes from no text file.
     pub places: Vec<Place>,
 }
@@ -235,6 +240,7 @@ impl Measurement {
             values: [&self.values[..], &other.values].concat(),
             outcomes: [&self.outcomes[..], &other.outcomes].concat(),
             details: both,
+            half_angles_deg: [0, 1].map(|k| self.half_angles_deg[k].max(other.half_angles_deg[k])),
             places,
         })
     }

@@ -3,6 +3,7 @@
 
 use super::Measurement;
 use crate::geometry::angle_between;
+use crate::moments::correlate;
 use glam::DVec3;
 use std::fmt;
 
@@ -25,18 +26,26 @@ const ENOUGH: usize = 3;
 /// How much higher readings are towards the light than towards its mirror direction, at least.
 const HIGHER: f64 = 3.0;
 
+/// The same of all readings within 20°, of a rough lobe: rough matte materials have up to 1.3.
+const ROUGH: f64 = 1.5;
+
+/// Rank correlation of readings with the cosine of the half vector of the turned light, at least, where they are a lobe about it.
+const LOBE: f64 = 0.5;
+
 /// How much higher readings near a direction are than around it where there is a peak, at least.
 const PEAK: f64 = 1.1;
 
 /// Means of readings, sr⁻¹, that have their only peak at the light.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RetroPeak {
-    /// Within 10° of the light.
+    /// Within 10° or 20° of the light.
     pub retro: f64,
-    /// Within 10° of its mirror direction, or within 20° if there is none so near.
+    /// Within as much of its mirror direction, or within 20° if there is none so near.
     pub mirror: f64,
-    /// True if no reading is within 10° of the mirror direction.
-    is_gap: bool,
+    /// Within how much of the light, degrees.
+    of_light: f64,
+    /// Within how much of the mirror direction, degrees.
+    within: f64,
     /// True if the light's azimuth varies: the peak follows it.
     turns: bool,
 }
@@ -50,13 +59,12 @@ impl fmt::Display for RetroPeak {
                 "propagation",
             ),
         };
-        let mirror = if self.is_gap { AROUND } else { NEAR };
         write!(
             f,
-            "readings within {NEAR}° of the light have a mean of {:.3e} 1/sr, those within {mirror}° of \
+            "readings within {}° of the light have a mean of {:.3e} 1/sr, those within {}° of \
              its mirror direction one of {:.3e} 1/sr: if the sample is no retro-reflector, {from}, \
              which --azimuth {option} takes into account (--azimuth sample, if they are right)",
-            self.retro, self.mirror
+            self.of_light, self.retro, self.within, self.mirror
         )
     }
 }
@@ -101,9 +109,20 @@ impl Place {
         Some((near, near > 0.0 && near >= PEAK * self.around()?))
     }
 
-    /// The larger mean around the direction.
+    /// The larger mean around the direction, of both sides or of the one that was read.
     fn around(&self) -> Option<f64> {
-        Some(self.around[0].get()?.max(self.around[1].get()?))
+        let sides = self.around.iter().filter_map(Mean::get);
+        sides.reduce(f64::max)
+    }
+
+    /// The mean of all that is near or around.
+    fn all(&self) -> Option<f64> {
+        let parts = [&self.near, &self.around[0], &self.around[1]];
+        let all = parts.iter().fold(Mean::default(), |all, part| Mean {
+            sum: all.sum + part.sum,
+            count: all.count + part.count,
+        });
+        all.get()
     }
 }
 
@@ -112,10 +131,14 @@ impl Place {
 /// a peak at the light and none at the mirror direction. A peak is 1.1 times the mean of the readings
 /// around it (10° to 20°) that are nearer to the normal, and of those that are further away. Where no reading
 /// is near the mirror direction, those around it stand for it.
-/// Matte readings and sheen have no such peak.
+///
+/// A rough lobe has no such peak: then readings within 20° of the light are on average at least 1.5 times those within 20° of its
+/// mirror direction, where there is no peak, and rise with the cosine of the half vector of the light turned by 180°: a rank correlation above .5,
+/// where turned lobes have .7 to 1 and sheen has less than 0.
 pub fn retro_peak(measurement: &Measurement) -> Option<RetroPeak> {
     let (mut at_light, mut at_mirror) = (Place::default(), Place::default());
     let (mut first, mut turns) = (None, false);
+    let (mut values, mut cosines) = (Vec::new(), Vec::new());
     let telling = TELLING[0]..=TELLING[1];
     for (i, pose) in measurement.schedule.poses.iter().enumerate() {
         let (light, sensor) = (pose.pair.omega_i, pose.pair.omega_o);
@@ -133,19 +156,35 @@ pub fn retro_peak(measurement: &Measurement) -> Option<RetroPeak> {
         let is_further = sensor.cos_theta() < light.cos_theta();
         at_light.add(off(light.vector()), is_further, value);
         at_mirror.add(off(mirrored), is_further, value);
+        values.push(Some(value));
+        cosines.push(Some((mirrored + sensor.vector()).normalize_or_zero().z));
     }
-    let (retro, is_peak) = at_light.peak()?;
     // No arm reads at the light: a gap opposite a peak is the place of the light.
     let is_gap = at_mirror.near.count == 0;
-    let (mirror, is_mirror) = match is_gap {
-        false => at_mirror.peak()?,
-        true => (at_mirror.around()?, false),
+    let lobe = match is_gap {
+        false => at_mirror.peak(),
+        true => at_mirror.around().map(|mean| (mean, false)),
     };
-    let doubtful = is_peak && !is_mirror && retro >= HIGHER * mirror;
-    doubtful.then_some(RetroPeak {
+    let sharp = at_light.peak().zip(lobe);
+    let sharp = sharp.filter(|((retro, is_peak), (mirror, is_mirror))| {
+        *is_peak && !is_mirror && *retro >= HIGHER * mirror
+    });
+    // A rough lobe has no peak so near, but all is higher on its side.
+    let rough = at_light.all().zip(at_mirror.all());
+    let is_lobe = matches!(lobe, Some((_, true)));
+    let rough = rough.filter(|(retro, mirror)| !is_lobe && *retro >= ROUGH * mirror);
+    // That of sheen, which grows away from the half vector, is none: there is no lobe about the half vector of the turned light.
+    let rough = rough.filter(|_| correlate(&values, &cosines).spearman > Some(LOBE));
+    let (retro, mirror, within) = match (sharp, rough) {
+        (Some(((retro, _), (mirror, _))), _) => (retro, mirror, if is_gap { AROUND } else { NEAR }),
+        (None, Some((retro, mirror))) => (retro, mirror, AROUND),
+        (None, None) => return None,
+    };
+    Some(RetroPeak {
         retro,
         mirror,
-        is_gap,
+        of_light: if sharp.is_some() { NEAR } else { AROUND },
+        within,
         turns,
     })
 }

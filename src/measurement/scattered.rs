@@ -126,6 +126,7 @@ impl<'a> Rows<'a> {
             }),
             values: self.values,
             places: self.places,
+            half_angles_deg: [0.0; 2],
             schedule: Arc::new(schedule),
         };
         let (measurement, folded) = measurement.merged();

@@ -12,7 +12,12 @@ pub struct Expected {
     pub nrmse: Option<f64>,
     /// Of `log_relative`.
     pub log_relative: Option<f64>,
+    /// The part of both that is of errors which all readings share; their squares add up.
+    pub shared: [Option<f64>; 2],
 }
+
+/// What nine of ten normal numbers are below, in absolute value, over their root mean square and over their mean absolute value.
+const SHARED_NINTH: [f64; 2] = [1.645, 2.06];
 
 /// Variance of ln f from which on the tail of f does not count: its exponential would be all of the sum.
 const TAIL: f64 = 2.0;
@@ -47,7 +52,7 @@ fn factors(readings: f64) -> [f64; 2] {
 
 impl Expected {
     /// Both errors, in the order of columns.
-    pub const QUANTITIES: [Judged<Expected>; 2] = [
+    pub const QUANTITIES: [Judged<Expected>; 4] = [
         (
             Quantity::real(
                 "expected_nrmse",
@@ -59,14 +64,35 @@ impl Expected {
             Quantity::real("expected_log_relative", "the same of log_relative"),
             |e| e.log_relative,
         ),
+        (
+            Quantity::real(
+                "expected_nrmse_shared",
+                "the part of expected_nrmse that is of errors which all readings share; squares add up",
+            ),
+            |e| e.shared[0],
+        ),
+        (
+            Quantity::real("expected_log_relative_shared", "the same of log_relative"),
+            |e| e.shared[1],
+        ),
     ];
 
     /// What errors under the cosine measure of nine of ten materials are below, with so many readings.
     pub fn bound(&self, readings: usize) -> Self {
-        let [nrmse, log_relative] = factors(readings as f64);
+        let factors = factors(readings as f64);
+        let both = [self.nrmse, self.log_relative];
+        // What is not shared averages out over pairs; what is shared is one number.
+        let bound = [0, 1].map(|k| {
+            both[k].map(|all| {
+                let shared = self.shared[k].unwrap_or(0.0).min(all);
+                let own = (all * all - shared * shared).sqrt();
+                (factors[k] * own).hypot(SHARED_NINTH[k] * shared)
+            })
+        });
         Self {
-            nrmse: self.nrmse.map(|e| e * nrmse),
-            log_relative: self.log_relative.map(|e| e * log_relative),
+            nrmse: bound[0],
+            log_relative: bound[1],
+            shared: [0, 1].map(|k| self.shared[k].map(|e| SHARED_NINTH[k] * e)),
         }
     }
 
@@ -87,19 +113,27 @@ impl Expected {
     /// The square of an error of f is taken for e^v − 1 of that of the median of f, v the variance of ln f: for small v
     /// it is that on average, and for large v between its mean as a share of the median's square and of the mean square.
     pub fn of(pairs: impl Iterator<Item = (f64, f64, LogNormal)>) -> Self {
-        let [nrmse, log_relative] =
-            of_means(pairs.map(|(weight, cosine, LogNormal { mean, variance })| {
-                let shifted = mean.exp();
-                [
-                    weight,
-                    (shifted * cosine).powi(2) * variance.min(TAIL).exp_m1(),
-                    ((shifted - EPSILON).max(0.0) * cosine).powi(2),
-                    variance.sqrt(),
-                ]
-            }));
+        let errors = |weight: f64, cosine: f64, mean: f64, variance: f64| {
+            let shifted = mean.exp();
+            [
+                weight,
+                (shifted * cosine).powi(2) * variance.min(TAIL).exp_m1(),
+                ((shifted - EPSILON).max(0.0) * cosine).powi(2),
+                variance.sqrt(),
+            ]
+        };
+        let all: Vec<_> = pairs.collect();
+        let of = |variance: fn(&LogNormal) -> f64| {
+            let each = all.iter();
+            of_means(
+                each.map(|(w, cosine, known)| errors(*w, *cosine, known.mean, variance(known))),
+            )
+        };
+        let [nrmse, log_relative] = of(|known| known.variance);
         Self {
             nrmse,
             log_relative,
+            shared: of(|known| known.shared),
         }
     }
 }

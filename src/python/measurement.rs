@@ -15,6 +15,7 @@ use gonio::measurement::{About, Details, Flags, Measurement, Outcome};
 use gonio::numeric::LARGEST_READING;
 use gonio::schedule::{
     AngleUnit, Assume, Azimuth, Conventions, Itinerary, Quantity, Schedule, Sequence,
+    UncertaintyUnit,
 };
 use numpy::{PyArray1, PyArray2, PyUntypedArrayMethods};
 use pyo3::prelude::*;
@@ -51,6 +52,7 @@ struct Keys {
     elevation: bool,
     azimuth: Option<Azimuth>,
     quantity: Option<Quantity>,
+    uncertainties: Option<UncertaintyUnit>,
     #[serde(default)]
     partial: bool,
 }
@@ -213,6 +215,7 @@ impl PyMeasurement {
             outcomes,
             details,
             places: Vec::new(),
+            half_angles_deg: [0.0; 2],
         };
         let (merged, folded) = py.detach(|| measurement.merged());
         for sentence in negative.into_iter().chain(folded.warning()) {
@@ -223,7 +226,7 @@ impl PyMeasurement {
 
     /// The readings of a file, or of several of one material: those that gonio wrote, any table of angles and values, or ALTA text.
     ///
-    /// `columns`, `angles`, `elevation`, `azimuth`, `quantity` and `partial` say how a file by others is read, as the options of
+    /// `columns`, `angles`, `elevation`, `azimuth`, `quantity`, `uncertainties` and `partial` say how a file by others is read, as the options of
     /// `gonio reconstruct` do.
     #[classmethod]
     #[pyo3(signature = (paths, *, parametrization = None, symmetry = None, **keys))]
@@ -255,6 +258,7 @@ impl PyMeasurement {
                 elevation: keys.elevation,
                 azimuth: keys.azimuth,
                 quantity: keys.quantity,
+                uncertainties: keys.uncertainties,
                 partial: keys.partial,
             },
         };

@@ -152,7 +152,7 @@ pub fn suggest(
         Ok::<_, PlanError>((
             schedule,
             enough,
-            forecast.map(|f| (f.now, readings)),
+            forecast.as_ref().map(|f| (f.now, readings)),
             forecast.map(|f| (f.then, count)),
         ))
     });

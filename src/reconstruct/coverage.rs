@@ -93,6 +93,7 @@ impl Cover {
             values: &measurement.values,
             present: &present,
             noise: None,
+            half_angles_deg: [0.0; 2],
         };
         // Distances are those on the bench: no axis counts more than the other.
         let own = ReconstructionCoordinates {

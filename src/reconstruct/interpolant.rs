@@ -25,6 +25,8 @@ pub struct Readings<'a> {
     /// Standard uncertainty of type A of each value, sr⁻¹, laid out as `values`; `None` of values that are
     /// taken as they are.
     pub noise: Option<&'a [f64]>,
+    /// Half-angles of source and sensor over which values are means, see [`Measurement::half_angles_deg`].
+    pub half_angles_deg: [f64; 2],
 }
 
 impl<'a> Readings<'a> {

@@ -63,7 +63,7 @@ pub use sheets::{IN_SHEETS, Sheets, incidences};
 pub(crate) use sheets::{Still, are_in_plane, still};
 pub use thin_plate::ThinPlate;
 pub use transform::{EPSILON, Transform, Values};
-pub use uncertainty::{Replicated, Uncertain};
+pub use uncertainty::{Replicated, TOLD, Uncertain};
 
 use coordinates::ReconstructionCoordinates;
 use interpolant::Interpolated;
@@ -136,6 +136,7 @@ pub trait Reconstruct: std::fmt::Debug + Send + Sync {
             values: &measurement.values,
             present: &present,
             noise: noise(measurement),
+            half_angles_deg: measurement.half_angles_deg,
         })?;
         Ok(Box::new(Interpolated {
             interpolant,

@@ -9,6 +9,8 @@ pub struct LogNormal {
     pub mean: f64,
     /// Variance of ln(f + ε).
     pub variance: f64,
+    /// The part of the variance that is of errors which all readings share: one draw of them is the error everywhere.
+    pub shared: f64,
 }
 
 /// A reading that all others contradict, and that is left out.

@@ -11,10 +11,12 @@
 //!   its uncertainty of type A. The sixteen errors of a reading have the mean 0 and the mean square 1, so the
 //!   uncertainty of a single reading comes back as it is; that of many is known to a fifth.
 //!
-//! It says what the errors of readings do to the reconstruction, and not what lies between readings.
+//! That is what the errors of readings do to the reconstruction, and not what lies between readings. A method that is
+//! [`Predictive`] has both: its type A is what its readings leave open, by their scatter and between them, and its type B what they
+//! share.
 
 use super::interpolant::{Readings, noise, present, values_at};
-use super::{Interpolant, Reconstruct, ReconstructError};
+use super::{EPSILON, Interpolant, Predictive, Reconstruct, ReconstructError};
 use crate::brdf::Channels;
 use crate::geometry::DirectionPair;
 use crate::measurement::Measurement;
@@ -61,7 +63,12 @@ pub struct Replicated {
     /// Values of a pair: one set of channels after the other.
     interpolant: Box<dyn Interpolant>,
     channels: Channels,
+    /// What the method says of its errors, if it does.
+    known: Option<Box<dyn Predictive>>,
 }
+
+/// Readings up to which the errors of a method that is predictive are asked for: that takes as long as the BRDF.
+pub const TOLD: usize = 2000;
 
 impl Replicated {
     /// What `method` makes of a measurement; `None` if more than half of its readings have no uncertainty.
@@ -116,6 +123,26 @@ impl Replicated {
         if uncertain == 0 || 2 * uncertain < readings {
             return Ok(None);
         }
+        let channels = measurement.channels.clone();
+        if (1..=TOLD).contains(&readings) {
+            let others = (0..present.len()).filter(|&i| !present[i]);
+            let some = measurement.clone().without(others);
+            if let Some(known) = method.predictive(&some)? {
+                let interpolant = method.interpolate(&Readings {
+                    schedule: &some.schedule,
+                    width: n,
+                    values: &some.values,
+                    present,
+                    noise: noise(&some),
+                    half_angles_deg: some.half_angles_deg,
+                })?;
+                return Ok(Some(Self {
+                    interpolant,
+                    channels,
+                    known: Some(known),
+                }));
+            }
+        }
         // Every set is as noisy as the first.
         let noise = noise(measurement).unwrap_or_default().chunks_exact(n);
         let noise: Vec<f64> = noise.flat_map(|of| of.repeat(SETS)).collect();
@@ -125,11 +152,12 @@ impl Replicated {
             values: &values,
             present,
             noise: Some(&noise),
+            half_angles_deg: measurement.half_angles_deg,
         })?;
-        let channels = measurement.channels.clone();
         Ok(Some(Self {
             interpolant,
             channels,
+            known: None,
         }))
     }
 
@@ -137,7 +165,22 @@ impl Replicated {
     pub fn at(&self, pairs: &[DirectionPair]) -> Vec<Uncertain> {
         let values = values_at(&*self.interpolant, pairs);
         let of_pairs = values.chunks_exact(self.interpolant.width());
-        of_pairs.map(|v| self.uncertain(v)).collect()
+        match &self.known {
+            None => of_pairs.map(|v| self.uncertain(v)).collect(),
+            Some(known) => {
+                let known = known.predict(pairs).into_iter();
+                let each = of_pairs.map(|v| self.channels.luminance(v)).zip(known);
+                let each = each.map(|(value, known)| {
+                    let of = |variance: f64| (value + EPSILON) * variance.max(0.0).sqrt();
+                    Uncertain {
+                        value,
+                        type_a: of(known.variance - known.shared),
+                        type_b: of(known.shared),
+                    }
+                });
+                each.collect()
+            }
+        }
     }
 
     /// Standard uncertainties of the luminance at many pairs, sr⁻¹, in parallel.

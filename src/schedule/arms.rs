@@ -4,6 +4,7 @@ use super::convention::{AngleUnit, Azimuth, Conventions};
 use super::table::{FileError, Table};
 use crate::geometry::DirectionPair;
 use crate::numeric::GRAZING_COS;
+use std::cell::Cell;
 
 /// Largest azimuth, degrees: a turn, and what its printed digits may add.
 const TURN: f64 = 360.001;
@@ -74,21 +75,26 @@ fn is_above(theta: f64) -> bool {
     theta < 90.0 && theta.to_radians().cos() > GRAZING_COS
 }
 
-/// Takes out the rows with a direction at the horizon, where f_r is of no use; their number. What is
-/// further down stays, for [`read_pairs`] to refuse: it is an angle of another meaning.
-pub(crate) fn take_horizon(table: &mut Table, conventions: &Conventions) -> usize {
+/// Takes out the rows with a direction at the horizon, where f_r is of no use; their number, and that of those with the light
+/// there. What is further down stays, for [`read_pairs`] to refuse: it is an angle of another meaning.
+pub(crate) fn take_horizon(table: &mut Table, conventions: &Conventions) -> [usize; 2] {
     let rows = table.lines.len();
     let polar = ["theta_i", "theta_o"].map(|name| Angles::find(table, name));
+    let of_light = Cell::new(0);
     table.retain(|table, row| {
-        polar.iter().flatten().all(|angles| {
-            let degrees = table
-                .number(row, angles.column)
-                .map(|a| angles.unit.degrees(a));
+        let is_good = polar.each_ref().map(|angles| {
+            let angles = angles.as_ref();
+            let degrees = angles.and_then(|angles| {
+                let angle = table.number(row, angles.column)?;
+                Some(angles.unit.degrees(angle))
+            });
             let theta = degrees.map(|a| if conventions.elevation { 90.0 - a } else { a });
             theta.is_none_or(|theta| is_above(theta.abs()) || theta.abs() > QUARTER)
-        })
+        });
+        of_light.set(of_light.get() + usize::from(!is_good[0]));
+        is_good[0] && is_good[1]
     });
-    rows - table.lines.len()
+    [rows - table.lines.len(), of_light.get()]
 }
 
 /// The directions of the rows of a table.

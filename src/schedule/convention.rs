@@ -111,6 +111,40 @@ impl Azimuth {
     }
 }
 
+/// The unit of the uncertainties of a file.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum UncertaintyUnit {
+    /// That of the values.
+    Value,
+    /// A share of the value.
+    Relative,
+    /// A hundred times that.
+    Percent,
+}
+
+impl UncertaintyUnit {
+    /// Every unit.
+    pub const ALL: [Choice<Self>; 3] = [
+        choice(Self::Value, "value", "in the unit of the values"),
+        choice(
+            Self::Relative,
+            "relative",
+            "a share of the value: .02 is two percent",
+        ),
+        choice(Self::Percent, "percent", "percent of the value"),
+    ];
+
+    /// What multiplies an uncertainty of a value to have the unit of the value.
+    pub(crate) fn of(self, value: f64) -> f64 {
+        match self {
+            Self::Value => 1.0,
+            Self::Relative => value.abs(),
+            Self::Percent => 0.01 * value.abs(),
+        }
+    }
+}
+
 /// What a value of a file is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
@@ -180,6 +214,8 @@ pub struct Conventions {
     pub azimuth: Option<Azimuth>,
     /// What the values are; by default what the file says, else f_r.
     pub quantity: Option<Quantity>,
+    /// The unit of uncertainties; by default that of the values.
+    pub uncertainties: Option<UncertaintyUnit>,
     /// True if a file that was cut is read up to the cut.
     pub partial: bool,
 }

@@ -15,7 +15,7 @@ mod shapes;
 pub(crate) mod table;
 mod visited;
 
-pub use convention::{AngleUnit, Azimuth, Choice, Conventions, Quantity};
+pub use convention::{AngleUnit, Azimuth, Choice, Conventions, Quantity, UncertaintyUnit};
 pub use export::{Sequence, schedule_hash, write_schedule};
 pub use format::ScheduleFormat;
 pub use grid::{Grid, Ratio, Stratified};

@@ -71,6 +71,7 @@ fn measured(schedule: &Arc<Schedule>) -> Measurement {
         outcomes: vec![Outcome::Reading; poses],
         details: None,
         places: Vec::new(),
+        half_angles_deg: [0.0; 2],
     }
 }
 

@@ -184,6 +184,7 @@ impl<'a> CrossValidation<'a> {
             values: &self.measurement.values,
             present: &part.present,
             noise: noise(self.measurement),
+            half_angles_deg: self.measurement.half_angles_deg,
         })?;
         let values = values_at(&*interpolant, &part.pairs);
         let luminance = values.chunks_exact(channels.count());

@@ -193,6 +193,7 @@ fn weights(
         values: &number,
         present: &present,
         noise: None,
+        half_angles_deg: [0.0; 2],
     })?;
     let spec = MetricsSpec {
         pairs: PAIRS,

@@ -584,6 +584,7 @@ fn reading_ends_once_the_target_is_reached() {
                 acquisition::scheduled(&task, &planner, measured.schedule.poses[..n].into());
             let some = Ideal.measure(&truth, &Arc::new(schedule));
             let now = planner.forecast(&task, &some, &[]).unwrap().now;
+            let now = now.bound(some.readings());
             let reached =
                 |error: Option<f64>, asked: Option<f64>| asked.is_none_or(|a| error.unwrap() <= a);
             reached(now.nrmse, nrmse) && reached(now.log_relative, log_relative)

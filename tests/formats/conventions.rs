@@ -11,7 +11,7 @@ use gonio::measurement::{About, Measurement, retro_peak, write_measurement};
 use gonio::parametrization::{self, Parametrization};
 use gonio::registry;
 use gonio::sampling::Random;
-use gonio::schedule::{AngleUnit, Azimuth, Conventions, Pose, Quantity};
+use gonio::schedule::{AngleUnit, Azimuth, Conventions, Pose, Quantity, UncertaintyUnit};
 use gonio::schedule::{Schedule, ScheduleFormat, Sequence};
 use std::f64::consts::PI;
 use std::sync::Arc;
@@ -589,10 +589,13 @@ fn only_a_single_peak_at_the_light_is_doubted() {
     let form = parametrization::find("spherical")
         .unwrap()
         .form(Symmetry::NONE);
+    let halves = parametrization::find("half-difference").unwrap();
+    let halves = halves.form(Symmetry::NONE);
     let layouts = [
         sheets(&form, &[15.0, 30.0, 60.0], 4),
         sheets(&form, &[0.0, 20.0, 40.0, 60.0, 80.0], 10),
         Arc::new(planned(&form, "sobol", 20_000)),
+        Arc::new(planned(&halves, "grid", 2000)),
     ];
     let mut doubted = 0;
     for layout in &layouts {
@@ -626,6 +629,13 @@ fn only_a_single_peak_at_the_light_is_doubted() {
             });
             assert!(found.retro >= 3.0 * found.mirror);
         }
+        // A rough lobe has no peak that is so near.
+        let rough = "kind = \"ggx\", alpha = 0.6, fresnel = { kind = \"none\" }";
+        let found = peak(&*model("retro-reflective", &retro(rough)));
+        assert!(
+            found.is_some_and(|f| f.retro >= 1.5 * f.mirror),
+            "{found:?}"
+        );
         // Both peaks, of any weights; a matte one with a lobe at the light.
         for (mirror, back) in [(1.0, 1.0), (0.1, 0.9), (0.5, 0.5)] {
             let both = format!(
@@ -799,5 +809,68 @@ fn what_cannot_be_meant_is_refused_in_a_sentence() {
             .unwrap_or_else(|| panic!("{part}"));
         let told = chain(&e);
         assert!(told.contains(part), "{told}\n{part}");
+    }
+}
+
+#[test]
+fn elevations_and_percents_that_nothing_names_are_doubted() {
+    let head = "theta_i_deg,phi_i_deg,theta_o_deg,phi_o_deg,value,uncertainty\n";
+    let file = |from: fn(i32) -> i32, uncertainty: f64| {
+        let mut text = head.to_owned();
+        for light in [0, 20, 40] {
+            for sensor in (0..80).step_by(10) {
+                let (i, o) = (from(light), from(sensor));
+                text += &format!("{i},0,{o},180,0.3,{uncertainty}\n");
+            }
+        }
+        text
+    };
+    let warnings = |text: &str, conventions: Conventions| read(text, conventions).warnings;
+    let right = file(|theta| theta, 0.006);
+    assert!(warnings(&right, Conventions::default()).is_empty());
+    let elevations = file(|theta| 90 - theta, 0.006);
+    let said = warnings(&elevations, Conventions::default());
+    assert!(
+        said.len() == 1 && said[0].contains("--elevation"),
+        "{said:?}"
+    );
+    let told = Conventions {
+        elevation: true,
+        ..Conventions::default()
+    };
+    assert!(warnings(&elevations, told).is_empty());
+    let percent = file(|theta| theta, 2.0);
+    let said = warnings(&percent, Conventions::default());
+    let option = "--uncertainties percent";
+    assert!(said.len() == 1 && said[0].contains(option), "{said:?}");
+    // Two percent of .3 are .006 1/sr, whatever the unit of the values.
+    for (text, uncertainties, quantity, want) in [
+        (&right, UncertaintyUnit::Value, Quantity::Brdf, 0.006),
+        (&percent, UncertaintyUnit::Percent, Quantity::Brdf, 0.006),
+        (
+            &file(|t| t, 0.02),
+            UncertaintyUnit::Relative,
+            Quantity::Brdf,
+            0.006,
+        ),
+        (
+            &percent,
+            UncertaintyUnit::Percent,
+            Quantity::ReflectanceFactor,
+            0.006 / PI,
+        ),
+    ] {
+        let told = Conventions {
+            uncertainties: Some(uncertainties),
+            quantity: Some(quantity),
+            ..Conventions::default()
+        };
+        let back = read(text, told);
+        assert!(back.warnings.is_empty(), "{:?}", back.warnings);
+        let u = back.measurement.details.unwrap().type_b[0];
+        assert!(
+            (u / want - 1.0).abs() < 1e-12,
+            "{uncertainties:?}: {u} {want}"
+        );
     }
 }

@@ -48,6 +48,7 @@ fn measured(channels: Channels) -> Measurement {
         }),
         outcomes,
         places: Vec::new(),
+        half_angles_deg: [0.0; 2],
         schedule: Arc::new(Schedule {
             sample_set: "some".into(),
             poses,

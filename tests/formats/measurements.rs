@@ -57,6 +57,7 @@ pub fn measured(schedule: Schedule, channels: Channels, details: bool) -> (Measu
         }),
         outcomes,
         places: Vec::new(),
+        half_angles_deg: [0.0; 2],
         schedule: Arc::new(schedule),
     };
     (measurement, itinerary)

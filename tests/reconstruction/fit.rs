@@ -180,6 +180,7 @@ fn standard_errors_are_those_of_noise() {
             values: &noisy,
             present: &present,
             noise: Some(&noise),
+            half_angles_deg: [0.0; 2],
         });
         for remark in found.unwrap().remarks() {
             let (name, numbers) = remark.split_once(" = ").unwrap();

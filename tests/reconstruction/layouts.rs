@@ -221,6 +221,7 @@ impl Bench {
                 values: &values,
                 present: &present,
                 noise: None,
+                half_angles_deg: [0.0; 2],
             };
             let interpolant = method.interpolate(&readings).unwrap();
             let values = values_at(&*interpolant, &self.pairs);
@@ -344,6 +345,7 @@ fn one_bright_reading_does_not_spoil_the_others() {
             values: &readings,
             present: &present,
             noise: None,
+            half_angles_deg: [0.0; 2],
         });
         let interpolant = interpolant.unwrap();
         let mut out = vec![0.0; bench.pairs.len()];

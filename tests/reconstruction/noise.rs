@@ -34,6 +34,8 @@ fn noisy(model: &dyn Brdf, angles: &[[f64; 3]], noise: f64) -> Measurement {
         channels: Channels::Luminance,
         values: values.map(|f| f.max(0.0)).collect(),
         outcomes: vec![Outcome::Reading; exact.len()],
+        places: Vec::new(),
+        half_angles_deg: [0.0; 2],
         details: Some(Details {
             type_a: exact.iter().map(|f| noise * f).collect(),
             type_b: vec![0.0; exact.len()],

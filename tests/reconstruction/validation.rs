@@ -23,6 +23,8 @@ fn readings(model: &dyn Brdf, angles: &[[f64; 3]]) -> Measurement {
         channels: Channels::Luminance,
         values: values.map(|v| v.unwrap_or(0.0)).collect(),
         outcomes: vec![Outcome::Reading; schedule.poses.len()],
+        places: Vec::new(),
+        half_angles_deg: [0.0; 2],
         details: None,
         schedule,
     }

@@ -74,10 +74,11 @@ impl Calibrated {
 
 /// The errors that the reconstruction of a row expects.
 fn expected(row: &Row) -> Expected {
-    let [nrmse, log_relative] = Expected::QUANTITIES.map(|(q, _)| row.value(q.name));
+    let [nrmse, log_relative, shared @ ..] = Expected::QUANTITIES.map(|(q, _)| row.value(q.name));
     Expected {
         nrmse,
         log_relative,
+        shared,
     }
 }
 

@@ -277,6 +277,13 @@ impl Session<'_> {
             outcomes: report.outcomes,
             details: (parts.noise || parts.apertures).then_some(report.details),
             places: Vec::new(),
+            half_angles_deg: match parts.apertures {
+                true => {
+                    let spec = &self.bench.spec;
+                    [spec.source.half_angle_deg, spec.detector.half_angle_deg]
+                }
+                false => [0.0; 2],
+            },
         })
     }
 }

@@ -54,6 +54,7 @@ fn exposures_are_in_equal_ratios() {
         read_noise: 10.0,
         dark_rate: 1.0,
         shot_noise: true,
+        outliers: 0.0,
         exposures: 4,
         exposure_min_s: 0.001,
         exposure_max_s: 1.0,

@@ -6,13 +6,12 @@ use super::{
 };
 use crate::error::{ParameterError, in_closed, in_left_open, one_of};
 use crate::instrument::class::{AxisTemplate, Class, classes};
+use crate::measurement::WIDEST_DEG;
 use glam::DVec3;
 
 type Checked = Result<(), ParameterError>;
 
 /// Largest half-angle of an aperture, and largest error of an axis, degrees: beyond it the
-/// directions of a pose mean nothing.
-const WIDEST_DEG: f64 = 10.0;
 
 /// Smallest and largest size of a number other than 0.
 const SANE: [f64; 2] = [1e-9, 1e15];

@@ -37,6 +37,12 @@ const D: usize = 9;
 /// Cosines below this count as it: ln cos has no end at the horizon.
 const LEAST_COSINE: f64 = 0.01;
 
+/// The lesser cosine of the two elevations of a pair, from its columns.
+pub(super) fn least_cosine(x: &Columns) -> f64 {
+    // Their difference is q, their product e^(2 g).
+    0.5 * ((x[Q] * x[Q] + 4.0 * (2.0 * x[G]).exp()).sqrt() - x[Q])
+}
+
 /// Writes the columns of pairs.
 pub(super) fn columns(pairs: &[DirectionPair], symmetry: Symmetry) -> Vec<Columns> {
     let form = Form::<HalfDifference>::new(Symmetry::NONE);

@@ -36,11 +36,14 @@ impl Mixture {
             for (pairs, known) in chunks.zip(known.chunks_mut(PREDICTED)) {
                 let places = process.places(pairs);
                 let means = process.means(&places).into_iter();
-                let all = means.zip(process.variances_with(&places, &read)?);
-                for (known, (mean, variance)) in known.iter_mut().zip(all) {
+                let variances = process.variances_with(&places, &read)?;
+                let all = means.zip(variances).zip(process.shared(&places));
+                for (known, ((mean, variance), shared)) in known.iter_mut().zip(all) {
                     // The mean of squares, for now.
+                    let variance = variance * process.scale() + shared * shared;
                     known.mean += share * mean;
-                    known.variance += share * (variance * process.scale() + mean * mean);
+                    known.variance += share * (variance + mean * mean);
+                    known.shared += share * shared * shared;
                 }
             }
         }

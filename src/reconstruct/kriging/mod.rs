@@ -20,6 +20,7 @@
 //! which for Oren and Nayar's errs at most 2.5 times as much as the nearest reading does
 //! (`tests/reconstruction/layouts.rs`).
 
+mod apertures;
 mod fit;
 mod kernel;
 mod line;
@@ -218,6 +219,46 @@ impl Kriging {
         }
     }
 
+    /// What kriging makes of readings before it reconstructs them.
+    fn prepared(
+        &self,
+        r: &Readings<'_>,
+        kernel: Kernel,
+        suspects: &[outliers::Suspect],
+    ) -> Prepared {
+        let mut prepared = Prepared {
+            present: without(r, suspects),
+            kernel,
+            values: None,
+            doubts: vec![0.0; r.present.len()],
+        };
+        if r.half_angles_deg == [0.0; 2] || r.count() > MOST_COMPARED {
+            return prepared;
+        }
+        let half_angles = r.half_angles_deg.map(f64::to_radians);
+        let sharp = prepared.of(r);
+        let data = self.data(&sharp, MOST_COMPARED, r.width, None);
+        let data = data.noisier(prepared.kernel.unsaid);
+        let rows = self.chosen(&sharp, MOST_COMPARED);
+        let pairs = self.pairs(&sharp, MOST_COMPARED);
+        let ratios =
+            apertures::log_ratios(&data, &pairs, symmetry(r), &prepared.kernel, half_angles);
+        let Some(ratios) = ratios else {
+            return prepared;
+        };
+        let mut values = r.values.to_vec();
+        for (k, &row) in rows.iter().enumerate() {
+            for c in 0..r.width {
+                let value = &mut values[row * r.width + c];
+                *value = TRANSFORM.inverse(TRANSFORM.forward(*value) - ratios[(k, c)]);
+            }
+            prepared.doubts[row] = ratios.row(k).amax();
+        }
+        prepared.values = Some(values);
+        prepared.kernel = self.fitted(&prepared.of(r));
+        prepared
+    }
+
     /// What explains the readings, with kernels that are fitted to their first value if they are to be and fill space:
     /// what all materials have in common, and a prior as far as the readings are likelier with it.
     fn accounts(&self, r: &Readings<'_>, common: Kernel) -> Result<Vec<Account>, ReconstructError> {
@@ -260,6 +301,29 @@ impl Kriging {
                 ..Account::of(common)
             },
         ])
+    }
+}
+
+/// Readings in the form that they are reconstructed in.
+struct Prepared {
+    /// One flag per pose: true if it has a reading that counts.
+    present: Vec<bool>,
+    /// What all materials have in common, fitted to the readings.
+    kernel: Kernel,
+    /// Values in single directions, where readings are means over apertures.
+    values: Option<Vec<f64>>,
+    /// By how much ln f of each reading in its direction differs from that of the mean, in absolute value.
+    doubts: Vec<f64>,
+}
+
+impl Prepared {
+    /// The readings, with the values and flags of these.
+    fn of<'a>(&'a self, r: &Readings<'a>) -> Readings<'a> {
+        Readings {
+            present: &self.present,
+            values: self.values.as_deref().unwrap_or(r.values),
+            ..*r
+        }
     }
 }
 
@@ -406,13 +470,10 @@ impl Reconstruct for Kriging {
 
     fn interpolate(&self, r: &Readings<'_>) -> Result<Box<dyn Interpolant>, ReconstructError> {
         admit(r.count(), MOST_SPARSE)?;
-        let (common, suspects) = self.common(r);
-        let present = without(r, &suspects);
-        let r = &Readings {
-            present: &present,
-            ..*r
-        };
-        let accounts = self.accounts(r, common)?;
+        let (kernel, suspects) = self.common(r);
+        let readings = self.prepared(r, kernel, &suspects);
+        let r = &readings.of(r);
+        let accounts = self.accounts(r, readings.kernel.clone())?;
         let left_out = accounts.iter().all(|account| account.known.is_none());
         let contradicts = self.prior.is_some() && applies(r) && left_out;
         let mut parts = Vec::new();
@@ -438,6 +499,7 @@ impl Reconstruct for Kriging {
         Ok(Box::new(Process {
             parts,
             contradicts,
+            blurred: readings.doubts.iter().copied().fold(0.0, f64::max),
             symmetry: symmetry(r),
         }))
     }
@@ -448,8 +510,13 @@ struct Process {
     parts: Vec<Part>,
     /// True if the readings contradict a prior that was given.
     contradicts: bool,
+    /// By how much ln f of a reading differs from that of the mean over apertures, at most.
+    blurred: f64,
     symmetry: Symmetry,
 }
+
+/// Least logarithm of a ratio of a value and its mean over apertures from which on a peak is not determined: a factor of 1.5.
+const BLURRED: f64 = 0.4;
 
 /// The mean by one account of the readings.
 struct Part {
@@ -563,7 +630,14 @@ impl Interpolant for Process {
 
     fn remarks(&self) -> Vec<String> {
         let told = "the readings contradict the prior, which is left out";
-        self.contradicts.then(|| told.into()).into_iter().collect()
+        let contradicts = self.contradicts.then(|| told.into());
+        let blurred = (self.blurred > BLURRED).then(|| {
+            format!(
+                "a lobe is hardly wider than the apertures: its height, up to {:.1} times what was read, is not determined",
+                self.blurred.exp()
+            )
+        });
+        contradicts.into_iter().chain(blurred).collect()
     }
 
     fn eval(&self, pair: &DirectionPair, out: &mut [f64]) {

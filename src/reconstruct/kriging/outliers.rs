@@ -26,6 +26,9 @@ const MOST: f64 = 0.2;
 /// Least weight of a reading that is near another.
 const FAR: f64 = 0.1;
 
+/// The cosine of an elevation from which on all may be otherwise: 87°.
+const GRAZING: f64 = 0.05;
+
 /// Steps to the width of a Student's t.
 const STEPS: usize = 50;
 
@@ -127,9 +130,13 @@ impl<'a> Left<'a> {
         all.into_iter().map(|(_, candidate)| candidate).collect()
     }
 
-    /// True if no reading near is as near to the mirror direction: a peak is higher or flatter there than any that is off it shows.
+    /// True if a reading lies where others say little of it: nearer to the mirror direction than all that are near, where a peak may
+    /// be higher or flatter than they show; or at the horizon, where lobes end.
     fn is_outermost(&self, row: usize) -> bool {
         let own = &self.columns[row];
+        if kernel::least_cosine(own) < GRAZING {
+            return true;
+        }
         let others = (0..self.open.len()).filter(|&i| self.open[i] && i != row);
         let mut inner = others.filter(|&i| self.columns[i][kernel::U1] <= own[kernel::U1]);
         !inner.any(|i| system::near(own, &self.columns[i], self.open.len()) > FAR)

@@ -8,6 +8,7 @@ use super::{Account, Known, Kriging};
 use crate::geometry::{DirectionPair, Symmetry};
 use crate::measurement::Measurement;
 use crate::reconstruct::interpolant::{Readings, noise, present};
+use crate::reconstruct::transform::EPSILON;
 use crate::reconstruct::{ReconstructError, Suspect};
 use nalgebra::{DMatrix, DVector, DVectorView};
 use rayon::prelude::*;
@@ -33,7 +34,12 @@ pub(crate) struct Posterior {
     /// What all variances are to be multiplied by, from how well the readings suit the kernel.
     scale: f64,
     noise: Noise,
+    /// What errors of ln f all readings share at least; and L⁻¹ times what each has beyond.
+    shared: (f64, DVector<f64>),
 }
+
+/// Share of what apertures change of ln f that remains in doubt.
+const UNRESOLVED: f64 = 0.5;
 
 /// Pairs in the form that the process takes.
 pub(crate) struct Places {
@@ -99,24 +105,37 @@ impl Posterior {
             values: &values,
             present: &present,
             noise: type_a.as_deref(),
+            half_angles_deg: measurement.half_angles_deg,
         };
         let symmetry = measurement.schedule.parametrization.symmetry();
-        let (common, suspects) = kriging.common(&Readings {
+        let (kernel, suspects) = kriging.common(&Readings {
             width,
             values: &measurement.values,
             noise: noise(measurement),
             ..readings
         });
-        let present = super::without(&readings, &suspects);
-        let readings = Readings {
-            present: &present,
-            ..readings
+        let kernel = match width {
+            1 => kernel,
+            _ => kriging.fitted(&Readings {
+                present: &super::without(&readings, &suspects),
+                ..readings
+            }),
         };
-        let common = match width {
-            1 => common,
-            _ => kriging.fitted(&readings),
+        let told = super::told(&readings, &suspects);
+        let prepared = kriging.prepared(&readings, kernel, &suspects);
+        let readings = prepared.of(&readings);
+        let accounts = kriging
+            .accounts(&readings, prepared.kernel.clone())?
+            .into_iter();
+        let type_b = measurement.details.as_ref().map(|d| &d.type_b);
+        let shared = |i: usize| {
+            let of = |f: f64| f.max(0.0) + EPSILON;
+            let b = type_b.map_or(0.0, |b| luminance(&b[i * width..(i + 1) * width]));
+            let share = (b / of(values[i])).ln_1p();
+            share.hypot(UNRESOLVED * prepared.doubts[i])
         };
-        let accounts = kriging.accounts(&readings, common)?.into_iter();
+        let chosen = kriging.chosen(&readings, super::MOST);
+        let shared: Vec<f64> = chosen.into_iter().map(shared).collect();
         let process = |Account {
                            share,
                            kernel,
@@ -131,10 +150,10 @@ impl Posterior {
             let given = Self::given(Covariance::new(&kernel), known, data, symmetry);
             let given = given.ok_or_else(|| super::singular(&readings))?;
             let noise = Noise::of(&readings, kernel.unsaid);
-            Ok((share, Self { noise, ..given }))
+            Ok((share, Self { noise, ..given }.sharing(&shared)))
         };
         let all: Result<Vec<_>, ReconstructError> = accounts.map(process).collect();
-        Ok((all?, super::told(&readings, &suspects)))
+        Ok((all?, told))
     }
 
     /// The process without a reading.
@@ -199,7 +218,27 @@ impl Posterior {
             factor,
             solved,
             noise: Noise::default(),
+            shared: (0.0, DVector::zeros(n)),
         }
+    }
+
+    /// The same with errors of ln f of readings which further readings do not average out.
+    fn sharing(self, errors: &[f64]) -> Self {
+        let least = errors.iter().copied().fold(f64::INFINITY, f64::min);
+        let least = if least.is_finite() { least } else { 0.0 };
+        let mut beyond = DMatrix::from_iterator(errors.len(), 1, errors.iter().map(|e| e - least));
+        system::forward(&self.factor, &mut beyond);
+        Self {
+            shared: (least, beyond.column(0).into_owned()),
+            ..self
+        }
+    }
+
+    /// Errors of ln(f + ε) at places that further readings do not average out.
+    pub fn shared(&self, places: &Places) -> Vec<f64> {
+        let (least, beyond) = &self.shared;
+        let at = places.solved.column_iter().map(|v| v.dot(beyond));
+        at.map(|e| least + e.max(0.0)).collect()
     }
 
     /// The process as it would be with readings at some pairs more, each as it is expected: variances fall, means and
@@ -381,6 +420,7 @@ impl Posterior {
 
 #[cfg(test)]
 mod tests {
+    use super::super::kernel;
     use super::super::prior::PriorFile;
     use super::super::system::{MEAN, NUGGET};
     use super::*;

@@ -257,21 +257,33 @@ impl Data {
     /// The weights of the readings. Without a prior nothing is known of the level beforehand (ordinary kriging): where
     /// all readings are one value, so is the process. `None` if the covariances are singular.
     pub fn solve(&self, kernel: &Kernel) -> Option<Solved> {
-        let is_known = kernel.share > 0.0;
-        let covariance = Covariance {
-            level: if is_known { kernel.level } else { 0.0 },
+        let factor = self.ordinary(kernel).factor(self)?;
+        Some(self.solve_by(kernel, &factor))
+    }
+
+    /// The covariances of [`solve`](Self::solve).
+    pub fn ordinary(&self, kernel: &Kernel) -> Covariance {
+        Covariance {
+            level: if kernel.share > 0.0 {
+                kernel.level
+            } else {
+                0.0
+            },
             ..Covariance::new(kernel)
-        };
-        let factor = covariance.factor(self)?;
+        }
+    }
+
+    /// [`solve`](Self::solve) by the factor of its covariances.
+    pub fn solve_by(&self, kernel: &Kernel, factor: &DMatrix<f64>) -> Solved {
         let mut weights = self.values.clone();
-        if is_known {
-            back(&factor, &mut weights);
+        if kernel.share > 0.0 {
+            back(factor, &mut weights);
             let levels = weights.column_iter().map(|w| kernel.level * w.sum());
             let levels = levels.collect();
-            return Some(Solved { weights, levels });
+            return Solved { weights, levels };
         }
         let mut ones = DMatrix::from_element(self.sites.len(), 1, 1.0);
-        back(&factor, &mut ones);
+        back(factor, &mut ones);
         let share = ones.sum();
         let mut levels = Vec::new();
         for mut column in weights.column_iter_mut() {
@@ -279,8 +291,8 @@ impl Data {
             column.add_scalar_mut(-level);
             levels.push(level + MEAN);
         }
-        back(&factor, &mut weights);
-        Some(Solved { weights, levels })
+        back(factor, &mut weights);
+        Solved { weights, levels }
     }
 
     /// −ln of the density of the values of each group, predicted from all others, summed over groups (Rasmussen & Williams 2006, eq.

@@ -11,6 +11,7 @@ fn pairs(variance: f64) -> Vec<(f64, f64, LogNormal)> {
         let known = LogNormal {
             mean: (0.7 * i).sin(),
             variance: variance * (1.0 + 0.5 * (1.3 * i).cos()),
+            shared: 0.0,
         };
         (1.0 + (0.4 * i).cos().powi(2), 0.3 + 0.015 * i, known)
     };
@@ -61,10 +62,12 @@ fn of_the_black_only_the_logarithm_is_known() {
     let black = LogNormal {
         mean: EPSILON.ln() - 0.1,
         variance: 0.04,
+        shared: 0.01,
     };
     let expected = Expected::of(std::iter::once((1.0, 0.5, black)));
     let log = (2.0 * 0.04 / PI).sqrt();
     assert_eq!(expected.nrmse, None);
     assert!((expected.log_relative.unwrap() - log).abs() < 1e-15);
+    assert!((expected.shared[1].unwrap() - 0.5 * log).abs() < 1e-15);
     assert_eq!(Expected::of(std::iter::empty()), Expected::default());
 }

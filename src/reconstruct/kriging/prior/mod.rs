@@ -117,6 +117,7 @@ impl Prior {
             values: &wide,
             present: &vec![true; wide.len() / width],
             noise: None,
+            half_angles_deg: [0.0; 2],
         };
         let table = spline::<3>(&readings, Transform::Linear, Continuation::default()).ok()?;
         Some(Self {

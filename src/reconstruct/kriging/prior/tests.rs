@@ -62,7 +62,7 @@ fn what_is_expected_is_of_what_is_reconstructed() {
         Some([TRANSFORM.inverse(log([1.3, -0.7, 0.4], pair) + more)])
     });
     let readings = measured(&odd, 14);
-    let processes = Posterior::all(&kriging, &readings).unwrap();
+    let (processes, _) = Posterior::all(&kriging, &readings).unwrap();
     let shares: Vec<f64> = processes.iter().map(|p| p.0).collect();
     assert!(
         shares.len() == 2 && shares[0].min(shares[1]) > 0.02,
