@@ -1,9 +1,11 @@
 //! Tolerances and guarded functions, each with its reason, and what several rooms search and sum with.
 
 pub(crate) mod angles;
+mod correlation;
 #[cfg(any(test, feature = "stability"))]
 pub(crate) mod exact;
 pub(crate) mod powers;
+pub(crate) mod ranks;
 pub(crate) mod tree;
 
 use glam::{DMat3, DVec3};
@@ -89,3 +91,4 @@ pub mod infinite_as_null {
         Ok(Option::deserialize(deserializer)?.unwrap_or(f64::INFINITY))
     }
 }
+pub use correlation::{Correlation, CorrelationMatrix, correlate};

@@ -94,13 +94,12 @@ impl Density {
         Some((self.jacobian * mean).ln()).filter(|log| log.is_finite())
     }
 
-    /// The mean of [`log`](Self::log) over its own uniform points: poses that follow it have as much.
-    pub fn of_own(&self) -> f64 {
+    /// [`log`](Self::log) at its own uniform points: poses that follow it have as much in the mean.
+    pub fn of_own(&self) -> Vec<f64> {
         let own = (0..POINTS).filter_map(|i| self.point(i)).take(OWN);
         let own: Vec<DirectionPair> = own.map(|(pair, _)| pair).collect();
         let logs = own.par_iter().filter_map(|pair| self.log(pair));
-        let all: Vec<f64> = logs.collect();
-        all.iter().sum::<f64>() / all.len() as f64
+        logs.collect()
     }
 }
 
@@ -181,7 +180,9 @@ mod tests {
                 logs.sum::<f64>() / points.len() as f64
             };
             let follows = mean(own);
-            assert!((follows - own.of_own()).abs() < 0.1, "{name}");
+            let own = own.of_own();
+            let own = own.iter().sum::<f64>() / own.len() as f64;
+            assert!((follows - own).abs() < 0.1, "{name}");
             for (other, density) in &all {
                 assert!(mean(density) <= follows + 0.02, "{name} by {other}");
             }

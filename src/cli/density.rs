@@ -58,6 +58,8 @@ struct Line {
     standard_error_of_less: Option<f64>,
     /// The mean of the coordinates' own uniform points.
     of_own_points: f64,
+    /// Its standard error.
+    standard_error_of_own: Option<f64>,
 }
 
 impl DensityArgs {
@@ -112,6 +114,7 @@ impl DensityArgs {
             };
             let known = mean_and_error(&there(&values));
             let (log_density, standard_error) = known.ok_or_else(|| too_few("poses"))?;
+            let own = mean_and_error(&density.of_own()).ok_or_else(|| too_few(&points()))?;
             let line = Line {
                 coordinates: name.into(),
                 warp,
@@ -119,7 +122,8 @@ impl DensityArgs {
                 standard_error,
                 less_than_first: 0.0,
                 standard_error_of_less: None,
-                of_own_points: density.of_own(),
+                of_own_points: own.0,
+                standard_error_of_own: own.1,
             };
             lines.push((line, values));
         }
@@ -157,10 +161,10 @@ impl DensityArgs {
                 _ => known(line.less_than_first, line.standard_error_of_less),
             };
             columns.row(&format!(
-                "{}{warp}\t{}\t{less}\t{:.2}",
+                "{}{warp}\t{}\t{less}\t{}",
                 line.coordinates,
                 known(line.log_density, line.standard_error),
-                line.of_own_points
+                known(line.of_own_points, line.standard_error_of_own)
             ));
         }
         let poses: usize = files.iter().map(Vec::len).sum();

@@ -2,28 +2,31 @@
 
 use super::print;
 use super::talk::say;
-use crate::brdf::{Brdf, laws};
+use crate::brdf::{Brdf, Channels, Presence, laws};
 use crate::error::Error;
-use crate::geometry::Direction;
+use crate::geometry::{Direction, DirectionPair, Symmetry};
+use crate::measurement::Measurement;
+use crate::reconstruct::Predictive;
+use crate::sampling::{Random, cosine_hemisphere};
 use clap::Args;
 use rayon::prelude::*;
 
 /// Options of what is written as a table.
 #[derive(Clone, Copy, Debug, Args)]
 pub(super) struct EnergyArgs {
-    /// Write the table also if the BRDF reflects more than it receives, seen from 0° or 60°
+    /// Write the table also if the BRDF reflects more than it receives, lit from 0° or 60°
     #[arg(long)]
     accept_energy: bool,
 }
 
-/// Views that are printed and must not gain energy, degrees.
+/// Elevations of the light that are printed and must not gain energy, degrees.
 const JUDGED_DEG: [f64; 2] = [0.0, 60.0];
 
-/// Views of whose gains only a warning tells, degrees: there few instruments have readings, and
+/// Elevations of whose gains only a warning tells, degrees: there few instruments have readings, and
 /// measured tables gain.
 const GRAZING_DEG: [f64; 2] = [75.0, 85.0];
 
-/// Azimuths of the views of a BRDF that is not isotropic, degrees; the largest albedo counts. The first three are the others mirrored.
+/// Azimuths of the lights of a BRDF that is not isotropic, degrees; the largest albedo counts. The first three are the others mirrored.
 const AZIMUTHS_DEG: [f64; 8] = [0.0, 45.0, 90.0, 135.0, 180.0, 225.0, 270.0, 315.0];
 
 /// Largest relative uncertainty that excuses an albedo: one of 100 % would excuse every one.
@@ -32,25 +35,149 @@ const EXCUSE: f64 = 0.5;
 /// Albedos from here on are printed with an exponent.
 const ABSURD: f64 = 1e3;
 
-/// The largest albedo of a view over its azimuths.
-#[derive(Clone, Copy)]
+/// A BRDF with light and sensor exchanged: what is seen from a direction is what is reflected of light from there.
+struct Exchanged<'a>(&'a dyn Brdf);
+
+impl Brdf for Exchanged<'_> {
+    fn channels(&self) -> &Channels {
+        self.0.channels()
+    }
+
+    fn symmetry(&self) -> Symmetry {
+        self.0.symmetry()
+    }
+
+    fn conserves_energy(&self) -> bool {
+        self.0.conserves_energy()
+    }
+
+    fn eval(&self, pair: &DirectionPair, out: &mut [f64]) -> Presence {
+        self.0.eval(&pair.swapped(), out)
+    }
+
+    fn eval_batch(&self, pairs: &[DirectionPair], out: &mut [f64], presence: &mut [Presence]) {
+        let swapped: Vec<DirectionPair> = pairs.iter().map(DirectionPair::swapped).collect();
+        self.0.eval_batch(&swapped, out, presence);
+    }
+}
+
+/// What is known of the readings that a BRDF was made of.
+pub(super) struct Known<'a> {
+    measurement: &'a Measurement,
+    predictive: Option<&'a dyn Predictive>,
+    /// The relative uncertainty (k = 2) that all readings share.
+    common: f64,
+}
+
+impl<'a> Known<'a> {
+    pub fn new(measurement: &'a Measurement, predictive: Option<&'a dyn Predictive>) -> Self {
+        Self {
+            measurement,
+            predictive,
+            common: common_uncertainty(measurement),
+        }
+    }
+
+    /// The relative uncertainty (k = 2) of the albedo of light from a direction.
+    fn uncertainty(&self, light: Direction) -> f64 {
+        let of = |known| 2.0 * albedo_uncertainty(known, light);
+        self.predictive.map_or(0.0, of).max(self.common)
+    }
+
+    /// True if light from this elevation, degrees, was read.
+    fn is_lit(&self, degrees: f64) -> bool {
+        has_light(self.measurement, degrees)
+    }
+}
+
+/// What all readings share (type B, k = 2), as a share of their mean.
+fn common_uncertainty(measurement: &Measurement) -> f64 {
+    let n = measurement.channels.count();
+    let Some(details) = &measurement.details else {
+        return 0.0;
+    };
+    let (mut uncertainty, mut value) = (0.0, 0.0);
+    for i in 0..measurement.outcomes.len() {
+        if let Some(values) = measurement.value(i) {
+            value += values.iter().sum::<f64>();
+            uncertainty += details.type_b[i * n..(i + 1) * n].iter().sum::<f64>();
+        }
+    }
+    if value > 0.0 {
+        2.0 * uncertainty / value
+    } else {
+        0.0
+    }
+}
+
+/// Directions that an uncertainty of an albedo is made of.
+const SEEN: u64 = 512;
+
+/// The relative standard uncertainty of the albedo of light from a direction, if all errors of the BRDF have one sign.
+fn albedo_uncertainty(known: &dyn Predictive, light: Direction) -> f64 {
+    let random = Random::new(0);
+    let pair = |i| DirectionPair::new(light, cosine_hemisphere(random.point(i)));
+    let pairs: Vec<DirectionPair> = (0..SEEN).map(pair).collect();
+    let [mut error, mut all] = [0.0; 2];
+    for known in known.predict(&pairs) {
+        let f = known.mean.exp();
+        error += f * known.variance.sqrt();
+        all += f;
+    }
+    if all > 0.0 { error / all } else { 0.0 }
+}
+
+/// Elevations of a light that are one, degrees.
+const SAME_LIGHT: f64 = 10.0;
+
+/// True if there is a reading with light near an elevation, or with the sensor there, of a reciprocal material.
+fn has_light(measurement: &Measurement, degrees: f64) -> bool {
+    let schedule = &measurement.schedule;
+    let reciprocal = schedule.parametrization.symmetry().reciprocal;
+    (0..schedule.poses.len())
+        .filter(|&i| measurement.value(i).is_some())
+        .any(|i| {
+            let pair = &schedule.poses[i].pair;
+            let near = |d: Direction| (d.theta().to_degrees() - degrees).abs() <= SAME_LIGHT;
+            near(pair.omega_i) || reciprocal && near(pair.omega_o)
+        })
+}
+
+/// The largest albedo of a light over its azimuths.
+#[derive(Clone)]
 struct Albedo {
     degrees: f64,
     value: f64,
-    /// That of the quadrature, three standard errors of random paths, and what the readings share (k = 2) as far as it counts.
+    /// The channel that it is of, of several.
+    channel: Option<String>,
+    /// That of the quadrature, three standard errors of random paths, and that of the readings as far as it counts.
     uncertainty: f64,
+    /// Share of the hemisphere, by its cosine, without data; that counts as 0 in the value.
+    missing: f64,
 }
 
 impl Albedo {
-    /// Seen from an elevation (degrees) at one azimuth (rad).
-    fn new(brdf: &dyn Brdf, degrees: f64, azimuth: f64, relative: f64) -> Self {
-        let view = Direction::from_spherical(degrees.to_radians(), azimuth);
-        let (albedo, noise) = laws::noisy_albedo(brdf, view);
+    /// Of light from an elevation (degrees) at one azimuth (rad).
+    fn new(brdf: &dyn Brdf, degrees: f64, azimuth: f64, known: Option<&Known<'_>>) -> Self {
+        let light = Direction::from_spherical(degrees.to_radians(), azimuth);
+        // Random paths are those of a reciprocal surface.
+        let (albedo, noise) = match brdf.as_split() {
+            Some(_) => laws::noisy_albedo(brdf, light),
+            None => laws::noisy_albedo(&Exchanged(brdf), light),
+        };
         let value = albedo.max();
+        let channel = albedo.value.iter().position(|v| *v == value).unwrap_or(0);
+        let relative = known.map_or(0.0, |known| known.uncertainty(light));
         Self {
             degrees,
             value,
+            channel: match brdf.channels() {
+                Channels::Luminance => None,
+                Channels::Rgb => Some(["R", "G", "B"][channel].into()),
+                Channels::Wavelengths(w) => Some(format!("{} nm", w.nm()[channel])),
+            },
             uncertainty: albedo.error + 3.0 * noise + relative.min(EXCUSE) * value,
+            missing: albedo.missing,
         }
     }
 
@@ -66,52 +193,77 @@ impl std::fmt::Display for Albedo {
             degrees,
             value,
             uncertainty,
+            ..
         } = self;
         if *value < ABSURD {
-            write!(f, "{value:.4} ± {uncertainty:.1e} at {degrees}°")
+            write!(f, "{value:.4} ± {uncertainty:.1e} at {degrees}°")?;
         } else {
-            write!(f, "{value:.4e} ± {uncertainty:.1e} at {degrees}°")
+            write!(f, "{value:.4e} ± {uncertainty:.1e} at {degrees}°")?;
         }
+        if let Some(channel) = &self.channel {
+            write!(f, " ({channel})")?;
+        }
+        if self.missing > HOLES {
+            let full = value / (1.0 - self.missing);
+            let share = 100.0 * (1.0 - self.missing);
+            write!(
+                f,
+                " from {share:.0} % of the hemisphere, {full:.4} if the rest is like it"
+            )?;
+        }
+        Ok(())
     }
 }
 
-/// The albedos of some views (degrees), the azimuths of all of them at a time.
-fn albedos(brdf: &dyn Brdf, views: &[f64], relative: f64) -> Vec<Albedo> {
+/// Share of the hemisphere without data from which on it is printed.
+const HOLES: f64 = 1e-3;
+
+/// The albedos of lights from some elevations (degrees), the azimuths of all of them at a time.
+fn albedos(brdf: &dyn Brdf, lights: &[f64], known: Option<&Known<'_>>) -> Vec<Albedo> {
     let azimuths = match brdf.symmetry() {
         symmetry if symmetry.isotropic => &AZIMUTHS_DEG[..1],
         symmetry if symmetry.bilateral => &AZIMUTHS_DEG[..3],
         _ => &AZIMUTHS_DEG,
     };
-    let seen = |&degrees: &f64| azimuths.iter().map(move |phi| (degrees, phi.to_radians()));
-    let seen: Vec<(f64, f64)> = views.iter().flat_map(seen).collect();
-    let found: Vec<Albedo> = seen
+    let lit = |&degrees: &f64| azimuths.iter().map(move |phi| (degrees, phi.to_radians()));
+    let lit: Vec<(f64, f64)> = lights.iter().flat_map(lit).collect();
+    let found: Vec<Albedo> = lit
         .into_par_iter()
-        .map(|(degrees, phi)| Albedo::new(brdf, degrees, phi, relative))
+        .map(|(degrees, phi)| Albedo::new(brdf, degrees, phi, known))
         .collect();
-    let of_views = found.chunks(azimuths.len());
+    let of_lights = found.chunks(azimuths.len());
     let largest = |all: &[Albedo]| {
-        let all = all.iter().copied();
+        let all = all.iter().cloned();
         all.max_by(|a, b| a.value.total_cmp(&b.value))
     };
-    of_views.filter_map(largest).collect()
+    of_lights.filter_map(largest).collect()
 }
 
 impl EnergyArgs {
-    /// Prints the albedo at 0° and 60°, and warns of one above 1 at 75° or 85°; `relative` is its
-    /// uncertainty beside that of the quadrature (k = 2).
+    /// Prints what is reflected of light from 0° and 60°, and warns of more than all at 75° or 85°; of readings, what is `known`.
     ///
     /// # Errors
     /// If one that is printed exceeds 1 by more than its uncertainty, of which at most half of the
     /// albedo counts.
-    pub(super) fn check(self, brdf: &dyn Brdf, relative: f64) -> Result<(), Error> {
-        let all = albedos(brdf, &[JUDGED_DEG, GRAZING_DEG].concat(), relative);
-        let (judged, grazing) = all.split_at(JUDGED_DEG.len());
-        let texts: Vec<String> = judged.iter().map(Albedo::to_string).collect();
+    pub(super) fn check(self, brdf: &dyn Brdf, known: Option<&Known<'_>>) -> Result<(), Error> {
+        let is_lit = |degrees: &f64| known.is_none_or(|known| known.is_lit(*degrees));
+        let judged: Vec<f64> = JUDGED_DEG.into_iter().filter(is_lit).collect();
+        let grazing: Vec<f64> = GRAZING_DEG.into_iter().filter(is_lit).collect();
+        let all = albedos(brdf, &[&judged[..], &grazing].concat(), known);
+        let (judged, grazing) = all.split_at(judged.len());
+        let texts = JUDGED_DEG.map(|degrees| {
+            match judged.iter().find(|albedo| albedo.degrees == degrees) {
+                Some(albedo) => albedo.to_string(),
+                None => format!("none at {degrees}°, where no light was read"),
+            }
+        });
         print(&format!("albedo: {}\n", texts.join(", ")))?;
+        let relative = known.map_or(0.0, |known| {
+            known.uncertainty(Direction::from_spherical(0.0, 0.0))
+        });
         if relative > EXCUSE {
             say(&format!(
-                "gonio: the readings share an uncertainty of {:.0} % of their mean (k = 2), too much \
-                 to judge energy by: {:.0} % are taken",
+                "gonio: the readings leave an uncertainty of {:.0} % (k = 2), too much to judge energy by: {:.0} % are taken",
                 100.0 * relative,
                 100.0 * EXCUSE
             ));
@@ -129,7 +281,7 @@ impl EnergyArgs {
                     .collect();
                 if !gains.is_empty() {
                     say(&format!(
-                        "gonio: the albedo is above 1 at grazing views: {}",
+                        "gonio: the albedo is above 1 of grazing light: {}",
                         gains.join(", ")
                     ));
                 }

@@ -14,7 +14,7 @@ use crate::geometry::Symmetry;
 use crate::instrument::{self, Order};
 use crate::metrics::Expected;
 use crate::parametrization;
-use crate::schedule::{Assume, Sequence};
+use crate::schedule::{Assume, Itinerary, Sequence};
 use clap::Args;
 use std::path::PathBuf;
 
@@ -152,7 +152,12 @@ impl Next {
                 if !itinerary.unreachable.is_empty() {
                     return Err(Error::infeasible("--instrument", out_of_reach(&itinerary)));
                 }
-                minutes = format!(", {:.1} minutes", itinerary.seconds() / 60.0);
+                let tile = instrument.spec.calibration.seconds * calibrations(&itinerary) as f64;
+                minutes = format!(
+                    ", {:.1} minutes, {:.1} of them at the reference tile",
+                    itinerary.seconds() / 60.0,
+                    tile / 60.0
+                );
                 Some(itinerary)
             }
             _ => None,
@@ -240,4 +245,14 @@ impl Next {
         planner.check(&[]).map_err(|e| Error::config("--set", e))?;
         Ok(planner)
     }
+}
+
+/// How often the tile is read: a batch that follows at once needs no reading of it at its start.
+fn calibrations(itinerary: &Itinerary) -> usize {
+    let ends = itinerary.visits.iter();
+    let mut ends: Vec<f64> = ends
+        .map(|v| v.at_seconds - v.since_calibration_seconds)
+        .collect();
+    ends.dedup_by(|a, b| (*a - *b).abs() < 1e-3);
+    ends.len()
 }

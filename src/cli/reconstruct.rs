@@ -3,7 +3,7 @@
 use super::brdf_args::{BrdfArgs, is_config};
 use super::check::words;
 use super::cross_validation::{CrossValidationArgs, print_scores};
-use super::energy::EnergyArgs;
+use super::energy::{EnergyArgs, Known};
 use super::output::refuse_other_endings;
 use super::reading::ReadingArgs;
 use super::readings_file::ReadingsFile;
@@ -143,26 +143,6 @@ fn fill() -> impl TypedValueParser<Value = Fill> {
     })
 }
 
-/// What all readings share (type B, k = 2), as a share of their mean.
-fn common_uncertainty(measurement: &Measurement) -> f64 {
-    let n = measurement.channels.count();
-    let Some(details) = &measurement.details else {
-        return 0.0;
-    };
-    let (mut uncertainty, mut value) = (0.0, 0.0);
-    for i in 0..measurement.outcomes.len() {
-        if let Some(values) = measurement.value(i) {
-            value += values.iter().sum::<f64>();
-            uncertainty += details.type_b[i * n..(i + 1) * n].iter().sum::<f64>();
-        }
-    }
-    if value > 0.0 {
-        2.0 * uncertainty / value
-    } else {
-        0.0
-    }
-}
-
 /// Shares of the table by coverage.
 fn shares(covered: &Covered<'_>) -> String {
     let shares = Coverage::ALL.iter().zip(covered.shares());
@@ -272,8 +252,8 @@ impl Reconstruct {
             let covered = Covered::new(&*brdf, &measurement, self.fill);
             let covered = covered.map_err(|e| Error::data(path, e))?;
             tabulate::pairs(table, 0, &covered, path, &|| "--output".into())?;
-            self.energy
-                .check(&covered, common_uncertainty(&measurement))?;
+            let known = Known::new(&measurement, predictive.as_deref());
+            self.energy.check(&covered, Some(&known))?;
             // What this asked for is no cell of the table.
             covered.forget();
             tabulate::write(table, 0, &covered, path, || "--output".into())?;

@@ -115,7 +115,7 @@ impl TableArgs {
         place: impl Fn() -> String,
     ) -> Result<Option<Box<dyn Brdf>>, Error> {
         pairs(format, 0, brdf, path, &place)?;
-        self.energy.check(brdf, 0.0)?;
+        self.energy.check(brdf, None)?;
         let mut size = 0;
         loop {
             write(format, size, brdf, path, &place)?;

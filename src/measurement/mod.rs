@@ -121,7 +121,7 @@ pub struct Place {
     pub line: usize,
 }
 
-/// Largest half-angle of the cones of source and sensor.
+/// Largest half-angle of an aperture, and largest error of an axis, degrees: beyond it the directions of a pose mean nothing.
 pub const WIDEST_DEG: f64 = 10.0;
 
 /// The outcomes of a schedule, in its order.

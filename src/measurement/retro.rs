@@ -3,7 +3,7 @@
 
 use super::Measurement;
 use crate::geometry::angle_between;
-use crate::moments::correlate;
+use crate::numeric::correlate;
 use glam::DVec3;
 use std::fmt;
 

@@ -21,7 +21,6 @@
 
 mod clamping;
 mod component;
-mod correlation;
 mod cubature;
 mod errors;
 mod estimator;
@@ -38,7 +37,6 @@ mod tally;
 
 pub use clamping::{Clamping, HorizonCopy};
 pub use component::{Component, Estimate, Moments, Order};
-pub use correlation::{Correlation, CorrelationMatrix, correlate};
 pub use errors::MomentErrors;
 pub use estimator::{Estimator, SliceMoments, Unresolved, all, read};
 pub use fit::{

@@ -8,7 +8,6 @@ mod bootstrap;
 mod mean;
 mod order;
 mod paired;
-mod ranks;
 mod variance;
 mod wilcoxon;
 

@@ -1,7 +1,7 @@
 //! Wilcoxon's signed-rank test of whether differences lean to one side.
 
 use super::bootstrap::FEWEST;
-use super::ranks::doubled_ranks;
+use crate::numeric::ranks::doubled_ranks;
 use statrs::distribution::{ContinuousCDF, Normal};
 
 /// Most differences for which p is exact. Numbers of sign patterns, up to 2⁵⁰, are whole in `f64`.

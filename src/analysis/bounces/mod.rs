@@ -46,6 +46,21 @@ pub struct ChartBounces {
     pub best: Option<BestBox>,
 }
 
+/// Axes by what they hold of pairs that reciprocity folds: of both elevations `theta_max` the larger and `theta_min` the lesser.
+fn folded(axes: &[Axis], symmetry: Symmetry) -> Vec<Axis> {
+    let symbol = |axis: &Axis| match axis.symbol {
+        "theta_i" if symmetry.reciprocal => "theta_max",
+        "theta_o" if symmetry.reciprocal => "theta_min",
+        symbol => symbol,
+    };
+    let axes = axes.iter();
+    axes.map(|axis| Axis {
+        symbol: symbol(axis),
+        ..*axis
+    })
+    .collect()
+}
+
 impl ChartBounces {
     /// Analyses one parametrization for a material of some symmetry; the box is that of `class` with so much of its own light
     /// (`purity`, in (0, 1]), in the isotropic form.
@@ -69,7 +84,7 @@ impl ChartBounces {
         );
         Self {
             name: entry.kind,
-            axes: form.axes().to_vec(),
+            axes: folded(form.axes(), symmetry),
             information,
             ranges: ranges(sample, &coords, &ranks),
             map_axes: {

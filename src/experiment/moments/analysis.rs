@@ -3,10 +3,11 @@
 
 use super::profiles::MaterialProfiles;
 use crate::moments::{
-    Channel, Clamping, Component, CorrelationMatrix, EnergyFit, EnergySeries, FitError, MeanFit,
-    MeanVarianceFit, Profile, SharedEnergyFit, VarianceFit, ViewRange, correlate,
-    fit_average_variance, fit_energy, fit_energy_shared, fit_mean, fit_mean_variance,
+    Channel, Clamping, Component, EnergyFit, EnergySeries, FitError, MeanFit, MeanVarianceFit,
+    Profile, SharedEnergyFit, VarianceFit, ViewRange, fit_average_variance, fit_energy,
+    fit_energy_shared, fit_mean, fit_mean_variance,
 };
+use crate::numeric::{CorrelationMatrix, correlate};
 use serde::Serialize;
 
 /// The fits of one profile, and averages over the fitted views.

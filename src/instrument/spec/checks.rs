@@ -11,8 +11,6 @@ use glam::DVec3;
 
 type Checked = Result<(), ParameterError>;
 
-/// Largest half-angle of an aperture, and largest error of an axis, degrees: beyond it the
-
 /// Smallest and largest size of a number other than 0.
 const SANE: [f64; 2] = [1e-9, 1e15];
 

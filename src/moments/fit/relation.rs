@@ -1,7 +1,7 @@
 //! Slope of the mean profile and average variance, related over materials.
 
 use super::{FitError, FitErrors};
-use crate::moments::correlation::{Correlation, correlate};
+use crate::numeric::{Correlation, correlate};
 use serde::Serialize;
 use std::f64::consts::PI;
 

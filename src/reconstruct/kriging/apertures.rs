@@ -4,9 +4,10 @@
 //! mean of the process is over its value there divides the reading; the process through the quotients gives the next ratios. That
 //! is Richardson's and Lucy's iteration (Richardson 1972, Lucy 1974) with the smoothness of the kernel.
 
+use super::Account;
 use super::kernel::{self, Kernel};
+use super::process::Part;
 use super::system::Data;
-use super::{Account, Part};
 use crate::geometry::{Direction, DirectionPair, Symmetry};
 use crate::reconstruct::transform::EPSILON;
 use glam::DVec3;

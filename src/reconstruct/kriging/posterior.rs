@@ -68,6 +68,9 @@ impl Places {
 /// The least surprise that counts.
 const LEAST_SURPRISE: f64 = 1e-3;
 
+/// Processes, each with its share; all together 1.
+type Shared = Vec<(f64, Posterior)>;
+
 impl Posterior {
     /// The likeliest process given the luminance of a measurement's readings.
     ///
@@ -90,7 +93,7 @@ impl Posterior {
     pub fn all(
         kriging: &Kriging,
         measurement: &Measurement,
-    ) -> Result<(Vec<(f64, Self)>, Vec<Suspect>), ReconstructError> {
+    ) -> Result<(Shared, Vec<Suspect>), ReconstructError> {
         let channels = &measurement.channels;
         let width = channels.count();
         let luminance = |values: &[f64]| channels.luminance(values);

@@ -1,4 +1,4 @@
-use gonio::moments::{Correlation, CorrelationMatrix, correlate};
+use gonio::numeric::{Correlation, CorrelationMatrix, correlate};
 
 fn of(a: &[f64], b: &[f64]) -> Correlation {
     let some = |v: &[f64]| v.iter().copied().map(Some).collect::<Vec<_>>();

@@ -1,5 +1,6 @@
 //! Correlation of series with gaps: between orders, between channels, between materials.
 
+use super::ranks::doubled_ranks;
 use serde::Serialize;
 
 /// Correlation of two series. A coefficient is in [−1, 1]; `None` with fewer than two pairs or
@@ -53,21 +54,10 @@ fn unit_deviations(values: &[f64]) -> Option<Vec<f64>> {
     (spread > rounding).then(|| deviations.iter().map(|d| d / spread).collect())
 }
 
-/// Ranks from 1; equal values share the average of theirs.
+/// Twice the ranks, which correlate as the ranks do.
 fn ranks(values: &[f64]) -> Vec<f64> {
-    let mut order: Vec<usize> = (0..values.len()).collect();
-    order.sort_by(|&i, &j| values[i].total_cmp(&values[j]));
-    let mut ranks = vec![0.0; values.len()];
-    let mut first = 0;
-    // By value, not by bits: −0 equals 0.
-    for tie in order.chunk_by(|&i, &j| values[i] == values[j]) {
-        let rank = first as f64 + 0.5 * (tie.len() + 1) as f64;
-        for &i in tie {
-            ranks[i] = rank;
-        }
-        first += tie.len();
-    }
-    ranks
+    let ranks = doubled_ranks(values).into_iter();
+    ranks.map(|rank| rank as f64).collect()
 }
 
 /// Matrix of the correlations between named columns.

@@ -2,7 +2,7 @@
 
 /// Twice the rank of every value, the least being 1; equal values share the mean of their ranks, so
 /// that twice of it is a whole number.
-pub(super) fn doubled_ranks(values: &[f64]) -> Vec<usize> {
+pub(crate) fn doubled_ranks(values: &[f64]) -> Vec<usize> {
     let mut order: Vec<usize> = (0..values.len()).collect();
     order.sort_by(|a, b| values[*a].total_cmp(&values[*b]));
     let mut ranks = vec![0; values.len()];

@@ -1,0 +1,172 @@
+//! The mean of the process as a function of a pair.
+
+use super::kernel::{self, Block, Columns, Flat, LANES};
+use super::line::Line;
+use super::prior::Mean;
+use super::system::{Sites, Solved};
+use super::{Account, TRANSFORM};
+use crate::geometry::{DirectionPair, Symmetry};
+use crate::reconstruct::interpolant::Interpolant;
+use pulp::{Arch, NullaryFnOnce};
+
+/// The mean of the process given the readings.
+pub(super) struct Process {
+    pub parts: Vec<Part>,
+    /// True if the readings contradict a prior that was given.
+    pub contradicts: bool,
+    /// By how much ln f of a reading differs from that of the mean over apertures, at most.
+    pub blurred: f64,
+    pub symmetry: Symmetry,
+}
+
+/// Least logarithm of a ratio of a value and its mean over apertures from which on a peak is not determined: a factor of 1.5.
+const BLURRED: f64 = 0.4;
+
+/// The mean by one account of the readings.
+pub(super) struct Part {
+    share: f64,
+    /// Terms of several columns, which are evaluated for each reading.
+    terms: Vec<Flat>,
+    /// Terms of one column.
+    lines: Vec<Line>,
+    blocks: Vec<Block>,
+    /// Weights of the readings of a block, one array per value.
+    weights: Vec<[f64; LANES]>,
+    /// What is added to ln(f + ε) of each value everywhere.
+    levels: Vec<f64>,
+    /// What a prior and its functions add to it.
+    mean: Option<Mean>,
+}
+
+impl Part {
+    pub fn new(account: &Account, sites: &Sites, solved: &Solved) -> Self {
+        let Solved { weights, levels } = solved;
+        let columns = &sites.columns;
+        let width = levels.len();
+        let blocks = kernel::blocks(columns);
+        let mut laid_out = vec![[0.0; LANES]; blocks.len() * width];
+        for i in 0..weights.nrows() {
+            for c in 0..width {
+                laid_out[i / LANES * width + c][i % LANES] = weights[(i, c)];
+            }
+        }
+        let kernel = &account.kernel;
+        let (lines, terms): (Vec<Flat>, Vec<Flat>) = kernel
+            .flat()
+            .into_iter()
+            .partition(|t| t.weights.len() == 1);
+        let line = |t: &Flat| {
+            let (column, square) = t.weights[0];
+            let term = (t.amplitude, column, square.sqrt());
+            Line::new(term, columns, weights)
+        };
+        let mean = account.known.as_ref().map(|known| {
+            let told = &sites.functions * weights * kernel.share;
+            known.prior.mean(&(&known.centre.mean + told))
+        });
+        Self {
+            share: account.share,
+            lines: lines.iter().map(line).collect(),
+            terms,
+            blocks,
+            weights: laid_out,
+            levels: levels.clone(),
+            mean,
+        }
+    }
+
+    /// Writes ln(f + ε) of pairs.
+    pub fn eval(&self, pairs: &[DirectionPair], columns: &[Columns], out: &mut [f64]) {
+        Arch::new().dispatch(Means {
+            part: self,
+            columns,
+            out,
+        });
+        for out in out.chunks_exact_mut(self.levels.len()) {
+            out.iter_mut().zip(&self.levels).for_each(|(z, l)| *z += l);
+        }
+        if let Some(mean) = &self.mean {
+            mean.add(pairs, out);
+        }
+    }
+}
+
+/// Writes ln(f + ε) less its level at pairs.
+struct Means<'a> {
+    part: &'a Part,
+    columns: &'a [Columns],
+    out: &'a mut [f64],
+}
+
+impl NullaryFnOnce for Means<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn call(self) {
+        let of = self.part;
+        let width = of.levels.len();
+        let mut sums = vec![[0.0; LANES]; width];
+        let queries = self.columns.iter().zip(self.out.chunks_exact_mut(width));
+        for (x, out) in queries {
+            sums.fill([0.0; LANES]);
+            for (block, weights) in of.blocks.iter().zip(of.weights.chunks_exact(width)) {
+                let k = kernel::covariance(&of.terms, x, block);
+                for (sum, weights) in sums.iter_mut().zip(weights) {
+                    for i in 0..LANES {
+                        sum[i] = k[i].mul_add(weights[i], sum[i]);
+                    }
+                }
+            }
+            for (out, sum) in out.iter_mut().zip(&sums) {
+                *out = kernel::sum(sum);
+            }
+            for line in &of.lines {
+                line.add(x, out);
+            }
+        }
+    }
+}
+
+impl Interpolant for Process {
+    fn width(&self) -> usize {
+        self.parts[0].levels.len()
+    }
+
+    fn remarks(&self) -> Vec<String> {
+        let told = "the readings contradict the prior, which is left out";
+        let contradicts = self.contradicts.then(|| told.into());
+        let blurred = (self.blurred > BLURRED).then(|| {
+            format!(
+                "a lobe is hardly wider than the apertures: its height, up to {:.1} times what was read, is not determined",
+                self.blurred.exp()
+            )
+        });
+        contradicts.into_iter().chain(blurred).collect()
+    }
+
+    fn eval(&self, pair: &DirectionPair, out: &mut [f64]) {
+        self.eval_batch(std::slice::from_ref(pair), out);
+    }
+
+    fn eval_batch(&self, pairs: &[DirectionPair], out: &mut [f64]) {
+        let columns = kernel::columns(pairs, self.symmetry);
+        match self.parts.as_slice() {
+            [part] => part.eval(pairs, &columns, out),
+            parts => {
+                let mut of_part = vec![0.0; out.len()];
+                out.fill(0.0);
+                for part in parts {
+                    part.eval(pairs, &columns, &mut of_part);
+                    let each = out.iter_mut().zip(&of_part);
+                    each.for_each(|(z, of_part)| *z += part.share * of_part);
+                }
+            }
+        }
+        for (pair, out) in pairs.iter().zip(out.chunks_exact_mut(self.width())) {
+            let above = pair.is_above_horizon();
+            for z in out {
+                *z = if above { TRANSFORM.inverse(*z) } else { 0.0 };
+            }
+        }
+    }
+}
