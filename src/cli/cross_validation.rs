@@ -140,7 +140,15 @@ impl CrossValidationArgs {
             best.label()
         ))?;
         let within = validation.within(&*best);
-        print_scores(&scores, within.map_err(|e| Error::data(path, e))?)?;
+        let within = within.map_err(|e| Error::data(path, e))?;
+        print_scores(&scores, within)?;
+        let stated = measurement.details.as_ref();
+        if within.is_none() && stated.is_some_and(|d| d.type_b.iter().any(|u| *u > 0.0)) {
+            print(&format!(
+                "{} –: no reading has an uncertainty of type A, and what is of type B they share\n",
+                WITHIN.name
+            ))?;
+        }
         Ok(Some(best))
     }
 }

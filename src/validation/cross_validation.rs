@@ -127,7 +127,7 @@ impl<'a> CrossValidation<'a> {
 
     /// The share of the readings left out that a method predicts within k = 2, per [`Measure::USUAL`], by the
     /// uncertainty of type A that those left give it and by their own, see [`Jury::within`]: what is shared (type
-    /// B) is no difference between them. `None` if more than half of the readings have no uncertainty.
+    /// B) is no difference between them. `None` if more than half of the readings have no uncertainty, or none has one of type A.
     ///
     /// # Errors
     /// As [`Reconstruct::interpolate`].
@@ -144,6 +144,9 @@ impl<'a> CrossValidation<'a> {
             }
         }
         let predicted = self.in_order_of_judges(&predicted);
+        if predicted.iter().all(|p| p.type_a == 0.0) {
+            return Ok(None);
+        }
         let values = Values {
             luminance: predicted.iter().map(|p| p.value).collect(),
             missing: Vec::new(),

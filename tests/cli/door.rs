@@ -499,6 +499,32 @@ fn a_slip_of_the_pen_is_listed_and_marked() {
     assert!(!all.contains("left out: 1 reading"), "{all}");
 }
 
+/// Uncertainties of type B alone say nothing of what is between readings; lights that were not read have no albedo; a channel has
+/// its name.
+#[test]
+fn what_readings_do_not_say_is_not_printed_as_a_number() {
+    let bench = Bench::new();
+    let mut text =
+        "theta_i_deg,phi_i_deg,theta_o_deg,phi_o_deg,value_r,value_g,value_b,uncertainty_r,uncertainty_g,uncertainty_b\n".to_owned();
+    for i in 0..60_u32 {
+        let (light, sensor, turned) = (i * 7 % 20, i * 11 % 40, i * 29 % 360);
+        text += &format!("{light},0,{sensor},{turned},0.1,0.2,0.15,0.001,0.002,0.001\n");
+    }
+    fs::write(bench.path("dim.csv"), text).unwrap();
+    let said = bench.good(&[
+        "reconstruct",
+        "dim.csv",
+        "--reconstruction",
+        "nearest",
+        "-o",
+        "dim.binary",
+    ]);
+    assert!(said.contains("within_2u –: no reading has"), "{said}");
+    // 0.2 π of green; all readings share .004 of .45 (k = 1), which is twice .56 % of it.
+    let albedo = "albedo: 0.6283 ± 1.1e-2 at 0° (G), none at 60°, where no light was read";
+    assert!(said.contains(albedo), "{said}");
+}
+
 #[test]
 fn what_is_no_config_is_not_read_as_one() {
     let bench = Bench::new();

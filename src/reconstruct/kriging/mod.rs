@@ -178,10 +178,15 @@ impl Kriging {
         }
     }
 
-    /// True if the noise of readings that state none is fitted. Few readings do not separate noise from detail.
+    /// True if the noise of readings is fitted, since most state none: a few that were repeated say nothing of the others. Few
+    /// readings do not separate noise from detail.
     fn unsaid(&self, r: &Readings<'_>) -> bool {
-        let stated = r.noise.is_some_and(|u| u.iter().any(|&u| u > 0.0));
-        self.noise && !stated && r.count() > TRUSTED
+        let states = |&i: &usize| {
+            let noise = r.noise.map(|u| &u[i * r.width..(i + 1) * r.width]);
+            r.present[i] && noise.is_some_and(|u| u.iter().any(|&u| u > 0.0))
+        };
+        let stated = (0..r.present.len()).filter(states).count();
+        self.noise && 2 * stated < r.count() && r.count() > TRUSTED
     }
 
     /// The same, fitted to all readings but those that all others contradict by it; and these.
