@@ -65,7 +65,6 @@ pub(super) const ENTRY: Entry<dyn Reconstruct> = Entry {
         "prior = \"built-in\"",
         "fit = false",
         "noise = false",
-        "robust = false",
         "fit = false\nnoise = false",
         "fit = false\nnoise = false\nprior = \"built-in\"",
     ],
