@@ -87,7 +87,8 @@ pub(super) struct Reconstruct {
         help = format!("Write the readings with the flag `suspected` where all others contradict one ({})",
             WRITE_READINGS.extensions(".")))]
     checked: Option<PathBuf>,
-    /// Take readings that all others contradict too; of 33 to 2000 readings these are left out
+    /// Take readings that all others contradict too; of 33 to 2000 readings these are left out. Kriging leaves them out by
+    /// itself, and says so, unless --set robust=false
     #[arg(long, conflicts_with = "checked")]
     take_all: bool,
     /// Compare with a truth: a config, a table, a kind of material, or other readings. Of readings with

@@ -26,7 +26,7 @@ const ENOUGH: usize = 3;
 /// How much higher readings are towards the light than towards its mirror direction, at least.
 const HIGHER: f64 = 3.0;
 
-/// The same of all readings within 20°, of a rough lobe: rough matte materials have up to 1.3.
+/// The same of all readings within 20°, of a rough lobe; no right model of the registry has both this and the correlation.
 const ROUGH: f64 = 1.5;
 
 /// Rank correlation of readings with the cosine of the half vector of the turned light, at least, where they are a lobe about it.
@@ -133,8 +133,7 @@ impl Place {
 /// is near the mirror direction, those around it stand for it.
 ///
 /// A rough lobe has no such peak: then readings within 20° of the light are on average at least 1.5 times those within 20° of its
-/// mirror direction, where there is no peak, and rise with the cosine of the half vector of the light turned by 180°: a rank correlation above .5,
-/// where turned lobes have .7 to 1 and sheen has less than 0.
+/// mirror direction, where there is no peak, and rise with the cosine of the half vector of the light turned by 180°: a rank correlation above .5.
 pub fn retro_peak(measurement: &Measurement) -> Option<RetroPeak> {
     let (mut at_light, mut at_mirror) = (Place::default(), Place::default());
     let (mut first, mut turns) = (None, false);

@@ -149,6 +149,7 @@ pub(super) fn refuse_columns(what: &str, name: &str, assume: &Assume) -> Result<
         ("--columns", !conventions.columns.is_empty()),
         ("--angles", conventions.angles.is_some()),
         ("--elevation", conventions.elevation),
+        ("--uncertainties", conventions.uncertainties.is_some()),
     ] {
         if given {
             let message = format!("{option}: the header of {what} says what its columns are");

@@ -96,29 +96,14 @@ impl Replicated {
     ) -> Result<Option<Self>, ReconstructError> {
         assert_eq!(present.len(), measurement.outcomes.len());
         let n = measurement.channels.count();
-        let width = n * SETS;
-        let mut values = vec![0.0; measurement.outcomes.len() * width];
-        let (mut readings, mut uncertain) = (0, 0);
-        let random = Random::new(SEED);
-        for (i, sets) in values.chunks_exact_mut(width).enumerate() {
-            let (Some(value), Some(details)) = (measurement.value(i), &measurement.details) else {
-                continue;
-            };
-            readings += 1;
-            let [a, b] = [&details.type_a, &details.type_b].map(|u| &u[i * n..(i + 1) * n]);
-            uncertain += usize::from(a.iter().chain(b).any(|u| *u > 0.0));
-            let errors = errors(&random, i);
-            for (s, set) in sets.chunks_exact_mut(n).enumerate() {
-                for (c, out) in set.iter_mut().enumerate() {
-                    *out = value[c]
-                        + match s {
-                            0 => 0.0,
-                            1 => b[c],
-                            _ => a[c] * errors[s - 2],
-                        };
-                }
-            }
-        }
+        let uncertain = |i: usize| {
+            let details = measurement.details.as_ref()?;
+            let of = [&details.type_a, &details.type_b].map(|u| &u[i * n..(i + 1) * n]);
+            let is_uncertain = of.into_iter().flatten().any(|u| *u > 0.0);
+            measurement.value(i).map(|_| is_uncertain)
+        };
+        let stated: Vec<bool> = (0..present.len()).filter_map(uncertain).collect();
+        let (readings, uncertain) = (stated.len(), stated.iter().filter(|is| **is).count());
         // A few poses that were repeated say nothing of the others.
         if uncertain == 0 || 2 * uncertain < readings {
             return Ok(None);
@@ -141,6 +126,26 @@ impl Replicated {
                     channels,
                     known: Some(known),
                 }));
+            }
+        }
+        let width = n * SETS;
+        let mut values = vec![0.0; measurement.outcomes.len() * width];
+        let random = Random::new(SEED);
+        for (i, sets) in values.chunks_exact_mut(width).enumerate() {
+            let (Some(value), Some(details)) = (measurement.value(i), &measurement.details) else {
+                continue;
+            };
+            let [a, b] = [&details.type_a, &details.type_b].map(|u| &u[i * n..(i + 1) * n]);
+            let errors = errors(&random, i);
+            for (s, set) in sets.chunks_exact_mut(n).enumerate() {
+                for (c, out) in set.iter_mut().enumerate() {
+                    *out = value[c]
+                        + match s {
+                            0 => 0.0,
+                            1 => b[c],
+                            _ => a[c] * errors[s - 2],
+                        };
+                }
             }
         }
         // Every set is as noisy as the first.

@@ -1,6 +1,7 @@
 //! Laws of planners: poses that can be taken, chosen from readings alone, and better than points that know nothing.
 #![cfg(feature = "experiments")]
 
+mod apertures;
 #[path = "../common/mod.rs"]
 mod common;
 mod outliers;

@@ -497,6 +497,16 @@ fn a_slip_of_the_pen_is_listed_and_marked() {
     assert!(bench.good(&poses).contains("left out: 1 reading"));
     let all = bench.good(&["reconstruct", "slip.csv", "--take-all"]);
     assert!(!all.contains("left out: 1 reading"), "{all}");
+    // Kriging says so where it does it by itself.
+    for (robust, is_left_out) in [("robust=true", true), ("robust=false", false)] {
+        let by = ["--reconstruction", "kriging", "--set", robust];
+        let all = bench.good(&[&["reconstruct", "slip.csv", "--take-all"][..], &by].concat());
+        assert_eq!(
+            all.contains("1 reading is left out, contradicted"),
+            is_left_out,
+            "{all}"
+        );
+    }
 }
 
 /// Uncertainties of type B alone say nothing of what is between readings; lights that were not read have no albedo; a channel has

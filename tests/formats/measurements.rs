@@ -57,7 +57,7 @@ pub fn measured(schedule: Schedule, channels: Channels, details: bool) -> (Measu
         }),
         outcomes,
         places: Vec::new(),
-        half_angles_deg: [0.0; 2],
+        half_angles_deg: if details { [0.25, 0.5] } else { [0.0; 2] },
         schedule: Arc::new(schedule),
     };
     (measurement, itinerary)
@@ -94,6 +94,7 @@ fn read(text: &str) -> MeasurementFile {
 fn assert_same(a: &Measurement, b: &Measurement) {
     assert_eq!(a.channels, b.channels);
     assert_eq!(a.outcomes, b.outcomes);
+    assert_eq!(a.half_angles_deg, b.half_angles_deg);
     let bits = |v: &[f64]| v.iter().map(|x| x.to_bits()).collect::<Vec<_>>();
     assert_eq!(bits(&a.values), bits(&b.values));
     assert_eq!(a.details, b.details);

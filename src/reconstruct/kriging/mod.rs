@@ -11,7 +11,8 @@
 //! without are weighed by how likely either makes them, and the prior counts less the more readings there are, up to 32;
 //! below a share of a hundredth it is left out.
 //!
-//! Readings that all others contradict are left out ([`outliers`]).
+//! Readings that all others contradict are left out ([`outliers`]), and those over finite apertures are divided by what
+//! these make of them ([`apertures`]); both of at most 2000.
 //!
 //! More than 10 000 readings are approximated: 4000 of them, at random, tell the process everywhere, and all others what it
 //! is there ([`sparse`]).
@@ -503,6 +504,7 @@ impl Reconstruct for Kriging {
         Ok(Box::new(Process {
             parts,
             contradicts,
+            left_out: suspects.len(),
             blurred: readings.doubts.iter().copied().fold(0.0, f64::max),
             symmetry: symmetry(r),
         }))

@@ -5,6 +5,7 @@ use super::line::Line;
 use super::prior::Mean;
 use super::system::{Sites, Solved};
 use super::{Account, TRANSFORM};
+use crate::error::count_are;
 use crate::geometry::{DirectionPair, Symmetry};
 use crate::reconstruct::interpolant::Interpolant;
 use pulp::{Arch, NullaryFnOnce};
@@ -14,6 +15,8 @@ pub(super) struct Process {
     pub parts: Vec<Part>,
     /// True if the readings contradict a prior that was given.
     pub contradicts: bool,
+    /// Number of readings that all others contradict.
+    pub left_out: usize,
     /// By how much ln f of a reading differs from that of the mean over apertures, at most.
     pub blurred: f64,
     pub symmetry: Symmetry,
@@ -141,7 +144,12 @@ impl Interpolant for Process {
                 self.blurred.exp()
             )
         });
-        contradicts.into_iter().chain(blurred).collect()
+        let left_out = (self.left_out > 0).then(|| {
+            let are = count_are(self.left_out, "reading");
+            format!("{are} left out, contradicted by all others (robust = false takes all)")
+        });
+        let all = [contradicts, left_out, blurred];
+        all.into_iter().flatten().collect()
     }
 
     fn eval(&self, pair: &DirectionPair, out: &mut [f64]) {
