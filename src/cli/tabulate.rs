@@ -145,24 +145,33 @@ fn tolerance(text: &str) -> Result<f64, String> {
     number.ok_or_else(|| "a number in (0, 1]".into())
 }
 
-/// Errors of a table against what it was made of, at the usual test pairs.
-struct TableErrors([(Measure, Errors); 2]);
+/// Elevations up to which errors are printed, degrees: the first is that of experiments; no instrument reads the last, and no
+/// grid holds what rises there without bound.
+const UP_TO_DEG: [f64; 2] = [80.0, 90.0];
+
+/// Errors of a table against what it was made of, at the usual test pairs of [`UP_TO_DEG`].
+struct TableErrors([[(Measure, Errors); 2]; 2]);
 
 impl TableErrors {
     fn between(brdf: &dyn Brdf, table: &dyn Brdf) -> Result<Self, ParameterError> {
-        let spec = MetricsSpec::default();
-        let mut all = Measure::USUAL.map(|measure| (measure, Errors::default()));
-        for (measure, errors) in &mut all {
-            let pairs = metrics::test_pairs(*measure, &spec)?;
-            let [truth, table] = [brdf, table].map(|brdf| metrics::evaluate(brdf, &pairs));
-            *errors = metrics::compare(&pairs, &truth, &table);
+        let mut all = [Measure::USUAL.map(|measure| (measure, Errors::default())); 2];
+        for (errors, mask_deg) in all.iter_mut().zip(UP_TO_DEG) {
+            let spec = MetricsSpec {
+                mask_deg,
+                ..MetricsSpec::default()
+            };
+            for (measure, errors) in errors {
+                let pairs = metrics::test_pairs(*measure, &spec)?;
+                let [truth, table] = [brdf, table].map(|brdf| metrics::evaluate(brdf, &pairs));
+                *errors = metrics::compare(&pairs, &truth, &table);
+            }
         }
         Ok(Self(all))
     }
 
-    /// The largest nrmse; 0 of a black BRDF.
+    /// The largest nrmse up to the first of [`UP_TO_DEG`]; 0 of a black BRDF.
     fn largest(&self) -> f64 {
-        let all = self.0.iter().filter_map(|(_, e)| e.nrmse);
+        let all = self.0[0].iter().filter_map(|(_, e)| e.nrmse);
         all.fold(0.0, f64::max)
     }
 
@@ -172,10 +181,10 @@ impl TableErrors {
 
     fn told(&self) -> String {
         let number = |x: Option<f64>| x.map_or("none".into(), |x| format!("{x:.4}"));
-        let of = |(measure, e): &(Measure, Errors)| {
+        let of = |(measure, e, up_to): (Measure, &Errors, f64)| {
             let lost = e.pairs_unreconstructed;
             format!(
-                "errors of the table, {} pairs: nrmse {}, log_relative {}, energy {}; without data {} of the {} that have some\n",
+                "errors of the table, {} pairs up to {up_to}°: nrmse {}, log_relative {}, energy {}; without data {} of the {} that have some\n",
                 measure.name(),
                 number(e.nrmse),
                 number(e.log_relative),
@@ -184,7 +193,9 @@ impl TableErrors {
                 e.pairs + lost
             )
         };
-        self.0.iter().map(of).collect()
+        let each = self.0.iter().zip(UP_TO_DEG);
+        let each = each.flat_map(|(e, up_to)| e.iter().map(move |(m, e)| (*m, e, up_to)));
+        each.map(of).collect()
     }
 }
 

@@ -14,7 +14,7 @@
 //! light and sensor over [0, π], where π is the mirror direction. Layout and lines are those that open readers of the format
 //! expect; that values are without a cosine was inferred, and no program that renders them was run.
 
-use super::{fill_gaps, values_or_nan};
+use super::{fill_gaps, values_or_exchanged};
 use crate::brdf::{Brdf, Channels};
 use crate::files;
 use crate::geometry::DirectionPair;
@@ -80,8 +80,8 @@ pub fn suits(brdf: &dyn Brdf) -> Result<(), MdlError> {
     }
 }
 
-/// Tabulates a BRDF, channels together, the mean of both sides of the plane of incidence. A cell without data has what the cell nearer to retro-reflection has, or, if there is
-/// none, the nearest one; 0 where a pair of elevations has no data at all. Runs on rayon's threads; the result does not
+/// Tabulates a BRDF, channels together, the mean of both sides of the plane of incidence. A cell without data has what it has
+/// with light and sensor exchanged, else what the cell nearer to retro-reflection has, or, if there is none, the nearest one; 0 where a pair of elevations has no data at all. Runs on rayon's threads; the result does not
 /// depend on their number.
 fn tabulate(brdf: &dyn Brdf) -> Result<Vec<f64>, MdlError> {
     suits(brdf)?;
@@ -96,7 +96,7 @@ fn tabulate(brdf: &dyn Brdf) -> Result<Vec<f64>, MdlError> {
                 let [light, sensor] = [r / elevations, r % elevations].map(theta);
                 DirectionPair::from_spherical(light, 0.0, sensor, phi)
             });
-            let found = values_or_nan(brdf, &pairs.collect::<Vec<_>>());
+            let found = values_or_exchanged(brdf, &pairs.collect::<Vec<_>>());
             match values.is_empty() {
                 true => values = found,
                 false => values.iter_mut().zip(found).for_each(|(a, b)| meet(a, b)),

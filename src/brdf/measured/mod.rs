@@ -57,6 +57,22 @@ fn values_or_nan(brdf: &dyn Brdf, pairs: &[DirectionPair]) -> Vec<f64> {
     values
 }
 
+/// [`values_or_nan`], but pairs without data have the values of those with light and sensor exchanged, which reciprocity
+/// makes equal: for a format without holes.
+fn values_or_exchanged(brdf: &dyn Brdf, pairs: &[DirectionPair]) -> Vec<f64> {
+    let n = brdf.channels().count();
+    let mut values = values_or_nan(brdf, pairs);
+    let lost: Vec<usize> = (0..pairs.len())
+        .filter(|k| values[k * n].is_nan())
+        .collect();
+    let exchanged: Vec<DirectionPair> = lost.iter().map(|k| pairs[*k].swapped()).collect();
+    let found = values_or_nan(brdf, &exchanged);
+    for (k, found) in lost.into_iter().zip(found.chunks_exact(n)) {
+        values[k * n..][..n].copy_from_slice(found);
+    }
+    values
+}
+
 /// Fills what is NaN in a row of values of `n` channels, for a format without holes: by the value before, at the start by the
 /// first one there is; by 0, and the answer is false, if there is none.
 fn fill_gaps(row: &mut [f64], n: usize) -> bool {

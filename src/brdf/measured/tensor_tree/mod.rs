@@ -12,8 +12,8 @@
 //! mean squares of the mean are at most r², that adds at most q to the normalised error in that measure, wherever f_r is
 //! large or small.
 //!
-//! The block `Visible` has the luminance. Of a BRDF in R, G, B the blocks `CIE-u` and `CIE-v` have the chromaticity, with
-//! grey at (⅓, ⅓), the white of Radiance.
+//! The block `Visible` has the luminance. Of a BRDF in R, G, B the blocks `CIE-u` and `CIE-v` have the chromaticity by the
+//! primaries of Radiance, in which it shows R, G, B unchanged; its luminance weighs them by .265, .670 and .065.
 
 mod node;
 mod read;
@@ -26,8 +26,7 @@ pub use write::{LEVELS, suits, table_pairs, tabulate, write_tensor_tree, write_t
 
 use crate::brdf::{Brdf, Channels, Presence};
 use crate::geometry::{DirectionPair, Symmetry};
-use crate::numeric::XYZ;
-use glam::DVec3;
+use glam::{DMat3, DVec3};
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, PI, TAU};
 use std::io;
 
@@ -39,6 +38,14 @@ const SYMMETRY: Symmetry = Symmetry {
 
 /// u' and v' of grey.
 const GREY: [f64; 2] = [4.0 / 19.0, 9.0 / 19.0];
+
+/// CIE 1931 X, Y, Z of R, G, B by the primaries of Radiance (`color.h`: .64 .33, .29 .60, .15 .06), whose white has
+/// X = Y = Z.
+const XYZ: DMat3 = DMat3::from_cols(
+    DVec3::new(0.514_144_620_811, 0.265_105_820_106, 0.024_100_529_101),
+    DVec3::new(0.323_884_479_718, 0.670_105_820_106, 0.122_852_733_686),
+    DVec3::new(0.161_970_899_471, 0.064_788_359_788, 0.853_046_737_213),
+);
 
 /// Reason why a tree could not be read, made or written. Messages do not name the file; callers do.
 #[derive(Debug, thiserror::Error)]

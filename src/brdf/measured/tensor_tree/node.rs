@@ -68,6 +68,14 @@ impl Built {
     }
 }
 
+/// The number of the part that a point of [0, 1)³ is in, and its place there.
+fn descend(place: [f64; 3]) -> (usize, [f64; 3]) {
+    let upper = place.map(|x| x >= 0.5);
+    let part = (0..3).fold(0, |part, k| part | usize::from(upper[k]) << k);
+    let inner = |k: usize| 2.0 * place[k] - f64::from(u8::from(upper[k]));
+    (part, std::array::from_fn(inner))
+}
+
 impl Node {
     /// The value at a point of [0, 1)³, by going down the tree; NaN without data.
     pub fn at(&self, mut place: [f64; 3]) -> f64 {
@@ -76,14 +84,8 @@ impl Node {
             match node {
                 Node::Leaf(value) => return *value,
                 Node::Parts(parts) => {
-                    let mut part = 0;
-                    for (k, x) in place.iter_mut().enumerate() {
-                        *x *= 2.0;
-                        if *x >= 1.0 {
-                            *x -= 1.0;
-                            part |= 1 << k;
-                        }
-                    }
+                    let part;
+                    (part, place) = descend(place);
                     node = &parts[part];
                 }
             }
@@ -103,6 +105,21 @@ impl Node {
         match self {
             Node::Leaf(value) => *value,
             Node::Parts(parts) => parts.iter().map(Node::least).fold(f64::INFINITY, f64::min),
+        }
+    }
+
+    /// Makes 0 of the cell, `halvings` below this node, that holds a point of [0, 1)³.
+    pub fn clear(&mut self, place: [f64; 3], halvings: usize) {
+        if halvings == 0 {
+            *self = Node::Leaf(0.0);
+            return;
+        }
+        if let Node::Leaf(value) = *self {
+            *self = Node::Parts(Box::new(std::array::from_fn(|_| Node::Leaf(value))));
+        }
+        if let Node::Parts(parts) = self {
+            let (part, place) = descend(place);
+            parts[part].clear(place, halvings - 1);
         }
     }
 
@@ -188,5 +205,9 @@ mod tests {
         tree.write(&mut text).unwrap();
         // x upper, s upper, t lower is the seventh number.
         assert_eq!(text, b"{1.571 1 1 1 1 1 5 1}");
+        let mut leaf = Node::Leaf(2.0);
+        leaf.clear([0.1, 0.3, 0.6], 2);
+        let values = [0.1, 0.3].map(|x| leaf.at([x, 0.3, 0.6]));
+        assert_eq!((leaf.leaves(), values), (15, [0.0, 2.0]));
     }
 }

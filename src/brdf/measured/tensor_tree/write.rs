@@ -2,12 +2,12 @@
 
 use super::node::{Built, Node};
 use super::read::BLOCKS;
-use super::{GREY, MERGED, TensorTreeError, disk};
-use crate::brdf::measured::values_or_nan;
+use super::{GREY, MERGED, TensorTreeError, XYZ, disk};
+use crate::brdf::measured::{values_or_exchanged, values_or_nan};
 use crate::brdf::{Brdf, Channels};
 use crate::files;
 use crate::geometry::{Direction, DirectionPair};
-use crate::numeric::{XYZ, safe_sqrt};
+use crate::numeric::safe_sqrt;
 use glam::DVec3;
 use rayon::prelude::*;
 use std::io::{self, Write};
@@ -25,6 +25,10 @@ const CUBES: usize = 3;
 /// Chromaticities (u', v') that are stored as one may differ by this standard deviation. The eye needs ten times as much
 /// side by side.
 const SAME_COLOUR: f64 = 1e-4;
+
+/// Cells of a tree with colours that are made 0: those of light and sensor in one direction at the horizon, to which
+/// reciprocity exchanges each other.
+const UNSEEN: [[f64; 3]; 2] = [[0.0, 0.0, 0.499_999], [0.0, 0.0, 0.5]];
 
 const HEAD: &str = concat!(
     "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n",
@@ -87,10 +91,14 @@ fn planes(brdf: &dyn Brdf, corner: [usize; 3], level: usize) -> Vec<Vec<f64>> {
         let [x, s, t] = [i / (side * side), i / side % side, i % side];
         pair([at(x, 0), at(s, 1), at(t, 2)])
     });
-    let found = values_or_nan(brdf, &pairs.collect::<Vec<_>>());
+    let found = values_or_exchanged(brdf, &pairs.collect::<Vec<_>>());
     let channels = brdf.channels();
     let each = found.chunks_exact(channels.count());
-    let mut planes = vec![each.clone().map(|v| channels.luminance(v)).collect()];
+    let luminance = |v: &[f64]| match v {
+        rgb @ [_, _, _] => XYZ.row(1).dot(DVec3::from_slice(rgb)),
+        v => v[0],
+    };
+    let mut planes = vec![each.clone().map(luminance).collect()];
     if let Channels::Rgb = channels {
         let colour = |k: usize| {
             each.clone().map(move |v| {
@@ -181,7 +189,12 @@ pub fn tabulate(brdf: &dyn Brdf, level: usize) -> Result<Vec<Node>, TensorTreeEr
         }
         trees.push(tree);
     }
-    // Radiance takes the least value of all for a matte part.
+    // Radiance takes the least value of all for a matte part, and what is left of the chromaticities is wrong then.
+    if trees.len() > 1 {
+        UNSEEN
+            .iter()
+            .for_each(|place| trees[0].clear(*place, level));
+    }
     let least = trees[0].least();
     if let Node::Parts(parts) = &mut trees[0] {
         let upper = parts.iter_mut().skip(1).step_by(2);
