@@ -234,7 +234,7 @@ fn facts(m: &Measurement) -> [(&'static str, String); 6] {
             [true, true] => "of type A and B",
             [true, false] => "of type A",
             [false, true] => "of type B",
-            [false, false] => "all 0",
+            [false, false] => "not known",
         },
         None => "none",
     };

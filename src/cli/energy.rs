@@ -9,6 +9,7 @@ use crate::measurement::Measurement;
 use crate::reconstruct::Predictive;
 use crate::sampling::{Random, cosine_hemisphere};
 use clap::Args;
+use glam::DVec3;
 use rayon::prelude::*;
 
 /// Options of what is written as a table.
@@ -113,6 +114,9 @@ fn common_uncertainty(measurement: &Measurement) -> f64 {
 /// Directions that an uncertainty of an albedo is made of.
 const SEEN: u64 = 512;
 
+/// Rings of equal weight, each of half as many directions, in which holes are looked for.
+const RINGS: usize = 64;
+
 /// The relative standard uncertainty of the albedo of light from a direction, if all errors of the BRDF have one sign.
 fn albedo_uncertainty(known: &dyn Predictive, light: Direction) -> f64 {
     let random = Random::new(0);
@@ -143,6 +147,31 @@ fn has_light(measurement: &Measurement, degrees: f64) -> bool {
         })
 }
 
+/// What one channel reflects of a light to where there is no data, if each direction there has the value of the nearest with data, as a
+/// share of what is known.
+fn filling(brdf: &dyn Brdf, light: Direction, channel: usize) -> f64 {
+    let mut values = vec![0.0; brdf.channels().count()];
+    let (mut known, mut holes) = (Vec::new(), Vec::new());
+    let middles = |n: usize| (0..n).map(move |k| (k as f64 + 0.5) / n as f64);
+    for [u, v] in middles(RINGS).flat_map(|u| middles(RINGS / 2).map(move |v| [u, v])) {
+        let sensor = cosine_hemisphere([u, v]);
+        match brdf.eval(&DirectionPair::new(light, sensor), &mut values) {
+            Presence::Present => known.push((sensor.vector(), values[channel])),
+            Presence::Missing => holes.push(sensor.vector()),
+        }
+    }
+    let nearest = |hole: &DVec3| {
+        let towards = |(sensor, _): &(DVec3, f64)| sensor.dot(*hole);
+        let nearest = known
+            .iter()
+            .max_by(|a, b| towards(a).total_cmp(&towards(b)));
+        nearest.map_or(0.0, |(_, value)| *value)
+    };
+    let all: f64 = known.iter().map(|(_, value)| value).sum();
+    let filled: f64 = holes.iter().map(nearest).sum();
+    if all > 0.0 { filled / all } else { 0.0 }
+}
+
 /// The largest albedo of a light over its azimuths.
 #[derive(Clone)]
 struct Albedo {
@@ -154,6 +183,8 @@ struct Albedo {
     uncertainty: f64,
     /// Share of the hemisphere, by its cosine, without data; that counts as 0 in the value.
     missing: f64,
+    /// The albedo where each direction without data has the value of the nearest that has some.
+    filled: f64,
 }
 
 impl Albedo {
@@ -178,6 +209,10 @@ impl Albedo {
             },
             uncertainty: albedo.error + 3.0 * noise + relative.min(EXCUSE) * value,
             missing: albedo.missing,
+            filled: match albedo.missing > HOLES {
+                true => value * (1.0 + filling(brdf, light, channel)),
+                false => value,
+            },
         }
     }
 
@@ -204,11 +239,11 @@ impl std::fmt::Display for Albedo {
             write!(f, " ({channel})")?;
         }
         if self.missing > HOLES {
-            let full = value / (1.0 - self.missing);
             let share = 100.0 * (1.0 - self.missing);
+            let filled = self.filled;
             write!(
                 f,
-                " from {share:.0} % of the hemisphere, {full:.4} if the rest is like it"
+                " from {share:.0} % of the hemisphere, {filled:.4} if the rest is as what is nearest to it"
             )?;
         }
         Ok(())

@@ -25,7 +25,7 @@ use crate::reconstruct::{self, Cover, Coverage, Covered, Fill, Predictive, Repli
 use crate::report::Columns;
 use crate::report::pictures::{Relative, uncertainty_svg};
 use crate::schedule::Pose;
-use crate::schedule::{Assume, Sequence, Unreachable};
+use crate::schedule::{Assume, Schedule, Sequence, Unreachable};
 use crate::validation::{Estimate, Jury};
 use clap::Args;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
@@ -103,10 +103,10 @@ pub(super) struct Reconstruct {
     /// Draw a sphere of the BRDF under a sky
     #[arg(long, value_name = "FILE.png")]
     picture: Option<PathBuf>,
-    /// Draw where the BRDF is uncertain, by its readings and, made by kriging, between them: maps of its
-    /// relative uncertainty (k = 1) over the directions of the sensor, for light at 0°, 30° and 60°, and
-    /// where readings do not surround it
-    #[arg(long, value_name = "FILE.svg")]
+    /// How uncertain the BRDF is (k = 1), of its readings and, made by kriging, between them: maps (.svg) of its relative
+    /// uncertainty over the directions of the sensor, for light at 0°, 30° and 60°, and where readings do not surround it; or
+    /// readings (.csv, .npz, …) of every channel and its uncertainties there
+    #[arg(long, value_name = "FILE")]
     uncertainty: Option<PathBuf>,
     /// Replace files that exist
     #[arg(long)]
@@ -162,16 +162,40 @@ enum Truth {
     Readings(Jury),
 }
 
+fn is_svg(path: &Path) -> bool {
+    path.extension()
+        .is_some_and(|e| e.eq_ignore_ascii_case("svg"))
+}
+
+/// Light at 0°, 30° and 60°, and sensors every 5° of elevation and 15° of azimuth.
+fn around() -> Vec<DirectionPair> {
+    let sensors = (0..18).flat_map(|k| {
+        let azimuths = if k == 0 { 1 } else { 24 };
+        (0..azimuths).map(move |l| [5.0 * f64::from(k), 15.0 * f64::from(l)])
+    });
+    let of_light = |light: f64| {
+        let pair = move |sensor: [f64; 2]| {
+            let [theta, phi] = sensor.map(f64::to_radians);
+            DirectionPair::from_spherical(light.to_radians(), 0.0, theta, phi)
+        };
+        sensors.clone().map(pair)
+    };
+    [0.0, 30.0, 60.0].into_iter().flat_map(of_light).collect()
+}
+
 /// The name of the choice by cross-validation.
 const AUTO: &str = "auto";
 
 impl Reconstruct {
     pub(super) fn run(self) -> Result<(), Error> {
         self.threads.apply()?;
-        for (path, ending) in [(&self.picture, "png"), (&self.uncertainty, "svg")] {
-            path.as_deref()
-                .map_or(Ok(()), |path| refuse_other_endings(path, ending))?;
+        if let Some(path) = &self.picture {
+            refuse_other_endings(path, "png")?;
         }
+        let where_uncertain = self.uncertainty.as_deref().filter(|path| !is_svg(path));
+        let where_uncertain = where_uncertain
+            .map(|path| ReadingsFile::new(None, path))
+            .transpose()?;
         let files = [&self.output, &self.picture, &self.uncertainty];
         for path in files.into_iter().flatten() {
             refuse_unwritable(path, self.force)?;
@@ -263,28 +287,28 @@ impl Reconstruct {
         if let Some(path) = &self.picture {
             picture(&*brdf, path)?;
         }
-        if let Some(path) = &self.uncertainty {
+        if let Some(file) = where_uncertain {
+            let replicated = replicated.ok_or_else(|| {
+                let message = "most readings have no uncertainty; allowed: readings with type_a or type_b, or --reconstruction kriging";
+                Error::data(path, message)
+            })?;
+            let parametrization = measurement.schedule.parametrization.clone();
+            let schedule = Arc::new(Schedule::of_pairs(parametrization, around()));
+            let cover = Cover::of(&measurement).map_err(failed)?;
+            let readings = replicated.readings(schedule, &cover);
+            file.write(&readings, &About::default(), Sequence::Generated)?;
+        } else if let Some(path) = &self.uncertainty {
             let cover = Cover::of(&measurement).map_err(failed)?;
             let title = format!("{}: {}", path.display(), method.label());
-            let by_readings = |pairs: &[DirectionPair]| -> Vec<f64> {
+            let at = |pairs: &[DirectionPair]| -> Vec<f64> {
                 let all = replicated.iter().flat_map(|r| r.at(pairs));
                 all.map(|u| u.share(u.uncertainty())).collect()
             };
-            let by_distance = |pairs: &[DirectionPair]| -> Vec<f64> {
-                let known = predictive.iter().flat_map(|p| p.predict(pairs));
-                known.map(|k| k.variance.sqrt()).collect()
+            let of = match predictive {
+                Some(_) => "of its readings and between them",
+                None => "of its readings",
             };
-            let relative = match (&predictive, &replicated) {
-                (Some(_), _) => Some(Relative {
-                    at: &by_distance,
-                    of: "what its readings leave open",
-                }),
-                (None, Some(_)) => Some(Relative {
-                    at: &by_readings,
-                    of: "those of its readings",
-                }),
-                (None, None) => None,
-            };
+            let relative = replicated.as_ref().map(|_| Relative { at: &at, of });
             let svg = uncertainty_svg(&title, relative, &cover)?;
             let drawn = write_atomically(path, |out| out.write_all(svg.as_bytes()));
             drawn.map_err(|e| cannot_write(path, &e))?;

@@ -35,7 +35,7 @@ impl Stack {
         let first = measurements[0];
         let count = first.channels.count();
         let present = present(first);
-        let of = |measurements: &[&Measurement], noise| {
+        let of = |measurements: &[&Measurement], noise: Option<&[f64]>| {
             method.interpolate(&Readings {
                 schedule: &first.schedule,
                 width: measurements.len() * count,
@@ -46,7 +46,9 @@ impl Stack {
             })
         };
         let interpolants = if method.weighs_readings() {
-            let alone = measurements.par_iter().map(|m| of(&[m], noise(m)));
+            let alone = measurements
+                .par_iter()
+                .map(|m| of(&[m], noise(m).as_deref()));
             alone.collect::<Result<_, _>>()?
         } else {
             vec![of(measurements, None)?]

@@ -168,7 +168,7 @@ fn read(text: &str, name: &str, assume: &Assume) -> Result<Readings, FileError> 
     }
     let exact = (file.exact > 0).then(|| {
         format!(
-            "{} without an uncertainty, in a file that has a column of them: it counts as 0",
+            "{} without an uncertainty, in a file that has a column of them: it is not known",
             count(file.exact, "reading")
         )
     });

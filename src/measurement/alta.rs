@@ -30,7 +30,7 @@
 //! `#WAVELENGTHS_NM 450 550 650` names as many wavelengths as there are values, which is a comment to
 //! ALTA, they are those. `#VS 1` gives the radius of a
 //! symmetric interval, of the first value or of each: it is taken for a standard uncertainty that
-//! readings share. The two ends that `#VS 2` gives are passed over.
+//! readings share; of the two ends that `#VS 2` gives it is half of what lies between them.
 
 use super::scattered::{Rows, Scattered, numbers, refuse_columns};
 use crate::brdf::{Channels, Wavelengths};
@@ -265,10 +265,15 @@ pub fn read(text: &str, name: &str, assume: &Assume) -> Result<AltaFile, FileErr
         // One radius stands for all values.
         let interval = &cells[dimension + n..];
         let radii: Vec<f64> = match header.intervals {
-            1 => (0..n)
-                .map(|c| interval[c.min(interval.len() - 1)])
-                .collect(),
-            _ => Vec::new(),
+            0 => Vec::new(),
+            each => {
+                let intervals: Vec<&[f64]> = interval.chunks(each).collect();
+                let radius = |c: usize| match intervals[c.min(intervals.len() - 1)] {
+                    [least, largest] => 0.5 * (largest - least),
+                    radius => radius[0],
+                };
+                (0..n).map(radius).collect()
+            }
         };
         if let Some(radius) = radii.iter().find(|r| **r < 0.0) {
             let message = format!("an interval of radius {radius}: allowed is a number from 0");

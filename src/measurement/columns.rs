@@ -246,14 +246,19 @@ impl ValueColumns {
         }
     }
 
-    /// True if a cell of an uncertainty of this row is empty.
+    /// True if nothing is known of the uncertainty of this row: the cells of `uncertainty` are empty or, without such columns,
+    /// those of both types.
     pub fn lacks_uncertainty(&self, table: &Table, row: usize) -> bool {
-        let all = [&self.type_a, &self.type_b, &self.both];
-        let mut columns = all.into_iter().flatten().flatten();
-        columns.any(|&column| table.number(row, column).is_none())
+        let types = [&self.type_a, &self.type_b];
+        let families: &[_] = match &self.both {
+            Some(_) => &[&self.both],
+            None => &types,
+        };
+        let mut columns = families.iter().copied().flatten().flatten().peekable();
+        columns.peek().is_some() && columns.all(|&column| table.number(row, column).is_none())
     }
 
-    /// The uncertainties of a row of type A and type B; an empty one is 0. `uncertainty`, that of both, is of
+    /// The uncertainties of a row of type A and type B; an empty one, which is not known, is 0. `uncertainty`, that of both, is of
     /// type B but for what type A explains of it.
     pub fn read_uncertainties(
         &self,

@@ -6,7 +6,7 @@
 //! |---|---|
 //! | `value`, or `value_r, value_g, value_b` | f_r in sr⁻¹, without the cosine; luminance, or linear R, G, B |
 //! | or `value_450nm, value_550nm, …` | f_r at each wavelength, nm |
-//! | `type_a…`, `type_b…`, `uncertainty…` | standard uncertainties (k = 1), the last of both together |
+//! | `type_a…`, `type_b…`, `uncertainty…` | standard uncertainties (k = 1), the last of both together; empty where not known |
 //! | `flags` | what is odd about the reading, or why there is none, joined by `;` |
 //! | `attempt` | number of the try, from 1 |
 //!
@@ -149,8 +149,12 @@ pub fn write_measurement(
                 if let Some(details) = &measurement.details {
                     let [a, b] = [&details.type_a, &details.type_b];
                     let [a, b] = [a, b].map(|all| &all[pose * n..(pose + 1) * n]);
-                    cells.extend(a.iter().chain(b).map(|u| Cell::Number(*u)));
-                    cells.extend(a.iter().zip(b).map(|(a, b)| Cell::Number(a.hypot(*b))));
+                    let known = |u: f64| match u {
+                        0.0 => Cell::Empty,
+                        u => Cell::Number(u),
+                    };
+                    cells.extend(a.iter().chain(b).map(|u| known(*u)));
+                    cells.extend(a.iter().zip(b).map(|(a, b)| known(a.hypot(*b))));
                 }
             }
             None => {

@@ -6,13 +6,20 @@
 //! - type A is the larger of √(Σ a_j²) / n, which the rows claim, and of the standard error of the
 //!   mean, √(Σ (x_j − mean)² / (n (n − 1))), which they show (0 if n = 1). Their scatter holds what
 //!   they claim already, so the two are not added;
+//! - where nothing is claimed, fewer than eleven readings are pooled with the other repeated configurations of values between half and
+//!   twice theirs: s² is the mean of Σ (x_j − mean)² / mean² over all degrees of freedom ν, and type A is
+//!   s · mean / √n, times t₉₅(ν) / 2, so that k = 2 covers 95 % (GUM, G.3 and G.6.4);
 //! - type B, which all readings share, is the mean of b_j.
+//!
+//! A type A of 0 is one that is not known.
 
 use super::{Details, Flags, Measurement, Outcome};
 use crate::brdf::Channels;
 use crate::error::count;
+use crate::numeric::tree::{Squared, Tree};
 use crate::schedule::grid::Distinct;
 use crate::schedule::{Pose, Schedule};
+use std::f64::consts::PI;
 use std::sync::Arc;
 
 /// Configurations that tell whether symmetries hold, at least.
@@ -26,6 +33,16 @@ const CLAIMED: f64 = 3.0;
 
 /// Scatter that is rounding, as a share of the mean.
 const ROUNDING: f64 = 1e-12;
+
+/// Degrees of freedom from which on readings of one configuration say how they scatter without others.
+const FREEDOM: u32 = 10;
+
+/// Angle between two directions up to which they are one, rad: .005°, which encoders repeat.
+const REPEATED: f64 = 0.005 * PI / 180.0;
+
+/// Difference of two readings, as a share of the larger, up to which they may be of one direction: a mirror-like lobe changes by
+/// more within that angle.
+const ALIKE: f64 = 0.3;
 
 /// Readings of one channel of one configuration.
 #[derive(Clone, Copy, Default)]
@@ -54,9 +71,20 @@ impl Mean {
         self.type_b += type_b;
     }
 
-    fn type_a(&self) -> f64 {
+    /// Type A, by readings of like values if it has to.
+    fn type_a(&self, pooled: &Pooled) -> f64 {
         let n = f64::from(self.count.max(1));
-        let shown = (self.squares / (n * (n - 1.0).max(1.0))).sqrt();
+        let freedom = self.count.saturating_sub(1);
+        let of = |squares: f64| (squares / (n * f64::from(freedom.max(1)))).sqrt();
+        let shown = match self.type_a > 0.0 || freedom >= FREEDOM {
+            true => of(self.squares),
+            false => match pooled.around(self.mean) {
+                Some((variance, all)) if freedom > 0 => {
+                    coverage_factor(all) * (variance / n).sqrt() * self.mean
+                }
+                _ => coverage_factor(freedom.max(1)) * of(self.squares),
+            },
+        };
         // Equal numbers that were rounded differently are equal.
         let shown = if shown > ROUNDING * self.mean.abs() {
             shown
@@ -68,6 +96,49 @@ impl Mean {
 
     fn type_b(&self) -> f64 {
         self.type_b / f64::from(self.count.max(1))
+    }
+}
+
+/// Half of the t that 95.45 % of Student's distribution are within, by its degrees of freedom (GUM, table G.2).
+fn coverage_factor(freedom: u32) -> f64 {
+    const T95: [f64; 10] = [13.97, 4.53, 3.31, 2.87, 2.65, 2.52, 2.43, 2.37, 2.32, 2.28];
+    let t = T95.get(freedom.saturating_sub(1) as usize);
+    // The first terms of Fisher and Cornish, from 11 degrees on good to 1 %.
+    0.5 * t.copied().unwrap_or(2.0 + 2.5 / f64::from(freedom))
+}
+
+/// The scatter of repeated readings of one channel that claim none, by their values.
+struct Pooled {
+    /// Means above 0, ascending.
+    means: Vec<f64>,
+    /// Up to each: the sums of Σ (x_j − mean)² / mean², and of the degrees of freedom.
+    sums: Vec<(f64, u32)>,
+}
+
+impl Pooled {
+    fn new<'a>(means: impl Iterator<Item = &'a Mean>) -> Self {
+        let silent = |m: &&Mean| m.count > 1 && m.mean > 0.0 && m.type_a == 0.0;
+        let mut silent: Vec<&Mean> = means.filter(silent).collect();
+        silent.sort_by(|a, b| a.mean.total_cmp(&b.mean));
+        let mut sum = (0.0, 0);
+        let sums = silent.iter().map(|m| {
+            sum.0 += m.squares / (m.mean * m.mean);
+            sum.1 += m.count - 1;
+            sum
+        });
+        Self {
+            sums: std::iter::once((0.0, 0)).chain(sums).collect(),
+            means: silent.iter().map(|m| m.mean).collect(),
+        }
+    }
+
+    /// The variance of readings between half and twice a value as a share of its square, and its degrees of freedom.
+    fn around(&self, value: f64) -> Option<(f64, u32)> {
+        let up_to = |most: f64| self.sums[self.means.partition_point(|m| *m <= most)];
+        let (low, high) = (up_to(0.5 * value), up_to(2.0 * value));
+        let freedom = high.1 - low.1;
+        (value > 0.0 && freedom > 0)
+            .then(|| ((high.0 - low.0).max(0.0) / f64::from(freedom), freedom))
     }
 }
 
@@ -150,6 +221,10 @@ impl Pool {
         let flagged = self.flags.iter().any(|f| *f != Flags::NONE);
         let detailed = detailed || flagged || self.repeats() > 0;
         let means = &self.means;
+        let of_channel = |c| Pooled::new(means.iter().skip(c).step_by(self.channels));
+        let pooled: Vec<Pooled> = (0..self.channels).map(of_channel).collect();
+        let each = means.iter().zip(pooled.iter().cycle());
+        let type_a = each.map(|(m, pooled)| m.type_a(pooled)).collect();
         let outcomes = self.outcomes.iter();
         Measurement {
             schedule,
@@ -157,7 +232,7 @@ impl Pool {
             values: means.iter().map(|m| m.mean).collect(),
             outcomes: outcomes.map(|o| o.unwrap_or(Outcome::NotVisited)).collect(),
             details: detailed.then(|| Details {
-                type_a: means.iter().map(Mean::type_a).collect(),
+                type_a,
                 type_b: means.iter().map(Mean::type_b).collect(),
                 flags: self.flags,
             }),
@@ -197,9 +272,46 @@ impl Folded {
     }
 }
 
+/// The poses that repeat no earlier one, and the place among them that each has: one within [`REPEATED`], of values that are
+/// [`ALIKE`].
+fn repeated(poses: &[Pose], values: &[Option<&[f64]>]) -> (Vec<usize>, Vec<usize>) {
+    let alike = |a: usize, b: usize| match (values[a], values[b]) {
+        (Some(a), Some(b)) => {
+            let mut both = a.iter().zip(b);
+            both.all(|(a, b)| (a - b).abs() <= ALIKE * a.abs().max(b.abs()))
+        }
+        _ => false,
+    };
+    let point = |pose: &Pose| {
+        let [i, o] = [pose.pair.omega_i, pose.pair.omega_o].map(|d| d.vector());
+        [i.x, i.y, i.z, o.x, o.y, o.z]
+    };
+    let points: Vec<[f64; 6]> = poses.iter().map(point).collect();
+    let mut tree = Tree::new(Squared, &points);
+    let leaves = tree.leaves();
+    let (mut kept, mut places) = (Vec::new(), vec![usize::MAX; poses.len()]);
+    let mut found = Vec::new();
+    for (i, point) in points.iter().enumerate() {
+        if places[i] < usize::MAX {
+            continue;
+        }
+        tree.nearest(point, points.len(), REPEATED * REPEATED, &mut found);
+        for near in &found {
+            let j = near.number as usize;
+            if i == j || alike(i, j) {
+                places[j] = kept.len();
+                tree.remove(near.number, leaves[j]);
+            }
+        }
+        kept.push(i);
+    }
+    (kept, places)
+}
+
 impl Measurement {
-    /// The measurement with each configuration once, and what was folded: poses are dropped that name the configuration of an earlier one under the symmetries of the schedule,
-    /// as in tables by others (light and sensor exchanged, the sample turned). Readings become
+    /// The measurement with each configuration once, and what was folded: poses are dropped that name the configuration of an earlier one
+    /// under the symmetries of the schedule, as in tables by others (light and sensor exchanged, the sample turned), or repeat one within
+    /// what encoders err by. Readings become
     /// their mean with the larger of the type A that they claim and that they show; shared errors
     /// (type B) stay, and so does every flag. A schedule on a lattice has no such poses.
     #[must_use]
@@ -219,7 +331,14 @@ impl Measurement {
             }
             at
         };
-        let places: Vec<usize> = schedule.poses.iter().enumerate().map(&mut place).collect();
+        let mut places: Vec<usize> = schedule.poses.iter().enumerate().map(&mut place).collect();
+        let values: Vec<_> = firsts.iter().map(|i| self.value(*i)).collect();
+        let (kept, repeats) = repeated(&poses, &values);
+        if kept.len() < poses.len() {
+            places.iter_mut().for_each(|place| *place = repeats[*place]);
+            poses = kept.iter().map(|k| poses[*k]).collect();
+            firsts = kept.iter().map(|k| firsts[*k]).collect();
+        }
         let merged = places.len() - poses.len();
         if merged == 0 {
             return (self, Folded::default());

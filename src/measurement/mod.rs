@@ -103,10 +103,10 @@ impl Flags {
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Details {
     /// Standard uncertainty (k = 1) of the scatter between repeated readings, sr⁻¹, laid out as
-    /// the values.
+    /// the values; 0 of one that is not known.
     pub type_a: Vec<f64>,
     /// Standard uncertainty (k = 1) of errors that repeated readings of one instrument share, sr⁻¹,
-    /// laid out as the values.
+    /// laid out as the values; 0 of one that is not known.
     pub type_b: Vec<f64>,
     /// One set of flags per pose, in the order of the schedule.
     pub flags: Vec<Flags>,

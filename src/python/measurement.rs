@@ -112,6 +112,12 @@ impl PyMeasurement {
     }
 }
 
+/// Uncertainties, NaN in place of those that are not known.
+fn known(uncertainties: &[f64]) -> Vec<f64> {
+    let of = |&u: &f64| if u == 0.0 { f64::NAN } else { u };
+    uncertainties.iter().map(of).collect()
+}
+
 #[pymethods]
 impl PyMeasurement {
     #[new]
@@ -186,6 +192,8 @@ impl PyMeasurement {
                 return Ok(vec![0.0; values.len()]);
             };
             let mut all = wide(given, name, rows, n)?;
+            let unknown = all.iter_mut().filter(|u| u.is_nan());
+            unknown.for_each(|u| *u = 0.0);
             for (i, row) in all.chunks_exact_mut(n).enumerate() {
                 match row.iter().find(|u| !(0.0..=LARGEST_READING).contains(*u)) {
                     _ if outcomes[i] != Outcome::Reading => row.fill(0.0),
@@ -348,18 +356,24 @@ impl PyMeasurement {
         self.laid_out(py, &self.measurement.values)
     }
 
-    /// Standard uncertainty (k = 1) of what scatters between readings, (n, channels); None if nothing is known of it.
+    /// Standard uncertainty (k = 1) of what scatters between readings, (n, channels), NaN where it is not known; None of a
+    /// measurement without any.
     #[getter]
     fn type_a<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyArray2<f64>>>> {
         let details = self.measurement.details.as_ref();
-        details.map(|d| self.laid_out(py, &d.type_a)).transpose()
+        details
+            .map(|d| self.laid_out(py, &known(&d.type_a)))
+            .transpose()
     }
 
-    /// Standard uncertainty (k = 1) of what readings share, (n, channels); None if nothing is known of it.
+    /// Standard uncertainty (k = 1) of what readings share, (n, channels), NaN where it is not known; None of a measurement
+    /// without any.
     #[getter]
     fn type_b<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyArray2<f64>>>> {
         let details = self.measurement.details.as_ref();
-        details.map(|d| self.laid_out(py, &d.type_b)).transpose()
+        details
+            .map(|d| self.laid_out(py, &known(&d.type_b)))
+            .transpose()
     }
 
     /// What is odd about readings: for each flag (saturated, below-noise, clipped) an array (n,) of bool.

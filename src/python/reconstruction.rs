@@ -1,6 +1,6 @@
 //! Reconstructions: a BRDF of readings, and how uncertain it is.
 
-use crate::arrays::{Directions, Pairs, refused};
+use crate::arrays::{Directions, Pairs, refused, rows};
 use crate::keys::{named, read};
 use crate::material::PyMaterial;
 use crate::measurement::PyMeasurement;
@@ -23,14 +23,14 @@ pub struct PyReconstruction {
     replicated: OnceLock<Result<Replicated, String>>,
 }
 
-type Types<'py> = (Bound<'py, PyArray1<f64>>, Bound<'py, PyArray1<f64>>);
+type Types<'py> = (Bound<'py, PyAny>, Bound<'py, PyAny>);
 
 impl PyReconstruction {
     fn replicated(&self) -> Result<&Replicated, String> {
         let made = self.replicated.get_or_init(|| {
             let made = Replicated::of(&self.measurement, &*self.method);
             made.map_err(|e| e.to_string())?.ok_or_else(|| {
-                "most readings have no uncertainty; allowed: readings with type_a or type_b".into()
+                "most readings have no uncertainty; allowed: readings with type_a or type_b, or kriging".into()
             })
         });
         made.as_ref().map_err(Clone::clone)
@@ -39,20 +39,34 @@ impl PyReconstruction {
 
 #[pymethods]
 impl PyReconstruction {
-    /// Standard uncertainties (k = 1) of the luminance at pairs that its readings cause, 1/sr: types A and B, each (n,).
+    /// Standard uncertainties (k = 1) of the luminance at pairs, 1/sr: types A and B, each (n,); with `channels` of every channel,
+    /// each (n, channels). They are those of its readings and, made by kriging, between them.
+    #[pyo3(signature = (omega_i, omega_o, *, channels = false))]
     fn uncertainty<'py>(
         &self,
         py: Python<'py>,
         omega_i: &Bound<'py, PyAny>,
         omega_o: &Bound<'py, PyAny>,
+        channels: bool,
     ) -> PyResult<Types<'py>> {
         let light = Directions::of(omega_i, "omega_i")?;
         let sensor = Directions::of(omega_o, "omega_o")?;
         let pairs = Pairs::new(&light, &sensor)?.all()?;
-        let known = py.detach(|| self.replicated().map(|r| r.at(&pairs)));
+        let known = py.detach(|| {
+            self.replicated().map(|r| match channels {
+                true => r.channels_at(&pairs),
+                false => r.at(&pairs),
+            })
+        });
         let known = known.map_err(refused)?;
-        let of = |u: fn(&Uncertain) -> f64| PyArray1::from_iter(py, known.iter().map(u));
-        Ok((of(|u| u.type_a), of(|u| u.type_b)))
+        let of = |u: fn(&Uncertain) -> f64| {
+            let all: Vec<f64> = known.iter().map(u).collect();
+            PyResult::Ok(match channels {
+                true => rows(py, all, self.measurement.channels.count())?.into_any(),
+                false => PyArray1::from_vec(py, all).into_any(),
+            })
+        };
+        Ok((of(|u| u.type_a)?, of(|u| u.type_b)?))
     }
 
     /// How pairs lie to the readings, a name each: interpolated, extrapolated or unknown.

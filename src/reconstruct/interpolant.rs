@@ -4,11 +4,13 @@
 //! values. So several values per pose (the channels of one material, or many materials at the same
 //! poses) are interpolated together, for one search and one set of weights per pair.
 
+use super::transform::EPSILON;
 use crate::brdf::{Brdf, Channels, Presence};
 use crate::geometry::{DirectionPair, Symmetry};
 use crate::measurement::{Measurement, Outcome};
 use crate::schedule::Schedule;
 use rayon::prelude::*;
+use std::borrow::Cow;
 use std::sync::Arc;
 
 /// Values at the poses of a schedule.
@@ -54,9 +56,30 @@ impl<'a> Readings<'a> {
     }
 }
 
-/// The uncertainties of type A of a measurement, where it has some.
-pub fn noise(measurement: &Measurement) -> Option<&[f64]> {
-    Some(&*measurement.details.as_ref()?.type_a)
+/// The uncertainties of type A of a measurement, where it has some. Where most readings of a channel state one, the others have the
+/// median of what these state, as a share of their values plus [`EPSILON`].
+pub fn noise(measurement: &Measurement) -> Option<Cow<'_, [f64]>> {
+    let mut noise = Cow::Borrowed(&*measurement.details.as_ref()?.type_a);
+    let n = measurement.channels.count();
+    for c in 0..n {
+        let read = (0..measurement.outcomes.len()).map(|i| i * n + c);
+        let read: Vec<usize> = read
+            .filter(|k| measurement.value(k / n).is_some())
+            .collect();
+        let of = |k: usize| measurement.values[k].max(0.0) + EPSILON;
+        let known = read.iter().filter(|&&k| noise[k] > 0.0);
+        let mut shares: Vec<f64> = known.map(|&k| noise[k] / of(k)).collect();
+        if shares.len() == read.len() || 2 * shares.len() <= read.len() {
+            continue;
+        }
+        let middle = shares.len() / 2;
+        let (_, median, _) = shares.select_nth_unstable_by(middle, f64::total_cmp);
+        let unknown: Vec<usize> = read.into_iter().filter(|&k| noise[k] == 0.0).collect();
+        unknown
+            .into_iter()
+            .for_each(|k| noise.to_mut()[k] = *median * of(k));
+    }
+    Some(noise)
 }
 
 /// One flag per pose of a measurement: true if it has a reading.

@@ -135,7 +135,7 @@ pub trait Reconstruct: std::fmt::Debug + Send + Sync {
             width: measurement.channels.count(),
             values: &measurement.values,
             present: &present,
-            noise: noise(measurement),
+            noise: noise(measurement).as_deref(),
             half_angles_deg: measurement.half_angles_deg,
         })?;
         Ok(Box::new(Interpolated {

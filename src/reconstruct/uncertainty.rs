@@ -16,12 +16,14 @@
 //! share.
 
 use super::interpolant::{Readings, noise, present, values_at};
-use super::{EPSILON, Interpolant, Predictive, Reconstruct, ReconstructError};
+use super::{Cover, Coverage, EPSILON, Interpolant, Predictive, Reconstruct, ReconstructError};
 use crate::brdf::Channels;
 use crate::geometry::DirectionPair;
-use crate::measurement::Measurement;
+use crate::measurement::{Details, Flags, Measurement, Outcome};
 use crate::sampling::Random;
+use crate::schedule::Schedule;
 use rand_distr::{Distribution, StandardNormal};
+use std::sync::Arc;
 
 /// Sets of readings with errors of type A.
 const REPLICAS: usize = 16;
@@ -32,12 +34,12 @@ const SETS: usize = 2 + REPLICAS;
 /// Seed of the errors.
 const SEED: u64 = 0;
 
-/// The luminance of a reconstruction at a pair, with its standard uncertainties (k = 1), sr⁻¹.
+/// The luminance or a channel of a reconstruction at a pair, with its standard uncertainties (k = 1), sr⁻¹.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Uncertain {
     /// f_r, without the cosine.
     pub value: f64,
-    /// What the scatter of readings makes of it.
+    /// What the scatter of readings makes of it and, of a method that is [`Predictive`], what is open between them.
     pub type_a: f64,
     /// What readings share.
     pub type_b: f64,
@@ -71,7 +73,8 @@ pub struct Replicated {
 pub const TOLD: usize = 2000;
 
 impl Replicated {
-    /// What `method` makes of a measurement; `None` if more than half of its readings have no uncertainty.
+    /// What `method` makes of a measurement; `None` if more than half of its readings have no uncertainty, unless the method is
+    /// [`Predictive`] and has up to [`TOLD`] readings.
     ///
     /// # Errors
     /// As [`Reconstruct::interpolate`].
@@ -79,10 +82,45 @@ impl Replicated {
         measurement: &Measurement,
         method: &dyn Reconstruct,
     ) -> Result<Option<Self>, ReconstructError> {
-        Self::of_some(measurement, &present(measurement), method)
+        let present = present(measurement);
+        match Self::predicted(measurement, &present, method)? {
+            None => Self::of_some(measurement, &present, method),
+            predicted => Ok(predicted),
+        }
     }
 
-    /// The same of some of its readings: one flag per pose, true of those.
+    /// What a method that is predictive makes of some readings.
+    fn predicted(
+        measurement: &Measurement,
+        present: &[bool],
+        method: &dyn Reconstruct,
+    ) -> Result<Option<Self>, ReconstructError> {
+        let read = (0..present.len()).filter(|&i| present[i] && measurement.value(i).is_some());
+        if !(1..=TOLD).contains(&read.count()) {
+            return Ok(None);
+        }
+        let others = (0..present.len()).filter(|&i| !present[i]);
+        let some = measurement.clone().without(others);
+        let Some(known) = method.predictive(&some)? else {
+            return Ok(None);
+        };
+        let interpolant = method.interpolate(&Readings {
+            schedule: &some.schedule,
+            width: some.channels.count(),
+            values: &some.values,
+            present,
+            noise: noise(&some).as_deref(),
+            half_angles_deg: some.half_angles_deg,
+        })?;
+        Ok(Some(Self {
+            interpolant,
+            channels: some.channels,
+            known: Some(known),
+        }))
+    }
+
+    /// What `method` makes of some readings of a measurement, one flag per pose that is true of those; `None` if more than half
+    /// of all have no uncertainty.
     ///
     /// # Errors
     /// As [`Reconstruct::interpolate`].
@@ -108,26 +146,11 @@ impl Replicated {
         if uncertain == 0 || 2 * uncertain < readings {
             return Ok(None);
         }
-        let channels = measurement.channels.clone();
-        if (1..=TOLD).contains(&readings) {
-            let others = (0..present.len()).filter(|&i| !present[i]);
-            let some = measurement.clone().without(others);
-            if let Some(known) = method.predictive(&some)? {
-                let interpolant = method.interpolate(&Readings {
-                    schedule: &some.schedule,
-                    width: n,
-                    values: &some.values,
-                    present,
-                    noise: noise(&some),
-                    half_angles_deg: some.half_angles_deg,
-                })?;
-                return Ok(Some(Self {
-                    interpolant,
-                    channels,
-                    known: Some(known),
-                }));
-            }
+        if let Some(predicted) = Self::predicted(measurement, present, method)? {
+            return Ok(Some(predicted));
         }
+        // Every set is as noisy as the first.
+        let type_a = noise(measurement).unwrap_or_default();
         let width = n * SETS;
         let mut values = vec![0.0; measurement.outcomes.len() * width];
         let random = Random::new(SEED);
@@ -135,7 +158,7 @@ impl Replicated {
             let (Some(value), Some(details)) = (measurement.value(i), &measurement.details) else {
                 continue;
             };
-            let [a, b] = [&details.type_a, &details.type_b].map(|u| &u[i * n..(i + 1) * n]);
+            let [a, b] = [&*type_a, &*details.type_b].map(|u| &u[i * n..(i + 1) * n]);
             let errors = errors(&random, i);
             for (s, set) in sets.chunks_exact_mut(n).enumerate() {
                 for (c, out) in set.iter_mut().enumerate() {
@@ -148,8 +171,7 @@ impl Replicated {
                 }
             }
         }
-        // Every set is as noisy as the first.
-        let noise = noise(measurement).unwrap_or_default().chunks_exact(n);
+        let noise = type_a.chunks_exact(n);
         let noise: Vec<f64> = noise.flat_map(|of| of.repeat(SETS)).collect();
         let interpolant = method.interpolate(&Readings {
             schedule: &measurement.schedule,
@@ -161,49 +183,94 @@ impl Replicated {
         })?;
         Ok(Some(Self {
             interpolant,
-            channels,
+            channels: measurement.channels.clone(),
             known: None,
         }))
     }
 
     /// Luminance and its uncertainties at many pairs, in parallel.
     pub fn at(&self, pairs: &[DirectionPair]) -> Vec<Uncertain> {
-        let values = values_at(&*self.interpolant, pairs);
-        let of_pairs = values.chunks_exact(self.interpolant.width());
-        match &self.known {
-            None => of_pairs.map(|v| self.uncertain(v)).collect(),
-            Some(known) => {
-                let known = known.predict(pairs).into_iter();
-                let each = of_pairs.map(|v| self.channels.luminance(v)).zip(known);
-                let each = each.map(|(value, known)| {
-                    let of = |variance: f64| (value + EPSILON) * variance.max(0.0).sqrt();
-                    Uncertain {
-                        value,
-                        type_a: of(known.variance - known.shared),
-                        type_b: of(known.shared),
-                    }
-                });
-                each.collect()
-            }
+        self.each(pairs, 1, |values, out| {
+            out.push(self.channels.luminance(values));
+        })
+    }
+
+    /// Every channel and its uncertainties at many pairs, pair after pair, in parallel.
+    pub fn channels_at(&self, pairs: &[DirectionPair]) -> Vec<Uncertain> {
+        self.each(pairs, self.channels.count(), |values, out| {
+            out.extend(values);
+        })
+    }
+
+    /// Every channel and its uncertainties at the poses of a schedule, as readings; none where no reading is near.
+    pub fn readings(&self, schedule: Arc<Schedule>, cover: &Cover) -> Measurement {
+        let pairs: Vec<DirectionPair> = schedule.poses.iter().map(|pose| pose.pair).collect();
+        let all = self.channels_at(&pairs);
+        let outcome = |coverage| match coverage {
+            Coverage::Unknown => Outcome::NoData,
+            _ => Outcome::Reading,
+        };
+        let of = |u: fn(&Uncertain) -> f64| all.iter().map(u).collect::<Vec<_>>();
+        Measurement {
+            channels: self.channels.clone(),
+            values: of(|u| u.value),
+            outcomes: cover.coverages(&pairs).into_iter().map(outcome).collect(),
+            details: Some(Details {
+                type_a: of(|u| u.type_a),
+                type_b: of(|u| u.type_b),
+                flags: vec![Flags::NONE; pairs.len()],
+            }),
+            half_angles_deg: [0.0; 2],
+            places: Vec::new(),
+            schedule,
         }
+    }
+
+    /// What `of` makes of the channels at many pairs, `width` numbers of each, with their uncertainties.
+    fn each(
+        &self,
+        pairs: &[DirectionPair],
+        width: usize,
+        of: impl Fn(&[f64], &mut Vec<f64>),
+    ) -> Vec<Uncertain> {
+        let values = values_at(&*self.interpolant, pairs);
+        let mut all = Vec::with_capacity(values.len());
+        let sets = values.chunks_exact(self.channels.count());
+        sets.for_each(|set| of(set, &mut all));
+        let Some(known) = &self.known else {
+            let of_pair = |sets: &[f64]| -> Vec<Uncertain> {
+                (0..width).map(|c| uncertain(sets, width, c)).collect()
+            };
+            return all.chunks_exact(width * SETS).flat_map(of_pair).collect();
+        };
+        let known = known.predict(pairs).into_iter();
+        let known = known.flat_map(|k| std::iter::repeat_n(k, width));
+        let each = all.into_iter().zip(known).map(|(value, known)| {
+            let of = |variance: f64| (value + EPSILON) * variance.max(0.0).sqrt();
+            Uncertain {
+                value,
+                type_a: of(known.variance - known.shared),
+                type_b: of(known.shared),
+            }
+        });
+        each.collect()
     }
 
     /// Standard uncertainties of the luminance at many pairs, sr⁻¹, in parallel.
     pub fn uncertainties(&self, pairs: &[DirectionPair]) -> Vec<f64> {
         self.at(pairs).iter().map(Uncertain::uncertainty).collect()
     }
+}
 
-    /// What the values of a pair say.
-    fn uncertain(&self, values: &[f64]) -> Uncertain {
-        let mut sets = values.chunks_exact(self.channels.count());
-        let mut next = || sets.next().map_or(0.0, |v| self.channels.luminance(v));
-        let (value, shifted) = (next(), next());
-        let square: f64 = (0..REPLICAS).map(|_| (next() - value).powi(2)).sum();
-        Uncertain {
-            value,
-            type_a: (square / REPLICAS as f64).sqrt(),
-            type_b: (shifted - value).abs(),
-        }
+/// What the sets of a pair say of number `c` of `width` in each.
+fn uncertain(sets: &[f64], width: usize, c: usize) -> Uncertain {
+    let set = |s: usize| sets[s * width + c];
+    let value = set(0);
+    let square: f64 = (2..SETS).map(|s| (set(s) - value).powi(2)).sum();
+    Uncertain {
+        value,
+        type_a: (square / REPLICAS as f64).sqrt(),
+        type_b: (set(1) - value).abs(),
     }
 }
 

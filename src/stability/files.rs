@@ -56,10 +56,14 @@ fn cases(extent: Extent) -> Vec<Case> {
     kept
 }
 
-/// Values over the decades that a reading may have, and 0.
+/// Values over the decades that a reading may have, and 0; no two are alike, as files put poses together that are nearly one and
+/// have readings that are nearly one.
 fn value(k: usize) -> f64 {
-    const VALUES: [f64; 8] = [0.0, 1e-300, 1e-30, 0.1, 1.0 / 3.0, 1e12, 1e149, 5e-324];
-    VALUES[k % VALUES.len()]
+    const VALUES: [f64; 8] = [1e-3, 1e-300, 1e-30, 0.1, 1.0 / 3.0, 1e12, 1e140, 5e-324];
+    match k {
+        0 => 0.0,
+        k => VALUES[k % VALUES.len()] * 2_f64.powi((k / VALUES.len()) as i32),
+    }
 }
 
 fn measured(schedule: &Arc<Schedule>) -> Measurement {

@@ -186,7 +186,7 @@ impl<'a> CrossValidation<'a> {
             width: channels.count(),
             values: &self.measurement.values,
             present: &part.present,
-            noise: noise(self.measurement),
+            noise: noise(self.measurement).as_deref(),
             half_angles_deg: self.measurement.half_angles_deg,
         })?;
         let values = values_at(&*interpolant, &part.pairs);

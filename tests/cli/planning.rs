@@ -132,8 +132,23 @@ fn a_laboratory_is_told_when_to_stop() {
             &format!("reconstruct readings.csv --reconstruction {kind} --uncertainty {kind}.svg"),
         );
         let drawn = bench.read(&format!("{kind}.svg"));
-        assert_eq!(drawn.contains("what its readings leave open"), is_known);
+        assert_eq!(drawn.contains("of its readings and between them"), is_known);
     }
+    // The same numbers in a table of readings, and of a method that has none a sentence.
+    let table = "reconstruct readings.csv --reconstruction kriging --uncertainty where.csv";
+    good(&bench, table);
+    let text = bench.read("where.csv");
+    let rows: Vec<&str> = text.lines().filter(|line| !line.starts_with('#')).collect();
+    assert!(
+        rows[0].contains("value,type_a,type_b,uncertainty"),
+        "{}",
+        rows[0]
+    );
+    assert_eq!(rows.len(), 1 + 3 * (1 + 17 * 24));
+    let nearest = "reconstruct readings.csv --reconstruction nearest --uncertainty no.csv";
+    let told = bench.refused(&nearest.split(' ').collect::<Vec<_>>(), 3);
+    assert!(told.contains("most readings have no uncertainty"), "{told}");
+    assert!(!bench.path("no.csv").exists());
     // What was asked for before is not to be read again.
     good(&bench, &format!("{next}9 --force"));
     assert!(!bench.path("more.csv").exists());

@@ -2,6 +2,7 @@
 
 use super::common::{Level, levels};
 use super::{Bench, ONE_SCHEDULE};
+use std::f64::consts::PI;
 use std::fs;
 
 /// A matte layer below a lobe at the mirror direction, 1/sr.
@@ -347,6 +348,37 @@ fn gains_at_grazing_views_and_vague_readings_are_told() {
     assert!(err.contains("an uncertainty of 160 % (k = 2)"), "{err}");
     assert!(out.contains("albedo: 9.4248 ± 4.7e0 at 0°"), "{out}");
     assert_eq!(table(&|_| 0.1, 0.8).0, Some(0));
+    // Holes are 0 or as what is nearest: of .1 1/sr up to 35° and .2 up to 50°, of which a little more is within the readings.
+    let mut text = head.to_owned();
+    for (theta_i, theta_o) in (0..90)
+        .step_by(10)
+        .flat_map(|i| (0..52).step_by(2).map(move |o| (i, o)))
+    {
+        for phi in (0..360).step_by(if theta_o == 0 { 360 } else { 10 }) {
+            let f_r = if theta_o < 35 { 0.1 } else { 0.2 };
+            text += &format!("{theta_i},0,{theta_o},{phi},{f_r},0\n");
+        }
+    }
+    fs::write(bench.path("half.csv"), text).unwrap();
+    let how = "reconstruct half.csv --reconstruction nearest --symmetry isotropic --fill none -o half.bin";
+    let out = bench.good(&how.split(' ').collect::<Vec<_>>());
+    let line = out.lines().find(|l| l.starts_with("albedo: ")).unwrap();
+    let before = |at: &str| -> f64 {
+        let text = line.split(at).next().unwrap();
+        text.rsplit(' ').next().unwrap().parse().unwrap()
+    };
+    let share = before(" % of the hemisphere") / 100.0;
+    let [held, filled] = [before(" ± "), before(" if the rest")];
+    let sin2 = 35_f64.to_radians().sin().powi(2);
+    assert!((0.55..0.75).contains(&share), "{line}");
+    assert!(
+        (filled - PI * (0.1 * sin2 + 0.2 * (1.0 - sin2))).abs() < 0.01,
+        "{line}"
+    );
+    assert!(
+        (held - PI * (0.1 * sin2 + 0.2 * (share - sin2))).abs() < 0.01,
+        "{line}"
+    );
     // And nobody reads 150 digits.
     let (code, out, _) = table(&|_| 1e100, 0.0);
     assert_eq!(code, Some(6));

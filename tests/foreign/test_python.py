@@ -385,6 +385,12 @@ def test_shared_errors_come_through():
     type_a, type_b = copy.uncertainty(light, sensor)
     assert np.allclose(type_b / copy.eval(light, sensor)[:, 0], 0.02, rtol=0.05, atol=0) and not type_a.any()
     assert isinstance(copy, g.Material) and "200 readings" in repr(copy)
+    of_channels = copy.uncertainty(light, sensor, channels=True)[1]
+    assert of_channels.shape == (50, 1) and np.array_equal(of_channels[:, 0], type_b)
+    # Without uncertainties there are those between readings, of a method that has them.
+    bare = g.reconstruct(g.Measurement(s.omega_i, s.omega_o, values), "kriging")
+    open_between = bare.uncertainty(light, sensor)[0]
+    assert (open_between > 0).all() and np.isnan(m.type_a).all()
     assert copy.coverage(s.omega_i[:3], s.omega_o[:3]) == ["interpolated"] * 3
 
 
@@ -593,7 +599,7 @@ WRONG = [
     (lambda: g.Measurement.open("nowhere.csv"), "nowhere.csv: cannot read"),
     (lambda: g.reconstruct(g.measure(g.Material("lambert"), g.plan("sobol", 20)), "cubic"), "cubic needs a grid"),
     (lambda: g.reconstruct(g.measure(g.Material("lambert"), g.plan("sobol", 20)), "cubix"), "cubix"),
-    (lambda: g.reconstruct(g.measure(g.Material("lambert"), g.plan("sobol", 20))).uncertainty(UP, UP), "no uncertainty"),
+    (lambda: g.reconstruct(g.measure(g.Material("lambert"), g.plan("sobol", 20)), "inverse-distance").uncertainty(UP, UP), "no uncertainty"),
     (lambda: g.compare(g.Material("lambert"), g.Material("lambert"), ["cosin"]), "measures = cosin"),
     (lambda: g.compare(g.Material("lambert"), g.Material("lambert"), mask_deg=100), "mask_deg = 100"),
     (

@@ -241,7 +241,7 @@ fn values_by_wavelength_need_their_wavelengths() {
 }
 
 #[test]
-fn a_radius_is_an_uncertainty_and_two_ends_are_none() {
+fn a_radius_and_half_of_two_ends_are_uncertainties() {
     let row = [0.1, 0.2, 0.3, 0.4, 5.0];
     let one = [row.to_vec(), vec![0.25]].concat();
     let text = file(
@@ -263,7 +263,10 @@ fn a_radius_is_an_uncertainty_and_two_ends_are_none() {
     let text = text
         .replace("#VS 1", "#VS 2")
         .replace("0.25\n", "4.75 5.5\n");
-    assert!(good(&text).rows.measurement.details.is_none());
+    let details = good(&text).rows.measurement.details.unwrap();
+    assert_eq!((details.type_a[0], details.type_b[0]), (0.0, 0.375));
+    let turned = text.replace("4.75 5.5", "5.5 4.75");
+    assert!(read(&turned, "a", &Assume::default()).is_err());
 }
 
 #[test]

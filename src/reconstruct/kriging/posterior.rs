@@ -99,8 +99,10 @@ impl Posterior {
         let luminance = |values: &[f64]| channels.luminance(values);
         let values: Vec<f64> = measurement.values.chunks(width).map(luminance).collect();
         // Of the channels together: they are read at once, with the noise of one.
-        let type_a = noise(measurement);
-        let type_a: Option<Vec<f64>> = type_a.map(|u| u.chunks(width).map(luminance).collect());
+        let each = noise(measurement);
+        let type_a: Option<Vec<f64>> = each
+            .as_ref()
+            .map(|u| u.chunks(width).map(luminance).collect());
         let present = present(measurement);
         let readings = Readings {
             schedule: &measurement.schedule,
@@ -114,7 +116,7 @@ impl Posterior {
         let (kernel, suspects) = kriging.common(&Readings {
             width,
             values: &measurement.values,
-            noise: noise(measurement),
+            noise: each.as_deref(),
             ..readings
         });
         let kernel = match width {

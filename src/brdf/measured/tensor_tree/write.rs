@@ -190,7 +190,7 @@ pub fn tabulate(brdf: &dyn Brdf, level: usize) -> Result<Vec<Node>, TensorTreeEr
         trees.push(tree);
     }
     // Radiance takes the least value of all for a matte part, and what is left of the chromaticities is wrong then.
-    if trees.len() > 1 {
+    if trees.len() > 1 && trees[0].least() > 0.0 {
         UNSEEN
             .iter()
             .for_each(|place| trees[0].clear(*place, level));
