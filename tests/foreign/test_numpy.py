@@ -49,7 +49,7 @@ def test_numpy_reads_readings_and_writes_its_own(gonio, tmp_path):
 def test_a_reconstruction_comes_on_any_grid(gonio, tmp_path):
     config, scene = tmp_path / "truth.toml", tmp_path / "scene.toml"
     config.write_text(MATERIAL)
-    scene.write_text(f'[[material]]\nkind = "readings"\nfile = "{tmp_path}/mine.npz"\n')
+    scene.write_text(f'[[material]]\nkind = "readings"\nfile = "{tmp_path}/mine.npz"\nreconstruction = {{ kind = "thin-plate" }}\n')
     poses, mine = tmp_path / "poses.npz", tmp_path / "mine.npz"
     gonio("schedule", config, "--budget", 300, "-o", poses)
     gonio("measure", poses, "--config", config, "-o", mine)
