@@ -35,6 +35,22 @@ impl<'a> ReadingsFile<'a> {
         })
     }
 
+    /// Refuses a format that has no place for uncertainties.
+    pub fn for_uncertainties(self) -> Result<Self, Error> {
+        if self.format.bare_readings {
+            let formats = formats::all().into_iter();
+            let names = formats.filter(|f| f.write_readings.is_some() && !f.bare_readings);
+            let names: Vec<&str> = names.map(|f| f.name).collect();
+            let message = format!(
+                "{} has no place for uncertainties; allowed: {}, or .svg",
+                self.format.name,
+                names.join(", ")
+            );
+            return Err(Error::output(self.path, message));
+        }
+        Ok(self)
+    }
+
     /// Refuses to replace what is there, unless that is wanted.
     pub fn refuse_existing(&self, force: bool) -> Result<(), Error> {
         if !self.is_folder() {

@@ -169,10 +169,8 @@ fn is_svg(path: &Path) -> bool {
 
 /// Light at 0°, 30° and 60°, and sensors every 5° of elevation and 15° of azimuth.
 fn around() -> Vec<DirectionPair> {
-    let sensors = (0..18).flat_map(|k| {
-        let azimuths = if k == 0 { 1 } else { 24 };
-        (0..azimuths).map(move |l| [5.0 * f64::from(k), 15.0 * f64::from(l)])
-    });
+    let sensors =
+        (0..18).flat_map(|k| (0..24).map(move |l| [5.0 * f64::from(k), 15.0 * f64::from(l)]));
     let of_light = |light: f64| {
         let pair = move |sensor: [f64; 2]| {
             let [theta, phi] = sensor.map(f64::to_radians);
@@ -194,7 +192,7 @@ impl Reconstruct {
         }
         let where_uncertain = self.uncertainty.as_deref().filter(|path| !is_svg(path));
         let where_uncertain = where_uncertain
-            .map(|path| ReadingsFile::new(None, path))
+            .map(|path| ReadingsFile::new(None, path)?.for_uncertainties())
             .transpose()?;
         let files = [&self.output, &self.picture, &self.uncertainty];
         for path in files.into_iter().flatten() {
@@ -257,6 +255,12 @@ impl Reconstruct {
             true => Replicated::of(&measurement, &*method).map_err(failed)?,
             false => None,
         };
+        if where_uncertain.is_some() && replicated.is_none() {
+            let message = format!(
+                "most readings have no uncertainty; allowed: readings with type_a or type_b, or --reconstruction kriging of up to {TOLD}"
+            );
+            return Err(Error::data(path, message));
+        }
         match truth {
             Some(Truth::Brdf(truth, metrics, measures)) => {
                 let cover = Cover::of(&measurement).map_err(failed)?;
@@ -287,15 +291,11 @@ impl Reconstruct {
         if let Some(path) = &self.picture {
             picture(&*brdf, path)?;
         }
-        if let Some(file) = where_uncertain {
-            let replicated = replicated.ok_or_else(|| {
-                let message = "most readings have no uncertainty; allowed: readings with type_a or type_b, or --reconstruction kriging";
-                Error::data(path, message)
-            })?;
+        if let (Some(file), Some(replicated)) = (&where_uncertain, &replicated) {
             let parametrization = measurement.schedule.parametrization.clone();
-            let schedule = Arc::new(Schedule::of_pairs(parametrization, around()));
+            let around = Schedule::of_pairs(parametrization, around()).distinct();
             let cover = Cover::of(&measurement).map_err(failed)?;
-            let readings = replicated.readings(schedule, &cover);
+            let readings = replicated.readings(Arc::new(around), &cover);
             file.write(&readings, &About::default(), Sequence::Generated)?;
         } else if let Some(path) = &self.uncertainty {
             let cover = Cover::of(&measurement).map_err(failed)?;

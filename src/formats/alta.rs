@@ -20,7 +20,7 @@ pub const FORMAT: Format = Format {
             "ALTA {}: {} below the horizon, {} averaged with earlier ones",
             file.input,
             count(file.rows.below_horizon, "row"),
-            count(file.rows.folded.poses, "row")
+            count(file.rows.folded.dropped(), "row")
         );
         let mut readings = Readings::of(file.rows, doubts);
         readings.notes = vec![note];

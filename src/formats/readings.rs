@@ -32,10 +32,10 @@ impl Readings {
                 count(rows.below_horizon, "row")
             ));
         }
-        if rows.folded.poses > 0 {
+        if rows.folded.dropped() > 0 {
             notes.push(format!(
                 "{} averaged with earlier ones",
-                count(rows.folded.poses, "row")
+                count(rows.folded.dropped(), "row")
             ));
         }
         let peak = retro_peak(&rows.measurement).filter(|_| doubts);

@@ -160,6 +160,12 @@ fn read(text: &str, name: &str, assume: &Assume) -> Result<Readings, FileError> 
             count_are(folded.poses, "pose")
         ));
     }
+    if folded.repeated > 0 {
+        notes.push(format!(
+            "{} within .005° of another, and far from all others: averaged with it",
+            count_are(folded.repeated, "pose")
+        ));
+    }
     if file.at_horizon > 0 {
         notes.push(format!(
             "{} with light or sensor at the horizon: passed over",
@@ -168,7 +174,7 @@ fn read(text: &str, name: &str, assume: &Assume) -> Result<Readings, FileError> 
     }
     let exact = (file.exact > 0).then(|| {
         format!(
-            "{} without an uncertainty, in a file that has a column of them: it is not known",
+            "{} without an uncertainty in a column that has some: it is not known",
             count(file.exact, "reading")
         )
     });

@@ -275,6 +275,19 @@ pub fn read(text: &str, name: &str, assume: &Assume) -> Result<AltaFile, FileErr
                 (0..n).map(radius).collect()
             }
         };
+        if let (2, Some((value, ends))) = (
+            header.intervals,
+            cells[dimension..].iter().zip(interval.chunks(2)).take(n).find(|(value, ends)| {
+                !matches!(ends, [least, largest] if least <= *value && *value <= largest)
+            }),
+        ) {
+            let message = format!(
+                "an interval from {} to {} of the value {value}: allowed are ends around it, the lesser first",
+                ends[0],
+                ends[ends.len() - 1]
+            );
+            return Err(FileError::at(name, i + 1, message));
+        }
         if let Some(radius) = radii.iter().find(|r| **r < 0.0) {
             let message = format!("an interval of radius {radius}: allowed is a number from 0");
             return Err(FileError::at(name, i + 1, message));

@@ -246,16 +246,16 @@ impl ValueColumns {
         }
     }
 
-    /// True if nothing is known of the uncertainty of this row: the cells of `uncertainty` are empty or, without such columns,
-    /// those of both types.
-    pub fn lacks_uncertainty(&self, table: &Table, row: usize) -> bool {
-        let types = [&self.type_a, &self.type_b];
-        let families: &[_] = match &self.both {
-            Some(_) => &[&self.both],
-            None => &types,
+    /// The columns of those uncertainties, of each type and of both, that some row states.
+    pub fn stated(&self, table: &Table) -> Vec<usize> {
+        let states = |column: usize| {
+            let mut rows = 0..table.lines.len();
+            rows.any(|row| table.number(row, column).is_some_and(|u| u > 0.0))
         };
-        let mut columns = families.iter().copied().flatten().flatten().peekable();
-        columns.peek().is_some() && columns.all(|&column| table.number(row, column).is_none())
+        let families = [&self.type_a, &self.type_b, &self.both];
+        let stated = families.into_iter().flatten();
+        let stated = stated.filter(|columns| columns.iter().any(|column| states(*column)));
+        stated.flatten().copied().collect()
     }
 
     /// The uncertainties of a row of type A and type B; an empty one, which is not known, is 0. `uncertainty`, that of both, is of

@@ -306,6 +306,7 @@ pub fn read_measurement(
     let mut pool = Pool::new(schedule.poses.len(), columns.channels.count());
     let mut negative = Negative::default();
     let mut exact = 0;
+    let stated = columns.stated(&table);
     for &(row, first) in &used {
         let pose = order[place[first]] as usize;
         let (reason, flags) = parse_words(table.words(row)).map_err(|e| {
@@ -327,7 +328,8 @@ pub fn read_measurement(
         pool.see(pose, outcome, flags);
         if let Some(values) = values {
             let [a, b] = columns.read_uncertainties(&table, row, pair)?;
-            exact += usize::from(columns.lacks_uncertainty(&table, row));
+            let states = |column: &usize| table.number(row, *column).is_some_and(|u| u > 0.0);
+            exact += usize::from(!stated.iter().all(states));
             let channels = columns.span(&table, row);
             for ((channel, value), (a, b)) in channels.zip(values).zip(a.into_iter().zip(b)) {
                 pool.add(pose, channel, value, a, b);

@@ -17,8 +17,10 @@ use super::{Details, Flags, Measurement, Outcome};
 use crate::brdf::Channels;
 use crate::error::count;
 use crate::numeric::tree::{Squared, Tree};
+use crate::parametrization::Parametrization;
 use crate::schedule::grid::Distinct;
 use crate::schedule::{Pose, Schedule};
+use std::cmp::Ordering;
 use std::f64::consts::PI;
 use std::sync::Arc;
 
@@ -37,12 +39,11 @@ const ROUNDING: f64 = 1e-12;
 /// Degrees of freedom from which on readings of one configuration say how they scatter without others.
 const FREEDOM: u32 = 10;
 
-/// Angle between two directions up to which they are one, rad: .005°, which encoders repeat.
+/// Largest distance of repeats of one pose along an axis of the directions of light and sensor, rad: .005°, as encoders err.
 const REPEATED: f64 = 0.005 * PI / 180.0;
 
-/// Difference of two readings, as a share of the larger, up to which they may be of one direction: a mirror-like lobe changes by
-/// more within that angle.
-const ALIKE: f64 = 0.3;
+/// The nearest other pose is at least so many times as far as repeated poses are from each other: a fine scan repeats none.
+const APART: f64 = 10.0;
 
 /// Readings of one channel of one configuration.
 #[derive(Clone, Copy, Default)]
@@ -51,10 +52,10 @@ struct Mean {
     mean: f64,
     /// Sum of the squared differences to the mean.
     squares: f64,
-    /// Root of the sum of the squared type A.
-    type_a: f64,
-    /// Sum of type B.
-    type_b: f64,
+    /// Root of the sum of the squared type A, and how many are known.
+    type_a: (f64, u32),
+    /// Sum of type B, and how many are known.
+    type_b: (f64, u32),
 }
 
 impl Mean {
@@ -67,22 +68,32 @@ impl Mean {
             self.mean += step / f64::from(self.count);
             self.squares += step * (value - self.mean);
         }
-        self.type_a = self.type_a.hypot(type_a);
-        self.type_b += type_b;
+        self.type_a.0 = self.type_a.0.hypot(type_a);
+        self.type_a.1 += u32::from(type_a > 0.0);
+        self.type_b.0 += type_b;
+        self.type_b.1 += u32::from(type_b > 0.0);
     }
 
-    /// Type A, by readings of like values if it has to.
-    fn type_a(&self, pooled: &Pooled) -> f64 {
+    /// What the rows claim of one reading: those that claim nothing are as the others.
+    fn claimed(&self) -> f64 {
+        let (root, known) = self.type_a;
+        root / f64::from(known.max(1)).sqrt()
+    }
+
+    /// Type A, by readings of like values if it has to; `most`: most poses were repeated.
+    fn type_a(&self, pooled: &Pooled, most: bool) -> f64 {
         let n = f64::from(self.count.max(1));
         let freedom = self.count.saturating_sub(1);
-        let of = |squares: f64| (squares / (n * f64::from(freedom.max(1)))).sqrt();
-        let shown = match self.type_a > 0.0 || freedom >= FREEDOM {
-            true => of(self.squares),
-            false => match pooled.around(self.mean) {
-                Some((variance, all)) if freedom > 0 => {
+        let alone = (self.squares / (n * f64::from(freedom.max(1)))).sqrt();
+        let shown = match (self.claimed() > 0.0, freedom) {
+            (true, _) => alone,
+            (false, FREEDOM..) => alone,
+            (false, 0) if !most => 0.0,
+            (false, _) => match pooled.around(self.mean) {
+                Some((variance, all)) if freedom > 0 || all >= FREEDOM => {
                     coverage_factor(all) * (variance / n).sqrt() * self.mean
                 }
-                _ => coverage_factor(freedom.max(1)) * of(self.squares),
+                _ => coverage_factor(freedom.max(1)) * alone,
             },
         };
         // Equal numbers that were rounded differently are equal.
@@ -91,11 +102,12 @@ impl Mean {
         } else {
             0.0
         };
-        shown.max(self.type_a / n)
+        shown.max(self.claimed() / n.sqrt())
     }
 
     fn type_b(&self) -> f64 {
-        self.type_b / f64::from(self.count.max(1))
+        let (sum, known) = self.type_b;
+        sum / f64::from(known.max(1))
     }
 }
 
@@ -117,7 +129,9 @@ struct Pooled {
 
 impl Pooled {
     fn new<'a>(means: impl Iterator<Item = &'a Mean>) -> Self {
-        let silent = |m: &&Mean| m.count > 1 && m.mean > 0.0 && m.type_a == 0.0;
+        // Equal numbers, as of rows that were copied, say nothing.
+        let differ = |m: &Mean| m.squares.sqrt() > ROUNDING * m.mean;
+        let silent = |m: &&Mean| m.count > 1 && m.mean > 0.0 && m.claimed() == 0.0 && differ(m);
         let mut silent: Vec<&Mean> = means.filter(silent).collect();
         silent.sort_by(|a, b| a.mean.total_cmp(&b.mean));
         let mut sum = (0.0, 0);
@@ -190,14 +204,14 @@ impl Pool {
     }
 
     /// How much the readings of one configuration differ, of its first channel.
-    fn folded(&self, poses: usize) -> Folded {
+    fn folded(&self, [poses, repeated]: [usize; 2]) -> Folded {
         let several = self.means.iter().step_by(self.channels);
         let several = several.filter(|m| m.count > 1 && m.mean > 0.0);
         let (mut scatter, mut claimed) = (Vec::new(), Vec::new());
         for m in several {
             let n = f64::from(m.count);
             scatter.push((m.squares / (n - 1.0)).sqrt() / m.mean);
-            claimed.push(m.type_a / n.sqrt() / m.mean);
+            claimed.push(m.claimed() / m.mean);
         }
         let median = |values: &mut [f64]| {
             values.sort_by(f64::total_cmp);
@@ -205,6 +219,7 @@ impl Pool {
         };
         Folded {
             poses,
+            repeated,
             compared: scatter.len(),
             scatter: median(&mut scatter),
             claimed: median(&mut claimed),
@@ -223,8 +238,10 @@ impl Pool {
         let means = &self.means;
         let of_channel = |c| Pooled::new(means.iter().skip(c).step_by(self.channels));
         let pooled: Vec<Pooled> = (0..self.channels).map(of_channel).collect();
+        let read = means.iter().filter(|m| m.count > 0).count();
+        let most = 2 * means.iter().filter(|m| m.count > 1).count() > read;
         let each = means.iter().zip(pooled.iter().cycle());
-        let type_a = each.map(|(m, pooled)| m.type_a(pooled)).collect();
+        let type_a = each.map(|(m, pooled)| m.type_a(pooled, most)).collect();
         let outcomes = self.outcomes.iter();
         Measurement {
             schedule,
@@ -245,8 +262,10 @@ impl Pool {
 /// Poses that symmetries made one.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Folded {
-    /// Poses that were dropped.
+    /// Poses that were dropped as symmetries make them others.
     pub poses: usize,
+    /// Poses that were dropped as they repeat others within what encoders err by.
+    pub repeated: usize,
     /// Configurations of which several poses have readings.
     pub compared: usize,
     /// Median over these of the standard deviation of the readings, as a share of their mean.
@@ -256,9 +275,15 @@ pub struct Folded {
 }
 
 impl Folded {
+    /// Poses that were dropped.
+    pub fn dropped(&self) -> usize {
+        self.poses + self.repeated
+    }
+
     /// The sentence that doubts the symmetries, if readings that they make one differ by far more than noise.
     pub fn warning(&self) -> Option<String> {
-        let differ = self.compared >= FEWEST_COMPARED
+        let differ = self.poses >= FEWEST_COMPARED
+            && self.compared >= FEWEST_COMPARED
             && self.scatter > LARGEST_SCATTER.max(CLAIMED * self.claimed);
         differ.then(|| {
             format!(
@@ -272,40 +297,66 @@ impl Folded {
     }
 }
 
-/// The poses that repeat no earlier one, and the place among them that each has: one within [`REPEATED`], of values that are
-/// [`ALIKE`].
-fn repeated(poses: &[Pose], values: &[Option<&[f64]>]) -> (Vec<usize>, Vec<usize>) {
-    let alike = |a: usize, b: usize| match (values[a], values[b]) {
-        (Some(a), Some(b)) => {
-            let mut both = a.iter().zip(b);
-            both.all(|(a, b)| (a - b).abs() <= ALIKE * a.abs().max(b.abs()))
-        }
-        _ => false,
-    };
+/// For each pose the first of those that repeat it, itself if none does, and the one that stands for them. Poses repeat each other
+/// if they lie within [`REPEATED`] and all others [`APART`] times as far from them; the one with the least directions stands for all,
+/// whatever their order.
+fn repeated(poses: &[Pose], parametrization: &dyn Parametrization) -> (Vec<usize>, Vec<usize>) {
+    // Of the pairs that the symmetries make one the same.
     let point = |pose: &Pose| {
-        let [i, o] = [pose.pair.omega_i, pose.pair.omega_o].map(|d| d.vector());
+        let pair = parametrization.inverse(&pose.coords).unwrap_or(pose.pair);
+        let [i, o] = [pair.omega_i, pair.omega_o].map(|d| d.vector());
         [i.x, i.y, i.z, o.x, o.y, o.z]
     };
     let points: Vec<[f64; 6]> = poses.iter().map(point).collect();
-    let mut tree = Tree::new(Squared, &points);
-    let leaves = tree.leaves();
-    let (mut kept, mut places) = (Vec::new(), vec![usize::MAX; poses.len()]);
-    let mut found = Vec::new();
-    for (i, point) in points.iter().enumerate() {
-        if places[i] < usize::MAX {
+    let all = Tree::new(Squared, &points);
+    let mut rest = Tree::new(Squared, &points);
+    let leaves = rest.leaves();
+    let (mut firsts, mut standing): (Vec<usize>, Vec<usize>) =
+        (0..poses.len()).map(|k| (k, k)).unzip();
+    let mut is_seen = vec![false; poses.len()];
+    let (mut found, mut cluster) = (Vec::new(), Vec::new());
+    for i in 0..points.len() {
+        if is_seen[i] {
             continue;
         }
-        tree.nearest(point, points.len(), REPEATED * REPEATED, &mut found);
-        for near in &found {
-            let j = near.number as usize;
-            if i == j || alike(i, j) {
-                places[j] = kept.len();
-                tree.remove(near.number, leaves[j]);
+        // Each of the chain of near poses is taken out once.
+        rest.remove(i as u32, leaves[i]);
+        cluster.clear();
+        cluster.push(i);
+        let mut next = 0;
+        while next < cluster.len() {
+            let from = &points[cluster[next]];
+            rest.nearest(from, points.len(), REPEATED * REPEATED, &mut found);
+            for near in &found {
+                rest.remove(near.number, leaves[near.number as usize]);
+                cluster.push(near.number as usize);
             }
+            next += 1;
         }
-        kept.push(i);
+        let width = |d: usize| {
+            let of = cluster.iter().map(|k| points[*k][d]);
+            of.clone().fold(f64::MIN, f64::max) - of.fold(f64::MAX, f64::min)
+        };
+        let width = (0..6).map(width).fold(0.0, f64::max);
+        cluster.iter().for_each(|k| is_seen[*k] = true);
+        if cluster.len() == 1 || width > REPEATED {
+            continue;
+        }
+        all.nearest(&points[i], cluster.len() + 1, f64::MAX, &mut found);
+        let beyond = found.get(cluster.len());
+        if beyond.is_some_and(|near| near.distance.sqrt() < APART * width) {
+            continue;
+        }
+        let order = |a: &&usize, b: &&usize| points[**a].partial_cmp(&points[**b]);
+        let least = cluster
+            .iter()
+            .min_by(|a, b| order(a, b).unwrap_or(Ordering::Equal));
+        let least = *least.unwrap_or(&i);
+        for k in &cluster {
+            (firsts[*k], standing[*k]) = (i, least);
+        }
     }
-    (kept, places)
+    (firsts, standing)
 }
 
 impl Measurement {
@@ -332,11 +383,14 @@ impl Measurement {
             at
         };
         let mut places: Vec<usize> = schedule.poses.iter().enumerate().map(&mut place).collect();
-        let values: Vec<_> = firsts.iter().map(|i| self.value(*i)).collect();
-        let (kept, repeats) = repeated(&poses, &values);
-        if kept.len() < poses.len() {
-            places.iter_mut().for_each(|place| *place = repeats[*place]);
-            poses = kept.iter().map(|k| poses[*k]).collect();
+        let (first, standing) = repeated(&poses, &*schedule.parametrization);
+        let kept: Vec<usize> = (0..poses.len()).filter(|k| first[*k] == *k).collect();
+        let joined = poses.len() - kept.len();
+        if joined > 0 {
+            let mut place = vec![0; poses.len()];
+            kept.iter().enumerate().for_each(|(at, k)| place[*k] = at);
+            places.iter_mut().for_each(|p| *p = place[first[*p]]);
+            poses = kept.iter().map(|k| poses[standing[*k]]).collect();
             firsts = kept.iter().map(|k| firsts[*k]).collect();
         }
         let merged = places.len() - poses.len();
@@ -363,7 +417,7 @@ impl Measurement {
             ..Schedule::clone(schedule)
         });
         let detailed = self.details.is_some();
-        let folded = pool.folded(merged);
+        let folded = pool.folded([merged - joined, joined]);
         let half_angles_deg = self.half_angles_deg;
         let mut merged = pool.measurement(schedule, self.channels, detailed);
         if !self.places.is_empty() {

@@ -26,7 +26,7 @@ pub struct Scattered {
 impl Scattered {
     /// Rows that were read.
     pub fn rows(&self) -> usize {
-        self.measurement.schedule.poses.len() + self.below_horizon + self.folded.poses
+        self.measurement.schedule.poses.len() + self.below_horizon + self.folded.dropped()
     }
 }
 

@@ -56,30 +56,44 @@ impl<'a> Readings<'a> {
     }
 }
 
-/// The uncertainties of type A of a measurement, where it has some. Where most readings of a channel state one, the others have the
-/// median of what these state, as a share of their values plus [`EPSILON`].
+/// The uncertainties of type A of a measurement, where it has some. Of a reading that states none in some channels, where most readings
+/// state one, these have the share of their values plus [`EPSILON`] that its other channels state, or else the median over all
+/// readings of the channel, or of all channels.
 pub fn noise(measurement: &Measurement) -> Option<Cow<'_, [f64]>> {
-    let mut noise = Cow::Borrowed(&*measurement.details.as_ref()?.type_a);
+    let type_a = &*measurement.details.as_ref()?.type_a;
     let n = measurement.channels.count();
-    for c in 0..n {
-        let read = (0..measurement.outcomes.len()).map(|i| i * n + c);
-        let read: Vec<usize> = read
-            .filter(|k| measurement.value(k / n).is_some())
-            .collect();
-        let of = |k: usize| measurement.values[k].max(0.0) + EPSILON;
-        let known = read.iter().filter(|&&k| noise[k] > 0.0);
-        let mut shares: Vec<f64> = known.map(|&k| noise[k] / of(k)).collect();
-        if shares.len() == read.len() || 2 * shares.len() <= read.len() {
-            continue;
-        }
-        let middle = shares.len() / 2;
-        let (_, median, _) = shares.select_nth_unstable_by(middle, f64::total_cmp);
-        let unknown: Vec<usize> = read.into_iter().filter(|&k| noise[k] == 0.0).collect();
-        unknown
-            .into_iter()
-            .for_each(|k| noise.to_mut()[k] = *median * of(k));
+    let of = |k: usize| measurement.values[k].max(0.0) + EPSILON;
+    let share = |k: usize| (type_a[k] > 0.0).then(|| type_a[k] / of(k));
+    let read = (0..measurement.outcomes.len()).filter(|&i| measurement.value(i).is_some());
+    let read: Vec<usize> = read.collect();
+    let states = |i: &&usize| (0..n).any(|c| type_a[*i * n + c] > 0.0);
+    let known = |i: &usize| (0..n).all(|c| type_a[i * n + c] > 0.0);
+    let stating = read.iter().filter(states).count();
+    if 2 * stating <= read.len() || read.iter().all(known) {
+        return Some(Cow::Borrowed(type_a));
     }
-    Some(noise)
+    let median = |channels: std::ops::Range<usize>| {
+        let all = read
+            .iter()
+            .flat_map(|i| channels.clone().map(move |c| i * n + c));
+        let mut shares: Vec<f64> = all.filter_map(share).collect();
+        let middle = shares.len() / 2;
+        (!shares.is_empty()).then(|| *shares.select_nth_unstable_by(middle, f64::total_cmp).1)
+    };
+    let all = median(0..n).unwrap_or(0.0);
+    let medians: Vec<f64> = (0..n).map(|c| median(c..c + 1).unwrap_or(all)).collect();
+    let mut noise = type_a.to_vec();
+    for i in read {
+        let stated: Vec<f64> = (0..n).filter_map(|c| share(i * n + c)).collect();
+        let mean = stated.iter().sum::<f64>() / stated.len() as f64;
+        for (c, median) in medians.iter().enumerate() {
+            if type_a[i * n + c] == 0.0 {
+                let share = if stated.is_empty() { *median } else { mean };
+                noise[i * n + c] = share * of(i * n + c);
+            }
+        }
+    }
+    Some(Cow::Owned(noise))
 }
 
 /// One flag per pose of a measurement: true if it has a reading.

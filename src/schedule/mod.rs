@@ -62,6 +62,20 @@ pub struct Schedule {
 }
 
 impl Schedule {
+    /// The same with each configuration once: the first of poses that the symmetries make one.
+    #[must_use]
+    pub fn distinct(mut self) -> Self {
+        let mut distinct = grid::Distinct::new(self.parametrization.axes());
+        let mut number = 0;
+        self.poses.retain(|pose| {
+            let is_new = distinct.first(&pose.coords, number) == number;
+            number += 1;
+            is_new
+        });
+        self.lattice = None;
+        self
+    }
+
     /// Poses that somebody else chose, as those of a table, in their order; both directions above the horizon.
     pub fn of_pairs(
         parametrization: Arc<dyn Parametrization>,

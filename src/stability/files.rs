@@ -44,11 +44,11 @@ fn schedule(cases: &[Case]) -> Option<Arc<Schedule>> {
     }))
 }
 
-/// Extreme pairs, each once: files may put repeated poses together.
-fn cases(extent: Extent) -> Vec<Case> {
+/// Extreme pairs at least so far apart, rad: files may put repeated poses together.
+fn cases(extent: Extent, apart: f64) -> Vec<Case> {
     let mut kept: Vec<Case> = Vec::new();
     for case in extent.of(pairs_above(GRAZING_COS), 5) {
-        let near = |k: &Case| distance(&k.pair, &case.pair, Symmetry::NONE) < 1e-8;
+        let near = |k: &Case| distance(&k.pair, &case.pair, Symmetry::NONE) < apart;
         if !kept.iter().any(near) {
             kept.push(case);
         }
@@ -56,14 +56,13 @@ fn cases(extent: Extent) -> Vec<Case> {
     kept
 }
 
-/// Values over the decades that a reading may have, and 0; no two are alike, as files put poses together that are nearly one and
-/// have readings that are nearly one.
+/// Beyond rounding; beyond what encoders err by.
+const APART: [f64; 2] = [1e-8, 1e-3];
+
+/// Values over the decades that a reading may have, and 0.
 fn value(k: usize) -> f64 {
-    const VALUES: [f64; 8] = [1e-3, 1e-300, 1e-30, 0.1, 1.0 / 3.0, 1e12, 1e140, 5e-324];
-    match k {
-        0 => 0.0,
-        k => VALUES[k % VALUES.len()] * 2_f64.powi((k / VALUES.len()) as i32),
-    }
+    const VALUES: [f64; 8] = [0.0, 1e-300, 1e-30, 0.1, 1.0 / 3.0, 1e12, 1e149, 5e-324];
+    VALUES[k % VALUES.len()]
 }
 
 fn measured(schedule: &Arc<Schedule>) -> Measurement {
@@ -92,7 +91,7 @@ fn checks(extent: Extent) -> Vec<Check> {
                 format!("{}, poses", format.name),
                 POSES,
                 move |watch| {
-                    let cases = cases(extent);
+                    let cases = cases(extent, APART[0]);
                     let Some(schedule) = schedule(&cases) else {
                         return;
                     };
@@ -119,7 +118,7 @@ fn checks(extent: Extent) -> Vec<Check> {
                 format!("{}, readings", format.name),
                 READINGS,
                 move |watch| {
-                    let Some(schedule) = schedule(&cases(extent)) else {
+                    let Some(schedule) = schedule(&cases(extent, APART[1])) else {
                         return;
                     };
                     let measured = measured(&schedule);
@@ -143,7 +142,8 @@ fn checks(extent: Extent) -> Vec<Check> {
                 format!("{}, spoilt", format.name),
                 OTHERS,
                 move |watch| {
-                    let Some(schedule) = schedule(&extent.of(cases(Extent::Short), 9)) else {
+                    let Some(schedule) = schedule(&extent.of(cases(Extent::Short, APART[0]), 9))
+                    else {
                         return;
                     };
                     let Some(whole) = text(&measured(&schedule)) else {

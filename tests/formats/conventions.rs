@@ -413,7 +413,7 @@ fn repeats_of_a_pose_show_their_scatter() {
                 let [a, b] = readings(pose, k);
                 let angles = format!("{},0,20,{}", 10 + pose, 360 * (k % 2));
                 let more = if own > 0.0 {
-                    format!(",{own},{own},{},{}", 0.1 * k as f64, 0.3)
+                    format!(",{own},{own},{},{}", 0.1 * (k + 1) as f64, 0.3)
                 } else {
                     String::new()
                 };
@@ -462,7 +462,7 @@ fn repeats_of_a_pose_show_their_scatter() {
                     // What readings share does not average out.
                     let shared = match (own > 0.0, c) {
                         (false, _) => 0.0,
-                        (true, 0) => 0.1 * number as f64 / 2.0,
+                        (true, 0) => 0.1 * (number + 2) as f64 / 2.0,
                         (true, _) => 0.3,
                     };
                     assert!((of(&details.type_b) - shared).abs() < 1e-14);
@@ -518,12 +518,34 @@ fn two_readings_of_a_pose_cover_the_truth() {
         println!("values {step} apart: {share:.3} of {all} within 2u");
         assert!((share - 0.9545).abs() < 0.015, "{share}");
     }
-    // Equal numbers, as of a column that was copied, say nothing; nor are they written as 0.
+    let read = |text: String| read(&text, Conventions::default()).measurement;
+    let head = "theta_i_deg,phi_i_deg,theta_o_deg,phi_o_deg,value";
+    // A scan in steps that encoders could not repeat is one, from either end.
+    let lobe = |k: i32| (-0.02 * f64::from(k * k)).exp();
+    let row = |k: i32| format!("{},0,{},180,{}\n", 30, 30.0 + 0.004 * f64::from(k), lobe(k));
+    for all in [(-9..10).collect::<Vec<i32>>(), (-9..10).rev().collect()] {
+        let m = read(format!(
+            "{head}\n{}",
+            all.into_iter().map(row).collect::<String>()
+        ));
+        assert_eq!(m.values.len(), 19);
+        assert!(m.values.contains(&1.0) && m.details.is_none());
+    }
+    // What a row does not claim is as what the others do.
+    let m = read(format!(
+        "{head},type_a,type_b\n30,0,0,0,1,.04,.1\n30,0,0,0,1,,\n"
+    ));
+    let details = m.details.unwrap();
+    assert_eq!(details.type_b, [0.1]);
+    assert!((details.type_a[0] - 0.04 / 2_f64.sqrt()).abs() < 1e-15);
+    // Equal numbers, as of a column that was copied, say nothing, beside others too; nor are they written as 0.
     let row = "30,0,0,0,0.2\n";
-    let text =
-        format!("theta_i_deg,phi_i_deg,theta_o_deg,phi_o_deg,value\n{row}{row}{row}40,0,0,0,.3\n");
-    let m = read(&text, Conventions::default()).measurement;
+    let m = read(format!("{head}\n{row}{row}{row}40,0,0,0,.3\n"));
     assert_eq!(m.details.as_ref().unwrap().type_a, [0.0; 2]);
+    let pair = "50,0,0,0,.19\n50,0,0,0,.21\n";
+    let of_pair = |text: String| read(text).details.unwrap().type_a.into_iter().last();
+    let [alone, beside] = ["", row].map(|row| of_pair(format!("{head}\n{row}{row}{pair}")));
+    assert_eq!(alone, beside);
 }
 
 #[test]

@@ -311,8 +311,7 @@ fn uncertainties_are_split_and_empty_ones_are_told() {
     assert_eq!(details.type_a, [0.3; 3]);
     assert!((details.type_b[0] - 0.4).abs() < 1e-15);
     assert_eq!(details.type_b[1..], [0.0, 0.0]);
-    let exact =
-        "1 reading without an uncertainty, in a file that has a column of them: it is not known";
+    let exact = "1 reading without an uncertainty in a column that has some: it is not known";
     assert_eq!(readings.warnings, [exact]);
     // Equal readings that were rounded differently show no scatter.
     let twice = read(&format!(
