@@ -1,5 +1,6 @@
 //! The one public error; its variants say who must act.
 
+use crate::files::IS_INPUT;
 use std::borrow::Cow;
 use std::path::{Path, PathBuf};
 
@@ -305,12 +306,16 @@ impl Error {
         }
     }
 
-    /// An input-data error.
+    /// An input-data error; an output error if the file is to be replaced.
     pub fn data(path: impl Into<PathBuf>, message: impl std::fmt::Display) -> Self {
-        Error::Data {
-            path: path.into(),
-            message: message.to_string(),
-            source: None,
+        let message = message.to_string();
+        match message.ends_with(IS_INPUT) {
+            true => Error::output(path, IS_INPUT),
+            false => Error::Data {
+                path: path.into(),
+                message,
+                source: None,
+            },
         }
     }
 

@@ -1,9 +1,11 @@
 //! Writing of files that are whole or not there, and reading of inputs of limited size.
 
+use std::collections::BTreeSet;
 use std::fs::{self, File};
 use std::io::{self, BufWriter, ErrorKind, Read, Write};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Mutex, PoisonError};
 
 /// Bytes that a config may have: far more than anybody writes.
 pub const CONFIG_LIMIT: u64 = 64 << 20;
@@ -55,6 +57,35 @@ const BYTE_ORDER_MARK: char = '\u{feff}';
 /// Paths of the streams of a process: the shell's `<(…)` and `/dev/stdin`.
 const STREAMS: [&str; 3] = ["/dev/stdin", "/dev/fd", "/proc/self/fd"];
 
+/// Why a file is not read that [`claim`] was told of, and why one that was read is not claimed.
+pub const IS_INPUT: &str =
+    "this file is read and was to be replaced; choose another name for what is written";
+
+/// Files that were read, and files that are there and will be replaced, by where they are on the disk.
+static USED: Mutex<[BTreeSet<PathBuf>; 2]> = Mutex::new([BTreeSet::new(), BTreeSet::new()]);
+
+/// Says that a file will be replaced: from now on, until [`write_atomically`] did so, reading it is an error.
+///
+/// # Errors
+/// [`IS_INPUT`], if it was read.
+pub fn claim(path: &Path) -> io::Result<()> {
+    use_once(path, [0, 1])
+}
+
+/// Puts a file among those that were read (0) or will be replaced (1), unless it is among the others.
+fn use_once(path: &Path, [other, own]: [usize; 2]) -> io::Result<()> {
+    // What is not there is no input.
+    let Ok(place) = path.canonicalize() else {
+        return Ok(());
+    };
+    let mut used = USED.lock().unwrap_or_else(PoisonError::into_inner);
+    if used[other].contains(&place) {
+        return Err(io::Error::new(ErrorKind::InvalidInput, IS_INPUT));
+    }
+    used[own].insert(place);
+    Ok(())
+}
+
 /// Opens a file to be read: a folder, a pipe or a device (which may have no end, or nobody who writes to it) is none.
 ///
 /// # Errors
@@ -69,6 +100,7 @@ fn open_or(path: &Path, allowed: &str) -> io::Result<File> {
         let message = format!("this is no regular file; allowed: {allowed}");
         return Err(io::Error::new(ErrorKind::InvalidInput, message));
     }
+    use_once(path, [1, 0])?;
     File::open(path)
 }
 
@@ -190,6 +222,12 @@ pub fn write_atomically(
         sync(out.get_ref())
     });
     let renamed = written.and_then(|()| fs::rename(&part, &path));
+    if let (Ok(()), Ok(place)) = (&renamed, path.canonicalize()) {
+        let mut used = USED.lock().unwrap_or_else(PoisonError::into_inner);
+        used.iter_mut().for_each(|files| {
+            files.remove(&place);
+        });
+    }
     if renamed.is_err() {
         // The first error is the one to report; a leftover that cannot be removed either adds nothing.
         let _ = fs::remove_file(&part);

@@ -106,22 +106,12 @@ impl Convert {
             axes: instrument::axis_names(),
             ..Assume::default()
         };
-        let read = match inputs {
-            [one] => self
-                .reading
-                .read(one, assume.clone())
-                .map(|r| (r.measurement, r.notes, r.about)),
-            several => {
-                let read = self.reading.read_all(several, &assume);
-                read.map(|(measurement, notes)| (measurement, notes, About::default()))
-            }
-        };
-        match (read, inputs) {
-            (Ok((measurement, notes, about)), _) => {
-                for note in notes {
+        match (self.reading.read_all(inputs, &assume), inputs) {
+            (Ok(read), _) => {
+                for note in read.notes {
                     print(&format!("{note}\n"))?;
                 }
-                self.readings(&measurement, &about, format, output)
+                self.readings(&read.measurement, &read.about, format, output)
             }
             (Err(e), [one]) => match schedule(one, &assume) {
                 Some(file) => self.schedule(&file, format, output),
@@ -149,7 +139,8 @@ impl Convert {
         let listed = poses.filter(|p| measurement.outcomes[*p as usize] != Outcome::NotVisited);
         let listed: Vec<u32> = listed.collect();
         file.write(measurement, about, Sequence::Order(&listed))?;
-        let (copy, _) = ReadingArgs::default().read_all(&file.files()?, &assume)?;
+        let copy = ReadingArgs::default().read_all(&file.files()?, &assume)?;
+        let copy = copy.measurement;
         let [before, after] = [measurement, &copy].map(facts);
         let mut text = String::new();
         for ((name, before), (_, after)) in before.iter().zip(&after) {

@@ -146,6 +146,7 @@ impl Cli {
     /// Anything; [`Error::exit_code`] tells what kind.
     pub fn run(self) -> Result<(), Error> {
         self.talk.apply();
+        check_threads()?;
         let start = Instant::now();
         let done = self.command.run();
         detail(|| {
@@ -157,6 +158,25 @@ impl Cli {
             )
         });
         done
+    }
+}
+
+/// Most threads that may be asked for.
+const MOST_THREADS: u16 = 1024;
+
+/// Refuses what no thread pool is made of.
+fn check_threads() -> Result<(), Error> {
+    const VARIABLE: &str = "RAYON_NUM_THREADS";
+    let asked = std::env::var(VARIABLE).ok();
+    match asked.filter(|text| text.parse().is_ok_and(|n: u64| n > MOST_THREADS.into())) {
+        Some(text) => {
+            let message = format!("allowed is a whole number from 1 to {MOST_THREADS}");
+            Err(Error::config(
+                format!("{VARIABLE} = {}", excerpt(&text)),
+                message,
+            ))
+        }
+        None => Ok(()),
     }
 }
 
@@ -242,7 +262,7 @@ impl SeedArgs {
 #[derive(Debug, Args)]
 struct ThreadArgs {
     /// Threads to work with [default: one per core]; results do not depend on it
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=i64::from(MOST_THREADS)))]
     threads: Option<u16>,
 }
 
@@ -436,14 +456,14 @@ fn minutes(text: &str) -> Result<f64, NoNumber> {
     number(text, |n| in_left_open("minutes", n, 0.0, MAX_MINUTES))
 }
 
-/// Refuses to replace a file unless `force`, and a folder or device always; its folder may be made later.
+/// Refuses to replace a file unless `force`, and a folder, a device or an input always; its folder may be made later.
 fn refuse_existing(path: &Path, force: bool) -> Result<(), Error> {
     match destination(path)?.exists() && !force {
         true => Err(Error::output(
             path,
             "this file exists; choose another with -o, or --force to replace it",
         )),
-        false => Ok(()),
+        false => files::claim(path).map_err(|e| Error::output(path, e)),
     }
 }
 

@@ -93,11 +93,11 @@ impl Next {
         let so_far = match self.readings.as_slice() {
             [] => None,
             paths => {
-                let (so_far, notes) = self.reading.read_all(paths, &assume)?;
-                for note in notes {
+                let so_far = self.reading.read_all(paths, &assume)?;
+                for note in so_far.notes {
                     print(&format!("{note}\n"))?;
                 }
-                Some(so_far)
+                Some(so_far.measurement)
             }
         };
         let symmetry = match &so_far {
@@ -205,7 +205,7 @@ impl Next {
         let Some((last, before @ [_, ..])) = self.readings.split_last() else {
             return Ok(());
         };
-        let (before, _) = self.reading.read_all(before, assume)?;
+        let before = self.reading.read_all(before, assume)?.measurement;
         let Some(Forecast { now: before, .. }) = planner.forecast(task, &before, &[]) else {
             return Ok(());
         };

@@ -1,9 +1,9 @@
 //! How files of readings by others are read.
 
 use super::talk::{detail, say};
-use crate::error::{Error, ParameterError};
-use crate::formats::{Readings, load_readings};
-use crate::measurement::{Measurement, WIDEST_DEG};
+use crate::error::{Error, ParameterError, count_are};
+use crate::formats::{Readings, load_all_readings};
+use crate::measurement::WIDEST_DEG;
 use crate::schedule::{AngleUnit, Assume, Azimuth, Choice, Conventions, Quantity, UncertaintyUnit};
 use clap::Args;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
@@ -39,6 +39,12 @@ pub(super) struct ReadingArgs {
     /// Read a file that was cut up to the cut
     #[arg(long)]
     partial: bool,
+    /// Refuse files in which texts, numbers as -999 or empty cells stand for readings
+    #[arg(long)]
+    strict: bool,
+    /// Take readings of materials or instruments that the headers call by different names for those of one
+    #[arg(long)]
+    mixed: bool,
 }
 
 /// Reads one of the values of an option by its name.
@@ -83,6 +89,11 @@ fn half_angles(text: &str) -> Result<[f64; 2], ParameterError> {
 impl ReadingArgs {
     /// The readings of a file; warnings about it go to stderr.
     pub fn read(&self, path: &Path, assume: Assume) -> Result<Readings, Error> {
+        self.read_all(&[path.into()], &assume)
+    }
+
+    /// The readings of one material in several files, with notes on them; there is one file or more.
+    pub fn read_all(&self, paths: &[PathBuf], assume: &Assume) -> Result<Readings, Error> {
         let assume = Assume {
             conventions: Conventions {
                 columns: self.columns.clone(),
@@ -92,48 +103,28 @@ impl ReadingArgs {
                 quantity: self.quantity,
                 uncertainties: self.uncertainties,
                 partial: self.partial,
+                mixed: self.mixed,
             },
-            ..assume
+            ..assume.clone()
         };
-        detail(|| format!("gonio: reads {}", path.display()));
-        let mut readings = load_readings(path, &assume)?;
-        if let Some(given) = self.half_angles {
-            readings.measurement.half_angles_deg = given;
-        }
-        for warning in &readings.warnings {
-            say(&format!("gonio: {}: {warning}", path.display()));
-        }
-        Ok(readings)
-    }
-
-    /// The readings of one material in several files, and notes on them; there is one file or more.
-    pub fn read_all(
-        &self,
-        paths: &[PathBuf],
-        assume: &Assume,
-    ) -> Result<(Measurement, Vec<String>), Error> {
-        let first = self.read(&paths[0], assume.clone())?;
-        let (mut all, mut notes) = (first.measurement, first.notes);
-        for (i, path) in paths.iter().enumerate().skip(1) {
-            // A file that does not exist is told of when it is read.
-            let file = |path: &PathBuf| path.canonicalize().unwrap_or_else(|_| path.clone());
-            if paths[..i].iter().any(|other| file(other) == file(path)) {
-                let message = "it is there twice; allowed: each file of readings once";
-                return Err(Error::data(path, message));
+        let all = load_all_readings(paths, &assume, |path, readings| {
+            detail(|| format!("gonio: reads {}", path.display()));
+            if let Some(given) = self.half_angles {
+                readings.measurement.half_angles_deg = given;
             }
-            let further = self.read(path, assume.clone())?;
-            let folded = |m: &Measurement| m.schedule.parametrization.symmetry();
-            let alike = folded(&all) == folded(&further.measurement);
-            let both = all.followed_by(&further.measurement).filter(|_| alike);
-            all = both.ok_or_else(|| {
-                let first = paths[0].display();
+            for warning in &readings.warnings {
+                say(&format!("gonio: {}: {warning}", path.display()));
+            }
+        })?;
+        match self.strict && all.lost > 0 {
+            true => {
                 let message = format!(
-                    "its channels or symmetries are not those of {first}; allowed: readings of one material"
+                    "{} lost, see above; allowed with --strict: none",
+                    count_are(all.lost, "reading")
                 );
-                Error::data(path, message)
-            })?;
-            notes.extend(further.notes);
+                Err(Error::data(&paths[0], message))
+            }
+            false => Ok(all),
         }
-        Ok((all, notes))
     }
 }

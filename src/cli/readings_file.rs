@@ -3,7 +3,7 @@
 use super::talk::{note, wrote};
 use super::{refuse_unwritable, written};
 use crate::error::Error;
-use crate::files::write_atomically;
+use crate::files::{self, write_atomically};
 use crate::formats::{self, Format, WRITE_READINGS, WriteReadings};
 use crate::measurement::pab::by_light;
 use crate::measurement::{About, Measurement};
@@ -58,6 +58,9 @@ impl<'a> ReadingsFile<'a> {
         } else if self.path.exists() && !force {
             let message = "this folder exists; choose another with -o, or --force to replace its files of lights";
             Err(Error::output(self.path, message))
+        } else if self.path.exists() {
+            let claim = |path: PathBuf| files::claim(&path).map_err(|e| Error::output(path, e));
+            self.files()?.into_iter().try_for_each(claim)
         } else {
             Ok(())
         }

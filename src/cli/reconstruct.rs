@@ -195,8 +195,19 @@ impl Reconstruct {
             .map(|path| ReadingsFile::new(None, path)?.for_uncertainties())
             .transpose()?;
         let files = [&self.output, &self.picture, &self.uncertainty];
+        let written = files.into_iter().chain([&self.checked]).flatten();
+        let mut written: Vec<&PathBuf> = written.collect();
         for path in files.into_iter().flatten() {
             refuse_unwritable(path, self.force)?;
+        }
+        written.sort();
+        if let Some([path, _]) = written
+            .windows(2)
+            .find(|pair| pair[0] == pair[1])
+            .map(|pair| [pair[0], pair[1]])
+        {
+            let message = "two of the files to be written have this name; allowed: one each";
+            return Err(Error::output(path, message));
         }
         let checked = self.checked.as_ref();
         let checked = checked
@@ -341,9 +352,9 @@ impl Reconstruct {
             axes: instrument::axis_names(),
             ..Assume::default()
         };
-        let (measurement, notes) = self.reading.read_all(paths, &assume)?;
-        let notes = notes.into_iter().map(|note| note + "\n");
-        Ok((measurement, notes.collect()))
+        let read = self.reading.read_all(paths, &assume)?;
+        let notes = read.notes.into_iter().map(|note| note + "\n");
+        Ok((read.measurement, notes.collect()))
     }
 
     /// The method that is asked for; `None` if the readings choose.

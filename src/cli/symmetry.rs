@@ -101,7 +101,9 @@ struct Row {
     declared: bool,
     relative: f64,
     pairwise: f64,
-    max_log: f64,
+    /// Left out where one of two values is 0.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    max_log: Option<f64>,
     compared: usize,
     missing: usize,
     holds: bool,
@@ -139,7 +141,7 @@ impl<'a> Sheet<'a> {
                 declared: law.declared,
                 relative,
                 pairwise,
-                max_log,
+                max_log: max_log.is_finite().then_some(max_log),
                 compared,
                 missing: missing + one_sided,
                 holds: law.found.holds(tolerance),
@@ -196,7 +198,7 @@ impl<'a> Sheet<'a> {
                 yes(row.declared),
                 short(row.relative),
                 short(row.pairwise),
-                short(row.max_log),
+                row.max_log.map_or("none".into(), short),
                 row.compared,
                 row.missing,
                 yes(row.holds)

@@ -67,7 +67,7 @@ pub(super) fn wrote(path: &Path) {
 /// Tells what is only told with `--verbose`.
 pub(super) fn detail(line: impl FnOnce() -> String) {
     if is_verbose() {
-        say(&line());
+        say(&printable(&line()));
     }
 }
 

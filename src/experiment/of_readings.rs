@@ -28,7 +28,7 @@ const BYTES_A_BYTE: usize = 4;
 pub(super) const ENTRY: Entry<dyn BrdfSpec> = Entry {
     kind: KIND,
     summary: "the readings at `file`, reconstructed; also reconstruction, parametrization, symmetries, \
-              and how a foreign file is read: columns, angles, elevation, azimuth, quantity, uncertainties, partial",
+              and how a foreign file is read: columns, angles, elevation, azimuth, quantity, uncertainties, partial, mixed",
     examples: &[],
     read: |table| Ok(Box::new(ReadingsSpec::read(table)?)),
 };
@@ -60,6 +60,8 @@ struct Keys {
     uncertainties: Option<UncertaintyUnit>,
     #[serde(default)]
     partial: bool,
+    #[serde(default)]
+    mixed: bool,
     #[serde(default, rename = "reconstruction", skip_serializing)]
     _reconstruction: Option<IgnoredAny>,
 }
@@ -150,6 +152,7 @@ impl ReadingsSpec {
                 quantity: keys.quantity,
                 uncertainties: keys.uncertainties,
                 partial: keys.partial,
+                mixed: keys.mixed,
             },
         }
     }
@@ -176,6 +179,7 @@ fn as_keys(sentence: &str) -> String {
         ("--quantity", "quantity"),
         ("--uncertainties", "uncertainties"),
         ("--partial", "partial"),
+        ("--mixed", "mixed"),
     ];
     let replace =
         |text: String, (option, key): &(&str, &str)| text.replace(option, &format!("`{key}`"));

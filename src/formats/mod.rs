@@ -23,7 +23,7 @@ mod zemax;
 
 pub use choice::{FormatError, Use, files_in, of_name, of_text};
 pub use merl::FORMAT as MERL;
-pub use readings::{Readings, load_readings, read_readings};
+pub use readings::{Readings, load_all_readings, load_readings, read_readings};
 pub use sheet::CSV;
 
 use crate::brdf::{Brdf, BrdfSpec};

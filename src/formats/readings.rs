@@ -1,10 +1,10 @@
 //! Readings of a file, and what is peculiar about it.
 
 use super::{READ_READINGS, ReadReadings};
-use crate::error::{Error, count};
+use crate::error::{Error, count, excerpt};
 use crate::measurement::{About, Measurement, Scattered, retro_peak};
 use crate::schedule::{Assume, FileError};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// Readings of a file.
 pub struct Readings {
@@ -18,6 +18,8 @@ pub struct Readings {
     pub warnings: Vec<String>,
     /// Rows that were read.
     pub rows: usize,
+    /// Cells that stand for no reading, and rows without the value of some channel.
+    pub lost: usize,
     /// True if the file vouches for being whole.
     pub intact: bool,
 }
@@ -42,12 +44,17 @@ impl Readings {
         Self {
             warnings: (peak.iter().map(ToString::to_string))
                 .chain(rows.negative.warning())
+                .chain(rows.marks.warning())
                 .chain(rows.folded.warning())
                 .collect(),
             rows: rows.rows(),
+            lost: rows.marks.count(),
             intact: false,
             measurement: rows.measurement,
-            about: About::default(),
+            about: About {
+                material: rows.material,
+                ..About::default()
+            },
             notes,
         }
     }
@@ -78,6 +85,78 @@ pub fn load_readings(path: &Path, assume: &Assume) -> Result<Readings, Error> {
         &path.display().to_string(),
         assume,
     )?)
+}
+
+/// Reads files of one material, at least one; `see` is shown each. Origin of all is that of the first.
+///
+/// # Errors
+/// As [`load_readings`]; a file that is there twice; other channels or symmetries than those of the first, or other names of material
+/// or instrument, unless `assume` takes them for one.
+///
+/// # Panics
+/// Without a file.
+pub fn load_all_readings(
+    paths: &[PathBuf],
+    assume: &Assume,
+    mut see: impl FnMut(&Path, &mut Readings),
+) -> Result<Readings, Error> {
+    let mut load = |path: &PathBuf| {
+        let mut readings = load_readings(path, assume)?;
+        see(path, &mut readings);
+        Ok::<_, Error>(readings)
+    };
+    let mut all = load(&paths[0])?;
+    let first = paths[0].display();
+    for (i, path) in paths.iter().enumerate().skip(1) {
+        // A file that does not exist is told of when it is read.
+        let file = |path: &PathBuf| path.canonicalize().unwrap_or_else(|_| path.clone());
+        if paths[..i].iter().any(|other| file(other) == file(path)) {
+            let message = "it is there twice; allowed: each file of readings once";
+            return Err(Error::data(path, message));
+        }
+        let further = load(path)?;
+        for (what, [one, other]) in [
+            ("material", [&all.about.material, &further.about.material]),
+            (
+                "instrument",
+                [&all.about.instrument, &further.about.instrument],
+            ),
+        ] {
+            if let (Some(one), Some(other)) = (one, other)
+                && one != other
+                && !assume.conventions.mixed
+            {
+                let [one, other] = [one, other].map(|name| excerpt(name));
+                let message = format!(
+                    "these readings are of the {what} {other:?}, those of {first} of {one:?}; allowed: readings of one, or --mixed"
+                );
+                return Err(Error::data(path, message));
+            }
+        }
+        let folded = |m: &Measurement| m.schedule.parametrization.symmetry();
+        let alike = folded(&all.measurement) == folded(&further.measurement);
+        let both = all.measurement.followed_by(&further.measurement);
+        all.measurement = both
+            .filter(|_| alike)
+            .ok_or_else(|| {
+                let message = format!(
+                    "its channels or symmetries are not those of {first}; allowed: readings of one material"
+                );
+                Error::data(path, message)
+            })?;
+        // What was done once is not said of all.
+        all.about = About {
+            material: all.about.material.or(further.about.material),
+            instrument: all.about.instrument.or(further.about.instrument),
+            ..About::default()
+        };
+        all.notes.extend(further.notes);
+        all.warnings.extend(further.warnings);
+        all.rows += further.rows;
+        all.lost += further.lost;
+        all.intact &= further.intact;
+    }
+    Ok(all)
 }
 
 /// Reads a text by the function of its format. One that was cut is read up to the cut if `assume`

@@ -181,6 +181,12 @@ fn read(text: &str, name: &str, assume: &Assume) -> Result<Readings, FileError> 
     // Our own files count azimuths from the sample, and say what is below their noise.
     let doubt = !file.intact && assume.conventions.azimuth.is_none();
     let peak = retro_peak(&measurement).filter(|_| doubt);
+    let incomplete = (file.incomplete > 0).then(|| {
+        format!(
+            "{} without the value of some channel: no reading",
+            count(file.incomplete, "row")
+        )
+    });
     let negative = file.negative.warning().filter(|_| !file.intact);
     let radians = seems_radians(&measurement).filter(|_| !file.intact);
     let elevations = (file.lights_at_horizon > 0 && !assume.conventions.elevation)
@@ -195,6 +201,8 @@ fn read(text: &str, name: &str, assume: &Assume) -> Result<Readings, FileError> 
             .iter()
             .map(ToString::to_string)
             .chain(negative)
+            .chain(file.marks.warning().filter(|_| !file.intact))
+            .chain(incomplete)
             .chain(folded.warning().filter(|_| !file.intact))
             .chain(exact.filter(|_| !file.intact))
             .chain(radians)
@@ -202,6 +210,7 @@ fn read(text: &str, name: &str, assume: &Assume) -> Result<Readings, FileError> 
             .chain(percent)
             .collect(),
         rows: file.rows,
+        lost: file.marks.count() + file.incomplete,
         intact: file.intact,
         measurement,
         about: file.about,

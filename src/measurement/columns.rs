@@ -4,6 +4,7 @@ use super::reading_of;
 use crate::brdf::{Channels, Wavelengths};
 use crate::error::excerpt;
 use crate::geometry::DirectionPair;
+use crate::schedule::marks::{Marks, marks_among};
 use crate::schedule::table::Table;
 use crate::schedule::{Conventions, FileError, Quantity, UncertaintyUnit};
 use std::ops::Range;
@@ -218,12 +219,30 @@ impl ValueColumns {
     }
 
     /// The values of a row as they are in the file, without the empty ones.
-    pub fn cells(&self, table: &Table, row: usize) -> impl Iterator<Item = f64> {
+    pub fn cells(&self, table: &Table, row: usize) -> impl Iterator<Item = f64> + Clone {
         let columns = self.values.iter();
         columns.filter_map(move |&column| table.number(row, column))
     }
 
-    /// The values of a row; `None` if there are none.
+    /// Empties the cells of values that are marks; returns how many of which.
+    pub fn clear_marks(&self, table: &mut Table) -> Marks {
+        let rows = 0..table.lines.len();
+        let numbers =
+            |table: &Table| marks_among(rows.clone().flat_map(|row| self.cells(table, row)));
+        let found = numbers(table);
+        let mut marks = Marks::default();
+        for row in rows.clone().filter(|_| !found.is_empty()) {
+            for &column in &self.values {
+                if let Some(mark) = table.number(row, column).filter(|v| found.contains(v)) {
+                    marks.see(&mark.to_string());
+                    table.clear(row, column);
+                }
+            }
+        }
+        marks
+    }
+
+    /// The values of a row; `None` unless all are there.
     pub fn read(
         &self,
         table: &Table,
@@ -236,14 +255,7 @@ impl ValueColumns {
                 found.push(self.reading(table, row, column, value, pair)?);
             }
         }
-        match found.len() {
-            0 => Ok(None),
-            n if n == self.values.len() => Ok(Some(found)),
-            _ => {
-                let message = "some of the values are empty or NaN; allowed: all or none";
-                Err(table.row_error(row, message))
-            }
-        }
+        Ok((found.len() == self.values.len()).then_some(found))
     }
 
     /// The columns of those uncertainties, of each type and of both, that some row states.

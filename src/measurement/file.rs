@@ -31,6 +31,7 @@ use crate::error::{count, excerpt};
 use crate::schedule::arms::take_horizon;
 use crate::schedule::export::{PoseRows, description};
 use crate::schedule::import::{Again, Rows, known_columns};
+use crate::schedule::marks::Marks;
 use crate::schedule::table::{Cell, Sheet, Table, WORDS};
 use crate::schedule::{Assume, FileError, ScheduleFormat, Sequence, Unreachable};
 use rustc_hash::FxHashMap;
@@ -94,6 +95,10 @@ pub struct MeasurementFile {
     pub lights_at_horizon: usize,
     /// Rows with values below 0.
     pub negative: Negative,
+    /// Cells of values that stand for no reading.
+    pub marks: Marks,
+    /// Rows without the value of some channel, which are no readings.
+    pub incomplete: usize,
     /// True if the header has the hash of the rows, which we wrote.
     pub intact: bool,
     /// Columns that were not read, by their names in the file.
@@ -283,7 +288,8 @@ pub fn read_measurement(
         let further: Vec<&str> = further.chain([WORDS, ATTEMPT]).collect();
         known_columns(table, &assume.axes, &further)
     })?;
-    let [at_horizon, lights_at_horizon] = match is_ours(&table)? {
+    let is_ours = is_ours(&table)?;
+    let [at_horizon, lights_at_horizon] = match is_ours {
         true => [0; 2],
         false => take_horizon(&mut table, conventions),
     };
@@ -292,6 +298,10 @@ pub fn read_measurement(
     }
     let rows = Rows::read(&table, conventions)?;
     let columns = ValueColumns::of(&table, conventions)?;
+    let mut marks = std::mem::take(&mut table.marks);
+    if !is_ours {
+        marks.add(columns.clear_marks(&mut table));
+    }
     let used = used(&table, &rows, &columns)?;
     // The first row of each pose stands for it.
     let mut place = vec![usize::MAX; table.lines.len()];
@@ -306,6 +316,7 @@ pub fn read_measurement(
     let mut pool = Pool::new(schedule.poses.len(), columns.channels.count());
     let mut negative = Negative::default();
     let mut exact = 0;
+    let mut incomplete = 0;
     let stated = columns.stated(&table);
     for &(row, first) in &used {
         let pose = order[place[first]] as usize;
@@ -315,6 +326,13 @@ pub fn read_measurement(
         })?;
         let pair = &rows.pairs[row];
         let values = columns.read(&table, row, pair)?;
+        if values.is_none() && columns.cells(&table, row).next().is_some() {
+            if is_ours {
+                let message = "some of the values are empty or NaN; allowed: all or none";
+                return Err(table.row_error(row, message));
+            }
+            incomplete += 1;
+        }
         negative.see(table.lines[row], || columns.cells(&table, row));
         let outcome = match (&values, reason) {
             (Some(_), None) => Outcome::Reading,
@@ -372,6 +390,8 @@ pub fn read_measurement(
         at_horizon,
         lights_at_horizon,
         negative,
+        marks,
+        incomplete,
         intact: table.fact::<String>(MEASUREMENT_HASH)?.is_some(),
         passed_over: table.passed_over().into_iter().map(String::from).collect(),
     })

@@ -173,7 +173,11 @@ pub fn read(text: &str, name: &str, assume: &Assume) -> Result<Scattered, FileEr
                     ..Header::default()
                 };
             }
-            if let Some(words) = self::header(content) {
+            if let Some(["sample_name", rest @ ..]) = self::header(content).as_deref() {
+                let material = rest.join(" ");
+                let material = material.trim_matches('"');
+                rows.name_material(line, material, conventions.mixed)?;
+            } else if let Some(words) = self::header(content) {
                 header.see(&words, name, line, conventions.partial)?;
             }
             continue;

@@ -2,9 +2,11 @@
 
 use super::{Details, Flags, Folded, Measurement, Negative, Outcome, Place, reading_of};
 use crate::brdf::Channels;
+use crate::error::excerpt;
 use crate::geometry::{Direction, DirectionPair, Symmetry};
 use crate::numeric::GRAZING_COS;
 use crate::schedule::import::form;
+use crate::schedule::marks::{Marks, marks_among};
 use crate::schedule::table::Table;
 use crate::schedule::{Assume, FileError, Quantity, Schedule};
 use glam::DVec3;
@@ -21,6 +23,10 @@ pub struct Scattered {
     /// Rows of a configuration that came before: their values are averaged, see
     /// [`Measurement::merged`].
     pub folded: Folded,
+    /// Cells that stand for no reading.
+    pub marks: Marks,
+    /// The material that the file names.
+    pub material: Option<String>,
 }
 
 impl Scattered {
@@ -40,6 +46,9 @@ pub(super) struct Rows<'a> {
     places: Vec<Place>,
     below_horizon: usize,
     negative: Negative,
+    material: Option<String>,
+    /// Values as they are in the file.
+    raw: Vec<f64>,
 }
 
 impl<'a> Rows<'a> {
@@ -52,7 +61,30 @@ impl<'a> Rows<'a> {
             places: Vec::new(),
             below_horizon: 0,
             negative: Negative::default(),
+            material: None,
+            raw: Vec::new(),
         }
+    }
+
+    /// Takes in the name of the material of the rows that follow.
+    ///
+    /// # Errors
+    /// Another name came before, unless materials may be `mixed`.
+    pub fn name_material(
+        &mut self,
+        line: usize,
+        material: &str,
+        mixed: bool,
+    ) -> Result<(), FileError> {
+        let first = self.material.get_or_insert_with(|| material.into());
+        if first == material || mixed {
+            return Ok(());
+        }
+        let [one, other] = [first, material].map(|name| excerpt(name));
+        let message = format!(
+            "these readings are of the material {other:?}, those before of {one:?}; allowed: readings of one, or --mixed"
+        );
+        Err(FileError::at(self.name, line, message))
     }
 
     /// Adds a row: light and view, which need not be unit, a value a channel, and as many standard uncertainties that
@@ -78,6 +110,7 @@ impl<'a> Rows<'a> {
         let of_one = quantity.of_one(&pair);
         self.pairs.push(pair);
         self.places.push(Place { file: 0, line });
+        self.raw.extend(values);
         self.negative.see(line, || values.iter().copied());
         for (to, numbers) in [(&mut self.values, values), (&mut self.radii, radii)] {
             for &number in numbers {
@@ -116,9 +149,22 @@ impl<'a> Rows<'a> {
         let parametrization = form(&Table::named(self.name), &assume)?;
         let schedule = Schedule::of_pairs(parametrization, self.pairs);
         let rows = schedule.poses.len();
+        let found = marks_among(self.raw.iter().copied());
+        let mut marks = Marks::default();
+        let seen = self.raw.iter().filter(|v| found.contains(v));
+        seen.for_each(|mark| marks.see(&mark.to_string()));
+        let outcome = |raw: &[f64]| match raw.iter().any(|v| found.contains(v)) {
+            true => Outcome::NoData,
+            false => Outcome::Reading,
+        };
+        let outcomes = self
+            .raw
+            .chunks_exact(channels.count())
+            .map(outcome)
+            .collect();
         let measurement = Measurement {
             channels,
-            outcomes: vec![Outcome::Reading; rows],
+            outcomes,
             details: (!self.radii.is_empty()).then(|| Details {
                 type_a: vec![0.0; self.values.len()],
                 type_b: self.radii,
@@ -135,6 +181,8 @@ impl<'a> Rows<'a> {
             below_horizon: self.below_horizon,
             negative: self.negative,
             folded,
+            material: self.material,
+            marks,
         })
     }
 }

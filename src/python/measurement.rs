@@ -7,7 +7,7 @@ use crate::schedule::{PySchedule, form};
 use gonio::Error;
 use gonio::brdf::{Channels, Wavelengths};
 use gonio::files::write_atomically;
-use gonio::formats::{WRITE_READINGS, load_readings};
+use gonio::formats::{Readings, WRITE_READINGS, load_all_readings};
 use gonio::geometry::Symmetry;
 use gonio::instrument::axis_names;
 use gonio::measurement::pab::by_light;
@@ -55,6 +55,8 @@ struct Keys {
     uncertainties: Option<UncertaintyUnit>,
     #[serde(default)]
     partial: bool,
+    #[serde(default)]
+    mixed: bool,
 }
 
 /// Numbers of readings: as wide as there are channels, or one for all.
@@ -234,7 +236,7 @@ impl PyMeasurement {
 
     /// The readings of a file, or of several of one material: those that gonio wrote, any table of angles and values, or ALTA text.
     ///
-    /// `columns`, `angles`, `elevation`, `azimuth`, `quantity`, `uncertainties` and `partial` say how a file by others is read, as the options of
+    /// `columns`, `angles`, `elevation`, `azimuth`, `quantity`, `uncertainties`, `partial` and `mixed` say how a file by others is read, as the options of
     /// `gonio reconstruct` do.
     #[classmethod]
     #[pyo3(signature = (paths, *, parametrization = None, symmetry = None, **keys))]
@@ -268,34 +270,20 @@ impl PyMeasurement {
                 quantity: keys.quantity,
                 uncertainties: keys.uncertainties,
                 partial: keys.partial,
+                mixed: keys.mixed,
             },
         };
-        let Some((first, further)) = paths.split_first() else {
+        if paths.is_empty() {
             return Err(refused(
                 "there is no path; allowed: one file of readings or more",
             ));
-        };
-        let (all, warnings) = py
-            .detach(|| {
-                let read = load_readings(first, &assume)?;
-                let (mut all, mut warnings) = (read.measurement, read.warnings);
-                for path in further {
-                    let read = load_readings(path, &assume)?;
-                    let folded = |m: &Measurement| m.schedule.parametrization.symmetry();
-                    let alike = folded(&all) == folded(&read.measurement);
-                    let both = all.followed_by(&read.measurement).filter(|_| alike);
-                    all = both.ok_or_else(|| {
-                        let message = format!(
-                            "its channels or symmetries are not those of {}; allowed: readings of one material",
-                            first.display()
-                        );
-                        Error::data(path, message)
-                    })?;
-                    warnings.extend(read.warnings);
-                }
-                Ok((all, warnings))
-            })
-            .map_err(of_files)?;
+        }
+        let read = py.detach(|| load_all_readings(&paths, &assume, |_, _| ()));
+        let Readings {
+            measurement: all,
+            warnings,
+            ..
+        } = read.map_err(of_files)?;
         for warning in warnings {
             warn(py, &warning)?;
         }

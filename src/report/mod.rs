@@ -3,6 +3,7 @@
 mod acquisition;
 mod analysis;
 mod columns;
+mod csv;
 mod moments;
 #[cfg(feature = "pictures")]
 pub mod pictures;

@@ -218,6 +218,8 @@ pub struct Conventions {
     pub uncertainties: Option<UncertaintyUnit>,
     /// True if a file that was cut is read up to the cut.
     pub partial: bool,
+    /// True if readings whose headers name several materials or instruments are taken for those of one.
+    pub mixed: bool,
 }
 
 /// Angles of a pose, as the names of their columns begin.

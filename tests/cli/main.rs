@@ -13,6 +13,7 @@ mod explain;
 mod faults;
 mod files;
 mod foreign;
+mod inputs;
 mod instruments;
 mod laboratory;
 mod moment_study;
@@ -163,6 +164,10 @@ impl Bench {
     }
 
     /// Every file below a folder.
+    fn read_bytes(&self, name: &str) -> Vec<u8> {
+        fs::read(self.path(name)).unwrap()
+    }
+
     fn files(&self, name: &str) -> Vec<String> {
         fn walk(dir: &Path, base: &Path, out: &mut Vec<String>) {
             for entry in fs::read_dir(dir).unwrap() {

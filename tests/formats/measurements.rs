@@ -393,7 +393,6 @@ fn what_is_no_measurement_is_refused_with_its_line() {
             2,
             "type_a = -1: allowed is a number from 0",
         ),
-        (",value_r,value_g,value_b", "1,2,3,4,5,,6", 2, "all or none"),
         (
             ",value,attempt",
             "1,2,3,4,5,0",

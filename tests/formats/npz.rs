@@ -287,6 +287,24 @@ fn what_is_no_table_is_refused_by_name() {
     for cut in [0, 3, 30, whole.len() / 2, whole.len() - 1] {
         assert!(as_text("npz", &whole[..cut]).is_err());
     }
+    // A digit that changed on the disk, and two arrays of one name.
+    let mut zip = zip::ZipWriter::new(Cursor::new(Vec::new()));
+    let stored = zip::write::SimpleFileOptions::default();
+    let stored = stored.compression_method(zip::CompressionMethod::Stored);
+    zip.start_file("value.npy", stored).unwrap();
+    zip.write_all(&column(&[1.0, 2.0])).unwrap();
+    let mut flipped = zip.finish().unwrap().into_inner();
+    let two = 2_f64.to_le_bytes();
+    let at = flipped.windows(8).position(|w| w == two).unwrap();
+    flipped[at + 6] ^= 1;
+    let told = as_text("npz", &flipped).unwrap_err().to_string();
+    assert!(told.contains("\"value\" cannot be read"), "{told}");
+    let mut twice = archive(&[("valua.npy", column(&[1.0])), ("value.npy", column(&[2.0]))]);
+    while let Some(at) = twice.windows(5).position(|w| w == b"valua") {
+        twice[at + 4] = b'e';
+    }
+    let told = as_text("npz", &twice).unwrap_err().to_string();
+    assert!(told.contains("lists 2 arrays of 1 names"), "{told}");
     let told = as_text("npz", &promising(u64::MAX, whole.clone())).unwrap_err();
     let held = format!("{} bytes promise to hold {}", whole.len() + 12, u64::MAX);
     assert!(told.to_string().contains(&held), "{told}, not {held}");

@@ -1,6 +1,7 @@
 //! `results.csv`: the rows of an acquisition as a table.
 
 use crate::experiment::Row;
+use crate::report::csv::Csv;
 use serde_json::{Map, Value};
 use std::io::{self, Write};
 
@@ -10,14 +11,10 @@ use std::io::{self, Write};
 /// # Errors
 /// Errors of `out`.
 pub fn results_csv(rows: &[&Row], out: &mut impl Write) -> io::Result<()> {
-    let mut csv = csv::Writer::from_writer(out);
-    csv.write_record(Row::columns().map(|(name, _)| name))?;
+    let mut csv = Csv::new(out);
+    csv.row(Row::columns().map(|(name, _)| name))?;
     for row in rows {
-        csv.write_record(cells(row)?.values().map(|value| match value {
-            Value::Null => String::new(),
-            Value::String(text) => text.clone(),
-            other => other.to_string(),
-        }))?;
+        csv.values(&cells(row)?)?;
     }
     csv.flush()
 }

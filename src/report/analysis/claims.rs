@@ -2,6 +2,7 @@
 
 use crate::analysis::Claim;
 use crate::experiment::moments::shown;
+use crate::report::csv::Csv;
 use std::io::{self, Write};
 
 /// The width of the table, characters.
@@ -47,8 +48,8 @@ fn wrapped(text: &str) -> String {
 /// # Errors
 /// Whatever `out` reports.
 pub fn claims_csv(claims: &[Claim], out: &mut impl Write) -> io::Result<()> {
-    let mut csv = csv::Writer::from_writer(out);
-    csv.write_record([
+    let mut csv = Csv::new(out);
+    csv.row([
         "id",
         "place",
         "material",
@@ -61,7 +62,7 @@ pub fn claims_csv(claims: &[Claim], out: &mut impl Write) -> io::Result<()> {
     for claim in claims {
         let numbers = claim.numbers.iter();
         let numbers: Vec<_> = numbers.map(|(n, v)| format!("{n}={}", shown(*v))).collect();
-        csv.write_record([
+        csv.row([
             claim.id,
             claim.place,
             claim.material.as_deref().unwrap_or_default(),

@@ -5,8 +5,10 @@ use crate::error::count;
 use crate::metrics::Errors;
 use crate::parametrization::Axis;
 use crate::report::Columns;
+use crate::report::csv::Csv;
 use crate::statistics::{Bootstrap, median};
 use serde::Serialize;
+use serde_json::Value;
 use std::collections::BTreeMap;
 use std::io::{self, Write};
 
@@ -330,9 +332,14 @@ impl StretchRow {
 /// # Errors
 /// Whatever `out` reports.
 pub fn rows_csv<T: Serialize>(rows: &[T], out: &mut impl Write) -> io::Result<()> {
-    let mut csv = csv::Writer::from_writer(out);
-    for row in rows {
-        csv.serialize(row)?;
+    let mut csv = Csv::new(out);
+    for (i, row) in rows.iter().enumerate() {
+        if let Value::Object(cells) = serde_json::to_value(row)? {
+            if i == 0 {
+                csv.row(cells.keys())?;
+            }
+            csv.values(&cells)?;
+        }
     }
     csv.flush()
 }

@@ -1,6 +1,7 @@
 //! Moment profiles as files: a row per material, channel and view.
 
 use crate::experiment::moments::ProfileRow;
+use crate::report::csv::Csv;
 use std::io::{self, Write};
 
 /// Writes rows as CSV; an undefined moment is an empty field.
@@ -8,10 +9,10 @@ use std::io::{self, Write};
 /// # Errors
 /// Whatever `out` reports.
 pub fn profiles_csv(rows: &[ProfileRow<'_>], out: &mut impl Write) -> io::Result<()> {
-    let mut csv = csv::Writer::from_writer(out);
-    csv.write_record(ProfileRow::columns())?;
+    let mut csv = Csv::new(out);
+    csv.row(ProfileRow::columns())?;
     for row in rows {
-        csv.write_record(row.fields())?;
+        csv.row(row.fields())?;
     }
     csv.flush()
 }

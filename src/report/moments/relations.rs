@@ -3,6 +3,7 @@
 use crate::experiment::moments::{degrees, shown};
 use crate::experiment::relations::RelationRow;
 use crate::moments::relations::{AngleMoments, Prediction, Relation};
+use crate::report::csv::Csv;
 use std::io::{self, Write};
 
 /// A form of the relations, with its name.
@@ -30,10 +31,10 @@ const MOMENTS: [Moment; 3] = [
 /// # Errors
 /// Whatever `out` reports.
 pub fn relations_csv(rows: &[RelationRow], out: &mut impl Write) -> io::Result<()> {
-    let mut csv = csv::Writer::from_writer(out);
-    csv.write_record(columns())?;
+    let mut csv = Csv::new(out);
+    csv.row(columns())?;
     for row in rows {
-        csv.write_record(fields(row))?;
+        csv.row(fields(row))?;
     }
     csv.flush()
 }

@@ -4,6 +4,7 @@ use crate::experiment::moments::{
     CorrelationRow, Group, ProfileFits, PublishedNumbers, Spread, at_bound, degrees, shown,
 };
 use crate::moments::Component;
+use crate::report::csv::Csv;
 use crate::statistics;
 use serde_json::{Value, json};
 use std::io::{self, Write};
@@ -53,12 +54,12 @@ const FIT_COLUMNS: [&str; 27] = [
 /// # Errors
 /// Whatever `out` reports.
 pub fn fits_csv(groups: &[Group], out: &mut impl Write) -> io::Result<()> {
-    let mut csv = csv::Writer::from_writer(out);
+    let mut csv = Csv::new(out);
     let horizon = HORIZON.map(|(_, name)| name);
-    csv.write_record(FIT_COLUMNS.iter().chain(&horizon))?;
+    csv.row(FIT_COLUMNS.iter().chain(&horizon))?;
     for group in groups {
         for fits in &group.fits {
-            csv.write_record(fit_fields(group, fits))?;
+            csv.row(fit_fields(group, fits))?;
         }
     }
     csv.flush()
@@ -123,8 +124,8 @@ fn fit_fields(group: &Group, fits: &ProfileFits) -> Vec<String> {
 /// # Errors
 /// Whatever `out` reports.
 pub fn correlations_csv(groups: &[Group], out: &mut impl Write) -> io::Result<()> {
-    let mut csv = csv::Writer::from_writer(out);
-    csv.write_record([
+    let mut csv = Csv::new(out);
+    csv.row([
         "group",
         "between",
         "a",
@@ -136,7 +137,7 @@ pub fn correlations_csv(groups: &[Group], out: &mut impl Write) -> io::Result<()
     let number = |v: Option<f64>| v.map_or(String::new(), shown);
     for group in groups {
         for row in &group.correlations {
-            csv.write_record([
+            csv.row([
                 group.name.clone(),
                 row.between.into(),
                 row.a.clone(),

@@ -289,12 +289,28 @@ fn of_vectors(found: Column, angles: [&str; 2]) -> Result<[Column; 2], String> {
     Ok([column(angles[0], theta), column(angles[1], phi)])
 }
 
+/// Number of members that the end of an archive says it has, several of one name too; `None` where it does not fit there.
+fn members(bytes: &[u8]) -> Option<usize> {
+    const END_OF_DIRECTORY: &[u8] = b"PK\x05\x06";
+    let end = bytes
+        .windows(12)
+        .rposition(|w| w.starts_with(END_OF_DIRECTORY))?;
+    let listed = u16::from_le_bytes([bytes[end + 10], bytes[end + 11]]);
+    (listed < u16::MAX).then_some(listed.into())
+}
+
 fn columns(bytes: &[u8]) -> Result<Vec<Column>, String> {
     let no_archive = |e: zip::result::ZipError| {
         let e = reason(e.to_string());
         format!("this is no archive of NumPy: {e}; allowed: what numpy.savez writes")
     };
     let mut zip = ZipArchive::new(Cursor::new(bytes)).map_err(no_archive)?;
+    if let Some(listed) = members(bytes).filter(|listed| *listed != zip.len()) {
+        return Err(format!(
+            "the archive lists {listed} arrays of {} names; allowed: a name for each",
+            zip.len()
+        ));
+    }
     let mut total = 0u64;
     let mut columns: Vec<Column> = Vec::new();
     for i in 0..zip.len() {
@@ -325,8 +341,15 @@ fn columns(bytes: &[u8]) -> Result<Vec<Column>, String> {
             ));
         }
         let mut content = Vec::new();
-        let read = file.take(size).read_to_end(&mut content);
+        // Beyond its end: there its check sum is compared.
+        let read = file.take(size + 1).read_to_end(&mut content);
         read.map_err(|e| told(name, &e))?;
+        if content.len() as u64 > size {
+            return Err(told(
+                name,
+                &format!("it is longer than the {size} bytes that are promised"),
+            ));
+        }
         if columns.iter().any(|c| c.name == name) {
             return Err(format!("the array {:?} is there twice", excerpt(name)));
         }

@@ -8,6 +8,7 @@ use super::super::convention::Conventions;
 use super::super::format::ScheduleFormat;
 use super::{FileError, RowHash, WORDS};
 use crate::error::{excerpt, meant, reason};
+use crate::schedule::marks::{Marks, is_mark};
 use rustc_hash::FxHashSet;
 use serde::de::{Deserialize, DeserializeOwned, Deserializer, MapAccess, Visitor};
 use serde_json::{Map, Value};
@@ -39,7 +40,12 @@ pub(crate) struct Table {
     numbers: Vec<f64>,
     /// Words, one text per row, if there is a column of words.
     words: Vec<String>,
+    /// Texts in place of values.
+    pub marks: Marks,
 }
+
+/// Beginnings of the names of columns in which a text may stand for no number.
+const VALUES: [&str; 4] = ["value", "type_a", "type_b", "uncertainty"];
 
 impl Table {
     /// A table without facts or rows.
@@ -115,6 +121,11 @@ impl Table {
     pub fn number(&self, row: usize, column: usize) -> Option<f64> {
         let value = self.numbers[row * self.columns.len() + column];
         (!value.is_nan()).then_some(value)
+    }
+
+    /// Empties a cell of numbers.
+    pub fn clear(&mut self, row: usize, column: usize) {
+        self.numbers[row * self.columns.len() + column] = f64::NAN;
     }
 
     /// The words of a row; empty if there are none.
@@ -303,8 +314,13 @@ impl Table {
             }
             self.lines.push(line);
             for (d, cell) in cells.enumerate() {
+                let is_marked =
+                    VALUES.iter().any(|v| self.columns[d].starts_with(v)) && is_mark(cell);
                 let value = if self.columns[d] == WORDS {
                     self.words.push(cell.to_owned());
+                    Ok(f64::NAN)
+                } else if is_marked {
+                    self.marks.see(cell);
                     Ok(f64::NAN)
                 } else if cell.is_empty() || self.columns[d].is_empty() {
                     Ok(f64::NAN)

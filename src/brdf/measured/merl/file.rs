@@ -12,6 +12,7 @@
 use super::grid::THETA_CELLS;
 use super::{Cells, Merl, MerlError, MerlGrid};
 use crate::brdf::Channels;
+use crate::files;
 use crate::numeric;
 use std::fs::File;
 use std::io::{ErrorKind, Read};
@@ -79,7 +80,7 @@ fn open(path: &Path) -> Result<(File, MerlGrid), MerlError> {
     if !meta.is_file() {
         return Err(MerlError::NotAFile);
     }
-    let mut file = File::open(path)?;
+    let mut file = files::open(path)?;
     let grid = read_header(&mut file, Some(meta.len()))?;
     if meta.len() != grid.file_len() {
         return Err(MerlError::Length {

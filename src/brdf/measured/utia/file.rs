@@ -72,7 +72,7 @@ fn open(path: &Path) -> Result<File, UtiaError> {
     if !meta.is_file() {
         return Err(UtiaError::NotAFile);
     }
-    let file = File::open(path)?;
+    let file = files::open(path)?;
     if meta.len() != FILE_LEN {
         return Err(UtiaError::Length { found: meta.len() });
     }

@@ -1,0 +1,230 @@
+//! Inputs: several that do not belong together, and outputs that are inputs.
+
+use super::Bench;
+use std::fs;
+
+const LAMBERT: &str =
+    "channels = \"luminance\"\n\n[[material]]\nname = \"NAME\"\nkind = \"lambert\"\n";
+
+/// Readings of two materials, of one twice, and a table of one.
+fn bench() -> Bench {
+    let bench = Bench::new();
+    for name in ["matte", "=matte"] {
+        fs::write(
+            bench.path(&format!("{name}.toml")),
+            LAMBERT.replace("NAME", name),
+        )
+        .unwrap();
+    }
+    let poses = "theta_i_deg,phi_i_deg,theta_o_deg,phi_o_deg\n";
+    let rows = |from: usize| -> String {
+        (0..12)
+            .map(|k| format!("{},0,{},{}\n", from + 3 * k, 5 * k, 30 * k))
+            .collect()
+    };
+    for (file, config, from) in [("a", "matte", 1), ("b", "matte", 2), ("c", "=matte", 3)] {
+        fs::write(bench.path("poses.csv"), poses.to_owned() + &rows(from)).unwrap();
+        let config = format!("{config}.toml");
+        let file = format!("{file}.csv");
+        bench.good(&[
+            "measure",
+            "poses.csv",
+            "--config",
+            &config,
+            "-o",
+            &file,
+            "--force",
+        ]);
+    }
+    bench.good(&["tabulate", "matte.toml", "-o", "matte.binary"]);
+    bench
+}
+
+#[test]
+fn readings_of_two_materials_are_not_taken_for_one() {
+    let bench = bench();
+    for (command, output) in [
+        ("reconstruct a.csv FILE", None),
+        ("convert a.csv FILE both.csv", Some("both.csv")),
+        ("next a.csv FILE --batch 4 -o next.csv", Some("next.csv")),
+    ] {
+        let run = |file: &str, more: &str| command.replace("FILE", file) + more;
+        let run_c = run("c.csv", "");
+        let told = bench.refused(&run_c.split(' ').collect::<Vec<_>>(), 3);
+        let sentence = "c.csv: these readings are of the material \"=matte\", those of a.csv of \"matte\"; allowed: readings of one, or --mixed";
+        assert!(told.contains(sentence), "{told}");
+        for (file, more) in [("c.csv", " --mixed"), ("b.csv", "")] {
+            output.map(|file| fs::remove_file(bench.path(file)));
+            bench.good(&run(file, more).split(' ').collect::<Vec<_>>());
+        }
+    }
+    assert!(bench.read("both.csv").contains("# material = \"matte\""));
+    // Text that names a material in its rows.
+    let pab = |name: &str| {
+        format!(
+            "#sample_name \"{name}\"\n#format: theta phi BRDF\n#intheta 30\n#inphi 0\n10 0 .1\n20 0 .1\n"
+        )
+    };
+    fs::write(
+        bench.path("two.pab"),
+        pab("tile") + &pab("wood").replace("30", "40"),
+    )
+    .unwrap();
+    let told = bench.refused(&["reconstruct", "two.pab"], 3);
+    assert!(
+        told.contains(
+            "two.pab:7: these readings are of the material \"wood\", those before of \"tile\""
+        ),
+        "{told}"
+    );
+}
+
+#[test]
+fn an_output_is_no_input() {
+    let bench = bench();
+    #[cfg(unix)]
+    std::os::unix::fs::symlink("a.csv", bench.path("link.csv")).unwrap();
+    let before = ["a.csv", "matte.binary", "matte.toml"].map(|file| bench.read_bytes(file));
+    for args in [
+        "reconstruct a.csv -o a.csv --format merl",
+        "reconstruct a.csv --checked a.csv",
+        "reconstruct a.csv --checked link.csv",
+        "reconstruct a.csv --uncertainty a.csv",
+        "next a.csv --batch 4 -o a.csv",
+        "next a.csv b.csv --batch 4 -o link.csv",
+        "convert a.csv a.csv",
+        "convert link.csv a.csv",
+        "convert matte.binary matte.binary",
+        "measure a.csv --config matte.toml -o a.csv",
+        "tabulate matte.toml -o matte.toml --format merl",
+        "picture matte.toml -o matte.toml",
+        "moments matte.binary -o matte.binary",
+        "train matte.toml -o matte.toml",
+        "schedule matte.toml --budget 8 -o matte.toml --format csv",
+    ] {
+        let mut words: Vec<&str> = args.split(' ').collect();
+        words.push("--force");
+        let output = bench.gonio(&words);
+        let said = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert_eq!(output.status.code(), Some(2), "{args}: {said}");
+    }
+    assert_eq!(
+        before,
+        ["a.csv", "matte.binary", "matte.toml"].map(|file| bench.read_bytes(file))
+    );
+    let told = bench.refused(&["convert", "a.csv", "a.csv", "--force"], 2);
+    assert!(
+        told.contains("a.csv: this file is read and was to be replaced; choose another name"),
+        "{told}"
+    );
+    // A copy is replaced, and two outputs are not one.
+    bench.good(&["convert", "a.csv", "b.csv", "--force"]);
+    let told = bench.refused(
+        &[
+            "reconstruct",
+            "a.csv",
+            "--checked",
+            "x.csv",
+            "--uncertainty",
+            "x.csv",
+        ],
+        2,
+    );
+    assert!(
+        told.contains("x.csv: two of the files to be written have this name"),
+        "{told}"
+    );
+}
+
+/// What stands where there is no reading is none, in every format of text; all others are as they are.
+#[test]
+fn marks_are_no_readings() {
+    let bench = Bench::new();
+    let row = |k: usize, value: &str| {
+        format!("{},0,{},{},{value}\n", 10 + k % 7 * 8, 5 + k % 9 * 7, 8 * k)
+    };
+    let head = "theta_i_deg,phi_i_deg,theta_o_deg,phi_o_deg,value";
+    let good: String = (0..40)
+        .map(|k| row(k, &format!("{}", 0.1 + 0.002 * k as f64)))
+        .collect();
+    let marked = |mark: &str| (40..44).map(|k| row(k, mark)).collect::<String>();
+    let convert = |name: &str, text: String| {
+        fs::write(bench.path(name), text).unwrap();
+        let output = bench.gonio(&["convert", name, "out.csv", "--force"]);
+        let said = String::from_utf8(output.stderr).unwrap();
+        assert_eq!(output.status.code(), Some(0), "{said}");
+        let out = bench.read("out.csv");
+        let rows = out.lines().filter(|l| !l.starts_with(['#', 'i']));
+        let values: Vec<f64> = rows
+            .filter_map(|l| l.split(',').nth_back(2)?.parse().ok())
+            .collect();
+        (values, said)
+    };
+    let (clean, said) = convert("lab.csv", format!("{head}\n{good}"));
+    assert!(clean.len() == 40 && !said.contains("no reading"), "{said}");
+    for mark in [
+        "-999", "-9999", "-99", "9999", "1e30", "n.a.", "NaN", "-", "OVERFLOW", "#N/A",
+    ] {
+        let (values, said) = convert("lab.csv", format!("{head}\n{good}{}", marked(mark)));
+        assert_eq!(values, clean, "{mark}");
+        let of = mark
+            .parse::<f64>()
+            .map_or(mark.to_owned(), |number| number.to_string());
+        assert!(
+            said.contains(&format!("taken for no reading: {of} in 4 cells")),
+            "{said}"
+        );
+    }
+    // -1 where values are noise of that size is read.
+    let (values, said) = convert("lab.csv", format!("{head}\n{good}{}", marked("-1")));
+    assert!(values.len() == 44 && said.contains("below 0"), "{said}");
+    // Of one channel: that row alone is lost.
+    let rgb = good
+        .lines()
+        .map(|l| format!("{l},.2,.3\n"))
+        .collect::<String>();
+    let rgb = format!("{head}_r,value_g,value_b\n{rgb}70,0,10,5,.1,-999,.3\n");
+    let (values, said) = convert("rgb.csv", rgb);
+    assert!(
+        values.len() == 40 && said.contains("1 row without the value of some channel: no reading"),
+        "{said}"
+    );
+    let pab = "#format: theta phi BRDF\n#intheta 30\n#inphi 0\n10 0 .1\n20 0 -999\n30 0 .2\n";
+    let (values, said) = convert("tile.pab", pab.into());
+    assert!(
+        values.len() == 2 && said.contains("taken for no reading: -999 in 1 cell"),
+        "{said}"
+    );
+    let told = bench.gonio(&["reconstruct", "tile.pab", "--strict"]);
+    assert_eq!(told.status.code(), Some(3));
+}
+
+#[test]
+fn names_are_no_formulas() {
+    let bench = bench();
+    let config = super::SMALL.replace(
+        "kind = \"lambert\"\n",
+        "kind = \"lambert\"\nname = \"=cmd()\"\n",
+    );
+    fs::write(bench.path("small.toml"), config).unwrap();
+    bench.good(&["run", "small.toml", "-o", "run"]);
+    let table = bench.read("run/results.csv");
+    let mut named = table.lines().filter(|line| line.contains("=cmd()"));
+    assert!(
+        named.clone().count() > 2 && named.all(|line| line.contains(",'=cmd(),")),
+        "{table}"
+    );
+}
+
+#[test]
+fn threads_that_cannot_be_are_refused() {
+    let bench = Bench::new();
+    let mut command = bench.command(&["check", "small.toml"]);
+    let output = command.env("RAYON_NUM_THREADS", "100000").output().unwrap();
+    let said = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(2), "{said}");
+    assert!(
+        said.contains("RAYON_NUM_THREADS = 100000: allowed is a whole number from 1 to 1024"),
+        "{said}"
+    );
+}
