@@ -1,8 +1,11 @@
 //! The one public error; its variants say who must act.
 
-use crate::files::IS_INPUT;
 use std::borrow::Cow;
 use std::path::{Path, PathBuf};
+
+/// Why a file is not read that is to be replaced, and why one that was read is not replaced.
+pub(crate) const IS_INPUT: &str =
+    "this file is read and was to be replaced; choose another name for what is written";
 
 /// Most characters of a user's text that a message repeats.
 const EXCERPT: usize = 60;
@@ -277,7 +280,7 @@ pub enum Error {
 
 impl Error {
     /// Exit code: 1 internal; 2 usage, config or output folder; 3 input data; 4 infeasible plan; 5 some jobs
-    /// failed or are missing; 6 a check found a violation; 130 interrupted.
+    /// failed or are missing; 6 a check found a violation; 130 interrupted (`gonio` has 143 of SIGTERM).
     pub fn exit_code(&self) -> u8 {
         match self {
             Error::Internal(_) => 1,

@@ -1,5 +1,6 @@
 //! Writing of files that are whole or not there, and reading of inputs of limited size.
 
+use crate::error::IS_INPUT;
 use std::collections::BTreeSet;
 use std::fs::{self, File};
 use std::io::{self, BufWriter, ErrorKind, Read, Write};
@@ -57,17 +58,13 @@ const BYTE_ORDER_MARK: char = '\u{feff}';
 /// Paths of the streams of a process: the shell's `<(…)` and `/dev/stdin`.
 const STREAMS: [&str; 3] = ["/dev/stdin", "/dev/fd", "/proc/self/fd"];
 
-/// Why a file is not read that [`claim`] was told of, and why one that was read is not claimed.
-pub const IS_INPUT: &str =
-    "this file is read and was to be replaced; choose another name for what is written";
-
 /// Files that were read, and files that are there and will be replaced, by where they are on the disk.
 static USED: Mutex<[BTreeSet<PathBuf>; 2]> = Mutex::new([BTreeSet::new(), BTreeSet::new()]);
 
 /// Says that a file will be replaced: from now on, until [`write_atomically`] did so, reading it is an error.
 ///
 /// # Errors
-/// [`IS_INPUT`], if it was read.
+/// If it was read.
 pub fn claim(path: &Path) -> io::Result<()> {
     use_once(path, [0, 1])
 }
@@ -215,6 +212,13 @@ pub fn write_atomically(
     let number = WRITTEN.fetch_add(1, Ordering::Relaxed);
     let [head, tail] = PART;
     let part = path.with_file_name(format!("{head}{}-{number}{tail}", std::process::id()));
+    let unfinished = |change: fn(&mut BTreeSet<PathBuf>, &PathBuf)| {
+        let mut all = UNFINISHED.lock().unwrap_or_else(PoisonError::into_inner);
+        change(&mut all, &part);
+    };
+    unfinished(|all, part| {
+        all.insert(part.clone());
+    });
     let written = File::create(&part).and_then(|file| {
         let mut out = BufWriter::with_capacity(1 << 18, file);
         body(&mut out)?;
@@ -222,6 +226,9 @@ pub fn write_atomically(
         sync(out.get_ref())
     });
     let renamed = written.and_then(|()| fs::rename(&part, &path));
+    unfinished(|all, part| {
+        all.remove(part);
+    });
     if let (Ok(()), Ok(place)) = (&renamed, path.canonicalize()) {
         let mut used = USED.lock().unwrap_or_else(PoisonError::into_inner);
         used.iter_mut().for_each(|files| {
@@ -237,6 +244,18 @@ pub fn write_atomically(
         let _ = File::open(folder.unwrap_or(Path::new("."))).and_then(|dir| dir.sync_all());
     }
     renamed
+}
+
+/// Files that are being written, by their temporary names.
+static UNFINISHED: Mutex<BTreeSet<PathBuf>> = Mutex::new(BTreeSet::new());
+
+/// Removes the files that are being written: the process ends.
+pub fn remove_unfinished() {
+    let all = UNFINISHED.lock().unwrap_or_else(PoisonError::into_inner);
+    for part in &*all {
+        // What cannot be removed has a name that tells what it is.
+        let _ = fs::remove_file(part);
+    }
 }
 
 /// Removes from a folder what a crash left of files that were being written.

@@ -1,6 +1,6 @@
 //! The `gonio` program: parse, run, print the error chain, exit code.
 
-use gonio::cli::{Cli, say_error};
+use gonio::cli::{Cli, exit_code, say_error};
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
@@ -8,7 +8,7 @@ fn main() -> ExitCode {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
             say_error(&error);
-            ExitCode::from(error.exit_code())
+            ExitCode::from(exit_code(&error))
         }
     }
 }

@@ -2,7 +2,7 @@
 
 use super::output::{JsonArgs, print_json};
 use super::progress::Progress;
-use super::run::stop_on_ctrl_c;
+use super::signals::stop_flag;
 use super::talk::{note, wrote};
 use super::{ThreadArgs, print, refuse_existing, written};
 use crate::bench::{
@@ -68,7 +68,7 @@ impl Bench {
             merl: self.merl.clone(),
         };
         let mut told = Told {
-            stop: stop_on_ctrl_c()?,
+            stop: stop_flag(),
             progress: Progress::new(),
             layout: None,
         };

@@ -1,5 +1,6 @@
 //! Values that were found before a command was stopped.
 
+use super::signals;
 use super::talk::{note, say};
 use crate::brdf::{Brdf, Channels, Presence, SplitBrdf};
 use crate::error::Error;
@@ -109,20 +110,19 @@ impl<'a> Kept<'a> {
         })
     }
 
-    /// Says where the values are when Ctrl-C (or SIGTERM) ends the program; `anew`: one that would begin without them.
-    pub(super) fn tell_when_stopped(&self, anew: bool) -> Result<(), Error> {
+    /// Says where the values are when a signal ends the program; `anew`: one that would begin without them.
+    pub(super) fn tell_when_stopped(&self, anew: bool) {
         let path = self.path.display().to_string();
         let again = match anew {
             true => "the same command without --force",
             false => "the same command",
         };
-        let stopped = move || {
+        signals::answer(move || {
             say(&format!(
                 "gonio: interrupted; values are kept in {path}, and {again} goes on from them"
             ));
-            std::process::exit(130);
-        };
-        ctrlc::set_handler(stopped).map_err(|e| Error::Internal(e.to_string()))
+            false
+        });
     }
 
     /// Removes the file: what was to be made of it is there.

@@ -33,6 +33,7 @@ mod run;
 mod schedule;
 mod schema;
 mod shell;
+mod signals;
 mod slice;
 mod stability;
 mod subset;
@@ -51,6 +52,7 @@ use crate::registry::Entry;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::{Args, CommandFactory, FromArgMatches, Parser, Subcommand};
 use config_args::ConfigArgs;
+pub use signals::exit_code;
 use std::io::{self, ErrorKind, Write};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -62,7 +64,7 @@ use talk::{TalkArgs, color_of, detail, say};
 #[command(name = "gonio", version, arg_required_else_help = true)]
 #[command(
     after_help = "Exit codes: 0 done; 1 internal error; 2 usage, config or output folder; \
-    3 input data; 4 infeasible plan; 5 some jobs failed or are missing; 6 a check found a violation; 130 interrupted."
+    3 input data; 4 infeasible plan; 5 some jobs failed or are missing; 6 a check found a violation; interrupted: 130 by SIGINT (Ctrl-C), 143 by SIGTERM."
 )]
 pub struct Cli {
     #[command(subcommand)]
@@ -147,6 +149,7 @@ impl Cli {
     pub fn run(self) -> Result<(), Error> {
         self.talk.apply();
         check_threads()?;
+        signals::watch()?;
         let start = Instant::now();
         let done = self.command.run();
         detail(|| {

@@ -7,6 +7,7 @@ mod moments;
 mod relations;
 
 use super::progress::Progress;
+use super::signals::stop_flag;
 use super::talk::{detail, note};
 use super::{ConfigArgs, SeedArgs, ThreadArgs, print};
 use crate::error::{Error, count_are};
@@ -22,7 +23,7 @@ use std::cell::RefCell;
 use std::collections::{HashMap, HashSet};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::AtomicBool;
 use std::time::{Instant, SystemTime};
 
 /// Folder of runs that name none.
@@ -182,7 +183,7 @@ impl Run {
             return Err(Error::output(dir, message));
         }
         let context = RunContext {
-            stop: stop_on_ctrl_c()?,
+            stop: stop_flag(),
             shard: self.shard,
         };
         let folder = RunFolder::open(&dir, self.force, resolved)?;
@@ -343,17 +344,4 @@ pub(super) fn tell_missing(names: &[String]) {
         let list = names.join(", ");
         note(&format!("gonio: not in materials_dir, skipped: {list}"));
     }
-}
-
-/// A flag that the first Ctrl-C (or SIGTERM) sets; the second ends the program at once.
-pub(super) fn stop_on_ctrl_c() -> Result<Arc<AtomicBool>, Error> {
-    let stop = Arc::new(AtomicBool::new(false));
-    let flag = Arc::clone(&stop);
-    let handler = move || {
-        if flag.swap(true, Ordering::SeqCst) {
-            std::process::exit(130);
-        }
-    };
-    ctrlc::set_handler(handler).map_err(|e| Error::Internal(e.to_string()))?;
-    Ok(stop)
 }

@@ -2,7 +2,7 @@
 
 use super::output::OutputArgs;
 use super::progress::Progress;
-use super::run::stop_on_ctrl_c;
+use super::signals::stop_flag;
 use super::talk::wrote;
 use super::{ThreadArgs, written};
 use crate::error::{Error, count, excerpt, one_of};
@@ -63,7 +63,7 @@ impl Stability {
         let families: Vec<_> = families.map(|f| (f, f.checks(extent))).collect();
         let laws: usize = families.iter().map(|(_, checks)| checks.len()).sum();
         let progress = Progress::of(laws as u64, "");
-        let stop = stop_on_ctrl_c()?;
+        let stop = stop_flag();
         let mut findings = Vec::new();
         for (family, checks) in &families {
             progress.doing(|| family.name.to_owned());

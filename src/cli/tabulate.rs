@@ -75,7 +75,7 @@ impl Tabulate {
         pairs(format, 0, &*brdf, &self.output, &name)?;
         let key = material_key(material)?;
         let kept = Kept::new(&*brdf, &key, &self.output, self.force)?;
-        kept.tell_when_stopped(self.force)?;
+        kept.tell_when_stopped(self.force);
         match self.table.write(format, &kept, &self.output, name) {
             // The same command may find room for what it could not write; what is refused would be refused again.
             Err(e @ Error::Output { .. }) => Err(e),

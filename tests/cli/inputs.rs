@@ -2,6 +2,9 @@
 
 use super::Bench;
 use std::fs;
+use std::process::{Command, Stdio};
+use std::thread;
+use std::time::{Duration, Instant};
 
 const LAMBERT: &str =
     "channels = \"luminance\"\n\n[[material]]\nname = \"NAME\"\nkind = \"lambert\"\n";
@@ -227,4 +230,63 @@ fn threads_that_cannot_be_are_refused() {
         said.contains("RAYON_NUM_THREADS = 100000: allowed is a whole number from 1 to 1024"),
         "{said}"
     );
+}
+
+/// Every command ends at once, leaves nothing half-written and says by which signal.
+#[test]
+#[cfg(unix)]
+fn signals_end_every_command() {
+    let bench = bench();
+    let poses = (0..1500).map(|k| format!("{},0,{},{}\n", 1 + k % 70, 1 + k % 67, k % 360));
+    let poses = poses.collect::<String>();
+    let head = "theta_i_deg,phi_i_deg,theta_o_deg,phi_o_deg,value\n";
+    fs::write(
+        bench.path("many.csv"),
+        head.to_owned() + &poses.replace('\n', ",.1\n"),
+    )
+    .unwrap();
+    for (command, signal, code) in [
+        (
+            "tabulate matte.toml -o slow.xml --tolerance 1e-9",
+            "TERM",
+            143,
+        ),
+        (
+            "tabulate matte.toml -o slow.bsdf --tolerance 1e-9",
+            "INT",
+            130,
+        ),
+        ("reconstruct many.csv", "INT", 130),
+        ("reconstruct many.csv", "TERM", 143),
+    ] {
+        let words: Vec<&str> = command.split(' ').collect();
+        let mut child = bench
+            .command(&words)
+            .stderr(Stdio::piped())
+            .stdout(Stdio::null())
+            .spawn()
+            .unwrap();
+        thread::sleep(Duration::from_millis(250));
+        assert!(
+            child.try_wait().unwrap().is_none(),
+            "{command} was done before"
+        );
+        let kill = Command::new("kill")
+            .args(["-s", signal, &child.id().to_string()])
+            .status();
+        assert!(kill.unwrap().success());
+        let sent = Instant::now();
+        let status = child.wait().unwrap();
+        assert_eq!(status.code(), Some(code), "{command}");
+        assert!(
+            sent.elapsed() < Duration::from_secs(1),
+            "{command}: {:?}",
+            sent.elapsed()
+        );
+        let left = bench
+            .files("")
+            .into_iter()
+            .find(|file| file.ends_with(".part"));
+        assert_eq!(left, None, "{command}");
+    }
 }

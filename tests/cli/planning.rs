@@ -67,7 +67,8 @@ fn readings_that_raise_an_expected_error_are_named() {
     // What looked matte has a highlight, or has not.
     for (material, rises) in [("ggx-0.05", true), ("lambert", false)] {
         measure(2, material);
-        let output = bench.gonio(&["next", "r1.csv", "r2.csv", "--batch", "8", "-o", "p3.csv"]);
+        let both = "next r1.csv r2.csv --mixed --batch 8 -o p3.csv";
+        let output = bench.gonio(&both.split(' ').collect::<Vec<_>>());
         let told = String::from_utf8(output.stderr).unwrap();
         let sentence = "the readings of r2.csv raise the expected nrmse from ";
         assert_eq!(told.contains(sentence), rises, "{material}: {told}");

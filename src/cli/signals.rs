@@ -1,0 +1,85 @@
+//! Signals that end the program: SIGINT (Ctrl-C) with exit code 130, SIGTERM with 143. Files that are being written are removed.
+//! SIGHUP has its usual effect, which `nohup` turns off.
+
+use super::talk::say;
+use crate::error::Error;
+use crate::files;
+use std::sync::atomic::{AtomicBool, AtomicI32, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
+
+/// What a command does at the first signal; true if it comes to its own end then.
+type Answer = Box<dyn FnMut() -> bool + Send>;
+
+/// That of the command that runs.
+static ANSWER: Mutex<Option<Answer>> = Mutex::new(None);
+
+/// The last signal; 0 before any.
+static SEEN: AtomicI32 = AtomicI32::new(0);
+
+/// Exit code of a process that a signal ended, less the signal.
+const CODE: i32 = 128;
+
+/// Waits for signals, in a thread of its own.
+///
+/// # Errors
+/// The system has no thread or no handler to give.
+#[cfg(unix)]
+pub(super) fn watch() -> Result<(), Error> {
+    use signal_hook::consts::{SIGINT, SIGTERM};
+    let failed = |e: std::io::Error| Error::Internal(e.to_string());
+    let mut signals = signal_hook::iterator::Signals::new([SIGINT, SIGTERM]).map_err(failed)?;
+    let wait = move || signals.forever().for_each(see);
+    let thread = std::thread::Builder::new()
+        .name("signals".into())
+        .spawn(wait);
+    thread.map(drop).map_err(failed)
+}
+
+/// Signals do what the system does with them.
+#[cfg(not(unix))]
+pub(super) fn watch() -> Result<(), Error> {
+    Ok(())
+}
+
+/// Lets the command end by itself at the first signal if it can; ends the program at the second.
+fn see(signal: i32) {
+    let is_first = SEEN.swap(signal, Ordering::SeqCst) == 0;
+    let mut answer = ANSWER.lock().unwrap_or_else(PoisonError::into_inner);
+    let ends_itself = match &mut *answer {
+        Some(answer) => is_first && answer(),
+        None => {
+            say("gonio: interrupted");
+            false
+        }
+    };
+    if !ends_itself {
+        files::remove_unfinished();
+        std::process::exit(CODE + signal);
+    }
+}
+
+/// Sets what is done at the first signal; true if the command comes to its own end then.
+pub(super) fn answer(with: impl FnMut() -> bool + Send + 'static) {
+    let mut answer = ANSWER.lock().unwrap_or_else(PoisonError::into_inner);
+    *answer = Some(Box::new(with));
+}
+
+/// A flag that the first signal sets.
+pub(super) fn stop_flag() -> Arc<AtomicBool> {
+    let stop = Arc::new(AtomicBool::new(false));
+    let flag = Arc::clone(&stop);
+    answer(move || {
+        flag.store(true, Ordering::SeqCst);
+        true
+    });
+    stop
+}
+
+/// The exit code of an error: that of an interruption tells the signal.
+pub fn exit_code(error: &Error) -> u8 {
+    let seen = SEEN.load(Ordering::SeqCst);
+    match error {
+        Error::Interrupted { .. } if seen > 0 => u8::try_from(CODE + seen).unwrap_or(1),
+        error => error.exit_code(),
+    }
+}
