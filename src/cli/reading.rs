@@ -39,6 +39,9 @@ pub(super) struct ReadingArgs {
     /// Read a file that was cut up to the cut
     #[arg(long)]
     partial: bool,
+    /// A value that stands for no reading, beside texts, empty cells and numbers as -999
+    #[arg(long, value_name = "VALUE", allow_negative_numbers = true)]
+    no_reading: Option<f64>,
     /// Refuse files in which texts, numbers as -999 or empty cells stand for readings
     #[arg(long)]
     strict: bool,
@@ -104,6 +107,7 @@ impl ReadingArgs {
                 uncertainties: self.uncertainties,
                 partial: self.partial,
                 mixed: self.mixed,
+                no_reading: self.no_reading,
             },
             ..assume.clone()
         };

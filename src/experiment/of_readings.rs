@@ -28,7 +28,7 @@ const BYTES_A_BYTE: usize = 4;
 pub(super) const ENTRY: Entry<dyn BrdfSpec> = Entry {
     kind: KIND,
     summary: "the readings at `file`, reconstructed; also reconstruction, parametrization, symmetries, \
-              and how a foreign file is read: columns, angles, elevation, azimuth, quantity, uncertainties, partial, mixed",
+              and how a foreign file is read: columns, angles, elevation, azimuth, quantity, uncertainties, partial, mixed, no_reading",
     examples: &[],
     read: |table| Ok(Box::new(ReadingsSpec::read(table)?)),
 };
@@ -62,6 +62,8 @@ struct Keys {
     partial: bool,
     #[serde(default)]
     mixed: bool,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    no_reading: Option<f64>,
     #[serde(default, rename = "reconstruction", skip_serializing)]
     _reconstruction: Option<IgnoredAny>,
 }
@@ -153,6 +155,7 @@ impl ReadingsSpec {
                 uncertainties: keys.uncertainties,
                 partial: keys.partial,
                 mixed: keys.mixed,
+                no_reading: keys.no_reading,
             },
         }
     }
@@ -180,6 +183,7 @@ fn as_keys(sentence: &str) -> String {
         ("--uncertainties", "uncertainties"),
         ("--partial", "partial"),
         ("--mixed", "mixed"),
+        ("--no-reading", "no_reading ="),
     ];
     let replace =
         |text: String, (option, key): &(&str, &str)| text.replace(option, &format!("`{key}`"));

@@ -6,6 +6,7 @@ use crate::measurement::{Measurement, read_measurement, retro_peak, write_measur
 #[cfg(feature = "arrays")]
 use crate::schedule::table::as_lines;
 use crate::schedule::{Assume, FileError, ScheduleFormat, read_schedule, write_schedule};
+use std::collections::BTreeSet;
 use std::f64::consts::FRAC_PI_2;
 
 /// Comma-separated values.
@@ -103,6 +104,50 @@ fn seem_percent(measurement: &Measurement) -> Option<String> {
     })
 }
 
+/// Readings from which on their values are doubted.
+const FEWEST_DOUBTED: usize = 30;
+
+/// Pairs of elevations at which the largest value is there from which on it is doubted.
+const SATURATED: usize = 4;
+
+/// The sentences that doubt the largest value if it is far above half of all and there at several pairs of elevations, and zeros if all
+/// other values are far from 0.
+pub(super) fn seem_no_readings(measurement: &Measurement) -> Vec<String> {
+    let value = |i: usize| measurement.value(i).map(|v| v[0]);
+    let read: Vec<usize> = (0..measurement.outcomes.len())
+        .filter(|i| value(*i).is_some())
+        .collect();
+    let mut values: Vec<f64> = read.iter().filter_map(|i| value(*i)).collect();
+    values.sort_by(f64::total_cmp);
+    let mut doubts = Vec::new();
+    let (Some(most), true) = (values.last().copied(), values.len() >= FEWEST_DOUBTED) else {
+        return doubts;
+    };
+    let equal = read.iter().filter(|i| value(**i) == Some(most));
+    let elevations = |i: &usize| {
+        let pair = &measurement.schedule.poses[*i].pair;
+        [pair.omega_i, pair.omega_o].map(|d| d.theta().to_degrees().round() as i32)
+    };
+    let places: BTreeSet<[i32; 2]> = equal.clone().map(elevations).collect();
+    if places.len() >= SATURATED && most > 2.0 * values[values.len() / 2] {
+        doubts.push(format!(
+            "the largest value, {most}, is there {} times, as if the sensor were saturated; --no-reading {most} passes these over",
+            equal.count()
+        ));
+    }
+    let zeros = values.iter().filter(|v| **v == 0.0).count();
+    let positive = &values[values.partition_point(|v| *v <= 0.0)..];
+    if let (1.., [least, ..]) = (zeros, positive)
+        && *least > 0.05 * positive[positive.len() / 2]
+    {
+        doubts.push(format!(
+            "{} 0 and all others are {least} and more, as if there was no reading; --no-reading 0 passes these over",
+            count_are(zeros, "value")
+        ));
+    }
+    doubts
+}
+
 /// The sentence that doubts the unit of the angles if those of several poses are no larger than
 /// those of the hemisphere in radians.
 fn seems_radians(measurement: &Measurement) -> Option<String> {
@@ -187,6 +232,10 @@ fn read(text: &str, name: &str, assume: &Assume) -> Result<Readings, FileError> 
             count(file.incomplete, "row")
         )
     });
+    let doubtful = match file.intact {
+        true => Vec::new(),
+        false => seem_no_readings(&measurement),
+    };
     let negative = file.negative.warning().filter(|_| !file.intact);
     let radians = seems_radians(&measurement).filter(|_| !file.intact);
     let elevations = (file.lights_at_horizon > 0 && !assume.conventions.elevation)
@@ -203,6 +252,7 @@ fn read(text: &str, name: &str, assume: &Assume) -> Result<Readings, FileError> 
             .chain(negative)
             .chain(file.marks.warning().filter(|_| !file.intact))
             .chain(incomplete)
+            .chain(doubtful)
             .chain(folded.warning().filter(|_| !file.intact))
             .chain(exact.filter(|_| !file.intact))
             .chain(radians)

@@ -225,11 +225,10 @@ impl ValueColumns {
     }
 
     /// Empties the cells of values that are marks; returns how many of which.
-    pub fn clear_marks(&self, table: &mut Table) -> Marks {
+    pub fn clear_marks(&self, table: &mut Table, other: Option<f64>) -> Marks {
         let rows = 0..table.lines.len();
-        let numbers =
-            |table: &Table| marks_among(rows.clone().flat_map(|row| self.cells(table, row)));
-        let found = numbers(table);
+        let cells = rows.clone().flat_map(|row| self.cells(table, row));
+        let found = marks_among(cells, other);
         let mut marks = Marks::default();
         for row in rows.clone().filter(|_| !found.is_empty()) {
             for &column in &self.values {

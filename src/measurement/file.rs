@@ -300,7 +300,7 @@ pub fn read_measurement(
     let columns = ValueColumns::of(&table, conventions)?;
     let mut marks = std::mem::take(&mut table.marks);
     if !is_ours {
-        marks.add(columns.clear_marks(&mut table));
+        marks.add(columns.clear_marks(&mut table, conventions.no_reading));
     }
     let used = used(&table, &rows, &columns)?;
     // The first row of each pose stands for it.

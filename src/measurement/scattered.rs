@@ -149,7 +149,8 @@ impl<'a> Rows<'a> {
         let parametrization = form(&Table::named(self.name), &assume)?;
         let schedule = Schedule::of_pairs(parametrization, self.pairs);
         let rows = schedule.poses.len();
-        let found = marks_among(self.raw.iter().copied());
+        let other = assume.conventions.no_reading;
+        let found = marks_among(self.raw.iter().copied(), other);
         let mut marks = Marks::default();
         let seen = self.raw.iter().filter(|v| found.contains(v));
         seen.for_each(|mark| marks.see(&mark.to_string()));

@@ -57,6 +57,7 @@ struct Keys {
     partial: bool,
     #[serde(default)]
     mixed: bool,
+    no_reading: Option<f64>,
 }
 
 /// Numbers of readings: as wide as there are channels, or one for all.
@@ -236,7 +237,7 @@ impl PyMeasurement {
 
     /// The readings of a file, or of several of one material: those that gonio wrote, any table of angles and values, or ALTA text.
     ///
-    /// `columns`, `angles`, `elevation`, `azimuth`, `quantity`, `uncertainties`, `partial` and `mixed` say how a file by others is read, as the options of
+    /// `columns`, `angles`, `elevation`, `azimuth`, `quantity`, `uncertainties`, `partial`, `mixed` and `no_reading` say how a file by others is read, as the options of
     /// `gonio reconstruct` do.
     #[classmethod]
     #[pyo3(signature = (paths, *, parametrization = None, symmetry = None, **keys))]
@@ -271,6 +272,7 @@ impl PyMeasurement {
                 uncertainties: keys.uncertainties,
                 partial: keys.partial,
                 mixed: keys.mixed,
+                no_reading: keys.no_reading,
             },
         };
         if paths.is_empty() {

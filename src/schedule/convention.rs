@@ -220,6 +220,8 @@ pub struct Conventions {
     pub partial: bool,
     /// True if readings whose headers name several materials or instruments are taken for those of one.
     pub mixed: bool,
+    /// A value that stands for no reading, beside the usual marks.
+    pub no_reading: Option<f64>,
 }
 
 /// Angles of a pose, as the names of their columns begin.

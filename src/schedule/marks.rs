@@ -20,12 +20,15 @@ pub(crate) fn is_mark(text: &str) -> bool {
     TEXTS.iter().any(|mark| mark.eq_ignore_ascii_case(text))
 }
 
-/// Those of [`NUMBERS`] among values that stand for no reading.
-pub(crate) fn marks_among(values: impl Iterator<Item = f64> + Clone) -> Vec<f64> {
+/// Those of [`NUMBERS`] among values that stand for no reading, and another one that does.
+pub(crate) fn marks_among(
+    values: impl Iterator<Item = f64> + Clone,
+    other: Option<f64>,
+) -> Vec<f64> {
     let rest = values.clone().filter(|v| !NUMBERS.contains(v));
     let largest = rest.fold(0.0, |most: f64, v| most.max(v.abs()));
     let is_mark = |mark: &f64| mark.abs() > BEYOND * largest && values.clone().any(|v| v == *mark);
-    NUMBERS.into_iter().filter(is_mark).collect()
+    NUMBERS.into_iter().filter(is_mark).chain(other).collect()
 }
 
 /// How often which mark stood for no reading.
@@ -65,7 +68,7 @@ mod tests {
 
     #[test]
     fn marks_are_far_outside_what_is_read() {
-        let among = |values: &[f64]| marks_among(values.iter().copied());
+        let among = |values: &[f64]| marks_among(values.iter().copied(), None);
         assert_eq!(among(&[0.1, 0.3, -999.0, -999.0]), [-999.0]);
         assert_eq!(among(&[0.01, -1.0]), [-1.0]);
         // Noise, or a peak.

@@ -181,6 +181,32 @@ fn marks_are_no_readings() {
     // -1 where values are noise of that size is read.
     let (values, said) = convert("lab.csv", format!("{head}\n{good}{}", marked("-1")));
     assert!(values.len() == 44 && said.contains("below 0"), "{said}");
+    // Zeros among ordinary values and a plateau are doubted, and passed over if that is wished.
+    for (mark, doubt) in [
+        ("0", "4 values are 0 and all others are 0.1 and more"),
+        (
+            "5.5",
+            "the largest value, 5.5, is there 4 times, as if the sensor were saturated",
+        ),
+    ] {
+        let text = format!("{head}\n{good}{}", marked(mark));
+        let (values, said) = convert("lab.csv", text);
+        assert!(values.len() == 44 && said.contains(doubt), "{said}");
+        bench.good(&[
+            "convert",
+            "lab.csv",
+            "out.csv",
+            "--force",
+            "--no-reading",
+            mark,
+        ]);
+        let out = bench.read("out.csv");
+        assert_eq!(
+            out.lines().filter(|l| l.contains("no-data")).count(),
+            4,
+            "{out}"
+        );
+    }
     // Of one channel: that row alone is lost.
     let rgb = good
         .lines()
