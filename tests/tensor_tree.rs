@@ -325,6 +325,9 @@ fn what_a_tree_cannot_hold_is_refused() {
         &*material("lambert", "albedo = 0.5", Channels::Luminance),
         4,
     );
+    let start = whole.find("<WavelengthData>").unwrap();
+    let end = whole.find("</Layer>").unwrap();
+    let block = &format!("{}</Layer>", &whole[start..end]);
     for (old, new, part) in [
         (
             "TensorTree3",
@@ -347,6 +350,11 @@ fn what_a_tree_cannot_hold_is_refused() {
             "line 20: 2 numbers: allowed are 1, 8, 64, …",
         ),
         ("{.1592}", "{.1592", "allowed is }"),
+        (
+            "</Layer>",
+            block,
+            "a second block of Visible with Reflection Back",
+        ),
         ("{.1592}", "{x}", "line 20: x: allowed is a number"),
         ("{.1592}", "{.1592}}", "} after the tree"),
         ("{.1592}", &("{".repeat(30)), "deeper than 20 halvings"),

@@ -167,6 +167,11 @@ fn angles_are_about_the_mirror_direction() {
         ("DataEnd", "17 DataEnd", "17: allowed is DataEnd"),
         (
             "16 17\nDataEnd\n",
+            "16 17\nDataEnd\n# more\nTIS 0.2\n",
+            "TIS: allowed is nothing behind the last DataEnd",
+        ),
+        (
+            "16 17\nDataEnd\n",
             "16",
             "the text ends before the last value",
         ),

@@ -196,6 +196,10 @@ fn blocks(text: &str) -> Result<[Option<Part<'_>>; 3], TensorTreeError> {
                 );
                 return Err(block.refuse(message));
             }
+            if found[place].is_some() {
+                let message = format!("a second block of {} with Reflection Back", BLOCKS[place]);
+                return Err(block.refuse(message));
+            }
             found[place] = block.element("ScatteringData").map(|(numbers, _)| numbers);
         }
     }

@@ -268,6 +268,11 @@ impl Head<'_> {
                 planes.into_iter().collect::<Result<_, _>>()?
             }
         };
+        if let Ok(word) = self.words.next("the end") {
+            return Err(self
+                .words
+                .refuse(word, "is nothing behind the last DataEnd"));
+        }
         if let ([x, y, z], Channels::Rgb) = (&mut planes[..], &channels) {
             let inverse = XYZ.inverse();
             for ((x, y), z) in x.iter_mut().zip(y).zip(z) {
