@@ -61,7 +61,7 @@ const STREAMS: [&str; 3] = ["/dev/stdin", "/dev/fd", "/proc/self/fd"];
 /// Files that were read, and files that are there and will be replaced, by where they are on the disk.
 static USED: Mutex<[BTreeSet<PathBuf>; 2]> = Mutex::new([BTreeSet::new(), BTreeSet::new()]);
 
-/// Says that a file will be replaced: from now on, until [`write_atomically`] did so, reading it is an error.
+/// Marks a file as an output. Until [`write_atomically`] has replaced it, [`open`] refuses it.
 ///
 /// # Errors
 /// If it was read.
@@ -253,7 +253,7 @@ static UNFINISHED: Mutex<BTreeSet<PathBuf>> = Mutex::new(BTreeSet::new());
 pub fn remove_unfinished() {
     let all = UNFINISHED.lock().unwrap_or_else(PoisonError::into_inner);
     for part in &*all {
-        // What cannot be removed has a name that tells what it is.
+        // A leftover has a temporary name, by which `remove_parts` finds it.
         let _ = fs::remove_file(part);
     }
 }

@@ -23,7 +23,7 @@ pub(super) struct EnergyArgs {
 /// Elevations of the light that are printed and must not gain energy, degrees.
 const JUDGED_DEG: [f64; 2] = [0.0, 60.0];
 
-/// Elevations of whose gains only a warning tells, degrees: there few instruments have readings, and
+/// Elevations whose gains are a warning and no error, degrees: there few instruments have readings, and
 /// measured tables gain.
 const GRAZING_DEG: [f64; 2] = [75.0, 85.0];
 

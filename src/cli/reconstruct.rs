@@ -201,13 +201,9 @@ impl Reconstruct {
             refuse_unwritable(path, self.force)?;
         }
         written.sort();
-        if let Some([path, _]) = written
-            .windows(2)
-            .find(|pair| pair[0] == pair[1])
-            .map(|pair| [pair[0], pair[1]])
-        {
+        if let Some(pair) = written.windows(2).find(|pair| pair[0] == pair[1]) {
             let message = "two of the files to be written have this name; allowed: one each";
-            return Err(Error::output(path, message));
+            return Err(Error::output(pair[0], message));
         }
         let checked = self.checked.as_ref();
         let checked = checked

@@ -7,7 +7,7 @@ use crate::files;
 use std::sync::atomic::{AtomicBool, AtomicI32, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 
-/// What a command does at the first signal; true if it comes to its own end then.
+/// Action of a command at the first signal; returns true if the command ends by itself afterwards.
 type Answer = Box<dyn FnMut() -> bool + Send>;
 
 /// That of the command that runs.
@@ -75,7 +75,7 @@ pub(super) fn stop_flag() -> Arc<AtomicBool> {
     stop
 }
 
-/// The exit code of an error: that of an interruption tells the signal.
+/// Exit code of an error; of an interruption 128 and the number of the signal.
 pub fn exit_code(error: &Error) -> u8 {
     let seen = SEEN.load(Ordering::SeqCst);
     match error {

@@ -108,7 +108,7 @@ pub fn load_all_readings(
     let mut all = load(&paths[0])?;
     let first = paths[0].display();
     for (i, path) in paths.iter().enumerate().skip(1) {
-        // A file that does not exist is told of when it is read.
+        // `load` reports a file that does not exist.
         let file = |path: &PathBuf| path.canonicalize().unwrap_or_else(|_| path.clone());
         if paths[..i].iter().any(|other| file(other) == file(path)) {
             let message = "it is there twice; allowed: each file of readings once";

@@ -112,7 +112,7 @@ const SATURATED: usize = 4;
 
 /// The sentences that doubt the largest value if it is far above half of all and there at several pairs of elevations, and zeros if all
 /// other values are far from 0.
-pub(super) fn seem_no_readings(measurement: &Measurement) -> Vec<String> {
+fn seem_no_readings(measurement: &Measurement) -> Vec<String> {
     let value = |i: usize| measurement.value(i).map(|v| v[0]);
     let read: Vec<usize> = (0..measurement.outcomes.len())
         .filter(|i| value(*i).is_some())

@@ -20,6 +20,7 @@ use crate::numeric::tree::{Squared, Tree};
 use crate::parametrization::Parametrization;
 use crate::schedule::grid::Distinct;
 use crate::schedule::{Pose, Schedule};
+use std::cell::LazyCell;
 use std::cmp::Ordering;
 use std::f64::consts::PI;
 use std::sync::Arc;
@@ -308,7 +309,8 @@ fn repeated(poses: &[Pose], parametrization: &dyn Parametrization) -> (Vec<usize
         [i.x, i.y, i.z, o.x, o.y, o.z]
     };
     let points: Vec<[f64; 6]> = poses.iter().map(point).collect();
-    let all = Tree::new(Squared, &points);
+    // Few files have repeats, of which alone it is asked.
+    let all = LazyCell::new(|| Tree::new(Squared, &points));
     let mut rest = Tree::new(Squared, &points);
     let leaves = rest.leaves();
     let (mut firsts, mut standing): (Vec<usize>, Vec<usize>) =

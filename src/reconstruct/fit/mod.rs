@@ -4,8 +4,8 @@
 //! sum its weights. Least squares of ln(f + ε) over the readings find them, from several starts, each number on a
 //! scale between the ends that the model allows ([`parameters`]). A reading counts by its uncertainty of type A and
 //! the [`MISFIT`] m together, so that standard errors are too large where the model suits better than that: of readings of the model
-//! itself with a relative noise u by √(1 + (m/u)²), 1.2 at 3 %. What is found is told with standard errors, and so is a number that the readings do not
-//! determine.
+//! itself with a relative noise u by √(1 + (m/u)²), 1.2 at 3 %. The result holds the parameters with their standard errors, and names those that the readings
+//! do not determine.
 
 mod parameters;
 mod solver;
