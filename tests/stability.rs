@@ -231,3 +231,20 @@ fn what_is_unstable_is_found() {
     assert!(undefined.contains(&"finite and not negative, or refused with a reason"));
     assert!(undefined.contains(&"readings that are equal"));
 }
+
+/// An interrupted walk says of each law that was left that it was.
+#[test]
+fn laws_after_an_interruption_are_said_to_be_left() {
+    let family = &stability::all()[0];
+    let checks = family.checks(Extent::Short);
+    let found = stability::run(family, &checks, &|| false, &|| {});
+    assert_eq!(found.len(), checks.len());
+    assert!(
+        found
+            .iter()
+            .all(|f| f.verdict == Verdict::Interrupted && f.cases == 0)
+    );
+    let text = gonio::report::stability_table(&found);
+    let left = format!("interrupted before {} were checked", checks.len());
+    assert!(text.contains(&left), "{text}");
+}

@@ -153,10 +153,10 @@ fn timeless(plan: &Plan, rows: &[Row]) -> Vec<Row> {
     let keys = listed(plan);
     let place: HashMap<&RowKey, usize> = keys.iter().zip(0..).collect();
     let strip = |r: &Row| Row {
-        plan_seconds: 0.0,
-        measure_seconds: 0.0,
-        reconstruct_seconds: 0.0,
-        evaluate_seconds: 0.0,
+        plan_seconds: Some(0.0),
+        measure_seconds: Some(0.0),
+        reconstruct_seconds: Some(0.0),
+        evaluate_seconds: Some(0.0),
         moment_seconds: None,
         ..r.clone()
     };

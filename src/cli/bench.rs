@@ -68,7 +68,7 @@ impl Bench {
             merl: self.merl.clone(),
         };
         let mut told = Told {
-            stop: stop_flag(),
+            stop: stop_flag(""),
             progress: Progress::new(),
             layout: None,
         };

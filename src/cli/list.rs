@@ -84,7 +84,7 @@ const MORE_COLUMNS: [ColumnsOf; 5] = [
             ),
             ("verdict", "against the best"),
             (
-                "readings, compute_seconds, instrument_seconds",
+                "readings, instrument_seconds",
                 "geometric means over materials",
             ),
             (
@@ -399,6 +399,12 @@ fn columns() -> Vec<Section> {
         width: [22, 1],
         ..Section::new("columns", title, of_rows)
     }];
+    let times = Row::times().map(|(name, meaning)| Member::new(name, meaning));
+    let title = "columns: of timings.jsonl, by the key of the row; its last line is the run";
+    sections.push(Section {
+        width: [22, 1],
+        ..Section::new("columns", title, times)
+    });
     sections.extend(MORE_COLUMNS.iter().map(|(file, columns)| {
         let columns = columns
             .iter()

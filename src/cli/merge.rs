@@ -4,8 +4,8 @@ use super::read_text;
 use super::run::{End, Shown, experiment, manifest};
 use super::talk::note;
 use crate::error::{Error, count, count_are};
-use crate::experiment::{Expected, Record, RowKey, Source, asks_the_same, material_key};
-use crate::report::{CONFIG, MadeFrom, Outcome, RunFolder, read_rows};
+use crate::experiment::{Expected, Record, RowKey, Source, Stage, asks_the_same, material_key};
+use crate::report::{CONFIG, Machine, MadeFrom, Outcome, RunFolder, read_rows};
 use clap::Args;
 use std::collections::{BTreeSet, HashMap};
 use std::path::{Path, PathBuf};
@@ -125,15 +125,15 @@ impl Merge {
             incomplete: found < of,
             // What one part could not do another may have.
             failures: if found < of {
-                from.failures
+                from.failures.clone()
             } else {
                 Vec::new()
             },
-            seconds: serde_json::to_value(from.seconds).unwrap_or_default(),
-            tuned: from.tuned,
+            tuned: from.tuned.clone(),
             ..Outcome::default()
         };
-        let mut manifest = manifest(plan, source, from.inputs, outcome, started);
+        let (mut seconds, mut counts) = (from.seconds.clone(), from.counts.clone());
+        let manifest = manifest(plan, source, Vec::new(), outcome, Some(from));
         let facts = serde_json::to_value(&manifest).map_err(|e| Error::Internal(e.to_string()))?;
         let begun = Instant::now();
         plan.conclude(
@@ -146,8 +146,9 @@ impl Merge {
                 whole: true,
             },
         )?;
-        manifest.conclude(from.counts, begun.elapsed().as_secs_f64());
-        let path = folder.finish(&keys, manifest)?;
+        *seconds.entry(Stage::Report.name().into()).or_default() += begun.elapsed().as_secs_f64();
+        counts.extend(&folder.ledger().counts());
+        let path = folder.finish(&keys, manifest, &Machine::new(started, seconds, counts))?;
         note(&format!(
             "\n{found} of {} in {}",
             count_are(of, "row"),

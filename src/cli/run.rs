@@ -7,7 +7,7 @@ mod moments;
 mod relations;
 
 use super::progress::Progress;
-use super::signals::stop_flag;
+use super::signals::{self, stop_flag};
 use super::talk::{detail, note};
 use super::{ConfigArgs, SeedArgs, ThreadArgs, print};
 use crate::error::{Error, count_are};
@@ -15,7 +15,7 @@ use crate::experiment::{
     AnyPlan, Experiment, Extent, Observer, Record, RowKey, Shard, Source, Summary, Tuned,
     material_key,
 };
-use crate::report::{MadeBy, MadeFrom, Manifest, Outcome, RunFolder, read_rows};
+use crate::report::{Machine, MadeBy, MadeFrom, Manifest, Outcome, RunFolder, read_rows};
 use clap::Args;
 use consumers::{Consumers, Files};
 use explain::Explained;
@@ -183,7 +183,9 @@ impl Run {
             return Err(Error::output(dir, message));
         }
         let context = RunContext {
-            stop: stop_flag(),
+            stop: stop_flag(
+                "; rows that were finished are kept, and the same command goes on from them",
+            ),
             shard: self.shard,
         };
         let folder = RunFolder::open(&dir, self.force, resolved)?;
@@ -207,6 +209,7 @@ impl Run {
             consumers.list.extend(plan.listeners(&folder, &context)?);
             plan.run(&extent, &known, &mut consumers)?
         };
+        signals::ends();
         let mut folder = folder.into_inner();
         if summary.interrupted && folder.is_untouched() {
             let (rows, path) = (known.len(), dir);
@@ -219,13 +222,12 @@ impl Run {
             rows,
             failures: summary.failures.clone(),
             tuned,
-            seconds: serde_json::to_value(summary.seconds).unwrap_or_default(),
             interrupted: summary.interrupted,
             shard: self.shard.map(|s| s.to_string()),
             ..Outcome::default()
         };
         tell_inputs(&summary);
-        let mut manifest = manifest(plan, source, summary.inputs.clone(), outcome, started);
+        let manifest = manifest(plan, source, summary.inputs.clone(), outcome, None);
         let facts = serde_json::to_value(&manifest).map_err(|e| Error::Internal(e.to_string()))?;
         let begun = Instant::now();
         plan.conclude(
@@ -240,7 +242,6 @@ impl Run {
         )?;
         summary.seconds.report = begun.elapsed().as_secs_f64();
         summary.counts.extend(&folder.ledger().counts());
-        manifest.conclude(summary.counts.clone(), summary.seconds.report);
         if self.explain {
             let explained = Explained {
                 counts: &summary.counts,
@@ -250,7 +251,8 @@ impl Run {
             };
             print(&explained.text())?;
         }
-        let path = folder.finish(&summary.keys, manifest)?;
+        let machine = Machine::new(started, summary.seconds.by_stage(), summary.counts);
+        let path = folder.finish(&summary.keys, manifest, &machine)?;
         if summary.interrupted {
             return Err(Error::Interrupted { rows, path });
         }
@@ -283,14 +285,14 @@ pub(super) fn manifest<E: Experiment>(
     source: &Source,
     inputs: Vec<crate::experiment::Input>,
     outcome: Outcome,
-    started: SystemTime,
+    parts: Option<MadeFrom>,
 ) -> Manifest {
     let made_by = MadeBy {
         resolved: plan.resolved(),
         seeds: &plan.seeds(),
         missing: plan.missing(),
     };
-    Manifest::new(made_by, source, inputs, outcome, started)
+    Manifest::new(made_by, source, inputs, outcome, parts)
 }
 
 /// Jobs of a run: records that are made together count once.

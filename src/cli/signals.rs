@@ -6,6 +6,7 @@ use crate::error::Error;
 use crate::files;
 use std::sync::atomic::{AtomicBool, AtomicI32, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
+use std::time::Duration;
 
 /// Action of a command at the first signal; returns true if the command ends by itself afterwards.
 type Answer = Box<dyn FnMut() -> bool + Send>;
@@ -15,6 +16,12 @@ static ANSWER: Mutex<Option<Answer>> = Mutex::new(None);
 
 /// The last signal; 0 before any.
 static SEEN: AtomicI32 = AtomicI32::new(0);
+
+/// True when the command is at its end.
+static ENDS: AtomicBool = AtomicBool::new(false);
+
+/// Time that work has to see a signal.
+const PATIENCE: Duration = Duration::from_millis(500);
 
 /// Exit code of a process that a signal ended, less the signal.
 const CODE: i32 = 128;
@@ -53,9 +60,14 @@ fn see(signal: i32) {
         }
     };
     if !ends_itself {
-        files::remove_unfinished();
-        std::process::exit(CODE + signal);
+        end(signal);
     }
+}
+
+/// Ends the program, and leaves no file half-written.
+fn end(signal: i32) -> ! {
+    files::remove_unfinished();
+    std::process::exit(CODE + signal);
 }
 
 /// Sets what is done at the first signal; true if the command comes to its own end then.
@@ -64,15 +76,28 @@ pub(super) fn answer(with: impl FnMut() -> bool + Send + 'static) {
     *answer = Some(Box::new(with));
 }
 
-/// A flag that the first signal sets.
-pub(super) fn stop_flag() -> Arc<AtomicBool> {
+/// A flag that the first signal sets; `kept` ends the sentence of an interruption. Work that does not see it in time is given up: the program ends then, with the files that
+/// it has, unless [`ends`] was called before.
+pub(super) fn stop_flag(kept: &'static str) -> Arc<AtomicBool> {
     let stop = Arc::new(AtomicBool::new(false));
     let flag = Arc::clone(&stop);
     answer(move || {
         flag.store(true, Ordering::SeqCst);
-        true
+        let late = move || {
+            std::thread::sleep(PATIENCE);
+            if !ENDS.load(Ordering::SeqCst) {
+                say(&format!("gonio: interrupted{kept}"));
+                end(SEEN.load(Ordering::SeqCst));
+            }
+        };
+        std::thread::Builder::new().spawn(late).is_ok()
     });
     stop
+}
+
+/// Says that the command is at its end, which it may finish after a signal: what is left is to write what it has.
+pub(super) fn ends() {
+    ENDS.store(true, Ordering::SeqCst);
 }
 
 /// Exit code of an error; of an interruption 128 and the number of the signal.

@@ -2,13 +2,13 @@
 
 use super::output::OutputArgs;
 use super::progress::Progress;
-use super::signals::stop_flag;
+use super::signals::{self, stop_flag};
 use super::talk::wrote;
 use super::{ThreadArgs, written};
 use crate::error::{Error, count, excerpt, one_of};
 use crate::files::write_atomically;
 use crate::report::{broken, rows_csv, rows_json, stability_html, stability_table};
-use crate::stability::{self, Extent, Family};
+use crate::stability::{self, Extent, Family, Verdict};
 use clap::{ArgGroup, Args};
 use std::io::Write;
 use std::path::PathBuf;
@@ -63,7 +63,7 @@ impl Stability {
         let families: Vec<_> = families.map(|f| (f, f.checks(extent))).collect();
         let laws: usize = families.iter().map(|(_, checks)| checks.len()).sum();
         let progress = Progress::of(laws as u64, "");
-        let stop = stop_flag();
+        let stop = stop_flag("");
         let mut findings = Vec::new();
         for (family, checks) in &families {
             progress.doing(|| family.name.to_owned());
@@ -73,6 +73,7 @@ impl Stability {
             }));
         }
         drop(progress);
+        signals::ends();
         self.output.write(
             &findings,
             |f| stability_table(f),
@@ -87,12 +88,13 @@ impl Stability {
             )?;
             wrote(path);
         }
-        if findings.len() < laws {
+        let walked = findings
+            .iter()
+            .filter(|f| f.verdict != Verdict::Interrupted);
+        let rows = walked.count();
+        if rows < findings.len() {
             let path = self.output.place().to_owned();
-            return Err(Error::Interrupted {
-                rows: findings.len(),
-                path,
-            });
+            return Err(Error::Interrupted { rows, path });
         }
         let mut broken = broken(&findings).map(|f| format!("{}: {}", f.member, f.law));
         match (broken.next(), broken.count()) {

@@ -67,7 +67,7 @@ pub struct Cell {
     /// Geometric mean of the readings.
     pub readings: f64,
     /// Geometric mean of the seconds of computing a material.
-    pub seconds: f64,
+    pub seconds: Option<f64>,
     /// Geometric mean of the seconds of the instrument, where it has any.
     pub instrument_seconds: Option<f64>,
 }
@@ -316,7 +316,7 @@ impl<'i, 'a> Table<'i, 'a> {
             against_best: None,
             place: None,
             readings: self.over(c, a, |r| Some(r.readings as f64))?,
-            seconds: self.over(c, a, |r| Some(r.seconds()))?,
+            seconds: self.over(c, a, Row::seconds),
             instrument_seconds: self.over(c, a, |r| r.instrument_seconds),
         })
     }

@@ -10,6 +10,7 @@ use crate::error::Error;
 use crate::geometry::Symmetry;
 use crate::schedule::{Itinerary, Schedule};
 use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
 use std::fmt;
 use std::time::Instant;
 
@@ -88,7 +89,7 @@ pub struct Failure {
 }
 
 /// Wall times of a run, s.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Seconds {
     /// Building materials and hashing their files.
     pub load: f64,
@@ -113,6 +114,12 @@ pub struct Seconds {
 }
 
 impl Seconds {
+    /// All, by the names of stages.
+    pub fn by_stage(&self) -> BTreeMap<String, f64> {
+        let of = |stage: Stage| (stage.name().to_owned(), self.of(stage));
+        Stage::ALL.into_iter().map(of).collect()
+    }
+
     /// Those of a stage.
     pub fn of(&self, stage: Stage) -> f64 {
         match stage {

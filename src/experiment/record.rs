@@ -7,6 +7,7 @@ use super::observer::{Observer, Summary};
 use crate::error::Error;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
+use serde_json::{Map, Value};
 use std::collections::HashMap;
 use std::fmt;
 use std::str::FromStr;
@@ -20,7 +21,7 @@ pub trait Record: Serialize + DeserializeOwned + Clone {
     /// Name of the file of these records, JSON Lines.
     const FILE: &'static str;
 
-    /// Names of the fields that are wall times; they alone may differ between equal runs.
+    /// Names of the fields that are wall times; they alone may differ between equal runs, and are in a file of their own.
     const TIMES: &'static [&'static str];
 
     /// The hash of everything that determines it.
@@ -32,16 +33,28 @@ pub trait Record: Serialize + DeserializeOwned + Clone {
     /// Its identity without the material.
     fn label(&self) -> String;
 
+    /// Its fields by name without the wall times, and these with its key.
+    ///
+    /// # Errors
+    /// Those of serialising it.
+    fn parts(&self) -> serde_json::Result<[Map<String, Value>; 2]> {
+        let (mut fields, mut times) = (Map::new(), Map::new());
+        if let Value::Object(all) = serde_json::to_value(self)? {
+            times.insert("key".into(), self.key().into());
+            for (name, value) in all {
+                match Self::TIMES.contains(&name.as_str()) {
+                    true => times.insert(name, value),
+                    false => fields.insert(name, value),
+                };
+            }
+        }
+        Ok([fields, times])
+    }
+
     /// True if every number but the wall times is the same.
     fn agrees(&self, other: &Self) -> bool {
-        let numbers = |record: &Self| {
-            let mut value = serde_json::to_value(record).unwrap_or_default();
-            if let Some(fields) = value.as_object_mut() {
-                fields.retain(|name, _| !Self::TIMES.contains(&name.as_str()));
-            }
-            value
-        };
-        numbers(self) == numbers(other)
+        let fields = |record: &Self| record.parts().map(|[fields, _]| fields).unwrap_or_default();
+        fields(self) == fields(other)
     }
 }
 

@@ -20,7 +20,7 @@ macro_rules! row {
     ) => {
         /// The comparison of one reconstruction with the truth under one measure.
         ///
-        /// The columns of `results.csv` and the keys of `results.jsonl`. What has no value (an error
+        /// The columns of `results.csv` and the keys of `results.jsonl`, but for the wall times. What has no value (an error
         /// without a pair to compare) is empty in the one and `null` in the other.
         #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
         pub struct Row {
@@ -100,15 +100,15 @@ row! {
     pairs_unreconstructed: usize,
     /// wall time to make the schedule and, for an instrument, its way through it; made once and
     /// shared by the rows that use it
-    plan_seconds: f64,
+    plan_seconds: Option<f64>,
     /// wall time to measure the material; shared by the reconstructions of a measurement
-    measure_seconds: f64,
+    measure_seconds: Option<f64>,
     /// wall time to reconstruct all materials that share the schedule, over their number; shared by
     /// the measures
-    reconstruct_seconds: f64,
+    reconstruct_seconds: Option<f64>,
     /// wall time to evaluate them at the pairs and compare, over their number, and that of the albedo;
     /// shared by the measures
-    evaluate_seconds: f64,
+    evaluate_seconds: Option<f64>,
     /// wall time to integrate the moments of the reconstruction; shared by the measures
     moment_seconds: Option<f64>,
 }
@@ -217,8 +217,17 @@ impl<'de> Deserialize<'de> for Quantities {
 }
 
 impl Row {
-    /// The columns, in order, and what they mean.
+    /// The columns, in order, and what they mean; without the wall times, which `timings.jsonl` has.
     pub fn columns() -> impl Iterator<Item = (&'static str, &'static str)> {
+        Self::fields().filter(|(name, _)| !Self::TIMES.contains(name))
+    }
+
+    /// The wall times by name, and what they mean.
+    pub fn times() -> impl Iterator<Item = (&'static str, &'static str)> {
+        Self::fields().filter(|(name, _)| Self::TIMES.contains(name))
+    }
+
+    fn fields() -> impl Iterator<Item = (&'static str, &'static str)> {
         let plain = |&(name, meaning): &(&'static str, &'static str)| (name, meaning.trim());
         let judged = quantities().iter().map(|q| (q.name, q.summary));
         HEAD.iter()
@@ -250,10 +259,10 @@ impl Row {
     }
 
     /// Seconds of computing behind this row, were it the only one: choosing the poses, measuring (where that is
-    /// simulated), reconstructing, evaluating.
-    pub fn seconds(&self) -> f64 {
-        let measured = self.plan_seconds + self.measure_seconds;
-        measured + self.reconstruct_seconds + self.evaluate_seconds
+    /// simulated), reconstructing, evaluating; `None` if the timings of the run are lost.
+    pub fn seconds(&self) -> Option<f64> {
+        let measured = self.plan_seconds? + self.measure_seconds?;
+        Some(measured + self.reconstruct_seconds? + self.evaluate_seconds?)
     }
 }
 

@@ -565,10 +565,10 @@ impl<'a> Runner<'a> {
                     converged: compared.converged[at],
                     pairs_missing: errors.pairs_missing,
                     pairs_unreconstructed: errors.pairs_unreconstructed,
-                    plan_seconds: route.seconds,
-                    measure_seconds: m.seconds,
-                    reconstruct_seconds: compared.reconstruct_seconds,
-                    evaluate_seconds: compared.evaluate_seconds,
+                    plan_seconds: Some(route.seconds),
+                    measure_seconds: Some(m.seconds),
+                    reconstruct_seconds: Some(compared.reconstruct_seconds),
+                    evaluate_seconds: Some(compared.evaluate_seconds),
                     moment_seconds: compared.moment_seconds,
                 });
             }

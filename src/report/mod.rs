@@ -28,9 +28,9 @@ pub use moments::{
     relations_lines, relations_summary, study_table, summary_json,
 };
 pub use run::{
-    Below, CONFIG, CORRELATIONS, FITS, MadeBy, MadeFrom, Manifest, Outcome, PARQUET, PROFILES,
-    RANKING, RELATIONS, REPORT, RESULTS, RunFolder, SUMMARY, Status, file_stem, read_rows,
-    schedule_stem, slice_name,
+    Below, CONFIG, CORRELATIONS, FITS, Machine, MadeBy, MadeFrom, Manifest, Outcome, PARQUET,
+    PROFILES, RANKING, RELATIONS, REPORT, RESULTS, RunFolder, SUMMARY, Status, TIMES, file_stem,
+    read_rows, schedule_stem, slice_name,
 };
 
 #[cfg(all(feature = "stability", feature = "pictures"))]
@@ -39,7 +39,9 @@ pub use stability::stability_html;
 pub use stability::{broken, stability_table};
 
 #[cfg(feature = "pictures")]
-pub use acquisition::{MaterialPictures, Media, Picture, Studio, study_curves, study_html};
+pub use acquisition::{
+    MaterialPictures, Media, Picture, Studio, study_curves, study_html, study_timings,
+};
 #[cfg(feature = "pictures")]
 pub use analysis::{BouncesReport, SubsetReport, alignment_svg};
 #[cfg(feature = "pictures")]

@@ -43,13 +43,24 @@ pub fn stability_table(findings: &[Finding]) -> String {
 /// How many laws hold, and in how many cases.
 fn sentence(findings: &[Finding]) -> String {
     let cases: u64 = findings.iter().map(|f| f.cases).sum();
-    let broken = broken(findings).count();
-    let held = findings.len() - broken;
-    let of = format!("{held} of {}", count(findings.len(), "law"));
-    match broken {
-        0 => format!("{of} hold in {cases} cases."),
-        _ => format!("{of} hold in {cases} cases; broken: {broken}."),
+    let with = |verdict| {
+        findings
+            .iter()
+            .filter(move |f| f.verdict == verdict)
+            .count()
+    };
+    let [held, broken, left] = [Verdict::Holds, Verdict::Broken, Verdict::Interrupted].map(with);
+    let mut text = format!(
+        "{held} of {} hold in {cases} cases",
+        count(findings.len(), "law")
+    );
+    if broken > 0 {
+        text += &format!("; broken: {broken}");
     }
+    if left > 0 {
+        text += &format!("; interrupted before {left} were checked");
+    }
+    text + "."
 }
 
 /// The findings of laws that do not hold.

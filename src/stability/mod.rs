@@ -130,8 +130,22 @@ impl Check {
         let start = Instant::now();
         let mut watch = Watch::default();
         (self.run)(&mut watch);
+        let ratio = watch.worst.as_ref().map_or(0.0, |worst| worst.ratio);
+        let verdict = match watch.cases > 0 && ratio <= self.law.allowed {
+            true => Verdict::Holds,
+            false => Verdict::Broken,
+        };
+        self.finding(family, watch, start.elapsed().as_secs_f64(), verdict)
+    }
+
+    fn finding(
+        &self,
+        family: &'static str,
+        watch: Watch,
+        seconds: f64,
+        verdict: Verdict,
+    ) -> Finding {
         let worst = watch.worst.unwrap_or_default();
-        let holds = watch.cases > 0 && worst.ratio <= self.law.allowed;
         Finding {
             family,
             member: self.member.clone(),
@@ -145,17 +159,13 @@ impl Check {
             ratio: worst.ratio,
             allowed: self.law.allowed,
             largest: watch.largest,
-            seconds: start.elapsed().as_secs_f64(),
-            verdict: if holds {
-                Verdict::Holds
-            } else {
-                Verdict::Broken
-            },
+            seconds,
+            verdict,
         }
     }
 }
 
-/// Runs checks on all cores: findings in their order, without those that `go_on` said no to.
+/// Runs checks on all cores: findings in their order. Those after `go_on` returned false are [`Verdict::Interrupted`].
 pub fn run(
     family: &Family,
     checks: &[Check],
@@ -163,11 +173,14 @@ pub fn run(
     done: &(dyn Fn() + Sync),
 ) -> Vec<Finding> {
     let of = |check: &Check| {
-        let finding = go_on().then(|| check.run(family.name));
+        let finding = match go_on() {
+            true => check.run(family.name),
+            false => check.finding(family.name, Watch::default(), 0.0, Verdict::Interrupted),
+        };
         done();
         finding
     };
-    checks.par_iter().filter_map(of).collect()
+    checks.par_iter().map(of).collect()
 }
 
 /// Whether a law holds.
@@ -178,6 +191,8 @@ pub enum Verdict {
     Holds,
     /// One is not, or there was no case.
     Broken,
+    /// It was not checked: the walk was interrupted before.
+    Interrupted,
 }
 
 impl Verdict {
@@ -186,6 +201,7 @@ impl Verdict {
         match self {
             Verdict::Holds => "holds",
             Verdict::Broken => "BROKEN",
+            Verdict::Interrupted => "interrupted",
         }
     }
 }

@@ -42,9 +42,9 @@ impl Counts {
 
     /// Those of a run, and what its folder says of the files that it wrote, all of them once.
     fn of(bench: &Bench, run: &str) -> Self {
-        let manifest = bench.manifest(run);
+        let machine = bench.machine(run);
         let mut counts = Self::default();
-        for (stage, works) in manifest["counts"].as_object().unwrap() {
+        for (stage, works) in machine["counts"].as_object().unwrap() {
             for (work, number) in works.as_object().unwrap() {
                 counts.add(
                     &format!("{stage}.{work}"),
@@ -270,13 +270,13 @@ fn the_quickstart_does_what_its_rows_need() {
         4 * counts.get("truth.look_ups"),
         counts.get("truth.evaluations")
     );
-    // Tables and report, and the curves of errors.
+    // Tables, report and curves of seconds, and the curves of errors.
     assert_eq!(
         [
             counts.get("report.files_written"),
             counts.get("pictures.drawn")
         ],
-        [3, 1]
+        [4, 1]
     );
     // What is printed is that.
     let words: Vec<Vec<&str>> = shown
@@ -441,7 +441,7 @@ fn a_run_that_goes_on_does_what_is_missing() {
         fs::metadata(bench.path("t.binary")).unwrap().len() as usize,
     );
     assert_eq!(counts.clone().without_files(), expected);
-    assert_eq!(counts.get("report.files_written"), 3);
+    assert_eq!(counts.get("report.files_written"), 4);
     // Those of the study itself, its curves among them.
     assert_eq!(counts.get("pictures.drawn"), 3);
     let rows = bench.rows("a").len();
@@ -552,11 +552,11 @@ fn profiles_cost_what_their_slices_say() {
     let points = 3 * 5 * (512 + 1);
     expected.add("moments.evaluations", points);
     assert_eq!(counts, expected.with_files(&bench, "a"));
-    let records = bench.read("a/profiles.jsonl");
-    let records = records
-        .lines()
-        .map(|l| serde_json::from_str::<MaterialProfiles>(l).unwrap());
-    let slices = records.flat_map(|r| r.profiles).flat_map(|p| p.slices);
+    let records: Vec<MaterialProfiles> = gonio::report::read_rows(&bench.path("a")).unwrap();
+    let slices = records
+        .into_iter()
+        .flat_map(|r| r.profiles)
+        .flat_map(|p| p.slices);
     assert_eq!(slices.map(|s| s.evaluations).sum::<usize>(), points);
     // Gone on with, nothing is evaluated.
     let shown = bench.good(&["run", "c.toml", "-q", "-o", "a", "--explain"]);

@@ -271,6 +271,10 @@ fn signals_end_every_command() {
         head.to_owned() + &poses.replace('\n', ",.1\n"),
     )
     .unwrap();
+    let slow = "quantities = [\"moments\"]\nbudgets = [3000]\n[[material]]\nkind = \"ggx\"\nalpha = 0.3\n\
+                [[parametrization]]\nkind = \"spherical\"\n[[sample_set]]\nkind = \"random\"\n\
+                [[reconstruction]]\nkind = \"thin-plate\"\n[pictures]\ndraw = false\n";
+    fs::write(bench.path("slow.toml"), slow).unwrap();
     for (command, signal, code) in [
         (
             "tabulate matte.toml -o slow.xml --tolerance 1e-9",
@@ -284,6 +288,8 @@ fn signals_end_every_command() {
         ),
         ("reconstruct many.csv", "INT", 130),
         ("reconstruct many.csv", "TERM", 143),
+        // One job, of which nothing is finished.
+        ("run slow.toml -o slow", "INT", 130),
     ] {
         let words: Vec<&str> = command.split(' ').collect();
         let mut child = bench

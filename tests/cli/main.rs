@@ -39,7 +39,7 @@ mod tables;
 mod training;
 mod validation;
 
-use gonio::experiment::Row;
+use gonio::experiment::{RESULTS_REVISION, Row};
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
@@ -188,9 +188,27 @@ impl Bench {
     }
 
     fn rows(&self, run: &str) -> Vec<Row> {
-        let text = self.read(&format!("{run}/results.jsonl"));
-        let lines = text.lines().map(|l| serde_json::from_str(l).unwrap());
-        lines.collect()
+        gonio::report::read_rows(&self.path(run)).unwrap()
+    }
+
+    /// The last line of the timings of a run.
+    fn machine(&self, run: &str) -> serde_json::Value {
+        let text = self.read(&format!("{run}/timings.jsonl"));
+        let last: serde_json::Value = serde_json::from_str(text.lines().last().unwrap()).unwrap();
+        last["run"].clone()
+    }
+
+    /// Replaces the rows of a run by others, as it would have written them.
+    fn seal(&self, run: &str, rows: &[Row]) {
+        let line = |row: &Row| {
+            let [fields, _] = gonio::experiment::Record::parts(row).unwrap();
+            let text = serde_json::to_string(&fields).unwrap();
+            let body = text.strip_suffix('}').unwrap();
+            let hash = blake3::hash(body.as_bytes()).to_hex();
+            format!("{body},\"seal\":\"{RESULTS_REVISION}:{}\"}}\n", &hash[..16])
+        };
+        let lines: String = rows.iter().map(line).collect();
+        fs::write(self.path(run).join("results.jsonl"), lines).unwrap();
     }
 
     fn manifest(&self, run: &str) -> serde_json::Value {
@@ -198,46 +216,19 @@ impl Bench {
     }
 }
 
-/// A CSV without the columns that time makes.
-fn timeless(csv: &str) -> String {
-    let mut reader = csv::Reader::from_reader(csv.as_bytes());
-    let header = reader.headers().unwrap().clone();
-    let mut out = String::new();
-    let rows = reader.records().map(Result::unwrap);
-    for row in std::iter::once(header.clone()).chain(rows) {
-        let fields = row.iter().zip(&header);
-        let kept = fields.filter(|(_, name)| !name.ends_with("_seconds"));
-        out += &kept.map(|(cell, _)| cell).collect::<Vec<_>>().join("|");
-        out += "\n";
-    }
-    out
-}
-
-/// Lines of JSON without the keys that time makes.
-fn timeless_lines(jsonl: &str) -> String {
-    let line = |line: &str| {
-        let mut record: serde_json::Map<_, _> = serde_json::from_str(line).unwrap();
-        record.retain(|name, _| name != "seconds" && !name.ends_with("_seconds"));
-        serde_json::to_string(&record).unwrap() + "\n"
-    };
-    jsonl.lines().map(line).collect()
-}
-
-/// Every file of a run without what time makes; its manifest, its report and its curves tell the
-/// time.
+/// Every file of a run but those of wall times, and those that name the config's file.
 fn results(bench: &Bench, run: &str) -> Vec<(String, Vec<u8>)> {
-    let timed = ["manifest.json", "report.html", "pictures/errors.svg"];
+    let mut files = whole_run(bench, run);
+    files.retain(|(name, _)| !["manifest.json", "report.html"].contains(&name.as_str()));
+    files
+}
+
+/// Every file of a run but those of wall times.
+fn whole_run(bench: &Bench, run: &str) -> Vec<(String, Vec<u8>)> {
     let files = bench.files(run).into_iter();
-    let files = files.filter(|file| !timed.contains(&file.as_str()));
+    let files = files.filter(|file| !["timings.jsonl", "timings.svg"].contains(&file.as_str()));
     let bytes = |file: String| {
         let bytes = fs::read(bench.path(run).join(&file)).unwrap();
-        let text = || String::from_utf8(bytes.clone()).unwrap();
-        let bytes = match file.split_once('.') {
-            // Schedules, which lie deeper, know no clock.
-            Some((top, "csv")) if !top.contains('/') => timeless(&text()).into_bytes(),
-            Some((_, "jsonl")) => timeless_lines(&text()).into_bytes(),
-            _ => bytes,
-        };
         (file, bytes)
     };
     files.map(bytes).collect()

@@ -21,7 +21,7 @@ horizon = true
 "#;
 
 /// What a run of that kind leaves at the top of its folder.
-const TOP: [&str; 7] = [
+const TOP: [&str; 8] = [
     "config.toml",
     "correlations.csv",
     "fits.csv",
@@ -29,6 +29,7 @@ const TOP: [&str; 7] = [
     "profiles.csv",
     "profiles.jsonl",
     "summary.json",
+    "timings.jsonl",
 ];
 
 /// An estimator that is quick enough for a test.

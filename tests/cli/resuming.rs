@@ -1,7 +1,7 @@
 //! Runs of every kind go on where they were, in parts or whole, and end the same.
 
 use super::common::{Level, levels};
-use super::{Bench, MATERIALS, SMALL, assert_same, results, timeless};
+use super::{Bench, MATERIALS, SMALL, assert_same, results, whole_run};
 use std::fs;
 
 /// A kind of run: its config, the file of its records, how many there are, and of how many jobs.
@@ -107,12 +107,11 @@ fn what_is_done_is_told_again_and_stays() {
         assert!(refusal.contains("--shard 1/2"), "{refusal}");
         assert_eq!(bench.files("a"), files);
         assert_same(&before, &results(&bench, "a"));
-        // All of it again: another run with the same results.
+        // All of it again: another run with the same results, in other times.
+        let times = bench.read("a/timings.jsonl");
         bench.good(&[&AGAIN[..], &["--force"]].concat());
         assert_same(&before, &results(&bench, "a"));
-        let again = fs::read(&path).unwrap();
-        let timed = String::from_utf8_lossy(&again).contains("seconds\"");
-        assert!(again != records || !timed, "{}", kind.text);
+        assert!(times != bench.read("a/timings.jsonl"), "{}", kind.text);
     }
 }
 
@@ -163,7 +162,7 @@ fn parts_make_up_the_whole() {
         // What a part has it has as a table too.
         let table = kind.records.replace("jsonl", "csv");
         let lines = |run: &str| -> Vec<String> {
-            let csv = timeless(&bench.read(&format!("{run}/{table}")));
+            let csv = bench.read(&format!("{run}/{table}"));
             csv.lines().skip(1).map(String::from).collect()
         };
         let mut of_parts = Vec::new();
@@ -195,7 +194,7 @@ fn parts_make_up_the_whole() {
         let text = String::from_utf8(output.stderr).unwrap();
         let last = format!("{0} of {0} rows are in merged\n", kind.rows);
         assert!(text.ends_with(&last), "{text}");
-        assert_same(&results(&bench, "a"), &results(&bench, "merged"));
+        assert_same(&whole_run(&bench, "a"), &whole_run(&bench, "merged"));
         assert_eq!(bench.files("merged"), bench.files("a"));
         assert_eq!(bench.manifest("merged")["status"], "complete");
         let onto_itself = ["merge", parts[0], "-o", parts[0], "--force"];
@@ -253,19 +252,19 @@ fn parts_made_elsewhere_are_put_together_and_parts_that_differ_are_not() {
     let manifest = bench.manifest("both");
     let inputs = manifest["inputs"].as_array().unwrap();
     let paths: Vec<_> = inputs.iter().map(|i| i["path"].as_str().unwrap()).collect();
-    let config = "part-here/config.toml";
-    assert_eq!(paths, [config, "here/a.bin", "there/a.bin"]);
-    assert!(manifest["seconds"]["measure"].as_f64().unwrap() > 0.0);
+    assert_eq!(paths, ["c.toml", "here/a.bin", "there/a.bin"]);
+    assert!(
+        bench.machine("both")["seconds"]["measure"]
+            .as_f64()
+            .unwrap()
+            > 0.0
+    );
     // The same rows with another number.
     let mut rows = bench.rows("both");
     for row in &mut rows {
         row.pairs += 1;
     }
-    let lines = rows
-        .iter()
-        .map(|r| serde_json::to_string(r).unwrap() + "\n");
-    let lines: String = lines.collect();
-    fs::write(bench.path("part-there/results.jsonl"), lines).unwrap();
+    bench.seal("part-there", &rows);
     let refusal = bench.refused(&["merge", "part-here", "part-there", "-o", "no"], 3);
     let names = rows.iter().any(|row| refusal.contains(&row.key));
     assert!(
@@ -299,4 +298,58 @@ fn rows_of_another_material_of_the_same_name_are_left_out() {
     let output = bench.gonio(&["merge", "p", "q", "-o", "some"]);
     assert_eq!(output.status.code(), Some(5));
     assert_eq!(bench.rows("some").len(), 2);
+}
+
+#[test]
+fn a_changed_digit_is_no_row() {
+    let bench = Bench::new();
+    let run = ["run", "small.toml", "-q", "-o", "a"];
+    bench.good(&run);
+    let file = bench.path("a/results.jsonl");
+    let records = fs::read_to_string(&file).unwrap();
+    let seal = |line: &str| line.find("\"seal\"").unwrap();
+    let second = records.find('\n').unwrap() + 1;
+    let digit = second + records[second..].find("\"nrmse\":").unwrap() + 10;
+    let end = second + seal(&records[second..]);
+    let changed = |at: usize, by: &str| {
+        let mut text = records.clone();
+        text.replace_range(at..at + by.len(), by);
+        text
+    };
+    let old = records[digit..].starts_with('7');
+    for (text, part) in [
+        (
+            changed(digit, if old { "3" } else { "7" }),
+            "not as it was written",
+        ),
+        (changed(end + 8, "19"), "revision 19 of results"),
+        (
+            records.replacen(&records[end - 1..end + 28], "", 1),
+            "has no seal",
+        ),
+    ] {
+        fs::write(&file, &text).unwrap();
+        for args in [
+            &run[..],
+            &["merge", "a", "-o", "b"],
+            &["run", "small.toml", "-o", "a", "--list"],
+        ] {
+            let refusal = bench.refused(args, 3);
+            let line = format!(
+                "results.jsonl: line 2 {}",
+                if part == "has no seal" { "has" } else { "is" }
+            );
+            assert!(
+                refusal.contains(&line) && refusal.contains(part),
+                "{refusal}"
+            );
+        }
+        assert_eq!(bench.read("a/results.jsonl"), text);
+    }
+    // Asked for, all is made again. Times are no results: without them a run goes on.
+    bench.good(&[&run[..], &["--force"]].concat());
+    assert_eq!(bench.read("a/results.jsonl"), records);
+    fs::remove_file(bench.path("a/timings.jsonl")).unwrap();
+    bench.good(&run);
+    assert_eq!(bench.read("a/results.jsonl"), records);
 }

@@ -54,7 +54,7 @@ pub(super) struct Advice {
     /// Time on the instrument, minutes.
     minutes: Option<f64>,
     /// Wall time of computing a material, s.
-    seconds: f64,
+    seconds: Option<f64>,
     /// What makes the schedule and the BRDF.
     commands: Vec<String>,
     /// How readings go on, if they do after these commands.
@@ -291,14 +291,14 @@ impl Asked<'_> {
                 format!("\t{poses}\t{minutes:.1}")
             });
             columns.row(&format!(
-                "{}\t{} in {}{warp}\t{}\t{}\t{}\t{against}{times}\t{:.1}",
+                "{}\t{} in {}{warp}\t{}\t{}\t{}\t{against}{times}\t{}",
                 i + 1,
                 a.sample_set,
                 a.parametrization,
                 a.reconstruction,
                 spread(&a.nrmse),
                 spread(&a.log_relative),
-                a.seconds,
+                a.seconds.map_or(String::new(), |s| format!("{s:.1}")),
             ));
         }
         out += &columns.to_string();

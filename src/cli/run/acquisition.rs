@@ -8,7 +8,7 @@ use crate::experiment::{Event, Findings, Kind, Metric, Observer, Plan, QuantityG
 use crate::metrics::{Measure, MetricsSpec};
 use crate::report::Studio;
 use crate::report::{
-    Below, MaterialPictures, PARQUET, Picture, RANKING, REPORT, RESULTS, RunFolder, Table,
+    Below, MaterialPictures, PARQUET, Picture, RANKING, REPORT, RESULTS, RunFolder, TIMES, Table,
     calibration, instruments, ranking, ranking_csv, results_csv, schedule_stem, study_html,
     study_text,
 };
@@ -90,6 +90,8 @@ impl Shown for Plan {
                 out.write_all(figure.as_bytes())
             })?;
         }
+        let times = crate::report::study_timings(&findings)?;
+        folder.write_file(TIMES, |out| out.write_all(times.as_bytes()))?;
         folder.write_file(RANKING, |out| ranking_csv(out, &findings))?;
         folder.write_file(REPORT, |out| out.write_all(html.as_bytes()))
     }

@@ -38,8 +38,6 @@ pub struct ProfileFits {
     pub clamped_share: f64,
     /// Fitted views that missed the estimator's tolerance.
     pub unresolved: usize,
-    /// Wall time of the profile, s.
-    pub seconds: f64,
 }
 
 impl ProfileFits {
@@ -84,7 +82,6 @@ impl ProfileFits {
             clamping: of.clamping.clone().filter(|_| index == 0),
             clamped_share: shares / inside().count().max(1) as f64,
             unresolved: inside().filter(|(s, _)| s.unresolved.is_some()).count(),
-            seconds: of.seconds[index],
         }
     }
 

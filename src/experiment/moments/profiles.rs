@@ -26,7 +26,8 @@ pub struct MaterialProfiles {
     pub group: String,
     /// One profile per channel of the plan.
     pub profiles: Vec<Profile>,
-    /// Wall time of each profile, s.
+    /// Wall time of each profile, s; empty if the timings of the run are lost.
+    #[serde(default)]
     pub seconds: Vec<f64>,
     /// Clamping of the first profile by the horizon, if the config asks for it.
     pub clamping: Option<Clamping>,

@@ -20,7 +20,7 @@ pub use findings::study_text;
 #[cfg(all(feature = "pictures", feature = "stability"))]
 pub use html::frame;
 #[cfg(feature = "pictures")]
-pub use html::{MaterialPictures, Media, Picture, html as study_html, study_curves};
+pub use html::{MaterialPictures, Media, Picture, html as study_html, study_curves, study_timings};
 pub use instruments::instruments;
 #[cfg(feature = "parquet")]
 pub use parquet::results_parquet;

@@ -32,7 +32,6 @@ struct Record<'a> {
     /// Verdict of the comparison with the best; empty for the best itself.
     verdict: Option<String>,
     readings: f64,
-    compute_seconds: f64,
     instrument_seconds: Option<f64>,
     order: Option<f64>,
     order_low: Option<f64>,
@@ -81,7 +80,6 @@ pub fn ranking_csv(out: &mut impl Write, findings: &Findings) -> io::Result<()> 
                     ties: paired.map(|p| p.ties),
                     verdict: paired.map(|p| p.verdict().to_string()),
                     readings: cell.readings,
-                    compute_seconds: cell.seconds,
                     instrument_seconds: cell.instrument_seconds,
                     order: order.map(|o| o.slope),
                     order_low: slopes.map(|i| i[0]),

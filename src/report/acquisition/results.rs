@@ -1,6 +1,6 @@
 //! `results.csv`: the rows of an acquisition as a table.
 
-use crate::experiment::Row;
+use crate::experiment::{Record, Row};
 use crate::report::csv::Csv;
 use serde_json::{Map, Value};
 use std::io::{self, Write};
@@ -21,8 +21,5 @@ pub fn results_csv(rows: &[&Row], out: &mut impl Write) -> io::Result<()> {
 
 /// The columns of a row, in order, with their values.
 pub(super) fn cells(row: &Row) -> serde_json::Result<Map<String, Value>> {
-    match serde_json::to_value(row)? {
-        Value::Object(cells) => Ok(cells),
-        _ => Ok(Map::new()),
-    }
+    row.parts().map(|[cells, _]| cells)
 }

@@ -168,12 +168,16 @@ impl Table {
                     out += &format!("  {text:>w$}", w = self.width(heading));
                 }
             }
-            let ms = |seconds: f64| match 1e3 * seconds {
-                ms if ms < 99.95 => format!("{ms:.1}"),
-                ms => format!("{ms:.0}"),
+            let ms = |seconds: Option<f64>| match seconds.map(|s| 1e3 * s) {
+                Some(ms) if ms < 99.95 => format!("{ms:.1}"),
+                Some(ms) => format!("{ms:.0}"),
+                None => String::new(),
             };
             let per_measure = 1.0 / self.measures.len() as f64;
-            let sum = |of: fn(&Row) -> f64| rows.iter().map(|r| of(r)).sum::<f64>() * per_measure;
+            let sum = |of: fn(&Row) -> Option<f64>| {
+                let all: Option<f64> = rows.iter().map(|r| of(r)).sum();
+                all.map(|all| all * per_measure)
+            };
             // Writing to a string does not fail.
             let _ = writeln!(
                 out,

@@ -19,7 +19,7 @@ const HORIZON: [(Component, &str); 6] = [
     (Component { n: 0, m: 4 }, "horizon_kurtosis_04"),
 ];
 
-const FIT_COLUMNS: [&str; 27] = [
+const FIT_COLUMNS: [&str; 26] = [
     "group",
     "material",
     "channel",
@@ -46,7 +46,6 @@ const FIT_COLUMNS: [&str; 27] = [
     "variance_rmse",
     "skewness_30",
     "kurtosis_40",
-    "profile_seconds",
 ];
 
 /// Writes `fits.csv`: a row per material and channel; empty where there is no value.
@@ -108,7 +107,6 @@ fn fit_fields(group: &Group, fits: &ProfileFits) -> Vec<String> {
         number(variance.map(|v| v.errors().rmse)),
         average(3, 0),
         average(4, 0),
-        shown(fits.seconds),
     ];
     for (component, _) in HORIZON {
         let explained = fits.clamping.as_ref();

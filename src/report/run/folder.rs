@@ -2,6 +2,7 @@
 //!
 //! ```text
 //! results.jsonl   one record per line, appended as they come; a run goes on from here
+//! timings.jsonl   all wall times; every other file of equal runs is equal
 //! config.toml     the resolved config; running it again gives the same results
 //! manifest.json   version, status, inputs, files; written last
 //! ```
@@ -14,6 +15,7 @@
 //! results.parquet   if asked: the same with typed columns
 //! ranking.csv       every choice at every allowance with its statistics
 //! report.html       rankings, comparisons and a verdict
+//! timings.svg       the errors against the wall times of timings.jsonl
 //! pictures/         the pictures of the report
 //! schedules/        if asked: one file per schedule
 //! slices/           if asked: one picture per reconstruction
@@ -25,10 +27,11 @@
 //! figures/          diagrams
 //! ```
 //!
-//! Every file but that of the records is whole or not there.
+//! Every file but those of the records and their times is whole or not there.
 
 use super::manifest::{MANIFEST, Manifest};
 use super::rows::RowFile;
+use super::timings::{Machine, TIMINGS};
 use crate::error::Error;
 use crate::experiment::{Allowance, Job, Known, Ledger, Record, RowKey, ScheduleKey, Stage, Work};
 use crate::files::{self, remove_parts, write_atomically};
@@ -54,6 +57,8 @@ pub const PARQUET: &str = "results.parquet";
 pub const RANKING: &str = "ranking.csv";
 /// The report of a study.
 pub const REPORT: &str = "report.html";
+/// Errors against wall times: a picture of [`TIMINGS`].
+pub const TIMES: &str = "timings.svg";
 /// The profiles of a moment experiment as a table.
 pub const PROFILES: &str = "profiles.csv";
 /// The tables of a moment experiment beside its profiles.
@@ -66,12 +71,13 @@ pub const SUMMARY: &str = "summary.json";
 pub const RELATIONS: &str = "relations.csv";
 
 /// Files made from all records: removed as soon as there is another record.
-const OF_ALL: [&str; 10] = [
+const OF_ALL: [&str; 11] = [
     MANIFEST,
     RESULTS,
     PARQUET,
     RANKING,
     REPORT,
+    TIMES,
     PROFILES,
     FITS,
     CORRELATIONS,
@@ -373,13 +379,18 @@ impl<R: Record> RunFolder<R> {
     ///
     /// # Errors
     /// [`Error::Output`].
-    pub fn finish(mut self, keys: &[RowKey], mut manifest: Manifest) -> Result<PathBuf, Error> {
+    pub fn finish(
+        mut self,
+        keys: &[RowKey],
+        mut manifest: Manifest,
+        machine: &Machine,
+    ) -> Result<PathBuf, Error> {
         let (mine, others) = sorted(&self.rows, keys);
         let sorted: Vec<&R> = mine.into_iter().chain(others).collect();
-        let written = self.file.finish(&sorted);
+        let written = self.file.finish(&sorted, machine);
         written.map_err(|e| self.failed(&e))?;
         self.files
-            .extend([CONFIG, MANIFEST, R::FILE].map(String::from));
+            .extend([CONFIG, MANIFEST, TIMINGS, R::FILE].map(String::from));
         for below in Below::ALL {
             // Those of an earlier run of the same config.
             let entries = fs::read_dir(self.dir.join(below.name()));

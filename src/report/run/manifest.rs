@@ -1,11 +1,11 @@
 //! `manifest.json`: config, inputs and versions that made the results beside it.
 
+use super::timings::Timings;
 use crate::experiment::{Counts, Failure, Input, Source, Tuned};
 use crate::files;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::path::Path;
-use std::time::SystemTime;
 
 /// The file.
 pub(super) const MANIFEST: &str = "manifest.json";
@@ -44,8 +44,6 @@ pub struct Outcome {
     pub failures: Vec<Failure>,
     /// Ratios of grids that were tuned.
     pub tuned: Vec<Tuned>,
-    /// Seconds by stage.
-    pub seconds: serde_json::Value,
     /// True if it was stopped before its end.
     pub interrupted: bool,
     /// True if parts are missing.
@@ -62,29 +60,51 @@ pub struct MadeFrom {
     pub inputs: Vec<Input>,
     /// Jobs that could not be done.
     pub failures: Vec<Failure>,
-    /// Seconds by stage.
-    pub seconds: BTreeMap<String, f64>,
-    /// What was done, by stage.
-    pub counts: Counts,
+    /// Overrides of the command line.
+    pub options: Vec<String>,
+    /// Materials without a file.
+    pub missing: Vec<String>,
     /// Ratios of grids that were tuned.
     pub tuned: Vec<Tuned>,
+    /// Seconds by stage, of the timings.
+    #[serde(skip)]
+    pub seconds: BTreeMap<String, f64>,
+    /// What was done by stage, of the timings.
+    #[serde(skip)]
+    pub counts: Counts,
 }
 
 impl MadeFrom {
     /// Reads those of a folder; empty where a run has not ended.
     pub fn read(dir: &Path) -> Self {
         let manifest = files::read(&dir.join(MANIFEST), files::CONFIG_LIMIT).unwrap_or_default();
-        serde_json::from_slice(&manifest).unwrap_or_default()
+        let mut from: Self = serde_json::from_slice(&manifest).unwrap_or_default();
+        if let Some(machine) = Timings::new(dir).machine() {
+            (from.seconds, from.counts) = (machine.seconds, machine.counts);
+        }
+        from
     }
 
-    /// Adds those of another part; the config's file is kept once.
+    /// Adds those of another part; config and overrides are those of the first.
     pub fn extend(&mut self, other: Self) {
+        if self.inputs.is_empty() {
+            self.inputs.extend(other.inputs.first().cloned());
+            self.options = other.options;
+            self.missing = other.missing;
+        }
         for input in other.inputs.into_iter().skip(1) {
             if !self.inputs.contains(&input) {
                 self.inputs.push(input);
             }
         }
-        self.failures.extend(other.failures);
+        for failure in other.failures {
+            let same = |f: &&mut Failure| (&f.job, &f.reason) == (&failure.job, &failure.reason);
+            match self.failures.iter_mut().find(same) {
+                // A material that cannot be read fails in each part.
+                Some(known) => known.jobs += failure.jobs,
+                None => self.failures.push(failure),
+            }
+        }
         Tuned::add(&mut self.tuned, other.tuned);
         self.counts.extend(&other.counts);
         for (stage, seconds) in other.seconds {
@@ -93,7 +113,7 @@ impl MadeFrom {
     }
 }
 
-/// The manifest's fields.
+/// The manifest's fields: nothing that depends on the machine, which is in [`TIMINGS`](super::timings::TIMINGS).
 #[derive(Clone, Debug, Serialize)]
 pub struct Manifest {
     /// Version of this program.
@@ -104,49 +124,53 @@ pub struct Manifest {
     /// The resolved config, the same as in `config.toml`.
     config: toml::Table,
     seeds: Vec<u64>,
-    /// Number of threads; results do not depend on it, times do.
-    threads: usize,
-    /// The config's file and those of the materials that were loaded.
+    /// The config's file, and those of the materials that were loaded, by their paths.
     inputs: Vec<Input>,
     /// Materials that the config names and its folder does not have.
     missing: Vec<String>,
     rows: usize,
     /// The part of the work, `i/n`; `null`: all of it.
     shard: Option<String>,
+    /// By the names of jobs.
     failures: Vec<Failure>,
     /// Ratios of grids that this run tuned, with their errors on the training materials.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     tuned: Vec<Tuned>,
-    /// Seconds per stage, over the whole run.
-    seconds: serde_json::Value,
-    /// What was done, per stage, by this run; one that goes on does less.
-    counts: Counts,
-    started_unix_seconds: u64,
-    ended_unix_seconds: u64,
-    os: &'static str,
-    arch: &'static str,
     /// Files of this run beside the manifest; `--force` removes these and no others.
     pub(super) files: Vec<String>,
 }
 
 impl Manifest {
-    /// The manifest of a run that started at `started` and ends now.
+    /// The manifest of a run, or of one merged from parts that were made from `parts`.
     pub fn new(
         made_by: MadeBy<'_>,
         source: &Source,
-        materials: Vec<Input>,
-        outcome: Outcome,
-        started: SystemTime,
+        mut materials: Vec<Input>,
+        mut outcome: Outcome,
+        parts: Option<MadeFrom>,
     ) -> Self {
-        let config = Input {
-            path: source.name().into(),
-            blake3: blake3::hash(source.original().as_bytes()).to_string(),
+        let (config, options, missing) = match parts {
+            Some(MadeFrom {
+                inputs,
+                options,
+                missing,
+                ..
+            }) if !inputs.is_empty() => {
+                let mut inputs = inputs.into_iter();
+                let config = inputs.next();
+                materials = inputs.collect();
+                (config, options, missing)
+            }
+            _ => {
+                let config = Input {
+                    path: source.name().into(),
+                    blake3: blake3::hash(source.original().as_bytes()).to_string(),
+                };
+                (Some(config), source.edits(), made_by.missing.to_vec())
+            }
         };
-        let unix = |time: SystemTime| {
-            // A clock before 1970 is wrong anyway.
-            let since = time.duration_since(SystemTime::UNIX_EPOCH);
-            since.unwrap_or_default().as_secs()
-        };
+        materials.sort_by(|a, b| a.path.cmp(&b.path));
+        outcome.failures.sort_by(|a, b| a.job.cmp(&b.job));
         Self {
             gonio: env!("CARGO_PKG_VERSION"),
             status: match &outcome {
@@ -155,31 +179,17 @@ impl Manifest {
                 o if o.failures.is_empty() => Status::Complete,
                 _ => Status::FailedJobs,
             },
-            options: source.edits(),
+            options,
             config: made_by.resolved.clone(),
             seeds: made_by.seeds.to_vec(),
-            threads: rayon::current_num_threads(),
-            inputs: std::iter::once(config).chain(materials).collect(),
-            missing: made_by.missing.to_vec(),
+            inputs: config.into_iter().chain(materials).collect(),
+            missing,
             rows: outcome.rows,
             shard: outcome.shard,
             failures: outcome.failures,
             tuned: outcome.tuned,
-            seconds: outcome.seconds,
-            counts: Counts::default(),
-            started_unix_seconds: unix(started),
-            ended_unix_seconds: unix(SystemTime::now()),
-            os: std::env::consts::OS,
-            arch: std::env::consts::ARCH,
             files: Vec::new(),
         }
-    }
-
-    /// Adds what is known when everything is written: the counts, and the seconds that this took.
-    pub fn conclude(&mut self, counts: Counts, report: f64) {
-        self.counts = counts;
-        let before = self.seconds["report"].as_f64().unwrap_or(0.0);
-        self.seconds["report"] = (before + report).into();
     }
 
     /// State of the run at its end.

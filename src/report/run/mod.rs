@@ -3,9 +3,11 @@
 mod folder;
 mod manifest;
 mod rows;
+mod timings;
 
 pub use folder::{
     Below, CONFIG, CORRELATIONS, FITS, PARQUET, PROFILES, RANKING, RELATIONS, REPORT, RESULTS,
-    RunFolder, SUMMARY, file_stem, read_rows, schedule_stem, slice_name,
+    RunFolder, SUMMARY, TIMES, file_stem, read_rows, schedule_stem, slice_name,
 };
 pub use manifest::{MadeBy, MadeFrom, Manifest, Outcome, Status};
+pub use timings::Machine;

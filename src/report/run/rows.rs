@@ -1,8 +1,13 @@
 //! The file of a run's records, JSON Lines: appended as they come, read again when it goes on.
+//!
+//! A line ends with its seal: [`RESULTS_REVISION`], a colon, and 16 hexadecimal digits of the BLAKE3 of the bytes before it. The
+//! wall times of a record are a line of [`TIMINGS`](super::timings::TIMINGS).
 
-use crate::error::{Error, reason};
-use crate::experiment::Record;
+use super::timings::{Machine, Times, Timings};
+use crate::error::{Error, excerpt, reason};
+use crate::experiment::{RESULTS_REVISION, Record};
 use crate::files::{self, write_atomically};
+use serde::Deserialize;
 use std::fs::{File, OpenOptions, TryLockError};
 use std::io::{self, BufRead, BufReader, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
@@ -21,6 +26,7 @@ const FIRST_LINE: u64 = 1 << 26;
 pub(super) struct RowFile {
     path: PathBuf,
     file: File,
+    timings: Timings,
     syncer: Option<Syncer>,
 }
 
@@ -48,6 +54,7 @@ impl RowFile {
         Ok(Self {
             path,
             file,
+            timings: Timings::new(dir),
             syncer: Some(Syncer::new(other)),
         })
     }
@@ -55,7 +62,10 @@ impl RowFile {
     /// The records that are there; what a crash left of a line after them is cut off.
     pub fn read<R: Record>(&mut self) -> Result<Vec<Arc<R>>, Error> {
         let mut rows = Vec::new();
-        let whole = read(&self.path, &self.file, |row| rows.push(Arc::new(row)))?;
+        let times = self.timings.read();
+        let whole = read(&self.path, &self.file, &times, |row| {
+            rows.push(Arc::new(row))
+        })?;
         self.file
             .set_len(whole)
             .map_err(|e| Error::output(&self.path, format!("cannot write this file: {e}")))?;
@@ -67,7 +77,8 @@ impl RowFile {
         let file = files::open(path);
         let file = file.map_err(|e| Error::data(path, format!("cannot read this file: {e}")))?;
         let mut rows = Vec::new();
-        read(path, &file, |row| rows.push(row))?;
+        let times = Timings::new(path.parent().unwrap_or(Path::new(""))).read();
+        read(path, &file, &times, |row| rows.push(row))?;
         Ok(rows)
     }
 
@@ -91,14 +102,17 @@ impl RowFile {
             );
             return Err(Error::data(&self.path, message));
         }
-        self.file.set_len(0).map_err(unwritable)
+        self.file.set_len(0).map_err(unwritable)?;
+        self.timings.clear().map_err(unwritable)
     }
 
     /// Appends records: they are with the system when this returns, and on the disk a second later.
     pub fn append<R: Record>(&mut self, rows: &[R]) -> io::Result<()> {
         self.is_there()?;
-        let mut lines = Vec::new();
-        write_lines(&mut lines, rows)?;
+        let (mut lines, mut times) = (Vec::new(), Vec::new());
+        write_lines(&mut lines, &mut times, rows)?;
+        // A record without its times would be taken for one of unknown times.
+        self.timings.append(&times)?;
         self.file.write_all(&lines)?;
         if let Some(syncer) = &self.syncer {
             syncer.later();
@@ -116,12 +130,16 @@ impl RowFile {
         Err(io::Error::other(message))
     }
 
-    /// Replaces the records by the same in another order.
-    pub fn finish<R: Record>(&mut self, sorted: &[&R]) -> io::Result<()> {
+    /// Replaces the records by the same in another order, and adds the times of the run to theirs.
+    pub fn finish<R: Record>(&mut self, sorted: &[&R], machine: &Machine) -> io::Result<()> {
         self.is_there()?;
         // The old file is not needed on the disk any more.
         self.syncer = None;
-        write_atomically(&self.path, |out| write_lines(out, sorted.iter().copied()))
+        let mut times = Vec::new();
+        write_atomically(&self.path, |out| {
+            write_lines(out, &mut times, sorted.iter().copied())
+        })?;
+        self.timings.finish(&times, machine)
     }
 }
 
@@ -137,19 +155,74 @@ fn is_same(_file: &File, there: &std::fs::Metadata) -> bool {
     there.is_file()
 }
 
+/// Writes each record without its times, with its seal, and its times.
 fn write_lines<'a, R: Record + 'a>(
     out: &mut impl Write,
+    times: &mut impl Write,
     rows: impl IntoIterator<Item = &'a R>,
 ) -> io::Result<()> {
     for row in rows {
-        serde_json::to_writer(&mut *out, row)?;
-        out.write_all(b"\n")?;
+        let [line, own] = row.parts()?;
+        let line = serde_json::to_string(&line)?;
+        let body = line.strip_suffix('}').unwrap_or(&line);
+        writeln!(out, "{body},{SEAL}\"{}\"}}", seal(body))?;
+        if own.len() > 1 {
+            writeln!(times, "{}", serde_json::to_string(&own)?)?;
+        }
     }
     Ok(())
 }
 
+/// The key of a line.
+#[derive(Deserialize)]
+pub(super) struct Key {
+    pub key: String,
+}
+
+/// The last key of a line.
+const SEAL: &str = "\"seal\":";
+
+/// The value of the last key, of the bytes before it.
+fn seal(body: &str) -> String {
+    let hash = blake3::hash(body.as_bytes()).to_hex();
+    format!("{RESULTS_REVISION}:{}", &hash[..16])
+}
+
+/// A line without its seal and closing brace; what is wrong about it, and what is allowed.
+fn sealed(line: &str) -> Result<&str, String> {
+    let parts = line.rsplit_once(SEAL).and_then(|(body, own)| {
+        let own = own.strip_prefix('"')?.strip_suffix("\"}")?;
+        Some((body.strip_suffix(',')?, own))
+    });
+    let again = "or `gonio run --force` to make them again";
+    let Some((body, own)) = parts else {
+        return Err(format!(
+            "has no seal; allowed: rows of this version of gonio, {again}"
+        ));
+    };
+    let revision = own.split(':').next().unwrap_or_default();
+    if revision != RESULTS_REVISION.to_string() {
+        let revision = excerpt(revision);
+        return Err(format!(
+            "is of another version of gonio (revision {revision} of results, this is {RESULTS_REVISION}); allowed: rows of \
+             this version, {again}"
+        ));
+    }
+    match own == seal(body) {
+        true => Ok(body),
+        false => Err(format!(
+            "is not as it was written: it has another seal; allowed: rows as they were written, {again}"
+        )),
+    }
+}
+
 /// Takes each record of a file; the length of its complete lines, bytes.
-fn read<R: Record>(path: &Path, mut file: &File, mut take: impl FnMut(R)) -> Result<u64, Error> {
+fn read<R: Record>(
+    path: &Path,
+    mut file: &File,
+    times: &Times,
+    mut take: impl FnMut(R),
+) -> Result<u64, Error> {
     let unreadable =
         |e: &dyn std::fmt::Display| Error::data(path, format!("cannot read this file: {e}"));
     let wrong = |what: &dyn std::fmt::Display| {
@@ -167,10 +240,15 @@ fn read<R: Record>(path: &Path, mut file: &File, mut take: impl FnMut(R)) -> Res
             break;
         }
         let text = std::str::from_utf8(&line).map_err(|e| unreadable(&e))?;
-        take(serde_json::from_str(text.trim_end()).map_err(|e| {
+        let none = |e| {
             let kind = "is no record of this kind of run";
             wrong(&format_args!("line {number} {kind} ({})", reason(e)))
-        })?);
+        };
+        let text = text.trim_end();
+        let Key { key } = serde_json::from_str(text).map_err(none)?;
+        let body = sealed(text).map_err(|e| Error::data(path, format!("line {number} {e}")))?;
+        let own = times.get(&key).map_or("", String::as_str);
+        take(serde_json::from_str(&format!("{body}{own}}}")).map_err(none)?);
         whole += length as u64;
     }
     // A crash may have cut a line anywhere, also inside a character; one of the machine may have

@@ -54,10 +54,10 @@ kind = "cubic"
             reachable: 1.0,
             instrument_seconds: Some(60.0 * budget as f64),
             pairs: 100,
-            plan_seconds: 0.1,
-            measure_seconds: 0.1,
-            reconstruct_seconds: 0.1,
-            evaluate_seconds: 0.1,
+            plan_seconds: Some(0.1),
+            measure_seconds: Some(0.1),
+            reconstruct_seconds: Some(0.1),
+            evaluate_seconds: Some(0.1),
             ..Row::default()
         }
     }

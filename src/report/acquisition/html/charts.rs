@@ -8,6 +8,7 @@ use super::scope_title;
 use super::words::{number, said};
 use crate::error::Error;
 use crate::experiment::{Calibration, Cell, Choice, Factor, Findings, Line, Metric, Ranking};
+use crate::report::TIMES;
 use crate::report::svg::plot::{
     Axis, Forest, ForestGroup, ForestLine, Mark, Panel, Scale, Series, color_of,
 };
@@ -33,23 +34,23 @@ struct Cost {
     of: fn(&Cell) -> Option<f64>,
 }
 
-const COSTS: [Cost; 3] = [
-    Cost {
-        title: "against readings",
-        label: "readings",
-        of: |c| Some(c.readings),
-    },
-    Cost {
-        title: "against computing",
-        label: "seconds of computing a material",
-        of: |c| Some(c.seconds),
-    },
-    Cost {
-        title: "against the instrument",
-        label: "minutes of the instrument",
-        of: |c| c.instrument_seconds.map(|s| s / 60.0),
-    },
-];
+const READINGS: Cost = Cost {
+    title: "against readings",
+    label: "readings",
+    of: |c| Some(c.readings),
+};
+
+const INSTRUMENT: Cost = Cost {
+    title: "against the instrument",
+    label: "minutes of the instrument",
+    of: |c| c.instrument_seconds.map(|s| s / 60.0),
+};
+
+const COMPUTING: Cost = Cost {
+    title: "against computing",
+    label: "seconds of computing a material",
+    of: |c| c.seconds,
+};
 
 /// The comparison of the verdict: the error of challenger and reference against readings, as they are
 /// and warped, with the interval of their ratio. `None` of fewer than two budgets.
@@ -76,7 +77,7 @@ pub(super) fn decisive(
     let mut series: Vec<Series> = Vec::new();
     for choice in [reference, challenger] {
         for line in [own(choice), other(choice)].into_iter().flatten() {
-            let mut new = looks.series(&line.choice, course(line, COSTS[0].of));
+            let mut new = looks.series(&line.choice, course(line, READINGS.of));
             if findings.factor != Factor::Parametrization {
                 new.name = level(findings, &line.choice);
             }
@@ -114,7 +115,7 @@ pub(super) fn decisive(
     let scope = &ranking.scope;
     let panel = Panel {
         title: format!("{} against readings", scope.metric.name()),
-        x: log(COSTS[0].label),
+        x: log(READINGS.label),
         y: log(scope.metric.name()),
         series,
     };
@@ -134,10 +135,10 @@ pub(super) fn decisive(
     Ok(Some(chart(&labelled(&panel)?, &label, &caption)))
 }
 
-/// Error against what it costs, of all truths together.
+/// Error against what it costs, of all truths together; wall times are a picture apart.
 pub(super) fn curves(findings: &Findings, looks: &Looks) -> Result<Option<Markup>, Error> {
     let mut parts = Vec::new();
-    for cost in &COSTS {
+    for cost in [&READINGS, &INSTRUMENT] {
         let mut charts = Vec::new();
         let all = findings.rankings.iter();
         for ranking in all.filter(|r| r.scope.truth.is_none()) {
@@ -171,6 +172,12 @@ pub(super) fn curves(findings: &Findings, looks: &Looks) -> Result<Option<Markup
                 h3 { "Error " (title) }
                 div.panels { @for chart in charts { (chart) } }
             }
+            h3 { "Error " (COMPUTING.title) }
+            p {
+                "Wall times depend on the machine: they are in timings.jsonl, and " a href=(TIMES) { (TIMES) }
+                " is their picture, beside this page."
+            }
+            img.times src=(TIMES) alt="nrmse against seconds of computing a material";
         }
     }))
 }
@@ -207,7 +214,7 @@ pub(super) fn calibrated(findings: &Findings, looks: &Looks) -> Result<Vec<Marku
         }
         let panel = Panel {
             title: format!("{metric} over expected, {measure} pairs"),
-            x: log(COSTS[0].label),
+            x: log(READINGS.label),
             y: log("true over expected error"),
             series,
         };
@@ -237,13 +244,22 @@ fn named_by(lines: impl Iterator<Item = [String; 2]>) -> String {
     texts.join("; ") + "."
 }
 
-/// The curves of `nrmse` as an SVG file: a row per cost, a column per measure.
-pub fn sheet(findings: &Findings) -> Result<String, Error> {
+/// The curves of `nrmse` against readings and minutes of the instrument as an SVG file: a row per cost, a column per measure.
+pub fn study_curves(findings: &Findings) -> Result<String, Error> {
+    sheet(findings, &[READINGS, INSTRUMENT])
+}
+
+/// The curves of `nrmse` against wall times as an SVG file, a column per measure.
+pub fn study_timings(findings: &Findings) -> Result<String, Error> {
+    sheet(findings, &[COMPUTING])
+}
+
+fn sheet(findings: &Findings, costs: &[Cost]) -> Result<String, Error> {
     let looks = Looks::new(findings);
     let of_all = |r: &&Ranking| r.scope.truth.is_none() && r.scope.metric == Metric::Nrmse;
     let rankings: Vec<&Ranking> = findings.rankings.iter().filter(of_all).collect();
     let mut panels = Vec::new();
-    for cost in &COSTS {
+    for cost in costs {
         let panel = |r: &&Ranking| {
             let mut panel = panel(r, cost, &looks);
             let named = best_of_each(r, looks.factor);

@@ -11,10 +11,6 @@ pub(super) fn section(manifest: &Value, resolved: &toml::Table) -> Markup {
         ("rows", "rows of this run"),
         ("options", "options"),
         ("seeds", "seeds"),
-        ("threads", "threads"),
-        ("seconds", "seconds"),
-        ("os", "system"),
-        ("arch", "processor"),
         ("missing", "materials without a file"),
         ("failures", "failures"),
     ];

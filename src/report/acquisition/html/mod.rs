@@ -1,4 +1,5 @@
-//! `report.html`: the findings of a study, in one file that needs no other.
+//! `report.html`: the findings of a study, in one file that needs no other but the picture of wall times, without which it is
+//! the same wherever it is made.
 //!
 //! No font, no request, and no script but one, which is constant and sorts tables: its own policy
 //! forbids them. Every text goes through the escaping of the templates; names of materials are file
@@ -14,7 +15,7 @@ mod shrink;
 mod verdict;
 mod words;
 
-pub use charts::sheet as study_curves;
+pub use charts::{study_curves, study_timings};
 
 use super::calibration::{self, LEGEND};
 use super::findings::{materials as so_many, named_shares};
@@ -30,9 +31,9 @@ const STYLE: &str = include_str!("style.css");
 /// Sorts tables. It holds no data, and the page is whole without it.
 const SCRIPT: &str = include_str!("script.js");
 
-/// Content security policy of a report: nothing is loaded, and nothing is run but [`SCRIPT`], which is
-/// named by its SHA-256.
-const POLICY: &str = "default-src 'none'; style-src 'unsafe-inline'; img-src data:; \
+/// Content security policy of a report: nothing is loaded but [`TIMES`], a picture beside it, and nothing is run but [`SCRIPT`],
+/// which is named by its SHA-256.
+const POLICY: &str = "default-src 'none'; style-src 'unsafe-inline'; img-src data: 'self' file:; \
                       script-src 'sha256-7iCK9o6X7/JTYUZwfG7PSVs62XHF9h8qADAVz8jHsNk='";
 
 /// A drawing or an image.

@@ -1,0 +1,128 @@
+//! `timings.jsonl`: everything of a run that depends on the machine and its load. All other files of equal runs are equal,
+//! byte by byte, whether they were made at once, in parts or with interruptions.
+//!
+//! A line per record has its key and its wall times (s), of the records that have some; the last line, without a key, is the run:
+//!
+//! ```text
+//! {"key":"5cc3fa3b55028885","plan_seconds":0.00008,"measure_seconds":0.00001,…}
+//! {"run":{"threads":2,"os":"linux","arch":"x86_64","started_unix_seconds":…,"ended_unix_seconds":…,"seconds":{…},"counts":{…}}}
+//! ```
+
+use super::rows::Key;
+use crate::experiment::Counts;
+use crate::files::{self, write_atomically};
+use serde::{Deserialize, Serialize};
+use std::collections::{BTreeMap, HashMap};
+use std::fs::{self, OpenOptions};
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+use std::time::SystemTime;
+
+/// The file.
+pub const TIMINGS: &str = "timings.jsonl";
+
+/// Times of records by their keys: the text behind the key, without the closing brace.
+pub(super) type Times = HashMap<String, String>;
+
+/// What of a run depends on the machine.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct Machine {
+    /// Number of threads; results do not depend on it.
+    threads: usize,
+    os: String,
+    arch: String,
+    started_unix_seconds: u64,
+    ended_unix_seconds: u64,
+    /// Wall seconds by stage, over the whole run; of a merged one the sum of its parts.
+    pub(super) seconds: BTreeMap<String, f64>,
+    /// What was done, by stage; a run that goes on does less.
+    pub(super) counts: Counts,
+}
+
+impl Machine {
+    /// A run that started at `started` and ends now.
+    pub fn new(started: SystemTime, seconds: BTreeMap<String, f64>, counts: Counts) -> Self {
+        let unix = |time: SystemTime| {
+            // A clock before 1970 is wrong anyway.
+            let since = time.duration_since(SystemTime::UNIX_EPOCH);
+            since.unwrap_or_default().as_secs()
+        };
+        Self {
+            threads: rayon::current_num_threads(),
+            os: std::env::consts::OS.into(),
+            arch: std::env::consts::ARCH.into(),
+            started_unix_seconds: unix(started),
+            ended_unix_seconds: unix(SystemTime::now()),
+            seconds,
+            counts,
+        }
+    }
+}
+
+/// The last line.
+#[derive(Serialize, Deserialize)]
+struct OfRun<M> {
+    run: M,
+}
+
+/// The file in the folder of a run.
+pub(super) struct Timings(PathBuf);
+
+impl Timings {
+    pub fn new(dir: &Path) -> Self {
+        Self(dir.join(TIMINGS))
+    }
+
+    /// Lines of the file that are whole; none if it is not there: results do not depend on it.
+    fn lines(&self) -> String {
+        files::read_text(&self.0, files::TABLE_LIMIT).unwrap_or_default()
+    }
+
+    /// The times of records.
+    pub fn read(&self) -> Times {
+        let mut times = Times::new();
+        for line in self.lines().lines() {
+            let key = serde_json::from_str::<Key>(line);
+            let tail = line
+                .split_once(',')
+                .and_then(|(_, tail)| tail.strip_suffix('}'));
+            if let (Ok(Key { key }), Some(tail)) = (key, tail) {
+                times.insert(key, format!(",{tail}"));
+            }
+        }
+        times
+    }
+
+    /// The line of the run.
+    pub fn machine(&self) -> Option<Machine> {
+        let lines = self.lines();
+        let last = lines.lines().last()?;
+        let of: OfRun<Machine> = serde_json::from_str(last).ok()?;
+        Some(of.run)
+    }
+
+    pub fn append(&self, lines: &[u8]) -> io::Result<()> {
+        let mut options = OpenOptions::new();
+        options
+            .append(true)
+            .create(true)
+            .open(&self.0)?
+            .write_all(lines)
+    }
+
+    pub fn clear(&self) -> io::Result<()> {
+        match fs::remove_file(&self.0) {
+            Err(e) if e.kind() != io::ErrorKind::NotFound => Err(e),
+            _ => Ok(()),
+        }
+    }
+
+    /// Replaces the lines by those of the records in their order, and that of the run.
+    pub fn finish(&self, lines: &[u8], machine: &Machine) -> io::Result<()> {
+        write_atomically(&self.0, |out| {
+            out.write_all(lines)?;
+            serde_json::to_writer(&mut *out, &OfRun { run: machine })?;
+            out.write_all(b"\n")
+        })
+    }
+}
