@@ -145,6 +145,20 @@ fn acquisition(plan: &Plan, told: &mut Told) -> Result<Option<Error>, Error> {
             spec.max_view_deg,
             spec.order.get(),
         ))?;
+        let values = VALUES * spec.views as f64;
+        for method in &plan.methods {
+            let most = plan.budgets.iter().max().copied().unwrap_or_default();
+            let most = method.up_to.map_or(most, |up_to| most.min(up_to));
+            let minutes = values * method.method.value_seconds(most) / 60.0;
+            if minutes > 1.0 {
+                told.text(&format!(
+                    "  slow: some {minutes:.0} min of one core for each material by {} at {}, as each value takes {:.0} µs\n",
+                    method.label(),
+                    count(most, "reading"),
+                    1e6 * method.method.value_seconds(most),
+                ))?;
+            }
+        }
     }
     let names = plan.methods.iter().map(|m| {
         let most = m.up_to.map_or(String::new(), |n| format!(" up to {n}"));
@@ -329,6 +343,9 @@ fn materials(materials: &[Material], missing: &[String]) -> String {
     }
     out
 }
+
+/// Values of a reconstruction that the moments of a view are integrated from, about.
+const VALUES: f64 = 4.5e4;
 
 /// What there is to tell of the poses of a planner that learns.
 const FROM_READINGS: &str = "chosen from readings";

@@ -9,9 +9,9 @@ use super::{ThreadArgs, format_names, print, read_as, refuse_unwritable, written
 use crate::brdf::{Brdf, BrdfSpec, Channels, laws};
 use crate::error::{Error, count};
 use crate::files::write_atomically;
-use crate::formats::{self, Format, READ_SCHEDULE, WRITE, WRITE_SCHEDULE, WRITE_TABLE};
+use crate::formats::{self, Format, READ_SCHEDULE, Readings, WRITE, WRITE_SCHEDULE, WRITE_TABLE};
 use crate::instrument;
-use crate::measurement::{About, Flags, Measurement, Outcome};
+use crate::measurement::{Flags, Measurement, Outcome};
 use crate::schedule::{Assume, ScheduleFile, Sequence};
 use clap::Args;
 use std::path::{Path, PathBuf};
@@ -108,10 +108,10 @@ impl Convert {
         };
         match (self.reading.read_all(inputs, &assume), inputs) {
             (Ok(read), _) => {
-                for note in read.notes {
+                for note in &read.notes {
                     print(&format!("{note}\n"))?;
                 }
-                self.readings(&read.measurement, &read.about, format, output)
+                self.readings(&read, format, output)
             }
             (Err(e), [one]) => match schedule(one, &assume) {
                 Some(file) => self.schedule(&file, format, output),
@@ -121,13 +121,8 @@ impl Convert {
         }
     }
 
-    fn readings(
-        &self,
-        measurement: &Measurement,
-        about: &About,
-        format: Format,
-        output: &Path,
-    ) -> Result<(), Error> {
+    fn readings(&self, read: &Readings, format: Format, output: &Path) -> Result<(), Error> {
+        let (measurement, about) = (&read.measurement, &read.about);
         let file = ReadingsFile::new(Some(format), output)?;
         file.refuse_existing(self.force)?;
         let assume = Assume {
@@ -140,14 +135,17 @@ impl Convert {
         let listed: Vec<u32> = listed.collect();
         file.write(measurement, about, Sequence::Order(&listed))?;
         let copy = ReadingArgs::default().read_all(&file.files()?, &assume)?;
+        let [before, after] = [read, &copy].map(facts);
         let copy = copy.measurement;
-        let [before, after] = [measurement, &copy].map(facts);
         let mut text = String::new();
         for ((name, before), (_, after)) in before.iter().zip(&after) {
             text += &match before == after {
                 true => format!("kept: {name}, {before}\n"),
                 false => format!("changed: {name}, {before} before, {after} after\n"),
             };
+        }
+        if !read.unread.is_empty() {
+            text += &format!("left out of the header: {}\n", read.unread.join(", "));
         }
         let Some([value, angle]) =
             differences(measurement, &file.order(measurement, &listed), &copy)
@@ -215,8 +213,14 @@ fn laws_of(brdf: &dyn Brdf, copy: &dyn Brdf) -> String {
     )
 }
 
-/// What a measurement has, by name.
-fn facts(m: &Measurement) -> [(&'static str, String); 6] {
+/// What readings have, by name.
+fn facts(read: &Readings) -> [(&'static str, String); 9] {
+    let (m, about) = (&read.measurement, &read.about);
+    let name = |name: &Option<String>| name.clone().unwrap_or("not named".into());
+    let symmetry = match about.is_bare {
+        true => "symmetries not said".into(),
+        false => words(m.schedule.parametrization.symmetry()),
+    };
     let flags = m.details.as_ref().map_or(0, |details| {
         details.flags.iter().filter(|f| **f != Flags::NONE).count()
     });
@@ -244,9 +248,12 @@ fn facts(m: &Measurement) -> [(&'static str, String); 6] {
         ("channels", known_in(&m.channels)),
         ("uncertainties", uncertainties.into()),
         ("flags", count(flags, "pose")),
+        ("layout", format!("{layout}, {symmetry}")),
+        ("material", name(&about.material)),
+        ("instrument", name(&about.instrument)),
         (
-            "layout",
-            format!("{layout}, {}", words(schedule.parametrization.symmetry())),
+            "seed",
+            about.seed.map_or("none".into(), |seed| seed.to_string()),
         ),
     ]
 }

@@ -94,6 +94,7 @@ impl Measure {
         // A plan has one seed or more.
         let seed = self.seed.unwrap_or(plan.seeds[0]);
         let about = About {
+            is_bare: false,
             material: Some(material.name.clone()),
             instrument: Some(instrument.as_ref().map_or(IDEAL, |i| &i.name).into()),
             realisation: instrument.as_ref().map(|i| i.realisation(seed)),

@@ -20,6 +20,8 @@ pub struct Readings {
     pub rows: usize,
     /// Cells that stand for no reading, and rows without the value of some channel.
     pub lost: usize,
+    /// Keys of the header that are not read.
+    pub unread: Vec<String>,
     /// True if the file vouches for being whole.
     pub intact: bool,
 }
@@ -51,10 +53,8 @@ impl Readings {
             lost: rows.marks.count(),
             intact: false,
             measurement: rows.measurement,
-            about: About {
-                material: rows.material,
-                ..About::default()
-            },
+            about: rows.about,
+            unread: rows.unread,
             notes,
         }
     }
@@ -148,8 +148,14 @@ pub fn load_all_readings(
         all.about = About {
             material: all.about.material.or(further.about.material),
             instrument: all.about.instrument.or(further.about.instrument),
+            is_bare: all.about.is_bare && further.about.is_bare,
             ..About::default()
         };
+        for key in further.unread {
+            if !all.unread.contains(&key) {
+                all.unread.push(key);
+            }
+        }
         all.notes.extend(further.notes);
         all.warnings.extend(further.warnings);
         all.rows += further.rows;

@@ -264,6 +264,7 @@ fn read(text: &str, name: &str, assume: &Assume) -> Result<Readings, FileError> 
         intact: file.intact,
         measurement,
         about: file.about,
+        unread: file.unread,
         notes,
     })
 }

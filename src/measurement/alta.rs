@@ -229,7 +229,7 @@ struct Header {
 /// One sentence with the line: a header that lacks a line or holds an unsupported value, a row with
 /// another number of cells, or with one that is no finite number or no reading.
 pub fn read(text: &str, name: &str, assume: &Assume) -> Result<AltaFile, FileError> {
-    refuse_columns("an ALTA file", name, assume)?;
+    refuse_columns("an ALTA file", name, &assume.conventions)?;
     let conventions = &assume.conventions;
     let header = Header::read(text, name, conventions)?;
     let (input, dimension, fixes_sample, inverse) = header.input;
@@ -239,7 +239,14 @@ pub fn read(text: &str, name: &str, assume: &Assume) -> Result<AltaFile, FileErr
     let mut beyond_turn = false;
     for (i, line) in text.lines().enumerate() {
         let content = line.trim();
-        if content.is_empty() || content.starts_with('#') {
+        if let Some(comment) = content.strip_prefix('#') {
+            let key = comment.split_whitespace().next().unwrap_or_default();
+            if !KEYS.contains(&key) {
+                rows.pass_over(key);
+            }
+            continue;
+        }
+        if content.is_empty() {
             continue;
         }
         let cells = header.row(content, name, i + 1)?;
@@ -303,6 +310,9 @@ pub fn read(text: &str, name: &str, assume: &Assume) -> Result<AltaFile, FileErr
         beyond_turn,
     })
 }
+
+/// Keys of the header that are read.
+const KEYS: [&str; 6] = ["FORMAT", "DIM", "PARAM_IN", "PARAM_OUT", "VS", WAVELENGTHS];
 
 /// What `#WAVELENGTHS_NM` says.
 fn wavelengths(words: &[&str], name: &str, line: usize) -> Result<Wavelengths, FileError> {

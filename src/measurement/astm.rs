@@ -8,8 +8,8 @@
 //! 0.5236,0,0.5236,3.1416,2.01,2.05
 //! ```
 //!
-//! Lines of a key and its value end with `VARS`, which names the columns; `NUM_POINTS` may be missing, other keys are passed
-//! over. Angles are in radians, polar ones from the normal, azimuths from an axis of the sample; both directions point away
+//! Lines of a key and its value end with `VARS`, which names the columns; `NUM_POINTS` may be missing, other keys but the names of sample and instrument are passed
+//! over. Angles are in radians unless `--angles deg` is given, polar ones from the normal, azimuths from an axis of the sample; both directions point away
 //! from it, so that the mirror direction is at phi_i + π. Without `phi_i` the light is at azimuth 0 of an isotropic sample.
 //! Values are f_r in sr⁻¹ in R, G, B, in X, Y, Z (which are read as R, G, B of which grey has X = Y = Z), at
 //! wavelengths, or in one column of any other name.
@@ -21,7 +21,7 @@ use crate::error::{excerpt, printable};
 use crate::geometry::Direction;
 use crate::numeric::XYZ;
 use crate::schedule::export::PoseRows;
-use crate::schedule::{Assume, Azimuth, FileError, Quantity, Sequence};
+use crate::schedule::{AngleUnit, Assume, Azimuth, Conventions, FileError, Quantity, Sequence};
 use glam::DVec3;
 use std::f64::consts::PI;
 use std::io::{self, Write};
@@ -34,6 +34,9 @@ const POINTS: &str = "NUM_POINTS";
 
 /// Columns of angles.
 const ANGLES: [&str; 4] = ["theta_i", "phi_i", "theta_s", "phi_s"];
+
+/// Angle beyond a number of turns (rad) that digits explain.
+const SLACK: f64 = 1e-3;
 
 /// Unit at the end of the name of a wavelength.
 const NM: &str = "nm";
@@ -79,6 +82,14 @@ impl Columns {
                 return Err(refuse(format!("{VARS} lacks {angle}")));
             }
         }
+        let is_angle = |name: &str| ["theta", "phi"].iter().any(|of| name.starts_with(of));
+        let more = (0..names.len()).find(|at| is_angle(names[*at]) && !angles.contains(&Some(*at)));
+        if let Some(at) = more {
+            let (more, all) = (excerpt(names[at]), ANGLES.join(", "));
+            return Err(refuse(format!(
+                "{VARS} names the angle {more}: allowed are {all}, each once"
+            )));
+        }
         let is_value = |at: &usize| !angles.contains(&Some(*at));
         let values: Vec<usize> = (0..names.len()).filter(is_value).collect();
         let bands: Vec<&str> = values.iter().map(|at| names[*at]).collect();
@@ -116,8 +127,13 @@ impl Columns {
 /// One sentence with the line: no line `VARS`, or one without an angle or with unknown values, a row with another number of
 /// cells, or with one that is no finite number or no reading, another number of rows than promised.
 pub fn read(text: &str, name: &str, assume: &Assume) -> Result<Scattered, FileError> {
-    refuse_columns("ASTM text", name, assume)?;
     let conventions = &assume.conventions;
+    let said = Conventions {
+        angles: None,
+        ..conventions.clone()
+    };
+    refuse_columns("ASTM text", name, &said)?;
+    let unit = conventions.angles.unwrap_or(AngleUnit::Radians);
     let azimuth = conventions.azimuth.unwrap_or(Azimuth::Sample);
     let quantity = conventions.quantity.unwrap_or(Quantity::Brdf);
     let mut lines = text
@@ -125,11 +141,21 @@ pub fn read(text: &str, name: &str, assume: &Assume) -> Result<Scattered, FileEr
         .enumerate()
         .map(|(i, line)| (i + 1, line.trim()));
     let mut points = None;
+    let mut rows = Rows::new(name);
     let columns = loop {
         let Some((line, content)) = lines.next() else {
             let message = format!("the line {VARS} is missing, which names the columns");
             return Err(FileError::whole(name, message).cut());
         };
+        if let Some((key, value)) = content.split_once(char::is_whitespace) {
+            let value = value.trim().trim_matches('"');
+            match key {
+                "SAMPLE" | "SAMPLE_NAME" => rows.name_material(line, value, conventions.mixed)?,
+                "INSTRUMENT" | "SYSTEM_NAME" => rows.name_instrument(value),
+                VARS | POINTS | "WRITTEN_BY" => {}
+                key => rows.pass_over(key),
+            }
+        }
         if let Some(number) = after(content, POINTS) {
             let refused = || {
                 let message = format!("{POINTS} {}: allowed is a whole number", excerpt(number));
@@ -142,7 +168,6 @@ pub fn read(text: &str, name: &str, assume: &Assume) -> Result<Scattered, FileEr
         }
     };
     let fixes_sample = columns.angles[1].is_some();
-    let mut rows = Rows::new(name);
     let mut found = 0;
     let mut values = vec![0.0; columns.values.len()];
     for (line, content) in lines.filter(|(_, content)| !content.is_empty()) {
@@ -157,8 +182,24 @@ pub fn read(text: &str, name: &str, assume: &Assume) -> Result<Scattered, FileEr
             return Err(if is_short { e.cut() } else { e });
         }
         found += 1;
-        let [theta_i, phi_i, theta_s, phi_s] =
-            columns.angles.map(|at| at.map_or(0.0, |at| cells[at]));
+        let angles = columns.angles.map(|at| at.map_or(0.0, |at| cells[at]));
+        let [theta_i, phi_i, theta_s, phi_s] = angles.map(|angle| match unit {
+            AngleUnit::Radians => angle,
+            AngleUnit::Degrees => angle.to_radians(),
+        });
+        for (at, angle) in [theta_i, phi_i, theta_s, phi_s].into_iter().enumerate() {
+            let [most, turns] = match at % 2 {
+                0 => [PI + SLACK, 0.5],
+                _ => [4.0 * PI + SLACK, 2.0],
+            };
+            if angle.abs() > most {
+                let message = format!(
+                    "{} = {}: allowed are at most {turns} turns, in radians, or in degrees with --angles deg",
+                    ANGLES[at], angles[at]
+                );
+                return Err(FileError::at(name, line, message));
+            }
+        }
         let turned = azimuth.about_axis(false, PI, [phi_i, phi_s]);
         let light = Direction::from_spherical(theta_i, turned[0]).vector();
         let view = Direction::from_spherical(theta_s, turned[1]).vector();

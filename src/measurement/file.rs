@@ -69,6 +69,9 @@ pub struct About {
     /// Hash of the schedule, see [`crate::schedule::schedule_hash`].
     #[serde(skip_serializing_if = "Option::is_none")]
     pub schedule_hash: Option<String>,
+    /// True if it does not say which coordinates and symmetries its poses have: then a copy does not either.
+    #[serde(skip)]
+    pub is_bare: bool,
 }
 
 /// A measurement that was read.
@@ -87,6 +90,8 @@ pub struct MeasurementFile {
     pub signed: usize,
     /// Rows that repeat the reading of another one and were averaged with it.
     pub averaged: usize,
+    /// Keys of the header that are not read, and how many lines of it are no keys.
+    pub unread: Vec<String>,
     /// Rows that were read.
     pub rows: usize,
     /// Those of them with a direction at the horizon, which were passed over.
@@ -118,7 +123,10 @@ pub fn write_measurement(
 ) -> io::Result<()> {
     let channels = &measurement.channels;
     let n = channels.count();
-    let poses = PoseRows::new(&measurement.schedule, sequence, true);
+    let mut poses = PoseRows::new(&measurement.schedule, sequence, true);
+    if about.is_bare {
+        poses = poses.without_coordinates();
+    }
     let mut columns = poses.columns();
     let mut add = |family: &str, meaning: &str| {
         let names = columns_of(family, channels).into_iter();
@@ -381,7 +389,10 @@ pub fn read_measurement(
             realisation: table.fact("realisation")?,
             seed: table.fact("seed")?,
             schedule_hash: table.fact("schedule_hash")?,
+            is_bare: table.fact::<Value>("parametrization")?.is_none()
+                && table.fact::<Value>("symmetry")?.is_none(),
         },
+        unread: table.unread(),
         replaced: table.lines.len() - used.len(),
         averaged,
         exact,

@@ -74,14 +74,15 @@ struct Header {
 }
 
 impl Header {
-    /// Takes in a line. A promise that stands where another one comes was not kept: its light has no rows.
+    /// Takes in a line; false if its key is not read. A promise that stands where another one comes was not kept: its light has
+    /// no rows.
     fn see(
         &mut self,
         words: &[&str],
         name: &str,
         line: usize,
         partial: bool,
-    ) -> Result<(), FileError> {
+    ) -> Result<bool, FileError> {
         let refuse = |allowed: &str| {
             let message = format!("#{}: allowed {allowed}", excerpt(&words.join(" ")));
             Err(FileError::at(name, line, message))
@@ -125,9 +126,9 @@ impl Header {
             ["spectral", ..] => {
                 return refuse("is text with a column of CIE-Y or three of CIE-XYZ");
             }
-            _ => {}
+            _ => return Ok(false),
         }
-        Ok(())
+        Ok(true)
     }
 
     /// Checks that there are as many rows as were promised, unless files may be cut.
@@ -152,7 +153,7 @@ impl Header {
 /// One sentence with the line: a header that lacks a line or holds an unsupported value, a row with another number of
 /// cells, or with one that is no finite number or no reading, another number of rows than promised.
 pub fn read(text: &str, name: &str, assume: &Assume) -> Result<Scattered, FileError> {
-    refuse_columns("pab-opto text", name, assume)?;
+    refuse_columns("pab-opto text", name, &assume.conventions)?;
     let conventions = &assume.conventions;
     let azimuth = conventions.azimuth.unwrap_or(Azimuth::Sample);
     let mut rows = Rows::new(name);
@@ -177,8 +178,10 @@ pub fn read(text: &str, name: &str, assume: &Assume) -> Result<Scattered, FileEr
                 let material = rest.join(" ");
                 let material = material.trim_matches('"');
                 rows.name_material(line, material, conventions.mixed)?;
-            } else if let Some(words) = self::header(content) {
-                header.see(&words, name, line, conventions.partial)?;
+            } else if let Some(words) = self::header(content)
+                && !header.see(&words, name, line, conventions.partial)?
+            {
+                rows.pass_over(words[0]);
             }
             continue;
         }

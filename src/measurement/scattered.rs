@@ -1,6 +1,6 @@
 //! Readings at poses of no lattice, as tables by others have them.
 
-use super::{Details, Flags, Folded, Measurement, Negative, Outcome, Place, reading_of};
+use super::{About, Details, Flags, Folded, Measurement, Negative, Outcome, Place, reading_of};
 use crate::brdf::Channels;
 use crate::error::excerpt;
 use crate::geometry::{Direction, DirectionPair, Symmetry};
@@ -8,7 +8,7 @@ use crate::numeric::GRAZING_COS;
 use crate::schedule::import::form;
 use crate::schedule::marks::{Marks, marks_among};
 use crate::schedule::table::Table;
-use crate::schedule::{Assume, FileError, Quantity, Schedule};
+use crate::schedule::{Assume, Conventions, FileError, Quantity, Schedule};
 use glam::DVec3;
 use std::sync::Arc;
 
@@ -25,8 +25,10 @@ pub struct Scattered {
     pub folded: Folded,
     /// Cells that stand for no reading.
     pub marks: Marks,
-    /// The material that the file names.
-    pub material: Option<String>,
+    /// Material and instrument that the file names.
+    pub about: About,
+    /// Keys of the header that are not read, each once.
+    pub unread: Vec<String>,
 }
 
 impl Scattered {
@@ -46,7 +48,8 @@ pub(super) struct Rows<'a> {
     places: Vec<Place>,
     below_horizon: usize,
     negative: Negative,
-    material: Option<String>,
+    about: About,
+    unread: Vec<String>,
     /// Values as they are in the file.
     raw: Vec<f64>,
 }
@@ -61,9 +64,26 @@ impl<'a> Rows<'a> {
             places: Vec::new(),
             below_horizon: 0,
             negative: Negative::default(),
-            material: None,
+            about: About {
+                is_bare: true,
+                ..About::default()
+            },
+            unread: Vec::new(),
             raw: Vec::new(),
         }
+    }
+
+    /// Takes in a key of the header that is not read.
+    pub fn pass_over(&mut self, key: &str) {
+        let key = excerpt(key).into_owned();
+        if !self.unread.contains(&key) {
+            self.unread.push(key);
+        }
+    }
+
+    /// Takes in the name of the instrument.
+    pub fn name_instrument(&mut self, instrument: &str) {
+        self.about.instrument = Some(instrument.into());
     }
 
     /// Takes in the name of the material of the rows that follow.
@@ -76,7 +96,7 @@ impl<'a> Rows<'a> {
         material: &str,
         mixed: bool,
     ) -> Result<(), FileError> {
-        let first = self.material.get_or_insert_with(|| material.into());
+        let first = self.about.material.get_or_insert_with(|| material.into());
         if first == material || mixed {
             return Ok(());
         }
@@ -182,7 +202,8 @@ impl<'a> Rows<'a> {
             below_horizon: self.below_horizon,
             negative: self.negative,
             folded,
-            material: self.material,
+            about: self.about,
+            unread: self.unread,
             marks,
         })
     }
@@ -192,8 +213,11 @@ impl<'a> Rows<'a> {
 ///
 /// # Errors
 /// The first option that was given.
-pub(super) fn refuse_columns(what: &str, name: &str, assume: &Assume) -> Result<(), FileError> {
-    let conventions = &assume.conventions;
+pub(super) fn refuse_columns(
+    what: &str,
+    name: &str,
+    conventions: &Conventions,
+) -> Result<(), FileError> {
     for (option, given) in [
         ("--columns", !conventions.columns.is_empty()),
         ("--angles", conventions.angles.is_some()),

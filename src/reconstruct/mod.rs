@@ -107,6 +107,11 @@ pub trait Reconstruct: std::fmt::Debug + Send + Sync {
         false
     }
 
+    /// Time of one value on one core, of so many readings, within a factor of three, s.
+    fn value_seconds(&self, _readings: usize) -> f64 {
+        2e-6
+    }
+
     /// Checks every parameter that can be checked without readings.
     ///
     /// # Errors

@@ -114,6 +114,8 @@ pub(crate) struct PoseRows<'a> {
     sequence: Sequence<'a>,
     /// True if poses without a visit come after those with one; else they are left out.
     all: bool,
+    /// True if rows have the angles of the arms alone.
+    is_bare: bool,
     axes: Vec<(usize, Axis)>,
 }
 
@@ -125,7 +127,17 @@ impl<'a> PoseRows<'a> {
             schedule,
             sequence,
             all,
+            is_bare: false,
             axes: axes.map(|(d, axis)| (d, *axis)).collect(),
+        }
+    }
+
+    /// The same rows without coordinates and symmetries, which nothing said.
+    pub fn without_coordinates(self) -> Self {
+        Self {
+            is_bare: true,
+            axes: Vec::new(),
+            ..self
         }
     }
 
@@ -239,9 +251,11 @@ impl<'a> PoseRows<'a> {
         let p = &schedule.parametrization;
         let mut facts = Map::new();
         let mut add = |key: &str, value: Value| facts.insert(key.into(), value);
-        add("parametrization", json!(p.name()));
-        add("warp", json!(p.warp_name()));
-        add("symmetry", json!(p.symmetry()));
+        if !self.is_bare {
+            add("parametrization", json!(p.name()));
+            add("warp", json!(p.warp_name()));
+            add("symmetry", json!(p.symmetry()));
+        }
         add("sample_set", json!(schedule.sample_set));
         add("poses", json!(schedule.poses.len()));
         add("unphysical_share", json!(schedule.unphysical_share));

@@ -102,3 +102,30 @@ fn a_table_goes_into_another_format() {
     assert!(told.starts_with("table: 450, 550, 650 nm"), "{told}");
     bench.refused(&["convert", "red.bsdf", "red.binary"], 2);
 }
+
+/// A copy of readings that do not say their symmetries does not say them either: what is made of it is the same. Keys of the
+/// header that are lost are named.
+#[test]
+fn copies_of_bare_readings_are_reconstructed_alike() {
+    let bench = Bench::new();
+    let mut rows =
+        "# operator = Kim\n# Tuesday\ntheta_i_deg,phi_i_deg,theta_o_deg,phi_o_deg,value\n"
+            .to_owned();
+    for k in 0..90 {
+        let (i, o, phi) = (2 + 7 * (k % 9), 1 + 9 * (k % 7), 40 * (k % 11) - 170);
+        let value = 0.1 + 0.001 * f64::from(i + o);
+        rows += &format!("{i},{},{o},{phi},{value}\n", 30 * (k % 5));
+    }
+    fs::write(bench.path("bare.csv"), rows).unwrap();
+    let answer = |file: &str| {
+        let text = bench.shown(&format!("gonio reconstruct {file}"));
+        text.replace(file, "FILE")
+    };
+    let first = answer("bare.csv");
+    assert!(first.contains("isotropic"), "{first}");
+    for copy in ["copy.csv", "copy.jsonl", "copy.npz"] {
+        let said = bench.shown(&format!("gonio convert bare.csv {copy}"));
+        assert!(said.contains("left out of the header: operator"), "{said}");
+        assert_eq!(answer(copy), first, "{copy}");
+    }
+}

@@ -6,7 +6,9 @@ use gonio::formats::{self, Format, READ_READINGS, Readings, WRITE_READINGS};
 use gonio::geometry::{DirectionPair, Symmetry, distance};
 use gonio::measurement::{About, Details, Flags, Measurement, Outcome};
 use gonio::parametrization;
-use gonio::schedule::{Assume, Azimuth, Conventions, Pose, Quantity, Schedule, Sequence};
+use gonio::schedule::{
+    AngleUnit, Assume, Azimuth, Conventions, Pose, Quantity, Schedule, Sequence,
+};
 use std::sync::Arc;
 
 fn format(name: &str) -> Format {
@@ -342,6 +344,51 @@ fn conventions_of_the_command_line_are_for_them_too() {
         assert!(
             (turn - mirror).sin().abs() < 1e-12 && (turn - mirror).cos() > 0.0,
             "{turn}"
+        );
+    }
+}
+
+#[test]
+fn angles_of_astm_are_in_radians_or_said_to_be_degrees() {
+    let degrees = "LAB_NAME A\nSAMPLE_NAME \"steel\"\nVARS theta_i,phi_i,theta_s,phi_s,signal\n30,0,2,180,1.5\n30,0,60,10,2\n";
+    let astm = formats::READ_READINGS
+        .named("astm")
+        .unwrap()
+        .read_readings
+        .unwrap();
+    let read = |text: &str, angles| {
+        let mut assume = Assume::default();
+        assume.conventions.angles = angles;
+        astm(text, "m.astm", &assume)
+    };
+    let refused = |text: &str| read(text, None).err().unwrap().to_string();
+    let said = refused(degrees);
+    assert!(
+        said.contains("m.astm:4: theta_i = 30: allowed are at most 0.5 turns, in radians, or in degrees with --angles deg"),
+        "{said}"
+    );
+    let found = read(degrees, Some(AngleUnit::Degrees)).unwrap();
+    let pair = DirectionPair::from_spherical(
+        30_f64.to_radians(),
+        0.0,
+        2_f64.to_radians(),
+        std::f64::consts::PI,
+    );
+    assert!(
+        distance(
+            &found.measurement.schedule.poses[0].pair,
+            &pair,
+            Symmetry::NONE
+        ) < 1e-14
+    );
+    assert_eq!(found.about.material.as_deref(), Some("steel"));
+    assert_eq!(found.unread, ["LAB_NAME"]);
+    // An angle is no value.
+    for more in ["theta_i", "theta_t"] {
+        let said = refused(&degrees.replace("signal", more));
+        assert!(
+            said.contains(&format!("VARS names the angle {more}: allowed are")),
+            "{said}"
         );
     }
 }

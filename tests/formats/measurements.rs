@@ -65,6 +65,7 @@ pub fn measured(schedule: Schedule, channels: Channels, details: bool) -> (Measu
 
 pub fn about(measurement: &Measurement, itinerary: &Itinerary) -> About {
     About {
+        is_bare: false,
         material: Some("red # paint, \"matte\" = 1".into()),
         instrument: Some(itinerary.instrument.clone()),
         realisation: Some(3),

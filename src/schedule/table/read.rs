@@ -7,7 +7,7 @@
 use super::super::convention::Conventions;
 use super::super::format::ScheduleFormat;
 use super::{FileError, RowHash, WORDS};
-use crate::error::{excerpt, meant, reason};
+use crate::error::{count, excerpt, meant, reason};
 use crate::schedule::marks::{Marks, is_mark};
 use rustc_hash::FxHashSet;
 use serde::de::{Deserialize, DeserializeOwned, Deserializer, MapAccess, Visitor};
@@ -36,6 +36,10 @@ pub(crate) struct Table {
     pub lines: Vec<usize>,
     facts: Map<String, Value>,
     fact_lines: Vec<(String, usize)>,
+    /// Keys that no table of ours has.
+    others: Vec<String>,
+    /// Comments that are no keys.
+    prose: usize,
     /// Row-major; NaN is an empty cell.
     numbers: Vec<f64>,
     /// Words, one text per row, if there is a column of words.
@@ -43,6 +47,32 @@ pub(crate) struct Table {
     /// Texts in place of values.
     pub marks: Marks,
 }
+
+/// Keys of headers of ours, beside hashes.
+const FACTS: [&str; 22] = [
+    "assumes",
+    "axes",
+    "channels",
+    "columns",
+    "gonio",
+    "half_angles_deg",
+    "instrument",
+    "lattice",
+    "material",
+    "description",
+    "order",
+    "parametrization",
+    "poses",
+    "realisation",
+    "rows",
+    "sample_set",
+    "seed",
+    "symmetry",
+    "unit",
+    "unphysical_share",
+    "unreachable",
+    "warp",
+];
 
 /// Beginnings of the names of columns in which a text may stand for no number.
 const VALUES: [&str; 4] = ["value", "type_a", "type_b", "uncertainty"];
@@ -94,6 +124,18 @@ impl Table {
                 self.fact_error(key, format!("{key} = {}: {}", excerpt(&value), excerpt(&e)))
             }),
         }
+    }
+
+    /// What the header says beside [`FACTS`]: keys, and how many other comments.
+    pub fn unread(&self) -> Vec<String> {
+        let is_ours = |key: &str| FACTS.contains(&key) || key.ends_with("_hash");
+        let keys = self.facts.keys().filter(|key| !is_ours(key)).cloned();
+        let mut unread: Vec<String> = keys.chain(self.others.iter().cloned()).collect();
+        // Ours are written anew.
+        if self.facts.is_empty() && self.prose > 0 {
+            unread.push(count(self.prose, "comment"));
+        }
+        unread
     }
 
     /// An error about a fact.
@@ -353,21 +395,30 @@ impl Table {
 
     /// A comment that is `key = value` is a fact; every other one is prose.
     fn read_fact(&mut self, comment: &str, line: usize) -> Result<(), FileError> {
-        let Some((key, value)) = comment.split_once('=') else {
+        let is_key = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '_';
+        let parts = comment
+            .split_once('=')
+            .map(|(key, value)| (key.trim(), value));
+        let parts = parts.filter(|(key, _)| !key.is_empty() && key.chars().all(is_key));
+        let Some((key, value)) = parts else {
+            self.prose += 1;
             return Ok(());
         };
-        let key = key.trim();
-        let is_key = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '_';
-        if key.is_empty() || !key.chars().all(is_key) {
-            return Ok(());
-        }
         let value = value.trim();
         // Spreadsheets pad short lines to the width of the table.
         let value = value.trim_end_matches([',', ';', '\t']);
-        let value = serde_json::from_str(value).map_err(|_| {
-            let (key, value) = (excerpt(key), excerpt(value));
-            self.error(line, format!("{key} = {value}: allowed is a value in JSON"))
-        })?;
+        let value = match serde_json::from_str(value) {
+            Ok(value) => value,
+            Err(_) if !FACTS.contains(&key) => {
+                self.others.push(excerpt(key).into_owned());
+                return Ok(());
+            }
+            Err(_) => {
+                let (key, value) = (excerpt(key), excerpt(value));
+                let message = format!("{key} = {value}: allowed is a value in JSON");
+                return Err(self.error(line, message));
+            }
+        };
         self.facts.insert(key.into(), value);
         self.fact_lines.push((key.into(), line));
         Ok(())
