@@ -7,10 +7,10 @@ use super::energy::{EnergyArgs, Known};
 use super::output::refuse_other_endings;
 use super::reading::ReadingArgs;
 use super::readings_file::ReadingsFile;
-use super::talk::{suspected, with_bound};
+use super::talk::{say, suspected, with_bound};
 use super::{ThreadArgs, build, choose_material, format_names, print, refuse_unwritable, tabulate};
 use crate::brdf::Brdf;
-use crate::error::{self, Error, ParameterError, excerpt, one_of};
+use crate::error::{self, Error, ParameterError, count, excerpt, one_of};
 use crate::experiment::{AnyPlan, Kind, Plan, Source};
 use crate::files::write_atomically;
 use crate::formats::{self, Format, READ_READINGS, WRITE_READINGS, WRITE_TABLE};
@@ -154,6 +154,23 @@ fn shares(covered: &Covered<'_>) -> String {
     )
 }
 
+/// Share of a table between readings below which it is doubted.
+const FEW: f64 = 0.05;
+
+/// Doubts a table of which hardly anything is between readings.
+fn doubt_table(covered: &Covered<'_>, readings: usize) {
+    let between = Coverage::ALL.iter().zip(covered.shares());
+    let between = between.filter(|((of, _), _)| *of == Coverage::Interpolated);
+    let share: f64 = between.map(|(_, share)| share).sum();
+    if share < FEW {
+        say(&format!(
+            "gonio: {} make this table, of which {:.1} % is between them",
+            count(readings, "reading"),
+            100.0 * share
+        ));
+    }
+}
+
 /// What a reconstruction is compared with.
 enum Truth {
     /// Another BRDF, at the test pairs of these measures.
@@ -294,6 +311,7 @@ impl Reconstruct {
             covered.forget();
             tabulate::write(table, 0, &covered, path, || "--output".into())?;
             print(&shares(&covered))?;
+            doubt_table(&covered, measurement.readings());
         }
         if let Some(path) = &self.picture {
             picture(&*brdf, path)?;
