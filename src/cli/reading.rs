@@ -113,6 +113,10 @@ impl ReadingArgs {
         };
         let all = load_all_readings(paths, &assume, |path, readings| {
             detail(|| format!("gonio: reads {}", path.display()));
+            let readings = match readings {
+                Ok(readings) => readings,
+                Err(e) => return say(&format!("gonio: {e}; the file is left out")),
+            };
             if let Some(given) = self.half_angles {
                 readings.measurement.half_angles_deg = given;
             }

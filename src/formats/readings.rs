@@ -87,39 +87,70 @@ pub fn load_readings(path: &Path, assume: &Assume) -> Result<Readings, Error> {
     )?)
 }
 
-/// Reads files of one material, at least one; `see` is shown each. Origin of all is that of the first.
+/// Reads files of one material, at least one; `see` is shown each. Of several those whose content cannot be read are left out:
+/// `see` is shown why. Origin of all is that of the first.
 ///
 /// # Errors
-/// As [`load_readings`]; a file that is there twice; other channels or symmetries than those of the first, or other names of material
-/// or instrument, unless `assume` takes them for one.
-///
-/// # Panics
-/// Without a file.
+/// As [`load_readings`], if no file can be read or one is not there; a file that is there twice; other channels or symmetries than
+/// those of the first, or other names of material or instrument, unless `assume` takes them for one.
 pub fn load_all_readings(
     paths: &[PathBuf],
     assume: &Assume,
-    mut see: impl FnMut(&Path, &mut Readings),
+    mut see: impl FnMut(&Path, Result<&mut Readings, &Error>),
 ) -> Result<Readings, Error> {
-    let mut load = |path: &PathBuf| {
-        let mut readings = load_readings(path, assume)?;
-        see(path, &mut readings);
-        Ok::<_, Error>(readings)
-    };
-    let mut all = load(&paths[0])?;
-    let first = paths[0].display();
-    for (i, path) in paths.iter().enumerate().skip(1) {
-        // `load` reports a file that does not exist.
+    let mut all: Option<(&Path, Readings)> = None;
+    let mut failed = Vec::new();
+    for (i, path) in paths.iter().enumerate() {
+        // `load_readings` reports a file that does not exist.
         let file = |path: &PathBuf| path.canonicalize().unwrap_or_else(|_| path.clone());
         if paths[..i].iter().any(|other| file(other) == file(path)) {
             let message = "it is there twice; allowed: each file of readings once";
             return Err(Error::data(path, message));
         }
-        let further = load(path)?;
+        let further = match load_readings(path, assume) {
+            Ok(mut further) => {
+                see(path, Ok(&mut further));
+                further
+            }
+            Err(e @ Error::Data { .. }) if paths.len() > 1 && path.is_file() => {
+                see(path, Err(&e));
+                failed.push(e);
+                continue;
+            }
+            Err(e) => return Err(e),
+        };
+        all = Some(match all {
+            None => (path, further),
+            Some((first, all)) => (first, all.with(further, [first, path], assume)?),
+        });
+    }
+    match all {
+        Some((_, mut all)) => {
+            all.lost += failed.len();
+            let sentences = failed.iter().map(|e| format!("{e}; the file is left out"));
+            all.warnings.extend(sentences);
+            Ok(all)
+        }
+        None => {
+            let none = || Error::Internal("a file of readings is required".into());
+            Err(failed.into_iter().next().unwrap_or_else(none))
+        }
+    }
+}
+
+impl Readings {
+    /// Those of another file after these; the files of both.
+    fn with(
+        mut self,
+        further: Self,
+        [first, path]: [&Path; 2],
+        assume: &Assume,
+    ) -> Result<Self, Error> {
         for (what, [one, other]) in [
-            ("material", [&all.about.material, &further.about.material]),
+            ("material", [&self.about.material, &further.about.material]),
             (
                 "instrument",
-                [&all.about.instrument, &further.about.instrument],
+                [&self.about.instrument, &further.about.instrument],
             ),
         ] {
             if let (Some(one), Some(other)) = (one, other)
@@ -128,41 +159,41 @@ pub fn load_all_readings(
             {
                 let [one, other] = [one, other].map(|name| excerpt(name));
                 let message = format!(
-                    "these readings are of the {what} {other:?}, those of {first} of {one:?}; allowed: readings of one, or --mixed"
+                    "these readings are of the {what} {other:?}, those of {} of {one:?}; allowed: readings of one, or --mixed",
+                    first.display()
                 );
                 return Err(Error::data(path, message));
             }
         }
         let folded = |m: &Measurement| m.schedule.parametrization.symmetry();
-        let alike = folded(&all.measurement) == folded(&further.measurement);
-        let both = all.measurement.followed_by(&further.measurement);
-        all.measurement = both
-            .filter(|_| alike)
-            .ok_or_else(|| {
-                let message = format!(
-                    "its channels or symmetries are not those of {first}; allowed: readings of one material"
-                );
-                Error::data(path, message)
-            })?;
+        let alike = folded(&self.measurement) == folded(&further.measurement);
+        let both = self.measurement.followed_by(&further.measurement);
+        self.measurement = both.filter(|_| alike).ok_or_else(|| {
+            let message = format!(
+                "its channels or symmetries are not those of {}; allowed: readings of one material",
+                first.display()
+            );
+            Error::data(path, message)
+        })?;
         // What was done once is not said of all.
-        all.about = About {
-            material: all.about.material.or(further.about.material),
-            instrument: all.about.instrument.or(further.about.instrument),
-            is_bare: all.about.is_bare && further.about.is_bare,
+        self.about = About {
+            material: self.about.material.or(further.about.material),
+            instrument: self.about.instrument.or(further.about.instrument),
+            is_bare: self.about.is_bare && further.about.is_bare,
             ..About::default()
         };
         for key in further.unread {
-            if !all.unread.contains(&key) {
-                all.unread.push(key);
+            if !self.unread.contains(&key) {
+                self.unread.push(key);
             }
         }
-        all.notes.extend(further.notes);
-        all.warnings.extend(further.warnings);
-        all.rows += further.rows;
-        all.lost += further.lost;
-        all.intact &= further.intact;
+        self.notes.extend(further.notes);
+        self.warnings.extend(further.warnings);
+        self.rows += further.rows;
+        self.lost += further.lost;
+        self.intact &= further.intact;
+        Ok(self)
     }
-    Ok(all)
 }
 
 /// Reads a text by the function of its format. One that was cut is read up to the cut if `assume`

@@ -226,12 +226,18 @@ fn read(text: &str, name: &str, assume: &Assume) -> Result<Readings, FileError> 
     // Our own files count azimuths from the sample, and say what is below their noise.
     let doubt = !file.intact && assume.conventions.azimuth.is_none();
     let peak = retro_peak(&measurement).filter(|_| doubt);
-    let incomplete = (file.incomplete > 0).then(|| {
-        format!(
-            "{} without the value of some channel: no reading",
-            count(file.incomplete, "row")
-        )
-    });
+    let incomplete = [
+        (
+            file.unplaced,
+            "without an angle or a wavelength: passed over",
+        ),
+        (
+            file.incomplete,
+            "without the value of some channel: no reading",
+        ),
+    ];
+    let incomplete = incomplete.into_iter().filter(|(rows, _)| *rows > 0);
+    let incomplete = incomplete.map(|(rows, what)| format!("{} {what}", count(rows, "row")));
     let doubtful = match file.intact {
         true => Vec::new(),
         false => seem_no_readings(&measurement),
@@ -260,7 +266,7 @@ fn read(text: &str, name: &str, assume: &Assume) -> Result<Readings, FileError> 
             .chain(percent)
             .collect(),
         rows: file.rows,
-        lost: file.marks.count() + file.incomplete,
+        lost: file.marks.count() + file.incomplete + file.unplaced,
         intact: file.intact,
         measurement,
         about: file.about,

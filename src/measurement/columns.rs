@@ -23,7 +23,7 @@ const FAMILIES: [&str; 5] = [VALUE, VALUE_COS, TYPE_A, TYPE_B, UNCERTAINTY];
 pub(super) const ENDS: [&str; 3] = ["_r", "_g", "_b"];
 
 /// The column with the wavelength of a row, nm.
-const WAVELENGTH: &str = "wavelength_nm";
+pub(super) const WAVELENGTH: &str = "wavelength_nm";
 
 /// Names of the columns of a family.
 pub(super) fn columns_of(family: &str, channels: &Channels) -> Vec<String> {

@@ -24,11 +24,13 @@
 //! earlier one; where there is none, rows of one pose are repeats and are averaged, see
 //! [`Measurement::merged`].
 
-use super::columns::{self, TYPE_A, TYPE_B, UNCERTAINTY, VALUE, ValueColumns, columns_of};
+use super::columns::{
+    self, TYPE_A, TYPE_B, UNCERTAINTY, VALUE, ValueColumns, WAVELENGTH, columns_of,
+};
 use super::merge::Pool;
 use super::{Flags, Measurement, Negative, Outcome, Place, WIDEST_DEG};
 use crate::error::{count, excerpt};
-use crate::schedule::arms::take_horizon;
+use crate::schedule::arms::{take_horizon, take_incomplete};
 use crate::schedule::export::{PoseRows, description};
 use crate::schedule::import::{Again, Rows, known_columns};
 use crate::schedule::marks::Marks;
@@ -94,6 +96,8 @@ pub struct MeasurementFile {
     pub unread: Vec<String>,
     /// Rows that were read.
     pub rows: usize,
+    /// Those of them without an angle or a wavelength, which were passed over.
+    pub unplaced: usize,
     /// Those of them with a direction at the horizon, which were passed over.
     pub at_horizon: usize,
     /// Those of them that have the light there.
@@ -297,6 +301,16 @@ pub fn read_measurement(
         known_columns(table, &assume.axes, &further)
     })?;
     let is_ours = is_ours(&table)?;
+    let unplaced = match is_ours {
+        true => 0,
+        false => take_incomplete(&mut table, &[WAVELENGTH]),
+    };
+    if unplaced > 0 && table.lines.is_empty() {
+        return Err(FileError::whole(
+            name,
+            "no row has all of its angles and a wavelength",
+        ));
+    }
     let [at_horizon, lights_at_horizon] = match is_ours {
         true => [0; 2],
         false => take_horizon(&mut table, conventions),
@@ -363,7 +377,11 @@ pub fn read_measurement(
         }
     }
     for (&row, &pose) in kept.iter().zip(&order) {
-        if let Some(missing) = pool.missing(pose as usize) {
+        let missing = pool.missing(pose as usize);
+        if missing.is_some() && !is_ours {
+            pool.lose(pose as usize);
+            incomplete += 1;
+        } else if let Some(missing) = missing {
             let nm = columns.channels.wavelengths().map(|w| w.nm()[missing]);
             let message = format!(
                 "this pose has no reading at {} nm; allowed: one at every wavelength of the file",
@@ -397,7 +415,8 @@ pub fn read_measurement(
         averaged,
         exact,
         signed: rows.signed,
-        rows: table.lines.len() + at_horizon,
+        unplaced,
+        rows: table.lines.len() + at_horizon + unplaced,
         at_horizon,
         lights_at_horizon,
         negative,

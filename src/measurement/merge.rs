@@ -198,6 +198,11 @@ impl Pool {
         means.iter().position(|m| read && m.count == 0)
     }
 
+    /// Takes a configuration for one without a reading.
+    pub fn lose(&mut self, pose: usize) {
+        self.outcomes[pose] = Some(Outcome::NoData);
+    }
+
     /// Readings beyond the first of each channel of each configuration.
     pub fn repeats(&self) -> usize {
         let beyond = self.means.iter().map(|m| m.count.saturating_sub(1));

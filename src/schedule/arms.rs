@@ -75,6 +75,21 @@ fn is_above(theta: f64) -> bool {
     theta < 90.0 && theta.to_radians().cos() > GRAZING_COS
 }
 
+/// Takes out the rows without an angle, or without a number in one of `further` columns; how many.
+pub(crate) fn take_incomplete(table: &mut Table, further: &[&str]) -> usize {
+    let rows = table.lines.len();
+    let angles = ["theta_i", "phi_i", "theta_o", "phi_o", "delta_phi"];
+    let angles = angles.iter().filter_map(|name| Angles::find(table, name));
+    let further = further.iter().filter_map(|name| table.column(name));
+    let needed: Vec<usize> = angles.map(|a| a.column).chain(further).collect();
+    table.retain(|table, row| {
+        needed
+            .iter()
+            .all(|column| table.number(row, *column).is_some())
+    });
+    rows - table.lines.len()
+}
+
 /// Takes out the rows with a direction at the horizon, where f_r is of no use; their number, and that of those with the light
 /// there. What is further down stays, for [`read_pairs`] to refuse: it is an angle of another meaning.
 pub(crate) fn take_horizon(table: &mut Table, conventions: &Conventions) -> [usize; 2] {

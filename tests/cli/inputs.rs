@@ -258,6 +258,65 @@ fn threads_that_cannot_be_are_refused() {
     );
 }
 
+/// What cannot be read is lost alone, and counted: a row without an angle or a wavelength, a pose without one of the wavelengths, a
+/// file of several.
+#[test]
+fn bad_parts_spoil_themselves_only() {
+    let bench = bench();
+    let head = "theta_i_deg,phi_i_deg,theta_o_deg,phi_o_deg,wavelength_nm,value\n";
+    let row =
+        |k: usize, nm: &str| format!("{},0,{},{},{nm},0.{}\n", 1 + k, 2 + k, 9 * k, 1 + k % 9);
+    let good: String = (0..20).map(|k| row(k, "450") + &row(k, "550")).collect();
+    let convert = |more: &str| {
+        fs::write(bench.path("nm.csv"), format!("{head}{good}{more}")).unwrap();
+        let output = bench.gonio(&["convert", "nm.csv", "nm.jsonl", "--force"]);
+        let said = String::from_utf8(output.stderr).unwrap();
+        assert_eq!(output.status.code(), Some(0), "{said}");
+        let lines = bench.read("nm.jsonl");
+        let values = lines.lines().skip(1).map(|line| {
+            let row: serde_json::Value = serde_json::from_str(line).unwrap();
+            ["value_450nm", "value_550nm"].map(|name| row[name].as_f64())
+        });
+        (values.filter(|v| v[0].is_some()).collect::<Vec<_>>(), said)
+    };
+    let (clean, said) = convert("");
+    assert!(clean.len() == 20 && !said.contains("passed over"), "{said}");
+    for (more, sentence) in [
+        (
+            row(30, "NaN"),
+            "1 row without an angle or a wavelength: passed over",
+        ),
+        (
+            row(30, "450").replace("31,0", "n.a.,0"),
+            "1 row without an angle or a wavelength",
+        ),
+        (
+            row(30, "550"),
+            "1 row without the value of some channel: no reading",
+        ),
+    ] {
+        let (values, said) = convert(&more);
+        assert_eq!(values, clean, "{more}");
+        assert!(said.contains(sentence), "{said}");
+        let strict = bench.gonio(&["reconstruct", "nm.csv", "--strict"]);
+        assert_eq!(strict.status.code(), Some(3));
+    }
+    // One file of several.
+    fs::write(bench.path("cut.csv"), "theta_i_deg,phi_i_deg\n1,").unwrap();
+    let run = ["convert", "a.csv", "cut.csv", "b.csv", "c.jsonl", "--force"];
+    let output = bench.gonio(&run);
+    let said = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(0), "{said}");
+    assert!(
+        said.contains("cut.csv:") && said.contains("; the file is left out"),
+        "{said}"
+    );
+    let strict = bench.gonio(&[&run[..], &["--strict"]].concat());
+    assert_eq!(strict.status.code(), Some(3));
+    let missing = bench.refused(&["convert", "a.csv", "none.csv", "c.jsonl", "--force"], 3);
+    assert!(missing.contains("none.csv"), "{missing}");
+}
+
 /// Every command ends at once, leaves nothing half-written and says by which signal.
 #[test]
 #[cfg(unix)]

@@ -74,9 +74,6 @@ const FACTS: [&str; 22] = [
     "warp",
 ];
 
-/// Beginnings of the names of columns in which a text may stand for no number.
-const VALUES: [&str; 4] = ["value", "type_a", "type_b", "uncertainty"];
-
 impl Table {
     /// A table without facts or rows.
     pub fn named(name: &str) -> Self {
@@ -356,12 +353,10 @@ impl Table {
             }
             self.lines.push(line);
             for (d, cell) in cells.enumerate() {
-                let is_marked =
-                    VALUES.iter().any(|v| self.columns[d].starts_with(v)) && is_mark(cell);
                 let value = if self.columns[d] == WORDS {
                     self.words.push(cell.to_owned());
                     Ok(f64::NAN)
-                } else if is_marked {
+                } else if is_mark(cell) && !self.columns[d].is_empty() {
                     self.marks.see(cell);
                     Ok(f64::NAN)
                 } else if cell.is_empty() || self.columns[d].is_empty() {
