@@ -91,7 +91,7 @@
 //! [`docs::design`]: why the house stands as it does. [`docs::errata`]: what the papers misprint.
 //! [`docs::parametrizations`]: which coordinates to sample and to reconstruct in.
 //! [`docs::light_paths`]: which coordinates tell apart how many facets light met.
-//! [`docs::planning`]: which poses to read next. [`docs::stability`]: what becomes of digits at the edges. [`docs::relations`]: moments of a slice and of the picture. [`docs::formats`]: files. [`docs::cluster`]: many machines at once.
+//! [`docs::planning`]: which poses to read next. [`docs::stability`]: what becomes of digits at the edges. [`docs::relations`]: moments of a slice and of the picture. [`docs::formats`]: files. [`docs::inputs`]: what is refused, doubted and counted. [`docs::cluster`]: many machines at once.
 //! [`docs::python`]: NumPy arrays in and out.
 //! [`docs::changelog`].
 

@@ -12,6 +12,9 @@ pub mod design {}
 #[doc = include_str!("formats.md")]
 pub mod formats {}
 
+#[doc = include_str!("inputs.md")]
+pub mod inputs {}
+
 #[doc = include_str!("errata.md")]
 pub mod errata {}
 

@@ -162,6 +162,7 @@ pub fn measure(
     }
     let planned = instrument.and_then(|i| i.planned.as_ref());
     let about = |planned: Option<&PlannedInstrument>| About {
+        is_bare: false,
         material: Some(material.label.clone()),
         instrument: Some(planned.map_or(IDEAL, |i| &i.name).into()),
         realisation: planned.map(|i| i.realisation(seed)),
