@@ -9,7 +9,7 @@ import subprocess
 import sys
 
 import pytest
-from conftest import GONIO
+from conftest import GONIO, needs
 from one_node import Slurm, missing, state, until
 
 ROOT = pathlib.Path(__file__).parents[2]
@@ -22,11 +22,11 @@ ROWS = 20 * 4 * 2 * 2
 # Where a user has them: `gonio`, and what is installed beside this Python.
 PATH = os.pathsep.join([str(GONIO.parent), str(pathlib.Path(sys.executable).parent), os.environ["PATH"]])
 
-no_slurm = pytest.mark.skipif(missing() is not None, reason=f"no Slurm: {missing()}")
+needs_slurm = needs(besides=lambda: missing() and f"no Slurm: {missing()}")
 
 
-def needs(program):
-    return pytest.mark.skipif(shutil.which(program, path=PATH) is None, reason=f"no {program}")
+def needs_program(program):
+    return needs(besides=lambda: None if shutil.which(program, path=PATH) else f"no program {program}")
 
 
 def rows(folder):
@@ -94,7 +94,7 @@ def submitted(slurm, folder):
     return array, merge
 
 
-@no_slurm
+@needs_slurm
 def test_an_array_makes_the_rows_of_a_whole_run(slurm, folder, whole):
     array, merge = submitted(slurm, folder)
     assert slurm.ended(merge) == {None: "COMPLETED"}, slurm.logs()
@@ -106,7 +106,7 @@ def test_an_array_makes_the_rows_of_a_whole_run(slurm, folder, whole):
     assert all(row in whole for o in own for row in o)
 
 
-@no_slurm
+@needs_slurm
 def test_a_cancelled_task_goes_on(slurm, folder, whole, gonio):
     array, merge = submitted(slurm, folder)
     _, kept = held(folder, 2, lambda: slurm.processes(SLURM_ARRAY_JOB_ID=array, SLURM_ARRAY_TASK_ID=2))
@@ -131,7 +131,7 @@ def test_a_cancelled_task_goes_on(slurm, folder, whole, gonio):
     assert [lines(p) for p in three] == before
 
 
-@no_slurm
+@needs_slurm
 def test_the_failure_of_a_node_costs_its_task_and_no_other(slurm, folder, whole):
     array, merge = submitted(slurm, folder)
     process, kept = held(folder, 3, lambda: slurm.processes(SLURM_ARRAY_JOB_ID=array, SLURM_ARRAY_TASK_ID=3))
@@ -186,14 +186,14 @@ def running(folder, number):
     return found
 
 
-@needs("parallel")
+@needs_program("parallel")
 def test_gnu_parallel_makes_the_rows_of_a_whole_run(folder, whole):
     command = ["./parallel.sh", str(PARTS), "quickstart.toml", *OPTIONS]
     disturbed(folder, command, {"JOBS": str(PARTS)})
     assert rows(folder / "runs/quickstart") == whole
 
 
-@needs("snakemake")
+@needs_program("snakemake")
 def test_snakemake_makes_the_rows_of_a_whole_run(folder, whole):
     options = "options=" + " ".join(OPTIONS)
     command = ["snakemake", "--snakefile", "Snakefile", "--cores", str(PARTS), "--keep-going"]

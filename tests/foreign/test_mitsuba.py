@@ -1,14 +1,16 @@
 """Mitsuba 3 opens the tables that gonio writes: values, and the densities it draws samples from."""
 
 import csv
+import math
 
 import pytest
+from conftest import lack, needs, optional
 
-np = pytest.importorskip("numpy")
-mi = pytest.importorskip("mitsuba")
+np, mi = optional("numpy"), optional("mitsuba")
+pytestmark = needs("numpy", "mitsuba")
 
 COUNT = 1000
-HIGHEST = np.radians(80)
+HIGHEST = math.radians(80)
 NEEDLE = '''kind = "sum"
 component = [
     { weight = 1, brdf = { kind = "lambert", albedo = 0.3 } },
@@ -158,7 +160,7 @@ def test_samples_have_the_density_that_is_said(gonio, tmp_path, degrees):
     try:
         mi.set_variant("llvm_ad_rgb")
     except ImportError as e:
-        pytest.skip(f"no LLVM for Mitsuba: {e}"[:120])
+        lack(f"no LLVM for Mitsuba: {e}"[:120])
     import drjit as dr
     from mitsuba.chi2 import ChiSquareTest, SphericalDomain
 

@@ -1,8 +1,9 @@
 """NumPy opens the archives that gonio writes, and gonio those of NumPy."""
 
-import pytest
+from conftest import needs, optional
 
-np = pytest.importorskip("numpy")
+np = optional("numpy")
+pytestmark = needs("numpy")
 
 MATERIAL = '[[material]]\nkind = "ggx"\nalpha = 0.3\n'
 

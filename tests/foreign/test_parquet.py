@@ -4,11 +4,10 @@ import csv
 import subprocess
 
 import pytest
+from conftest import GONIO, lack, needs, optional
 
-from conftest import GONIO
-
-pa = pytest.importorskip("pyarrow")
-parquet = pytest.importorskip("pyarrow.parquet")
+pa, parquet = optional("pyarrow"), optional("pyarrow.parquet")
+pytestmark = needs("pyarrow", "pyarrow.parquet")
 
 SCENE = """
 quantities = ["albedo"]
@@ -27,13 +26,13 @@ preset = "cornell"
 
 @pytest.fixture(autouse=True)
 def build_with_parquet(tmp_path):
-    """Skips what a build cannot do that says so."""
+    """A build that cannot write it says so, and checks nothing."""
     config = tmp_path / "asked.toml"
     config.write_text(SCENE)
     done = subprocess.run([GONIO, "check", config], capture_output=True, text=True)
     if "lacks the feature parquet" in done.stderr:
         assert done.returncode == 2
-        pytest.skip(done.stderr.strip())
+        lack(done.stderr.strip())
 
 
 def test_arrow_reads_the_rows_of_a_run(gonio, tmp_path):

@@ -13,10 +13,12 @@ import threading
 import time
 import warnings
 
-import numpy as np
 import pytest
+from conftest import lack, needs, optional
 
-g = pytest.importorskip("gonio", reason="the wheel is not installed")
+np, g = optional("numpy"), optional("gonio")
+# Of the package, a wheel that `.ci/foreign` builds and installs.
+pytestmark = needs("numpy", "gonio")
 
 PACKAGE = pathlib.Path(__file__).parents[2] / "src/python"
 
@@ -146,7 +148,7 @@ def test_values_are_those_of_the_library(capsys):
     """GGX at a million pairs against the library alone, with as many threads: equal bits, at most twice the time."""
     native = os.environ.get("GONIO_NATIVE")
     if not native:
-        pytest.skip("GONIO_NATIVE does not name the example `native`")
+        lack("GONIO_NATIVE does not name the example `native`")
     light, sensor = cosine(1_000_000, 1), cosine(1_000_000, 2)
     ggx = g.Material("ggx", alpha=0.3)
     bytes_in = np.concatenate([light, sensor], 1).astype("<f8").tobytes()
@@ -168,7 +170,7 @@ def test_values_are_those_of_the_library(capsys):
 def test_wheels_are_small():
     wheel = os.environ.get("GONIO_WHEEL")
     if not wheel:
-        pytest.skip("GONIO_WHEEL does not name the wheel")
+        lack("GONIO_WHEEL does not name the wheel")
     assert os.path.getsize(wheel) <= 5e6
 
 
@@ -235,6 +237,7 @@ def test_suggestions_are_those_of_the_command(gonio, tmp_path):
     assert np.allclose(first.schedule.omega_o, theirs.omega_o, rtol=0, atol=1e-15)
 
 
+@needs("pandas")
 def test_a_run_has_the_rows_of_the_command(gonio, tmp_path):
     keys = {
         "budgets": [100, 250],
@@ -258,7 +261,8 @@ def test_a_run_has_the_rows_of_the_command(gonio, tmp_path):
                 assert [str(v).lower() for v in values] == given, name
             else:
                 assert np.array_equal(values, column(theirs, name), equal_nan=True), name
-    pandas = pytest.importorskip("pandas")
+    import pandas
+
     frame = pandas.DataFrame(table)
     assert frame.groupby("material").nrmse.max()["lambert"] < 1e-12 and frame.readings.dtype.kind == "i"
     # By hand, the same number.
@@ -309,7 +313,7 @@ print(hashlib.sha256(b"".join(a.tobytes() for a in made)).hexdigest())
 # Laws
 
 
-@pytest.mark.parametrize("name", list(g.parametrizations()))
+@pytest.mark.parametrize("name", list(g.parametrizations()) if g else ["none"])
 def test_coordinates_go_round(name):
     light, sensor = cosine(20_000, 1), cosine(20_000, 2)
     steep = (light[:, 2] > 1e-3) & (sensor[:, 2] > 1e-3)
@@ -710,11 +714,12 @@ def test_files_are_not_replaced_unasked(tmp_path):
 # Examples
 
 
+@needs("mitsuba", "nbformat", "nbclient", "ipykernel")
 def test_the_notebook_runs(tmp_path):
     """From readings to a rendered sphere; the picture is of three spheres that are alike."""
-    pytest.importorskip("mitsuba")
-    nbformat, nbclient = pytest.importorskip("nbformat"), pytest.importorskip("nbclient")
-    pytest.importorskip("ipykernel")
+    import nbclient
+    import nbformat
+
     folder = PACKAGE / "examples"
     (tmp_path / "mitsuba_bsdf.py").write_text((folder / "mitsuba_bsdf.py").read_text())
     notebook = nbformat.read(folder / "readings_to_sphere.ipynb", 4)

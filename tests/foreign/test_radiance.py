@@ -2,20 +2,23 @@
 
 import csv
 import json
+import math
 import os
 import pathlib
 import subprocess
 import sys
 
 import pytest
+from conftest import needs, optional
 
-np = pytest.importorskip("numpy")
-pyradiance = pytest.importorskip("pyradiance")
+np, pyradiance = optional("numpy"), optional("pyradiance")
+pytestmark = needs("numpy", "pyradiance")
 
-BIN = pathlib.Path(pyradiance.__file__).parent / "bin"
-os.environ["RAYPATH"] = f".:{BIN.parent / 'lib'}"
+if pyradiance:
+    BIN = pathlib.Path(pyradiance.__file__).parent / "bin"
+    os.environ["RAYPATH"] = f".:{BIN.parent / 'lib'}"
 COUNT = 1000
-HIGHEST = np.radians(80)
+HIGHEST = math.radians(80)
 
 
 def radiance(program, *args, cwd, stdin=None):
@@ -94,7 +97,7 @@ def test_a_tree_has_the_values(gonio, tmp_path):
 
 
 # Weights of R, G, B in the luminance of Radiance (`color.h`).
-WEIGHTS = np.array([0.265, 0.670, 0.065])
+WEIGHTS = [0.265, 0.670, 0.065]
 
 
 @pytest.mark.parametrize(
