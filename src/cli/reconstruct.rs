@@ -144,31 +144,22 @@ fn fill() -> impl TypedValueParser<Value = Fill> {
     })
 }
 
-/// Shares of the table by coverage.
-fn shares(covered: &Covered<'_>) -> String {
-    let shares = Coverage::ALL.iter().zip(covered.shares());
-    let shares = shares.map(|((_, name), share)| format!("{:.1} % {name}", 100.0 * share));
-    format!(
-        "coverage of the table: {}\n",
-        shares.collect::<Vec<_>>().join(", ")
-    )
-}
-
 /// Share of a table between readings below which it is doubted.
 const FEW: f64 = 0.05;
 
-/// Doubts a table of which hardly anything is between readings.
-fn doubt_table(covered: &Covered<'_>, readings: usize) {
-    let between = Coverage::ALL.iter().zip(covered.shares());
-    let between = between.filter(|((of, _), _)| *of == Coverage::Interpolated);
-    let share: f64 = between.map(|(_, share)| share).sum();
-    if share < FEW {
+/// Shares of the table by coverage; one of which hardly anything is between readings is doubted.
+fn shares(covered: &Covered<'_>, readings: usize) -> String {
+    let all = Coverage::ALL.iter().zip(covered.shares());
+    let mut few = all.clone();
+    if few.any(|((of, _), share)| *of == Coverage::Interpolated && share < FEW) {
+        let readings = count(readings, "reading");
         say(&format!(
-            "gonio: {} make this table, of which {:.1} % is between them",
-            count(readings, "reading"),
-            100.0 * share
+            "gonio: hardly any of this table is between its {readings}"
         ));
     }
+    let shares = all.map(|((_, name), share)| format!("{:.1} % {name}", 100.0 * share));
+    let shares: Vec<String> = shares.collect();
+    format!("coverage of the table: {}\n", shares.join(", "))
 }
 
 /// What a reconstruction is compared with.
@@ -177,11 +168,6 @@ enum Truth {
     Brdf(Box<dyn Brdf>, MetricsSpec, Vec<Measure>),
     /// Other readings.
     Readings(Jury),
-}
-
-fn is_svg(path: &Path) -> bool {
-    path.extension()
-        .is_some_and(|e| e.eq_ignore_ascii_case("svg"))
 }
 
 /// Light at 0°, 30° and 60°, and sensors every 5° of elevation and 15° of azimuth.
@@ -207,7 +193,9 @@ impl Reconstruct {
         if let Some(path) = &self.picture {
             refuse_other_endings(path, "png")?;
         }
-        let where_uncertain = self.uncertainty.as_deref().filter(|path| !is_svg(path));
+        let is_svg = |e: &std::ffi::OsStr| e.eq_ignore_ascii_case("svg");
+        let is_table = |path: &&Path| !path.extension().is_some_and(is_svg);
+        let where_uncertain = self.uncertainty.as_deref().filter(is_table);
         let where_uncertain = where_uncertain
             .map(|path| ReadingsFile::new(None, path)?.for_uncertainties())
             .transpose()?;
@@ -310,8 +298,7 @@ impl Reconstruct {
             // What this asked for is no cell of the table.
             covered.forget();
             tabulate::write(table, 0, &covered, path, || "--output".into())?;
-            print(&shares(&covered))?;
-            doubt_table(&covered, measurement.readings());
+            print(&shares(&covered, measurement.readings()))?;
         }
         if let Some(path) = &self.picture {
             picture(&*brdf, path)?;

@@ -13,7 +13,7 @@ use std::fmt;
 use std::ops::Range;
 use std::path::Path;
 use toml::de::{DeTable, DeValue};
-use toml_edit::{DocumentMut, Item, Key, Value};
+use toml_edit::{DocumentMut, Item, Key, TomlError, Value};
 
 /// Every member of an array, in a key.
 const ALL: &str = "all";
@@ -104,7 +104,12 @@ impl Source {
         let mut document: DocumentMut = self
             .text
             .parse()
-            .map_err(|e| Error::Internal(format!("a config that was read before: {e}")))?;
+            // Numbers that no type holds are refused here alone.
+            .map_err(|e: TomlError| {
+                let start = e.span().map_or(0, |span| span.start);
+                let message = e.message().lines().collect::<Vec<_>>().join(", ");
+                Error::config(self.line(&self.text, start), message)
+            })?;
         let each = members(document.as_item(), keys);
         if each.is_empty() {
             let key = excerpt(key);

@@ -6,9 +6,7 @@ use crate::measurement::Measurement;
 use crate::numeric::wrap_angle;
 use crate::parametrization::Parametrization;
 use crate::reconstruct::{Still, are_in_plane, still};
-use rustc_hash::FxHashMap;
 use std::fmt;
-use std::hash::Hash;
 
 /// Groups that are left out in turn, at most: each costs a reconstruction.
 const MOST: usize = 10;
@@ -234,12 +232,12 @@ fn directions(pairs: &[DirectionPair]) -> Vec<usize> {
     numbers(pairs.iter().map(key))
 }
 
-/// A number for each thing: that of the first that is equal.
-fn numbers<K: Hash + Eq>(things: impl Iterator<Item = K>) -> Vec<usize> {
-    let mut known = FxHashMap::default();
-    let number = |thing| {
-        let next = known.len();
-        *known.entry(thing).or_insert(next)
-    };
-    things.map(number).collect()
+/// A number for each thing, by their order: what is left out does not depend on the order of rows.
+fn numbers<K: Ord + Copy>(things: impl Iterator<Item = K>) -> Vec<usize> {
+    let things: Vec<K> = things.collect();
+    let mut known = things.clone();
+    known.sort_unstable();
+    known.dedup();
+    let number = |thing: &K| known.partition_point(|other| other < thing);
+    things.iter().map(number).collect()
 }

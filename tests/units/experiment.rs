@@ -92,7 +92,8 @@ mod row {
         let text = serde_json::to_string(&row).unwrap();
         let value: serde_json::Value = serde_json::from_str(&text).unwrap();
         let written: Vec<_> = value.as_object().unwrap().keys().cloned().collect();
-        let columns: Vec<_> = Row::columns().map(|(name, _)| name).collect();
+        let columns = Row::columns().chain(Row::times());
+        let columns: Vec<_> = columns.map(|(name, _)| name).collect();
         assert_eq!(written, columns);
         assert!(Row::columns().all(|(_, meaning)| !meaning.is_empty()));
         assert_eq!(serde_json::from_str::<Row>(&text).unwrap(), row);

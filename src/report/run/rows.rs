@@ -3,11 +3,10 @@
 //! A line ends with its seal: [`RESULTS_REVISION`], a colon, and 16 hexadecimal digits of the BLAKE3 of the bytes before it. The
 //! wall times of a record are a line of [`TIMINGS`](super::timings::TIMINGS).
 
-use super::timings::{Machine, Times, Timings};
+use super::timings::{Key, Machine, Times, Timings};
 use crate::error::{Error, excerpt, reason};
 use crate::experiment::{RESULTS_REVISION, Record};
 use crate::files::{self, write_atomically};
-use serde::Deserialize;
 use std::fs::{File, OpenOptions, TryLockError};
 use std::io::{self, BufRead, BufReader, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
@@ -171,12 +170,6 @@ fn write_lines<'a, R: Record + 'a>(
         }
     }
     Ok(())
-}
-
-/// The key of a line.
-#[derive(Deserialize)]
-pub(super) struct Key {
-    pub key: String,
 }
 
 /// The last key of a line.

@@ -8,7 +8,6 @@
 //! {"run":{"threads":2,"os":"linux","arch":"x86_64","started_unix_seconds":…,"ended_unix_seconds":…,"seconds":{…},"counts":{…}}}
 //! ```
 
-use super::rows::Key;
 use crate::experiment::Counts;
 use crate::files::{self, write_atomically};
 use serde::{Deserialize, Serialize};
@@ -20,6 +19,12 @@ use std::time::SystemTime;
 
 /// The file.
 pub const TIMINGS: &str = "timings.jsonl";
+
+/// The key of a line.
+#[derive(Deserialize)]
+pub(super) struct Key {
+    pub key: String,
+}
 
 /// Times of records by their keys: the text behind the key, without the closing brace.
 pub(super) type Times = HashMap<String, String>;
