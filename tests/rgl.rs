@@ -4,7 +4,7 @@
 mod common;
 
 use common::{Level as Size, levels};
-use gonio::brdf::measured::rgl::file::Head;
+use gonio::brdf::measured::rgl::file::{Colours, Head};
 use gonio::brdf::measured::rgl::warp::{Densities, Grids, Weighted};
 use gonio::brdf::measured::rgl::{Fields, LEVELS, Level, Rgl, tabulate};
 use gonio::brdf::{self, Brdf, Channels, Presence, Wavelengths};
@@ -308,6 +308,86 @@ fn tables_that_end_and_have_holes() {
     }
 }
 
+/// A wavelength without a reading is none, and a cell without one has what is around it.
+#[test]
+fn one_bad_wavelength_or_cell_spoils_itself_only() {
+    let level = Level {
+        azimuths: 5,
+        elevations: 3,
+        nodes: 8,
+    };
+    let nm = Wavelengths::new(&[450.0, 500.0, 550.0, 600.0]).unwrap();
+    let whole = tabulate(
+        &*material("lambert", "albedo = 0.5", Channels::Wavelengths(nm)),
+        level,
+    );
+    let whole = whole.unwrap();
+    let dir = tempfile::tempdir().unwrap();
+    let path = dir.path().join("a.bsdf");
+    let entry = brdf::all().into_iter().find(|e| e.kind == "rgl").unwrap();
+    let spec = registry::read_text(&entry, &format!("path = {path:?}")).unwrap();
+    let write = |change: &dyn Fn(&mut Fields)| {
+        let mut fields = whole.clone();
+        change(&mut fields);
+        std::fs::write(&path, bytes(&fields)).unwrap();
+    };
+    let pair = DirectionPair::from_spherical(0.5, 0.0, 0.8, 2.0);
+    let values = |nm: &[f64]| {
+        let channels = Channels::Wavelengths(Wavelengths::new(nm).unwrap());
+        let table = spec.build(channels).map_err(|e| e.to_string())?;
+        let mut out = vec![0.0; nm.len()];
+        assert_eq!(table.eval(&pair, &mut out), Presence::Present);
+        Ok::<_, String>(out)
+    };
+    write(&|_| ());
+    let before = values(&[450.0, 600.0]).unwrap();
+    assert!(spec.remarks().is_empty());
+    let left = Channels::Wavelengths(Wavelengths::new(&[450.0, 550.0, 600.0]).unwrap());
+    for name_is_bad in [false, true] {
+        write(&|f| {
+            let grid = level.nodes.pow(2);
+            if let (true, Colours::Wavelengths(nm)) = (name_is_bad, &mut f.colours) {
+                nm[1] = f32::NAN;
+                return;
+            }
+            for incidence in f.values.values.chunks_exact_mut(4 * grid) {
+                incidence[grid..2 * grid].fill(f32::NAN);
+            }
+        });
+        spec.check(&left).unwrap();
+        assert_eq!(spec.held_channels().unwrap(), Some(left.clone()));
+        let told = if name_is_bad { "NaN" } else { "500" };
+        let told = format!("the wavelength {told} nm has no reading: passed over");
+        assert_eq!(spec.remarks()[0], format!("{}: {told}", path.display()));
+        assert_eq!(values(&[450.0, 600.0]).unwrap(), before);
+    }
+    // The last one is missed where it is asked for.
+    write(&|f| {
+        let grid = level.nodes.pow(2);
+        for incidence in f.values.values.chunks_exact_mut(4 * grid) {
+            incidence[3 * grid..].fill(-999.0);
+        }
+    });
+    assert!(values(&[600.0]).unwrap_err().contains("from 450 to 550 nm"));
+    let cells = level.elevations * level.nodes.pow(2);
+    assert!(spec.remarks()[1].ends_with(&format!("no reading: -999 in {cells} cells")));
+    values(&[550.0]).unwrap();
+    // Of a matte table the hole of a cell has what is around it, to what nodes are apart.
+    for node in 0..level.nodes.pow(2) {
+        write(&|f| {
+            for incidence in f.values.values.chunks_exact_mut(4 * level.nodes.pow(2)) {
+                incidence[node] = f32::NAN;
+            }
+        });
+        let after = values(&[450.0]).unwrap()[0];
+        assert!((after / before[0] - 1.0).abs() < 0.4, "{node}: {after}");
+        assert_eq!(
+            spec.build(left.clone()).unwrap().cells_without_reading(),
+            level.elevations
+        );
+    }
+}
+
 #[test]
 fn damaged_files_are_refused_by_name() {
     let level = Level {
@@ -332,8 +412,8 @@ fn damaged_files_are_refused_by_name() {
     let cases: [(Change<'_>, &str); 4] = [
         (&|f| f.theta_i.reverse(), "theta_i"),
         (
-            &|f| f.values.values[7] = f32::NAN,
-            "\"rgb\" holds NaN at place 7",
+            &|f| f.ndf.values[7] = f32::NAN,
+            "\"ndf\" holds NaN at place 7",
         ),
         (&|f| f.vndf.values[3] = -1.0, "\"vndf\" holds -1 at place 3"),
         (&|f| f.phi_i[0] = 100.0, "phi_i"),

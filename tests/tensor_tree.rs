@@ -2,7 +2,9 @@
 #![cfg(feature = "experiments")]
 
 use glam::{DMat3, DVec3};
-use gonio::brdf::measured::tensor_tree::{MERGED, TensorTree, disk, tabulate, write_tensor_tree};
+use gonio::brdf::measured::tensor_tree::{
+    MERGED, Node, TensorTree, disk, tabulate, write_tensor_tree,
+};
 use gonio::brdf::{self, Brdf, Channels, Presence};
 use gonio::geometry::{Direction, DirectionPair};
 use gonio::registry;
@@ -310,6 +312,54 @@ fn reciprocity_fills_holes() {
         .filter(|p| p.omega_i.theta() > 1.05 && p.omega_o.theta() < 0.9);
     assert!(beyond.clone().count() > 100);
     assert!(beyond.all(|p| (ends[0].at(place(p)) / whole[0].at(place(p)) - 1.0).abs() < 0.05));
+}
+
+/// Four lights × sensors by hand; the other half of the first axis is not read.
+#[test]
+fn what_stands_for_no_reading_is_none() {
+    let text = |values: [&str; 4]| {
+        let zero = Node::Parts(Box::new(std::array::from_fn(|_| Node::Leaf(0.0))));
+        let mut text = Vec::new();
+        write_tensor_tree(&[zero], &mut text).unwrap();
+        let text = String::from_utf8(text).unwrap();
+        text.replace(
+            "{0 0 0 0 0 0 0 0}",
+            &format!("{{{} 0 0 0 0}}", values.join(" ")),
+        )
+    };
+    let dir = tempfile::tempdir().unwrap();
+    let path = dir.path().join("a.xml");
+    let entry = brdf::all()
+        .into_iter()
+        .find(|e| e.kind == "tensor-tree")
+        .unwrap();
+    let spec = registry::read_text(&entry, &format!("path = {path:?}")).unwrap();
+    std::fs::write(&path, text(["0.5", "-999", "n.a.", "-0.01"])).unwrap();
+    assert_eq!(
+        spec.build(Channels::Luminance).unwrap().remarks(),
+        [
+            "taken for no reading: -999 in 1 cell, n.a. in 1 cell",
+            "1 value is below 0: taken as 0"
+        ]
+    );
+    let table = spec.build(Channels::Luminance).unwrap();
+    assert_eq!(table.cells_without_reading(), 2);
+    // Which quarter a sensor is in is found by the map of the other tests.
+    let mut seen = std::collections::BTreeSet::new();
+    for pair in pairs(200) {
+        let [_, s, t] = place(&pair);
+        let quarter = 2 * usize::from(s >= 0.5) + usize::from(t >= 0.5);
+        seen.insert(quarter);
+        let want = [Some(0.5), None, None, Some(0.0)][quarter];
+        assert_eq!(table.luminance(&pair), want);
+    }
+    assert_eq!(seen.len(), 4);
+    let none = TensorTree::read(
+        &text(["-"; 4]).replace(" 0 0 0 0}", " - - - -}"),
+        Channels::Luminance,
+    );
+    let told = none.unwrap_err().to_string();
+    assert_eq!(told, "no cell of this tree holds a reading");
 }
 
 #[test]

@@ -118,6 +118,42 @@ fn what_was_not_measured_is_missing() {
 /// The truth at every node, whatever lies between: writer and reader agree with the definition of
 /// the grid, which is written out here.
 #[test]
+fn marks_stand_for_no_reading_and_noise_for_0() {
+    // Sensors at 15° with azimuths of 0°, 7.5° and 15°.
+    let stored = |_, node| match node {
+        48 => -999.0,
+        49 => -0.001,
+        50 => f64::INFINITY,
+        _ => 0.25,
+    };
+    let dir = tempfile::tempdir().unwrap();
+    let path = dir.path().join("a.bin");
+    fs::write(&path, bytes(stored)).unwrap();
+    let keys = format!("kind = \"utia\"\npath = {path:?}\nscale = 4");
+    let spec = brdf::read(DeTable::parse(&keys).unwrap()).unwrap();
+    assert_eq!(
+        spec.build(Channels::Rgb).unwrap().remarks(),
+        [
+            "taken for no reading: -999 in 3 cells, inf in 3 cells",
+            "3 values are below 0: taken as 0"
+        ]
+    );
+    for channels in [Channels::Rgb, Channels::Luminance] {
+        let table = spec.build(channels).unwrap();
+        assert_eq!(table.cells_without_reading(), 6);
+        let at = |theta, phi| table.luminance(&pair([0.0, 0.0, theta, phi]));
+        assert_eq!([at(15.0, 0.0), at(15.0, 15.0)], [None, None]);
+        // The node at the normal is the only one with a reading, and all others are 4 · .25.
+        for (theta, phi, want) in [(15.0, 7.5, 0.0), (7.5, 0.0, 1.0), (15.0, 22.5, 1.0)] {
+            assert!(
+                (at(theta, phi).unwrap() - want).abs() < 1e-12,
+                "{theta} {phi}"
+            );
+        }
+    }
+}
+
+#[test]
 fn a_written_table_holds_the_truth_at_its_nodes() {
     let text = "kind = \"ward\"\nalpha = [0.2, 0.5]\nrho_s = [0.5, 0.3, 0.1]";
     let spec = brdf::read(DeTable::parse(text).unwrap()).unwrap();

@@ -183,6 +183,80 @@ fn angles_are_about_the_mirror_direction() {
     }
 }
 
+/// A table of one light and one azimuth by hand, of thirty angles from the mirror direction.
+fn row(values: &[String]) -> String {
+    assert_eq!(values.len(), 30);
+    let angles: Vec<String> = (0..30).map(|k| k.to_string()).collect();
+    format!(
+        "Source Measured\nSymmetry PlaneSymmetrical\nSpectralContent Monochrome\nScatterType BRDF\nSampleRotation 1\n0\n\
+         AngleOfIncidence 1\n0\nScatterAzimuth 1\n0\nScatterRadial 30\n{}\nMonochrome\nDataBegin\nTIS n.a.\n{}\nDataEnd\n",
+        angles.join(" "),
+        values.join(" ")
+    )
+}
+
+#[test]
+fn what_stands_for_no_reading_is_none() {
+    let dir = tempfile::tempdir().unwrap();
+    let path = dir.path().join("a.zbsdf");
+    let table = |values: &[(usize, &str)], keys: &str| {
+        let mut all: Vec<String> = (0..30)
+            .map(|k| format!("{}", 1.0 + 0.1 * f64::from(k)))
+            .collect();
+        for (k, value) in values {
+            all[*k] = (*value).into();
+        }
+        std::fs::write(&path, row(&all)).unwrap();
+        let keys = format!("path = {path:?}\n{keys}");
+        let entry = brdf::all().into_iter().find(|e| e.kind == "zemax").unwrap();
+        let spec = registry::read_text(&entry, &keys).unwrap();
+        let table = spec.build(Channels::Luminance).unwrap();
+        (table.remarks(), table)
+    };
+    // The azimuth of the table is the light's own: at the normal, any.
+    let at = |table: &dyn Brdf, radial: f64| {
+        table.luminance(&DirectionPair::from_spherical(
+            0.0,
+            0.0,
+            radial.to_radians(),
+            0.0,
+        ))
+    };
+    let near = |found: Option<f64>, want: f64| (found.unwrap() - want).abs() < 1e-9;
+
+    let (remarks, marked) = table(&[(3, "-999"), (4, "NaN"), (9, "-0.01"), (20, "-999")], "");
+    assert_eq!(
+        remarks,
+        [
+            "taken for no reading: -999 in 2 cells, NaN in 1 cell",
+            "1 value is below 0: taken as 0"
+        ]
+    );
+    // 20 has neighbours with a reading, 3.5 has none.
+    assert_eq!(at(&*marked, 3.5), None);
+    assert_eq!(at(&*marked, 20.0), None);
+    assert!(near(at(&*marked, 20.4), 3.1) && near(at(&*marked, 2.7), 1.2));
+    assert!(near(at(&*marked, 9.0), 0.0) && near(at(&*marked, 8.5), 0.9));
+    assert_eq!(marked.cells_without_reading(), 3);
+
+    // Zeros where nothing is near 0 are doubted, and holes if the config says so.
+    let (remarks, zeros) = table(&[(5, "0"), (6, "0")], "");
+    assert!(
+        remarks[0].starts_with("2 values are 0 and all others are 1 and more"),
+        "{remarks:?}"
+    );
+    assert!(near(at(&*zeros, 5.0), 0.0));
+    let (remarks, holes) = table(&[(5, "0"), (6, "0")], "no_reading = 0");
+    assert_eq!(remarks, ["taken for no reading: 0 in 2 cells"]);
+    assert_eq!(at(&*holes, 5.5), None);
+    // -1 among values of its size is noise.
+    let (remarks, _) = table(&[(3, "-1")], "");
+    assert_eq!(remarks, ["1 value is below 0: taken as 0"]);
+    let none = row(&vec!["n.a.".into(); 30]);
+    let told = Zemax::read(&none, Channels::Luminance).unwrap_err();
+    assert_eq!(told.to_string(), "no cell of this table holds a reading");
+}
+
 #[test]
 fn what_a_table_cannot_hold_is_refused() {
     let mut none = Vec::new();

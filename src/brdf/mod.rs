@@ -9,6 +9,7 @@ mod half_vector;
 mod lambert;
 pub mod laws;
 mod low_abc;
+pub(crate) mod marks;
 pub mod measured;
 pub mod microfacet;
 mod oren_nayar;
@@ -31,6 +32,7 @@ pub use channels::{Channels, Wavelengths};
 pub use favours::Favours;
 pub use lambert::{Lambert, LambertSpec};
 pub use low_abc::{LowAbc, LowAbcParameters, LowAbcSpec, Surface};
+pub use marks::Marks;
 pub use oren_nayar::{OrenNayar, OrenNayarSpec};
 pub use phong::{Phong, PhongSpec};
 pub use retro_reflective::{RetroReflective, RetroReflectiveSpec};
@@ -121,6 +123,11 @@ pub trait Brdf: Send + Sync {
         None
     }
 
+    /// Cells of its file whose number or text stands for no reading.
+    fn cells_without_reading(&self) -> usize {
+        0
+    }
+
     /// Itself, if it tells light apart by the number of facets it met.
     fn as_split(&self) -> Option<&dyn SplitBrdf> {
         None
@@ -167,6 +174,18 @@ pub trait BrdfSpec: std::fmt::Debug + Send + Sync {
     /// [`BuildError::Data`] of a file that cannot be read.
     fn held_channels(&self) -> Result<Option<Channels>, BuildError> {
         Ok(None)
+    }
+
+    /// The channels in which it loses nothing: those that its file holds, else R, G, B if it has values in them, else luminance.
+    ///
+    /// # Errors
+    /// As [`held_channels`](Self::held_channels).
+    fn widest_channels(&self) -> Result<Channels, BuildError> {
+        let held = self.held_channels()?;
+        Ok(held.unwrap_or_else(|| match self.check(&Channels::Rgb) {
+            Ok(()) => Channels::Rgb,
+            Err(_) => Channels::Luminance,
+        }))
     }
 
     /// The symmetries the BRDF will declare. Schedules are planned before tables are loaded, so a

@@ -4,16 +4,17 @@ use super::check::words;
 use super::reading::ReadingArgs;
 use super::readings_file::ReadingsFile;
 use super::tabulate::TableArgs;
-use super::talk::wrote;
+use super::talk::{say, wrote};
 use super::{ThreadArgs, format_names, print, read_as, refuse_unwritable, written};
-use crate::brdf::{Brdf, BrdfSpec, Channels, laws};
+use crate::brdf::{self, Brdf, BrdfSpec, Channels, laws};
 use crate::error::{Error, count};
-use crate::files::write_atomically;
+use crate::files;
 use crate::formats::{self, Format, READ_SCHEDULE, Readings, WRITE, WRITE_SCHEDULE, WRITE_TABLE};
 use crate::instrument;
 use crate::measurement::{Flags, Measurement, Outcome};
 use crate::schedule::{Assume, ScheduleFile, Sequence};
 use clap::Args;
+use std::io::Write;
 use std::path::{Path, PathBuf};
 
 /// Pairs that reciprocity and holes are told of.
@@ -23,7 +24,8 @@ const PAIRS: usize = 4096;
 #[command(
     override_usage = "gonio convert [OPTIONS] <IN>… <OUT>",
     after_help = "\
-Tables become tables, readings readings, schedules schedules; a file that is written is read again and compared:
+Tables become tables, readings readings, schedules schedules; a file that is written is read again and compared.
+A table that goes into its own format is copied as it is, unless --tolerance, --fill or --no-reading ask for another one:
 
   gonio convert gold.binary gold.bsdf
   gonio convert scans/*.pab all.npz
@@ -58,9 +60,20 @@ impl Convert {
         };
         let format = WRITE.format(self.format, output);
         let format = format.map_err(|e| Error::output(output, e))?;
-        let table = |input: &PathBuf| formats::of_name(input).and_then(|f| f.read_table);
-        match (inputs, inputs.iter().find_map(table)) {
-            ([one], Some(read)) => self.table(one, &*read(one.clone()), format, output),
+        let of_table = |input: &PathBuf| {
+            let format = formats::of_name(input)?;
+            Some((format, format.read_table?))
+        };
+        match (inputs, inputs.iter().find_map(of_table)) {
+            ([one], Some((own, read))) => {
+                let mut keys = read(one.clone()).resolved();
+                if let Some(value) = self.reading.no_reading() {
+                    keys.insert("no_reading".into(), value.into());
+                }
+                let spec = brdf::read_keys(keys);
+                let spec = spec.map_err(|e| Error::Internal(e.to_string()))?;
+                self.table(one, own, &*spec, format, output)
+            }
             (_, Some(_)) => {
                 let message =
                     "a table is among several files; allowed: one table, or files of readings";
@@ -73,6 +86,7 @@ impl Convert {
     fn table(
         &self,
         input: &Path,
+        own: Format,
         spec: &dyn BrdfSpec,
         format: Format,
         output: &Path,
@@ -83,17 +97,21 @@ impl Convert {
             .map_err(|e| Error::output(output, e))?;
         self.table.suits(format)?;
         refuse_unwritable(output, self.force)?;
-        let held = spec.held_channels().map_err(|e| told(&e))?;
-        let channels = held.unwrap_or_else(|| match spec.check(&Channels::Rgb).is_ok() {
-            true => Channels::Rgb,
-            false => Channels::Luminance,
-        });
-        let brdf = spec.build(channels).map_err(|e| told(&e))?;
+        let brdf = spec.widest_channels().and_then(|c| spec.build(c));
+        let brdf = brdf.map_err(|e| told(&e))?;
+        for remark in brdf.remarks() {
+            say(&format!("gonio: {}: {remark}", input.display()));
+        }
+        self.reading
+            .refuse_lost(input, brdf.cells_without_reading())?;
         print(&format!(
             "table: {}, {}\n",
             known_in(brdf.channels()),
             words(brdf.symmetry())
         ))?;
+        if own == format && self.reading.no_reading().is_none() && self.table.keeps() {
+            return keep(input, output);
+        }
         let place = || input.display().to_string();
         let Some(copy) = self.table.write(format, &*brdf, output, place)? else {
             return print("errors of the table: unknown, this format is not read\n");
@@ -168,7 +186,7 @@ impl Convert {
         let write = WRITE_SCHEDULE.function(&format);
         let write = write.map_err(|e| Error::output(output, e))?;
         refuse_unwritable(output, self.force)?;
-        let done = write_atomically(output, |out| {
+        let done = files::write_atomically(output, |out| {
             write(&file.schedule, Sequence::Order(&file.order), out)
         });
         written(output, done)?;
@@ -182,6 +200,18 @@ impl Convert {
         }
         print(&text)
     }
+}
+
+/// Writes the bytes of a table that has been read.
+fn keep(input: &Path, output: &Path) -> Result<(), Error> {
+    let bytes = files::read(input, files::TABLE_LIMIT);
+    let bytes = bytes.map_err(|e| Error::data(input, format!("cannot read this file: {e}")))?;
+    written(
+        output,
+        files::write_atomically(output, |out| out.write_all(&bytes)),
+    )?;
+    wrote(output);
+    print("kept: the table as it is\n")
 }
 
 /// The schedule of a file, if it is one.

@@ -109,7 +109,7 @@ impl Drop for Progress {
 mod tests {
     use super::*;
     use crate::brdf::{Channels, Lambert, Spectrum};
-    use crate::formats::WRITE_TABLE;
+    use crate::formats::{Tabulation, WRITE_TABLE};
 
     /// Or the time that is left would not be.
     #[test]
@@ -120,7 +120,7 @@ mod tests {
             let progress = Progress::hidden();
             let watched = progress.watches(&brdf);
             let path = dir.path().join(format.name);
-            format.write_table.unwrap()(&watched, 0, &path).unwrap();
+            format.write_table.unwrap()(&watched, Tabulation::default(), &path).unwrap();
             let said = format.table_pairs.unwrap()(&brdf, 0).unwrap();
             assert_eq!(progress.counted(), said, "{}", format.name);
         }

@@ -90,6 +90,25 @@ fn half_angles(text: &str) -> Result<[f64; 2], ParameterError> {
 }
 
 impl ReadingArgs {
+    /// The value that stands for no reading, beside those that always do.
+    pub fn no_reading(&self) -> Option<f64> {
+        self.no_reading
+    }
+
+    /// Refuses a file in which so many cells stand for no reading, with `--strict`.
+    pub fn refuse_lost(&self, path: &Path, lost: usize) -> Result<(), Error> {
+        match self.strict && lost > 0 {
+            true => {
+                let message = format!(
+                    "{} lost, see above; allowed with --strict: none",
+                    count_are(lost, "reading")
+                );
+                Err(Error::data(path, message))
+            }
+            false => Ok(()),
+        }
+    }
+
     /// The readings of a file; warnings about it go to stderr.
     pub fn read(&self, path: &Path, assume: Assume) -> Result<Readings, Error> {
         self.read_all(&[path.into()], &assume)
@@ -124,15 +143,7 @@ impl ReadingArgs {
                 say(&format!("gonio: {}: {warning}", path.display()));
             }
         })?;
-        match self.strict && all.lost > 0 {
-            true => {
-                let message = format!(
-                    "{} lost, see above; allowed with --strict: none",
-                    count_are(all.lost, "reading")
-                );
-                Err(Error::data(&paths[0], message))
-            }
-            false => Ok(all),
-        }
+        self.refuse_lost(&paths[0], all.lost)?;
+        Ok(all)
     }
 }

@@ -13,7 +13,7 @@ use crate::brdf::Brdf;
 use crate::error::{self, Error, ParameterError, count, excerpt, one_of};
 use crate::experiment::{AnyPlan, Kind, Plan, Source};
 use crate::files::write_atomically;
-use crate::formats::{self, Format, READ_READINGS, WRITE_READINGS, WRITE_TABLE};
+use crate::formats::{self, Format, READ_READINGS, Tabulation, WRITE_READINGS, WRITE_TABLE};
 use crate::geometry::{DirectionPair, Symmetry};
 use crate::instrument;
 use crate::measurement::{About, Flags, Measurement, Outcome};
@@ -297,7 +297,9 @@ impl Reconstruct {
             self.energy.check(&covered, Some(&known))?;
             // What this asked for is no cell of the table.
             covered.forget();
-            tabulate::write(table, 0, &covered, path, || "--output".into())?;
+            tabulate::write(table, Tabulation::default(), &covered, path, || {
+                "--output".into()
+            })?;
             print(&shares(&covered, measurement.readings()))?;
         }
         if let Some(path) = &self.picture {

@@ -10,7 +10,7 @@ use super::{
 use crate::brdf::{Brdf, Channels, Presence, SplitBrdf, Watched};
 use crate::error::{Error, ParameterError};
 use crate::experiment::{Material, Plan, Source, material_key};
-use crate::formats::{Format, TableError, WRITE_TABLE};
+use crate::formats::{Format, TableError, Tabulation, WRITE_TABLE};
 use crate::metrics::{self, Errors, Measure, MetricsSpec};
 use clap::Args;
 use std::path::{Path, PathBuf};
@@ -51,6 +51,9 @@ pub(super) struct TableArgs {
     /// the exit code is 6 if none meets it
     #[arg(long, value_name = "NRMSE", value_parser = tolerance)]
     tolerance: Option<f64>,
+    /// Fill cells of pairs without data by the cell before them in the file, in a format that can leave them empty
+    #[arg(long)]
+    fill: bool,
     #[command(flatten)]
     energy: EnergyArgs,
 }
@@ -90,8 +93,23 @@ impl TableArgs {
         self.tolerance
     }
 
-    /// Refuses a tolerance of tables whose errors are not known.
+    /// True if nothing asks for another table than the one there is.
+    pub fn keeps(&self) -> bool {
+        self.tolerance.is_none() && !self.fill
+    }
+
+    /// Refuses a tolerance of tables whose errors are not known, and to fill those that have no empty cells.
     pub fn suits(&self, format: Format) -> Result<(), Error> {
+        if self.fill && !format.has_holes {
+            let with = WRITE_TABLE.formats().filter(|f| f.has_holes);
+            let names: Vec<_> = with.map(|f| f.name).collect();
+            let message = format!(
+                "tables of {} have no empty cells and are always filled; allowed: --fill with {}",
+                format.name,
+                names.join(", ")
+            );
+            return Err(Error::config("--fill", message));
+        }
         if self.tolerance.is_some() && format.read_table.is_none() {
             let read = WRITE_TABLE.formats().filter(|f| f.read_table.is_some());
             let names: Vec<_> = read.map(|f| f.name).collect();
@@ -118,7 +136,11 @@ impl TableArgs {
         self.energy.check(brdf, None)?;
         let mut size = 0;
         loop {
-            write(format, size, brdf, path, &place)?;
+            let tabulation = Tabulation {
+                size,
+                fill: self.fill,
+            };
+            write(format, tabulation, brdf, path, &place)?;
             let Some(read) = format.read_table else {
                 return Ok(None);
             };
@@ -209,17 +231,18 @@ fn channels(source: &Source, plan: &Plan, material: &Material) -> Result<Channel
     })
 }
 
-/// Writes a BRDF as a table of some size; `place` is who chose it.
+/// Writes a BRDF as a table; `place` is who chose it.
 pub(super) fn write(
     format: Format,
-    size: usize,
+    tabulation: Tabulation,
     brdf: &dyn Brdf,
     path: &Path,
     place: impl Fn() -> String,
 ) -> Result<(), Error> {
     let table = WRITE_TABLE.function(&format);
     let table = table.map_err(|e| Error::output(path, e))?;
-    let progress = Progress::of(pairs(format, size, brdf, path, &place)?, "tabulates");
+    let all = pairs(format, tabulation.size, brdf, path, &place)?;
+    let progress = Progress::of(all, "tabulates");
     // Bits of the largest value so far: those of positive numbers stand in their order.
     let largest = AtomicU64::new(0);
     let width = brdf.channels().count();
@@ -230,11 +253,17 @@ pub(super) fn write(
         largest.fetch_max(most.to_bits(), Ordering::Relaxed);
         progress.count(presence.len() as u64);
     });
-    table(&brdf, size, path).map_err(|e| told(e, path, &place))?;
+    let filled = table(&brdf, tabulation, path).map_err(|e| told(e, path, &place))?;
     let largest = f64::from_bits(largest.load(Ordering::Relaxed));
     drop(progress);
     wrote(path);
-    print(&format!("largest value: {largest:.4e} 1/sr\n"))
+    print(&format!("largest value: {largest:.4e} 1/sr\n"))?;
+    match filled {
+        0 => Ok(()),
+        filled => print(&format!(
+            "filled: {filled} of {all} pairs, which had no data\n"
+        )),
+    }
 }
 
 /// Pairs of a table of some size; before anything is computed.

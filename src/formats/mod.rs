@@ -36,8 +36,18 @@ use std::path::{Path, PathBuf};
 /// The material that a table is.
 pub type ReadTable = fn(PathBuf) -> Box<dyn BrdfSpec>;
 
-/// Tabulates a BRDF into a file, which is there as a whole or not at all, at one of the sizes of the format, 0 the usual.
-pub type WriteTable = fn(&dyn Brdf, usize, &Path) -> Result<(), TableError>;
+/// How a BRDF is tabulated.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Tabulation {
+    /// One of the sizes of the format, 0 the usual.
+    pub size: usize,
+    /// Whether cells of pairs without data are filled in a format that can leave them empty.
+    pub fill: bool,
+}
+
+/// Tabulates a BRDF into a file, which is there as a whole or not at all. Returns the number of pairs without data that were filled:
+/// all of them in a format without empty cells.
+pub type WriteTable = fn(&dyn Brdf, Tabulation, &Path) -> Result<usize, TableError>;
 
 /// Pairs that the table of a BRDF is made of, by its size.
 pub type TablePairs = fn(&dyn Brdf, usize) -> Result<u64, TableError>;
@@ -112,6 +122,8 @@ pub struct Format {
     pub table_pairs: Option<TablePairs>,
     /// Sizes of its tables, each finer than the one before.
     pub table_sizes: usize,
+    /// Whether cells of its tables may be empty.
+    pub has_holes: bool,
     /// Reads a schedule.
     pub read_schedule: Option<ReadSchedule>,
     /// Writes a schedule.
@@ -140,6 +152,7 @@ impl Format {
         write_table: None,
         table_pairs: None,
         table_sizes: 1,
+        has_holes: false,
         read_schedule: None,
         write_schedule: None,
         read_readings: None,

@@ -9,7 +9,7 @@ pub const FORMAT: Format = Format {
     extensions: &["bsdf"],
     summary: "over visible normals, for Mitsuba and pbrt; R, G, B or wavelengths",
     read_table: Some(|path| Box::new(RglSpec::of(path))),
-    write_table: Some(|brdf, size, path| write_rgl_file(brdf, LEVELS[size], path).map_err(told)),
+    write_table: Some(|brdf, of, path| write_rgl_file(brdf, LEVELS[of.size], path).map_err(told)),
     table_pairs: Some(|brdf, size| Ok(table_pairs(brdf, LEVELS[size]))),
     table_sizes: LEVELS.len(),
     ..Format::NONE

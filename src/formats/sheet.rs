@@ -1,6 +1,7 @@
 //! Rows with named columns, one a pose: CSV and JSON Lines.
 
 use super::{Format, Readings};
+use crate::brdf::marks::{FEWEST_DOUBTED, zeros_among};
 use crate::error::{count, count_are};
 use crate::measurement::{Measurement, read_measurement, retro_peak, write_measurement};
 #[cfg(feature = "arrays")]
@@ -104,9 +105,6 @@ fn seem_percent(measurement: &Measurement) -> Option<String> {
     })
 }
 
-/// Readings from which on their values are doubted.
-const FEWEST_DOUBTED: usize = 30;
-
 /// Pairs of elevations at which the largest value is there from which on it is doubted.
 const SATURATED: usize = 4;
 
@@ -135,11 +133,7 @@ fn seem_no_readings(measurement: &Measurement) -> Vec<String> {
             equal.count()
         ));
     }
-    let zeros = values.iter().filter(|v| **v == 0.0).count();
-    let positive = &values[values.partition_point(|v| *v <= 0.0)..];
-    if let (1.., [least, ..]) = (zeros, positive)
-        && *least > 0.05 * positive[positive.len() / 2]
-    {
+    if let Some((zeros, least)) = zeros_among(values.into_iter()) {
         doubts.push(format!(
             "{} 0 and all others are {least} and more, as if there was no reading; --no-reading 0 passes these over",
             count_are(zeros, "value")

@@ -11,8 +11,8 @@ pub const FORMAT: Format = Format {
     extensions: &["xml"],
     summary: "isotropic, for the material BSDF of Radiance: TensorTree3, luminance or R, G, B",
     read_table: Some(|path| Box::new(TensorTreeSpec::of(path))),
-    write_table: Some(|brdf, size, path| {
-        write_tensor_tree_file(brdf, LEVELS[size], path).map_err(told)
+    write_table: Some(|brdf, of, path| {
+        write_tensor_tree_file(brdf, LEVELS[of.size], path).map_err(told)
     }),
     table_pairs: Some(|brdf, size| {
         suits(brdf).map_err(told)?;

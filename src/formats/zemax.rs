@@ -11,7 +11,7 @@ pub const FORMAT: Format = Format {
     extensions: &["zbsdf"],
     summary: "isotropic, about the mirror direction, text of OpticStudio (Zemax); luminance, R, G, B or one wavelength",
     read_table: Some(|path| Box::new(ZemaxSpec::of(path))),
-    write_table: Some(|brdf, size, path| write_zemax_file(brdf, LEVELS[size], path).map_err(told)),
+    write_table: Some(|brdf, of, path| write_zemax_file(brdf, LEVELS[of.size], path).map_err(told)),
     table_pairs: Some(|brdf, size| {
         suits(brdf).map_err(told)?;
         Ok(table_pairs(brdf, LEVELS[size]))

@@ -1,10 +1,10 @@
 //! Columns of values and uncertainties: their names, and what their cells say.
 
 use super::reading_of;
+use crate::brdf::marks::{Marks, marks_among};
 use crate::brdf::{Channels, Wavelengths};
 use crate::error::excerpt;
 use crate::geometry::DirectionPair;
-use crate::schedule::marks::{Marks, marks_among};
 use crate::schedule::table::Table;
 use crate::schedule::{Conventions, FileError, Quantity, UncertaintyUnit};
 use std::ops::Range;

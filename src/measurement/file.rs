@@ -29,11 +29,11 @@ use super::columns::{
 };
 use super::merge::Pool;
 use super::{Flags, Measurement, Negative, Outcome, Place, WIDEST_DEG};
+use crate::brdf::marks::Marks;
 use crate::error::{count, excerpt};
 use crate::schedule::arms::{take_horizon, take_incomplete};
 use crate::schedule::export::{PoseRows, description};
 use crate::schedule::import::{Again, Rows, known_columns};
-use crate::schedule::marks::Marks;
 use crate::schedule::table::{Cell, Sheet, Table, WORDS};
 use crate::schedule::{Assume, FileError, ScheduleFormat, Sequence, Unreachable};
 use rustc_hash::FxHashMap;

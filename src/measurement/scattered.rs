@@ -2,11 +2,11 @@
 
 use super::{About, Details, Flags, Folded, Measurement, Negative, Outcome, Place, reading_of};
 use crate::brdf::Channels;
+use crate::brdf::marks::{Marks, marks_among};
 use crate::error::excerpt;
 use crate::geometry::{Direction, DirectionPair, Symmetry};
 use crate::numeric::GRAZING_COS;
 use crate::schedule::import::form;
-use crate::schedule::marks::{Marks, marks_among};
 use crate::schedule::table::Table;
 use crate::schedule::{Assume, Conventions, FileError, Quantity, Schedule};
 use glam::DVec3;

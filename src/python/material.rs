@@ -10,7 +10,7 @@ use gonio::brdf::laws::max_albedo;
 use gonio::brdf::{Brdf, Channels, SampleBrdf};
 use gonio::experiment::{ReadingsSpec, materials};
 use gonio::files::destination;
-use gonio::formats::{self, READ_READINGS, READ_TABLE, TableError, WRITE_TABLE};
+use gonio::formats::{self, READ_READINGS, READ_TABLE, TableError, Tabulation, WRITE_TABLE};
 use gonio::geometry::Direction;
 use numpy::{PyArray1, PyArray2, PyUntypedArrayMethods};
 use pyo3::prelude::*;
@@ -215,11 +215,19 @@ impl PyMaterial {
         for sentence in py.detach(|| gains(&*self.brdf)) {
             warn(py, &sentence)?;
         }
-        py.detach(|| write(&*self.brdf, size, &path))
-            .map_err(|e| match e {
-                TableError::Io(_) => unwritable(&e),
-                e => refused(e),
-            })
+        let tabulation = Tabulation {
+            size,
+            ..Tabulation::default()
+        };
+        let filled = py.detach(|| write(&*self.brdf, tabulation, &path));
+        let filled = filled.map_err(|e| match e {
+            TableError::Io(_) => unwritable(&e),
+            e => refused(e),
+        })?;
+        match filled {
+            0 => Ok(()),
+            filled => warn(py, &format!("{filled} pairs had no data and were filled")),
+        }
     }
 
     /// Names of the channels: "luminance", or "r", "g", "b", or wavelengths as "550nm".

@@ -72,6 +72,113 @@ fn what_a_format_has_no_place_for_is_named() {
 }
 
 #[test]
+fn a_table_stays_as_it_is_in_its_own_format() {
+    let bench = measured();
+    // A size that is not the usual one, and holes.
+    let angles: Vec<String> = (0..40).map(|k| k.to_string()).collect();
+    let mut values: Vec<String> = (0..40)
+        .map(|k| format!("{}", 1.0 + 0.01 * f64::from(k)))
+        .collect();
+    values[3] = "-999".into();
+    values[4] = "-0.02".into();
+    values[5] = "0".into();
+    let text = format!(
+        "Source Measured\nSymmetry PlaneSymmetrical\nSpectralContent Monochrome\nScatterType BRDF\nSampleRotation 1\n0\n\
+         AngleOfIncidence 1\n0\nScatterAzimuth 1\n0\nScatterRadial 40\n{}\nMonochrome\nDataBegin\nTIS 0.5\n{}\nDataEnd\n",
+        angles.join(" "),
+        values.join(" ")
+    );
+    fs::write(bench.path("a.zbsdf"), text).unwrap();
+    for name in ["binary", "bin", "bsdf", "xml"] {
+        bench.shown(&format!("gonio tabulate a.toml -o a.{name}"));
+    }
+    for name in ["zbsdf", "binary", "bin", "bsdf", "xml"] {
+        let [a, b] = ["a", "b"].map(|stem| format!("{stem}.{name}"));
+        let told = bench.good(&["convert", &a, &b]);
+        assert!(told.ends_with("kept: the table as it is\n"), "{told}");
+        assert!(bench.read_bytes(&a) == bench.read_bytes(&b), "{name}");
+        bench.refused(&["convert", &a, &b], 2);
+        let told = bench.refused(&["convert", &a, &a, "--force"], 2);
+        assert!(
+            told.contains("this file is read and was to be replaced"),
+            "{told}"
+        );
+    }
+    // What is doubtful is said, and the file is read to its end.
+    let told = bench.gonio(&["convert", "a.zbsdf", "b.zbsdf", "--force"]);
+    let told = String::from_utf8(told.stderr).unwrap();
+    for sentence in [
+        "gonio: a.zbsdf: taken for no reading: -999 in 1 cell\n",
+        "gonio: a.zbsdf: 1 value is below 0: taken as 0\n",
+        "gonio: a.zbsdf: 1 value is 0 and all others are ",
+    ] {
+        assert!(told.contains(sentence), "{told}");
+    }
+    // So it is wherever a config names the file, which may name another mark.
+    let config = "budgets = [60]\nchannels = \"luminance\"\n[[material]]\nkind = \"zemax\"\npath = \"a.zbsdf\"\n";
+    for (key, marks) in [
+        ("", "-999 in 1 cell"),
+        ("no_reading = 0", "-999 in 1 cell, 0 in 1 cell"),
+    ] {
+        fs::write(bench.path("z.toml"), format!("{config}{key}\n")).unwrap();
+        let told = bench.gonio(&["check", "z.toml"]);
+        assert!(told.status.success());
+        let told = String::from_utf8(told.stderr).unwrap();
+        assert!(
+            told.contains(&format!("gonio: a.zbsdf: taken for no reading: {marks}\n")),
+            "{told}"
+        );
+    }
+    let told = bench.gonio(&["convert", "a.zbsdf", "c.zbsdf", "--strict"]);
+    assert_eq!(told.status.code(), Some(3));
+    let told = String::from_utf8(told.stderr).unwrap();
+    assert!(told.contains("1 reading is lost"), "{told}");
+    let cut = bench.read("a.zbsdf").replace("DataEnd", "");
+    fs::write(bench.path("cut.zbsdf"), cut).unwrap();
+    let told = bench.refused(&["convert", "cut.zbsdf", "c.zbsdf"], 3);
+    assert!(told.contains("the text ends before DataEnd"), "{told}");
+    assert!(!bench.path("c.zbsdf").exists());
+}
+
+/// What a table does not have is not in another one, unless that has no empty cells or is asked to have none.
+#[test]
+fn pairs_without_data_stay_without() {
+    let bench = measured();
+    bench.shown("gonio tabulate a.toml -o full.bin");
+    // All sensors of lights at 60° and 75°: the last two of six elevations, of 48 azimuths each.
+    let mut bytes = bench.read_bytes("full.bin");
+    let of_light = 8 * 288;
+    for plane in bytes.chunks_exact_mut(6 * 48 * of_light) {
+        for value in plane[4 * 48 * of_light..].as_chunks_mut::<8>().0 {
+            *value = f64::NAN.to_le_bytes();
+        }
+    }
+    fs::write(bench.path("holes.bin"), &bytes).unwrap();
+    let nan = |name: &str| {
+        let bytes = bench.read_bytes(name);
+        let values = bytes.as_chunks::<8>().0.iter();
+        values.filter(|v| f64::from_le_bytes(**v).is_nan()).count()
+    };
+    bench.good(&["convert", "holes.bin", "kept.bin"]);
+    assert_eq!(nan("kept.bin"), 3 * 96 * 288);
+    let told = bench.good(&["convert", "holes.bin", "filled.bin", "--fill"]);
+    let filled = |told: &str| -> usize {
+        let line = told.lines().find_map(|l| l.strip_prefix("filled: "));
+        let (filled, rest) = line.unwrap().split_once(" of ").unwrap();
+        assert!(rest.ends_with(" pairs, which had no data"), "{told}");
+        filled.parse().unwrap()
+    };
+    // A light at 60° may have what one just above it has.
+    assert!((48 * 288..=96 * 288).contains(&filled(&told)), "{told}");
+    assert_eq!(nan("filled.bin"), 0);
+    // Beyond 75° there is nothing that this format could leave out.
+    let told = bench.good(&["convert", "holes.bin", "a.bsdf"]);
+    assert!(filled(&told) > 0);
+    let told = bench.refused(&["convert", "holes.bin", "b.bsdf", "--fill"], 2);
+    assert!(told.contains("allowed: --fill with merl, utia"), "{told}");
+}
+
+#[test]
 fn a_table_goes_into_another_format() {
     let bench = measured();
     bench.shown("gonio tabulate a.toml -o a.binary");

@@ -124,6 +124,61 @@ fn headers_are_checked_before_anything_is_read() {
     }
 }
 
+/// 9999 and 1e30 are no data where they are ten times as large as all others; zeros are doubted where nothing is near them, which
+/// of the 82 tables of the database that are at hand holds for none: 6 % of black-obsidian's cells are 0, and its least other value is
+/// 8e-7 of the median; fruitwood-241 has ten, all at 89° and more.
+#[test]
+fn marks_are_no_data_and_zeros_are_doubted() {
+    let bytes = file(GRID, |c, cell| match (c, cell) {
+        (1, [10, 10, 10]) => 9999.0,
+        (2, [11, 10, 10]) => 1e30,
+        (0, [12, 10, 10]) => f64::NAN,
+        (_, [13, 10, 10]) => 0.0,
+        // At the horizon a zero is nothing to wonder about.
+        (_, [60, 89, 89]) => 0.0,
+        // A negative value is how the format says that there is no data.
+        (_, [14, 10, 10]) => -1.0,
+        _ => 300.0,
+    });
+    let dir = tempfile::tempdir().unwrap();
+    let path = dir.path().join("a.binary");
+    std::fs::write(&path, bytes).unwrap();
+    let spec = |keys: &str| spec(&format!("kind = \"merl\"\npath = {path:?}\n{keys}"));
+    let remarks = spec("").build(Channels::Rgb).unwrap().remarks();
+    let marks = "taken for no reading: 1e30 in 1 cell, 9999 in 1 cell, NaN in 1 cell";
+    assert_eq!(remarks[0], marks);
+    // 300 / 1500.
+    assert!(
+        remarks[1].starts_with("1 value is 0 and all others are 0.19999999999999998 and more"),
+        "{remarks:?}"
+    );
+    for channels in [Channels::Rgb, Channels::Luminance] {
+        let table = Merl::load(&path, channels).unwrap();
+        for h in 9..16 {
+            let is_there = table.value([h, 10, 10]).is_some();
+            assert_eq!(is_there, matches!(h, 9 | 13 | 15), "{h}");
+        }
+    }
+    let marked =
+        "taken for no reading: 0 in 6 cells, 1e30 in 1 cell, 9999 in 1 cell, NaN in 1 cell";
+    let holes = spec("no_reading = 0");
+    assert_eq!(holes.build(Channels::Rgb).unwrap().remarks(), [marked]);
+    assert_eq!(
+        holes
+            .build(Channels::Luminance)
+            .unwrap()
+            .cells_without_reading(),
+        9
+    );
+    let larger = file(GRID, |_, cell| if cell[1] == 20 { 9999.0 } else { 1000.0 });
+    assert_eq!(
+        Merl::read(larger.as_slice(), Channels::Luminance)
+            .unwrap()
+            .missing_cells(),
+        0
+    );
+}
+
 #[test]
 fn a_table_without_data_is_refused() {
     for nothing in [-1.0, f64::NAN, f64::INFINITY] {

@@ -82,33 +82,38 @@ pub fn suits(brdf: &dyn Brdf) -> Result<(), MdlError> {
 
 /// Tabulates a BRDF, channels together, the mean of both sides of the plane of incidence. A cell without data has what it has
 /// with light and sensor exchanged, else what the cell nearer to retro-reflection has, or, if there is none, the nearest one; 0 where a pair of elevations has no data at all. Runs on rayon's threads; the result does not
-/// depend on their number.
-fn tabulate(brdf: &dyn Brdf) -> Result<Vec<f64>, MdlError> {
+/// depend on their number. Also returns the number of pairs without data.
+fn tabulate(brdf: &dyn Brdf) -> Result<(Vec<f64>, usize), MdlError> {
     suits(brdf)?;
     let n = brdf.channels().count();
     let [elevations, azimuths] = CELLS;
     let row = |r: usize| {
         let theta = |k: usize| FRAC_PI_2 * (k as f64 + 0.5) / elevations as f64;
-        let mut values = Vec::new();
+        let (mut values, mut lost) = (Vec::new(), 0);
         for side in sides(brdf) {
             let pairs = (0..azimuths).map(|k| {
                 let phi = side * PI * (k as f64 + 0.5) / azimuths as f64;
                 let [light, sensor] = [r / elevations, r % elevations].map(theta);
                 DirectionPair::from_spherical(light, 0.0, sensor, phi)
             });
-            let found = values_or_exchanged(brdf, &pairs.collect::<Vec<_>>());
+            let (found, more) = values_or_exchanged(brdf, &pairs.collect::<Vec<_>>());
+            lost += more;
             match values.is_empty() {
                 true => values = found,
                 false => values.iter_mut().zip(found).for_each(|(a, b)| meet(a, b)),
             }
         }
         let has_data = fill_gaps(&mut values, n);
-        (values, has_data)
+        (values, has_data, lost)
     };
     let rows = (0..elevations * elevations).into_par_iter().map(row);
-    let rows: Vec<(Vec<f64>, bool)> = rows.collect();
-    match rows.iter().any(|(_, has_data)| *has_data) {
-        true => Ok(rows.into_iter().flat_map(|(values, _)| values).collect()),
+    let rows: Vec<(Vec<f64>, bool, usize)> = rows.collect();
+    let lost = rows.iter().map(|(.., lost)| lost).sum();
+    match rows.iter().any(|(_, has_data, _)| *has_data) {
+        true => {
+            let values = rows.into_iter().flat_map(|(values, ..)| values);
+            Ok((values.collect(), lost))
+        }
         false => Err(MdlError::NoData),
     }
 }
@@ -130,19 +135,19 @@ fn tabulate(brdf: &dyn Brdf) -> Result<Vec<f64>, MdlError> {
 /// # Ok::<(), gonio::brdf::measured::mdl::MdlError>(())
 /// ```
 pub fn write_mdl(brdf: &dyn Brdf, out: &mut impl Write) -> Result<(), MdlError> {
-    Ok(write(&tabulate(brdf)?, brdf.channels(), out)?)
+    let (values, _) = tabulate(brdf)?;
+    Ok(write(&values, brdf.channels(), out)?)
 }
 
-/// Writes a file that appears whole or not at all.
+/// Writes a file that appears whole or not at all. Returns the number of pairs without data, which are filled.
 ///
 /// # Errors
 /// [`MdlError`].
-pub fn write_mdl_file(brdf: &dyn Brdf, path: &Path) -> Result<(), MdlError> {
-    let values = tabulate(brdf)?;
+pub fn write_mdl_file(brdf: &dyn Brdf, path: &Path) -> Result<usize, MdlError> {
+    let (values, lost) = tabulate(brdf)?;
     let channels = brdf.channels();
-    Ok(files::write_atomically(path, |out| {
-        write(&values, channels, out)
-    })?)
+    files::write_atomically(path, |out| write(&values, channels, out))?;
+    Ok(lost)
 }
 
 fn write(values: &[f64], channels: &Channels, out: &mut impl Write) -> io::Result<()> {

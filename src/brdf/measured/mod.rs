@@ -1,5 +1,6 @@
 //! Measured tables, and materials converted into tables.
 
+mod doubts;
 pub mod mdl;
 pub mod merl;
 pub mod rgl;
@@ -17,11 +18,11 @@ pub(super) use tensor_tree::ENTRY as TENSOR_TREE;
 pub(super) use utia::ENTRY as UTIA;
 pub(super) use zemax::ENTRY as ZEMAX;
 
-use super::{Brdf, Channels, Presence};
+use super::{Brdf, BrdfSpec, Channels, Presence};
 use crate::error::ParameterError;
 use crate::geometry::DirectionPair;
 use std::fmt;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// The values of a table, one list per channel; each kind of table says what they mean.
 #[derive(Clone, Debug)]
@@ -41,6 +42,19 @@ impl Planes {
     }
 }
 
+/// What is doubtful about the file of a table, with its name, in the channels that it holds, else in R, G, B if they suit it, else in luminance; the
+/// file is read for it. That of a file that is refused is said by its refusal.
+fn remarks_of(spec: &dyn BrdfSpec) -> Vec<String> {
+    let table = spec
+        .widest_channels()
+        .and_then(|channels| spec.build(channels));
+    let files = spec.tables().files;
+    let file = files.first().map_or(Path::new(""), PathBuf::as_path);
+    let remarks = table.map_or(Vec::new(), |table| table.remarks());
+    let named = remarks.iter().map(|r| format!("{}: {r}", file.display()));
+    named.collect()
+}
+
 /// Values of a BRDF at some pairs, channels together; NaN without data, or where it breaks its promise to be finite and not
 /// negative.
 fn values_or_nan(brdf: &dyn Brdf, pairs: &[DirectionPair]) -> Vec<f64> {
@@ -57,9 +71,14 @@ fn values_or_nan(brdf: &dyn Brdf, pairs: &[DirectionPair]) -> Vec<f64> {
     values
 }
 
-/// [`values_or_nan`], but pairs without data have the values of those with light and sensor exchanged, which reciprocity
+/// Pairs whose values, `n` together, are NaN.
+fn gaps(values: &[f64], n: usize) -> usize {
+    values.chunks_exact(n).filter(|v| v[0].is_nan()).count()
+}
+
+/// [`values_or_nan`] and the number of pairs without data, but pairs without data have the values of those with light and sensor exchanged, which reciprocity
 /// makes equal: for a format without holes.
-fn values_or_exchanged(brdf: &dyn Brdf, pairs: &[DirectionPair]) -> Vec<f64> {
+fn values_or_exchanged(brdf: &dyn Brdf, pairs: &[DirectionPair]) -> (Vec<f64>, usize) {
     let n = brdf.channels().count();
     let mut values = values_or_nan(brdf, pairs);
     let lost: Vec<usize> = (0..pairs.len())
@@ -67,10 +86,10 @@ fn values_or_exchanged(brdf: &dyn Brdf, pairs: &[DirectionPair]) -> Vec<f64> {
         .collect();
     let exchanged: Vec<DirectionPair> = lost.iter().map(|k| pairs[*k].swapped()).collect();
     let found = values_or_nan(brdf, &exchanged);
-    for (k, found) in lost.into_iter().zip(found.chunks_exact(n)) {
+    for (k, found) in lost.iter().zip(found.chunks_exact(n)) {
         values[k * n..][..n].copy_from_slice(found);
     }
-    values
+    (values, lost.len())
 }
 
 /// Fills what is NaN in a row of values of `n` channels, for a format without holes: by the value before, at the start by the

@@ -7,8 +7,8 @@
 use super::super::convention::Conventions;
 use super::super::format::ScheduleFormat;
 use super::{FileError, RowHash, WORDS};
+use crate::brdf::marks::{Marks, is_mark};
 use crate::error::{count, excerpt, meant, reason};
-use crate::schedule::marks::{Marks, is_mark};
 use rustc_hash::FxHashSet;
 use serde::de::{Deserialize, DeserializeOwned, Deserializer, MapAccess, Visitor};
 use serde_json::{Map, Value};

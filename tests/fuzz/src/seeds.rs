@@ -5,7 +5,7 @@ use gonio::brdf::{Brdf, Channels, Wavelengths};
 use gonio::experiment::{
     self, AnyPlan, Event, Experiment, Extent, Known, Observer, Record, Source,
 };
-use gonio::formats::{Format, WriteReadings, WriteSchedule, WriteTable};
+use gonio::formats::{Format, Tabulation, WriteReadings, WriteSchedule, WriteTable};
 use gonio::geometry::Symmetry;
 use gonio::instrument::{self, Ideal, Instrument};
 use gonio::lighting;
@@ -115,7 +115,7 @@ pub fn of_readings(write: WriteReadings) -> Vec<Vec<u8>> {
 pub fn of_table(write: WriteTable) -> Vec<Vec<u8>> {
     let dir = tempfile::tempdir().expect("a folder");
     let path = dir.path().join("table");
-    write(&*ggx(Channels::Rgb), 0, &path).expect("a table");
+    write(&*ggx(Channels::Rgb), Tabulation::default(), &path).expect("a table");
     vec![fs::read(path).expect("a table")]
 }
 

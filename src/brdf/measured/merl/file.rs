@@ -7,11 +7,14 @@
 //!
 //! Stored value × scale = f_r in sr⁻¹. A negative cell holds no data. Nor does one that is NaN or
 //! infinite: some converters write those where the instrument saw nothing, and a few lost cells are
-//! no reason to refuse 1.4 million good ones. A file with no data at all is refused.
+//! no reason to refuse 1.4 million good ones. These are counted, and so are numbers as 9999 far above all others, which stand for no data too
+//! ([`crate::brdf::Marks`]). A file with no data at all is refused.
 
+use super::super::doubts::Doubts;
 use super::grid::THETA_CELLS;
 use super::{Cells, Merl, MerlError, MerlGrid};
 use crate::brdf::Channels;
+use crate::brdf::marks::{is, is_mark_number, marks_among};
 use crate::files;
 use crate::numeric;
 use std::fs::File;
@@ -59,8 +62,17 @@ impl Merl {
     /// # Errors
     /// [`MerlError`], after the header and length only if those are wrong.
     pub fn load(path: &Path, channels: Channels) -> Result<Self, MerlError> {
+        Self::load_without(path, channels, None)
+    }
+
+    /// Loads a file; `no_reading` is one more number that stands for no data.
+    pub(super) fn load_without(
+        path: &Path,
+        channels: Channels,
+        no_reading: Option<f64>,
+    ) -> Result<Self, MerlError> {
         let (mut file, grid) = open(path)?;
-        read_planes(&mut file, grid, channels)
+        read_planes(&mut file, grid, channels, no_reading)
     }
 
     /// Reads a file's bytes from anywhere; they must end where the table ends.
@@ -69,7 +81,7 @@ impl Merl {
     /// [`MerlError`], after 12 bytes only if the header is wrong.
     pub fn read(mut input: impl Read, channels: Channels) -> Result<Self, MerlError> {
         let grid = read_header(&mut input, None)?;
-        read_planes(&mut input, grid, channels)
+        read_planes(&mut input, grid, channels, None)
     }
 }
 
@@ -110,14 +122,20 @@ fn read_planes(
     input: &mut impl Read,
     grid: MerlGrid,
     channels: Channels,
+    no_reading: Option<f64>,
 ) -> Result<Merl, MerlError> {
     let mut source = Source {
         input,
         grid,
         read: HEADER,
         chunk: vec![0; CHUNK],
+        values: Vec::with_capacity(CHUNK / 8),
+        seen: Seen {
+            no_reading,
+            ..Seen::default()
+        },
     };
-    let cells = match channels {
+    let mut cells = match channels {
         Channels::Rgb => {
             let mut cells = Vec::with_capacity(grid.cells() + THETA_CELLS);
             source.plane(|values| cells.extend(values.map(|v| [v, 0.0, 0.0])))?;
@@ -156,7 +174,58 @@ fn read_planes(
         Channels::Wavelengths(_) => return Err(MerlError::Wavelengths),
     };
     source.end()?;
-    Merl::new(grid, cells)
+    let (doubts, marked) = source.seen.marks();
+    for i in marked {
+        match &mut cells {
+            Cells::Luminance(cells) => cells[i % grid.cells()] = [-1.0],
+            Cells::Rgb(cells) => cells[i % grid.cells()][i / grid.cells()] = -1.0,
+        }
+    }
+    Merl::new(grid, cells, doubts)
+}
+
+/// What was seen among the stored values that are data, or ought to be.
+#[derive(Default)]
+struct Seen {
+    /// One more number that stands for no data.
+    no_reading: Option<f64>,
+    /// Values so far.
+    count: usize,
+    /// The largest of data that is no candidate.
+    largest: f64,
+    /// Numbers that may stand for no data, and their places in the body of the file.
+    candidates: Vec<(usize, f64)>,
+    doubts: Doubts,
+}
+
+impl Seen {
+    /// Looks at the next values.
+    fn look(&mut self, values: &[f64]) {
+        for value in values {
+            if Some(*value) == self.no_reading || is_data(*value) && is_mark_number(*value) {
+                self.candidates.push((self.count, *value));
+            } else if is_data(*value) {
+                self.largest = self.largest.max(*value);
+            } else if !value.is_finite() {
+                self.doubts.see(*value);
+            }
+            self.count += 1;
+        }
+    }
+
+    /// The places of those that stand for no data, all of them counted.
+    fn marks(mut self) -> (Doubts, Vec<usize>) {
+        let values = self.candidates.iter().map(|(_, value)| *value);
+        let marks = marks_among(values.chain([self.largest]), self.no_reading);
+        let mut places = Vec::new();
+        for (place, value) in self.candidates {
+            if let Some(mark) = marks.iter().find(|mark| is(value, **mark)) {
+                self.doubts.see(*mark);
+                places.push(place);
+            }
+        }
+        (self.doubts, places)
+    }
 }
 
 /// The body of a file, read in chunks.
@@ -165,13 +234,16 @@ struct Source<'a, R> {
     grid: MerlGrid,
     read: u64,
     chunk: Vec<u8>,
+    /// The numbers of the chunk.
+    values: Vec<f64>,
+    seen: Seen,
 }
 
 impl<R: Read> Source<'_, R> {
     /// Passes one plane on, chunk by chunk.
     fn plane(
         &mut self,
-        mut take: impl FnMut(std::iter::Map<std::slice::Iter<'_, [u8; 8]>, fn(&[u8; 8]) -> f64>),
+        mut take: impl FnMut(std::iter::Copied<std::slice::Iter<'_, f64>>),
     ) -> Result<(), MerlError> {
         let mut left = 8 * self.grid.cells();
         while left > 0 {
@@ -185,7 +257,11 @@ impl<R: Read> Source<'_, R> {
                     grid: self.grid,
                 });
             }
-            take(chunk.as_chunks().0.iter().map(|b| f64::from_le_bytes(*b)));
+            let numbers = chunk.as_chunks().0.iter();
+            self.values.clear();
+            self.values.extend(numbers.map(|b| f64::from_le_bytes(*b)));
+            self.seen.look(&self.values);
+            take(self.values.iter().copied());
             left -= want;
         }
         Ok(())

@@ -25,8 +25,9 @@ pub use error::MerlError;
 pub use file::{SCALE, check};
 pub use grid::{MerlGrid, Nodes};
 pub use spec::{ENTRY, Interpolation, MerlSpec};
-pub use write::{write_merl, write_merl_file};
+pub use write::{write_merl, write_merl_file, write_merl_file_filled};
 
+use super::doubts::{Doubts, is_doubted};
 use crate::brdf::{Brdf, Channels, Presence};
 use crate::geometry::{BLOCK, DirectionPair, PairBlock, Symmetry};
 use file::is_data;
@@ -40,6 +41,7 @@ pub struct Merl {
     cells: Cells,
     interpolation: Interpolation,
     bilateral: bool,
+    doubts: Doubts,
 }
 
 /// The cells of a table, and after them the [means over phi_d](MerlGrid::POLES) where phi_d has no meaning.
@@ -52,7 +54,7 @@ enum Cells {
 }
 
 impl Merl {
-    fn new(grid: MerlGrid, mut cells: Cells) -> Result<Self, MerlError> {
+    fn new(grid: MerlGrid, mut cells: Cells, doubts: Doubts) -> Result<Self, MerlError> {
         match &mut cells {
             Cells::Luminance(cells) => cells.extend(means_at_poles(cells, grid)),
             Cells::Rgb(cells) => cells.extend(means_at_poles(cells, grid)),
@@ -62,6 +64,7 @@ impl Merl {
             cells,
             interpolation: Interpolation::default(),
             bilateral: true,
+            doubts,
         };
         if (0..grid.cells()).all(|i| table.at(i).is_none()) {
             return Err(MerlError::NoData);
@@ -145,6 +148,24 @@ impl Brdf for Merl {
 
     fn conserves_energy(&self) -> bool {
         false
+    }
+
+    fn remarks(&self) -> Vec<String> {
+        let [_, n_d, n_phi] = self.grid.dims();
+        let pair = |i: usize| {
+            let row = i / n_phi;
+            move || self.grid.pair([row / n_d, row % n_d, i % n_phi])
+        };
+        let cells = 0..self.grid.cells();
+        let first = cells.filter_map(|i| self.at(i).map(|[value, ..]| (i, value)));
+        let doubted = first.filter(|(i, value)| is_doubted(*value, pair(*i)));
+        let mut doubts = self.doubts.clone();
+        doubts.look_for_zeros(doubted.map(|(_, value)| value));
+        doubts.remarks()
+    }
+
+    fn cells_without_reading(&self) -> usize {
+        self.doubts.marks.count()
     }
 
     fn as_merl(&self) -> Option<&Merl> {

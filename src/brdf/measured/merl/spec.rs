@@ -1,6 +1,6 @@
 //! A MERL file as a config names it.
 
-use super::super::{label_of, without_wavelengths};
+use super::super::{label_of, remarks_of, without_wavelengths};
 use super::{Merl, Nodes, check};
 use crate::brdf::{Brdf, BrdfSpec, BuildError, Channels, Favours, Tables};
 use crate::geometry::Symmetry;
@@ -13,7 +13,7 @@ const KIND: &str = "merl";
 /// The registry entry. No examples: those must build on every machine, and this kind needs a file.
 pub const ENTRY: Entry<dyn BrdfSpec> = Entry {
     kind: KIND,
-    summary: "measured isotropic table, the MERL file at `path`; also interpolation, nodes, bilateral",
+    summary: "measured isotropic table, the MERL file at `path`; also interpolation, nodes, bilateral, no_reading",
     examples: &[],
     read: |table| Ok(Box::new(registry::parse::<MerlSpec>(table)?)),
 };
@@ -35,6 +35,9 @@ pub enum Interpolation {
 pub struct MerlSpec {
     /// The file.
     pub path: PathBuf,
+    /// One more number that stands for no reading.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub no_reading: Option<f64>,
     /// Interpolation between its nodes.
     #[serde(default)]
     pub interpolation: Interpolation,
@@ -57,6 +60,7 @@ impl MerlSpec {
     pub fn of(path: PathBuf) -> Self {
         Self {
             path,
+            no_reading: None,
             interpolation: Interpolation::default(),
             nodes: Nodes::default(),
             bilateral: yes(),
@@ -91,14 +95,18 @@ impl BrdfSpec for MerlSpec {
 
     fn build(&self, channels: Channels) -> Result<Box<dyn Brdf>, BuildError> {
         without_wavelengths("path", self.path.display(), &channels)?;
-        let table =
-            Merl::load(&self.path, channels).map_err(|e| BuildError::data(&self.path, e))?;
+        let table = Merl::load_without(&self.path, channels, self.no_reading);
+        let table = table.map_err(|e| BuildError::data(&self.path, e))?;
         Ok(Box::new(
             table
                 .with_interpolation(self.interpolation)
                 .with_nodes(self.nodes)
                 .with_bilateral(self.bilateral),
         ))
+    }
+
+    fn remarks(&self) -> Vec<String> {
+        remarks_of(self)
     }
 
     fn tables(&self) -> Tables {

@@ -7,6 +7,7 @@
 //!
 //! The cells of a MERL table of the same layout and nodes are copied.
 
+use super::super::{fill_gaps, gaps};
 use super::file::{SCALE, is_data};
 use super::{MerlError, MerlGrid};
 use crate::brdf::{Brdf, Presence};
@@ -74,6 +75,41 @@ pub fn write_merl_file(brdf: &dyn Brdf, grid: MerlGrid, path: &Path) -> Result<(
     Ok(files::write_atomically(path, |out| {
         write_planes(&values, brdf.channels().count(), grid, out)
     })?)
+}
+
+/// The same file, but cells above the horizon without data have the values of the one before them in it, those at the start of
+/// the first that has some. Returns their number.
+///
+/// # Errors
+/// As [`write_merl`], and [`MerlError::NoData`] of a BRDF without any.
+pub fn write_merl_file_filled(
+    brdf: &dyn Brdf,
+    grid: MerlGrid,
+    path: &Path,
+) -> Result<usize, MerlError> {
+    let n = brdf.channels().count();
+    let mut values = tabulate(brdf, grid)?;
+    // Cells that no pair is in stay as they are.
+    let [_, n_d, n_phi] = grid.dims();
+    let has_pair = |cell: &usize| {
+        let (row, phi) = (cell / n_phi, cell % n_phi);
+        grid.pair([row / n_d, row % n_d, phi]).is_some()
+    };
+    let cells: Vec<usize> = (0..grid.cells()).filter(has_pair).collect();
+    let seen = cells
+        .iter()
+        .flat_map(|cell| &values[n * cell..n * (cell + 1)]);
+    let or_nan = |v: &f64| if is_data(*v) { *v } else { f64::NAN };
+    let mut seen: Vec<f64> = seen.map(or_nan).collect();
+    let filled = gaps(&seen, n);
+    if !fill_gaps(&mut seen, n) {
+        return Err(MerlError::NoData);
+    }
+    for (cell, found) in cells.into_iter().zip(seen.chunks_exact(n)) {
+        values[n * cell..n * (cell + 1)].copy_from_slice(found);
+    }
+    files::write_atomically(path, |out| write_planes(&values, n, grid, out))?;
+    Ok(filled)
 }
 
 /// The file of `n` interleaved channels, 1 or 3.

@@ -13,10 +13,15 @@
 //! spectra      f32 [P, T, L, n, n]    the same at
 //! wavelengths  f32 [L]                nm
 //! ```
+//!
+//! Numbers of rgb and spectra that are NaN or infinite, and those that stand for no reading as -999 does ([`crate::brdf::Marks`]),
+//! spoil themselves only; so does a wavelength that is NaN or has no number at all, which is left out.
 
+use super::super::doubts::Doubts;
 use super::RglError;
 use super::tensor::{self, Field, Numbers, Tensor};
 use super::warp::Grids;
+use crate::brdf::Marks;
 use crate::files;
 use std::f32::consts::PI;
 use std::io::{self, BufReader, Read, Seek, Write};
@@ -122,12 +127,12 @@ impl<R: Read + Seek> Head<R> {
         }
     }
 
-    /// Finite numbers, none below `least`.
+    /// Finite numbers, none below `least`; any without it.
     fn floats(
         &mut self,
         name: &str,
         dimensions: usize,
-        least: f32,
+        least: Option<f32>,
     ) -> Result<(Vec<usize>, Vec<f32>), RglError> {
         let Tensor { shape, numbers, .. } = self
             .field(name, dimensions)?
@@ -136,11 +141,13 @@ impl<R: Read + Seek> Head<R> {
         let Numbers::Floats(floats) = numbers else {
             return Err(RglError::field(name, "is of u8; allowed: f32"));
         };
-        let wrong = floats.iter().position(|v| !v.is_finite() || *v < least);
+        // A table of readings has some of them.
+        let is_wrong = |v: &f32| least.is_some_and(|least| !v.is_finite() || *v < least);
+        let wrong = floats.iter().position(is_wrong);
         match wrong {
             None => Ok((shape, floats)),
             Some(i) => {
-                let allowed = match least {
+                let allowed = match least.unwrap_or(f32::MIN) {
                     f32::MIN => "finite numbers".into(),
                     least => format!("finite numbers from {least} on"),
                 };
@@ -151,16 +158,9 @@ impl<R: Read + Seek> Head<R> {
     }
 
     /// Ascending numbers within a range.
-    fn nodes(&mut self, name: &str, [low, high]: [f32; 2]) -> Result<Vec<f32>, RglError> {
-        let (_, nodes) = self.floats(name, 1, f32::MIN)?;
-        let ascends = nodes.is_sorted_by(|a, b| a < b);
-        match ascends && nodes.iter().all(|v| (low..=high).contains(v)) {
-            true => Ok(nodes),
-            false => {
-                let what = format!("does not ascend within [{low}, {high}]");
-                Err(RglError::field(name, what))
-            }
-        }
+    fn nodes(&mut self, name: &str, range: [f32; 2]) -> Result<Vec<f32>, RglError> {
+        let (_, nodes) = self.floats(name, 1, Some(f32::MIN))?;
+        ascending(name, nodes, range)
     }
 
     /// Azimuths of the light, rad.
@@ -196,12 +196,32 @@ impl<R: Read + Seek> Head<R> {
         if !self.has("spectra") {
             return Ok(Colours::Rgb);
         }
-        let nm = self.nodes("wavelengths", [1.0, 1e6])?;
-        Ok(Colours::Wavelengths(nm))
+        let mut nm = self.wavelengths()?;
+        nm.retain(|nm| !nm.is_nan());
+        match nm.is_empty() {
+            false => Ok(Colours::Wavelengths(nm)),
+            true => Err(RglError::field(
+                "wavelengths",
+                "holds none that is a number",
+            )),
+        }
+    }
+
+    /// Wavelengths as they are in the file, nm: ascending, but for those that are NaN.
+    fn wavelengths(&mut self) -> Result<Vec<f32>, RglError> {
+        let (_, nm) = self.floats("wavelengths", 1, None)?;
+        let known: Vec<f32> = nm.iter().copied().filter(|nm| !nm.is_nan()).collect();
+        ascending("wavelengths", known, [1.0, 1e6])?;
+        Ok(nm)
     }
 
     /// Grids of which there are so many.
-    fn grids(&mut self, name: &str, before: &[usize], least: f32) -> Result<Grids, RglError> {
+    fn grids(
+        &mut self,
+        name: &str,
+        before: &[usize],
+        least: Option<f32>,
+    ) -> Result<Grids, RglError> {
         let (shape, values) = self.floats(name, before.len() + 2, least)?;
         let (found, size) = shape.split_at(before.len());
         if found != before || size.iter().any(|n| *n < 2) {
@@ -227,18 +247,21 @@ impl<R: Read + Seek> Head<R> {
         };
         let phi_i = self.phi_i()?;
         let theta_i = self.nodes("theta_i", [0.0, 1.001 * PI / 2.0])?;
-        let colours = self.colours()?;
+        let colours = match self.has("spectra") {
+            true => Colours::Wavelengths(self.wavelengths()?),
+            false => Colours::Rgb,
+        };
         let incidences = [phi_i.len(), theta_i.len()];
-        let ndf = self.grids("ndf", &[], 0.0)?;
-        let sigma = self.grids("sigma", &[], 0.0)?;
-        let vndf = self.grids("vndf", &incidences, 0.0)?;
-        let luminance = self.grids("luminance", &incidences, 0.0)?;
+        let ndf = self.grids("ndf", &[], Some(0.0))?;
+        let sigma = self.grids("sigma", &[], Some(0.0))?;
+        let vndf = self.grids("vndf", &incidences, Some(0.0))?;
+        let luminance = self.grids("luminance", &incidences, Some(0.0))?;
         let of_colours = [incidences[0], incidences[1], colours.count()];
         let name = match colours {
             Colours::Rgb => "rgb",
             Colours::Wavelengths(_) => "spectra",
         };
-        let values = self.grids(name, &of_colours, f32::MIN)?;
+        let values = self.grids(name, &of_colours, None)?;
         Ok(Fields {
             description,
             jacobian,
@@ -254,7 +277,62 @@ impl<R: Read + Seek> Head<R> {
     }
 }
 
+/// Checks that numbers ascend within a range.
+fn ascending(name: &str, nodes: Vec<f32>, [low, high]: [f32; 2]) -> Result<Vec<f32>, RglError> {
+    let ascends = nodes.is_sorted_by(|a, b| a < b);
+    match ascends && nodes.iter().all(|v| (low..=high).contains(v)) {
+        true => Ok(nodes),
+        false => {
+            let what = format!("does not ascend within [{low}, {high}]");
+            Err(RglError::field(name, what))
+        }
+    }
+}
+
+/// What of a file is not there to be read.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Lost {
+    /// About the numbers of what is left.
+    pub doubts: Doubts,
+    /// Wavelengths (nm) without a reading.
+    pub wavelengths: Vec<f32>,
+}
+
 impl Fields {
+    /// Makes NaN of values that stand for no reading, `no_reading` among them, and leaves out wavelengths without any other.
+    ///
+    /// # Errors
+    /// [`RglError::Field`] if nothing is left.
+    pub(super) fn take_marks(&mut self, no_reading: Option<f64>) -> Result<Lost, RglError> {
+        let mut lost = Lost {
+            doubts: Doubts::take(&mut self.values.values, Marks::default(), no_reading),
+            wavelengths: Vec::new(),
+        };
+        let colours = self.colours.count();
+        let [w, h] = self.values.size;
+        let mut held = vec![false; colours];
+        for (i, grid) in self.values.values.chunks_exact(w * h).enumerate() {
+            held[i % colours] |= grid.iter().any(|v| !v.is_nan());
+        }
+        if let Colours::Wavelengths(nm) = &mut self.colours {
+            for (held, nm) in held.iter_mut().zip(nm.iter()) {
+                *held &= !nm.is_nan();
+                lost.wavelengths.extend((!*held).then_some(nm));
+            }
+            if !lost.wavelengths.is_empty() {
+                let grids = self.values.values.chunks_exact(w * h).enumerate();
+                let kept = grids.filter(|(i, _)| held[i % colours]);
+                self.values.values = kept.flat_map(|(_, grid)| grid).copied().collect();
+                let mut kept = held.iter();
+                nm.retain(|_| kept.next() == Some(&true));
+            }
+        }
+        match held.contains(&true) {
+            true => Ok(lost),
+            false => Err(RglError::field("rgb or spectra", "holds no reading")),
+        }
+    }
+
     /// Writes a file.
     ///
     /// # Errors

@@ -9,7 +9,7 @@
 //!
 //! Beyond the last elevation of the light nothing was measured, and nothing is made up: the pair is
 //! [`Presence::Missing`]. (Mitsuba goes on with the last.) Of the sensor every direction above the horizon is known.
-//! Values below 0 count as 0.
+//! Values below 0 count as 0. Nodes without a reading are left out and the weights of the others renormalised.
 //!
 //! Light is ω_i, sensor ω_o; no reciprocity is declared. A table of one or two azimuths of the light is isotropic, and
 //! the first of them is read. Of one that holds half or a quarter of the circle pairs are mirrored into it.
@@ -30,7 +30,7 @@ use super::Channels;
 use crate::brdf::{Brdf, Presence};
 use crate::geometry::{Direction, DirectionPair, Symmetry};
 use crate::numeric;
-use file::{Colours, MOST_OF_ISOTROPIC};
+use file::{Colours, Lost, MOST_OF_ISOTROPIC};
 use glam::DVec3;
 use std::f64::consts::{FRAC_2_PI, FRAC_PI_2, PI, TAU};
 use warp::{Densities, Grids, Weighted};
@@ -52,6 +52,7 @@ pub struct Rgl {
     vndf: Densities,
     /// A grid an incidence and channel.
     values: Grids,
+    lost: Lost,
 }
 
 /// u from an elevation (rad) and back.
@@ -120,7 +121,12 @@ impl Rgl {
             sigma: fields.sigma,
             vndf,
             values,
+            lost: Lost::default(),
         })
+    }
+
+    fn with_lost(self, lost: Lost) -> Self {
+        Self { lost, ..self }
     }
 
     fn is_isotropic(&self) -> bool {
@@ -183,7 +189,11 @@ impl Rgl {
             let value = factor * self.values.at(&incidences, [channel, count], uniform);
             *out = value.clamp(0.0, f64::MAX);
         }
-        true
+        let is_known = out.iter().all(|v| !v.is_nan());
+        if !is_known {
+            out.fill(0.0);
+        }
+        is_known
     }
 
     /// Light and sensor, mirrored into the part of the circle of φ_i that is held.
@@ -261,6 +271,21 @@ impl Brdf for Rgl {
 
     fn conserves_energy(&self) -> bool {
         false
+    }
+
+    fn remarks(&self) -> Vec<String> {
+        let each = self.lost.wavelengths.iter();
+        let each = each.map(|nm| format!("the wavelength {nm} nm has no reading: passed over"));
+        let [w, h] = self.values.size;
+        let grids = self.values.values.chunks_exact(w * h);
+        let first = grids.step_by(self.channels.count()).flatten();
+        let mut doubts = self.lost.doubts.clone();
+        doubts.look_for_zeros(first.map(|v| f64::from(*v)));
+        each.chain(doubts.remarks()).collect()
+    }
+
+    fn cells_without_reading(&self) -> usize {
+        self.lost.doubts.marks.count()
     }
 
     fn eval(&self, pair: &DirectionPair, out: &mut [f64]) -> Presence {

@@ -1,8 +1,8 @@
 //! An RGL file as a config names it.
 
-use super::super::label_of;
+use super::super::{label_of, remarks_of};
 use super::Rgl;
-use super::file::{self, Colours, MOST_OF_ISOTROPIC};
+use super::file::{self, Colours, Fields, Lost, MOST_OF_ISOTROPIC};
 use crate::brdf::{Brdf, BrdfSpec, BuildError, Channels, Favours, Tables, Wavelengths};
 use crate::error::ParameterError;
 use crate::geometry::Symmetry;
@@ -15,7 +15,7 @@ const KIND: &str = "rgl";
 /// The registry entry. No examples: those must build on every machine, and this kind needs a file.
 pub const ENTRY: Entry<dyn BrdfSpec> = Entry {
     kind: KIND,
-    summary: "measured table of the RGL database, the .bsdf file at `path`; R, G, B or wavelengths",
+    summary: "measured table of the RGL database, the .bsdf file at `path`; R, G, B or wavelengths; also no_reading",
     examples: &[],
     read: |table| Ok(Box::new(registry::parse::<RglSpec>(table)?)),
 };
@@ -26,12 +26,28 @@ pub const ENTRY: Entry<dyn BrdfSpec> = Entry {
 pub struct RglSpec {
     /// The file.
     pub path: PathBuf,
+    /// One more number that stands for no reading.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub no_reading: Option<f64>,
 }
 
 impl RglSpec {
     /// A file.
     pub fn of(path: PathBuf) -> Self {
-        Self { path }
+        Self {
+            path,
+            no_reading: None,
+        }
+    }
+
+    /// What the file holds, but for what stands for no reading.
+    fn load(&self) -> Result<(Fields, Lost), BuildError> {
+        let fields = file::open(&self.path).and_then(|head| head.load());
+        let lost = fields.and_then(|mut fields| {
+            let lost = fields.take_marks(self.no_reading)?;
+            Ok((fields, lost))
+        });
+        lost.map_err(|e| BuildError::data(&self.path, e))
     }
 
     fn suits(&self, colours: &Colours, channels: &Channels) -> Result<(), ParameterError> {
@@ -79,9 +95,9 @@ impl BrdfSpec for RglSpec {
     }
 
     fn held_channels(&self) -> Result<Option<Channels>, BuildError> {
-        let colours = file::open(&self.path).and_then(|mut head| head.colours());
         Ok(Some(
-            match colours.map_err(|e| BuildError::data(&self.path, e))? {
+            // A wavelength without a reading is only found among the values.
+            match self.load()?.0.colours {
                 Colours::Rgb => Channels::Rgb,
                 Colours::Wavelengths(nm) => {
                     let nm: Vec<f64> = nm.iter().map(|v| f64::from(*v)).collect();
@@ -106,11 +122,14 @@ impl BrdfSpec for RglSpec {
 
     fn build(&self, channels: Channels) -> Result<Box<dyn Brdf>, BuildError> {
         self.check(&channels)?;
-        let fields = file::open(&self.path).and_then(|head| head.load());
-        let table = fields.and_then(|fields| Rgl::new(fields, channels));
-        Ok(Box::new(
-            table.map_err(|e| BuildError::data(&self.path, e))?,
-        ))
+        let (fields, lost) = self.load()?;
+        self.suits(&fields.colours, &channels)?;
+        let table = Rgl::new(fields, channels).map_err(|e| BuildError::data(&self.path, e))?;
+        Ok(Box::new(table.with_lost(lost)))
+    }
+
+    fn remarks(&self) -> Vec<String> {
+        remarks_of(self)
     }
 
     fn tables(&self) -> Tables {

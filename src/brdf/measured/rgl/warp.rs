@@ -51,7 +51,30 @@ impl Grids {
             let [a, b, c, d] = self.corners(first + step * grid, [column, row]);
             sum += weight * lerp(lerp(a, b, u), lerp(c, d, u), v);
         }
-        sum
+        match sum.is_nan() {
+            true => self.of_known(grids, [first, step], [x, y]),
+            false => sum,
+        }
+    }
+
+    /// The same of the nodes that are not NaN, their weights renormalised; NaN if there is none.
+    fn of_known(&self, grids: &[(usize, f64)], [first, step]: [usize; 2], [x, y]: [f64; 2]) -> f64 {
+        let [(column, u), (row, v)] = [cell(x, self.size[0]), cell(y, self.size[1])];
+        let [mut sum, mut total] = [0.0; 2];
+        for &(grid, weight) in grids {
+            let corners = self.corners(first + step * grid, [column, row]);
+            let shares = [(1.0 - u) * (1.0 - v), u * (1.0 - v), (1.0 - u) * v, u * v];
+            let known = corners
+                .iter()
+                .zip(shares)
+                .filter(|(corner, _)| !corner.is_nan());
+            for (corner, share) in known {
+                sum += weight * share * corner;
+                total += weight * share;
+            }
+        }
+        // 0/0 is NaN.
+        sum / total
     }
 
     /// The value of the only grid at a place of the square.

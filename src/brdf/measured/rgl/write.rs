@@ -214,6 +214,11 @@ fn normal([u, v]: [f64; 2]) -> DVec3 {
 /// # Errors
 /// [`RglError::Black`].
 pub fn tabulate(brdf: &dyn Brdf, level: Level) -> Result<Fields, RglError> {
+    Ok(fields(brdf, level)?.0)
+}
+
+/// The fields, and the number of nodes above the horizon without data, which are filled.
+fn fields(brdf: &dyn Brdf, level: Level) -> Result<(Fields, usize), RglError> {
     let surface = Surface::new(brdf)?;
     let is_isotropic = brdf.symmetry().isotropic;
     let steps = |from: f64, to: f64, count: usize| -> Vec<f32> {
@@ -265,7 +270,7 @@ pub fn tabulate(brdf: &dyn Brdf, level: Level) -> Result<Fields, RglError> {
         };
         incidence.grids(is_isotropic && theta_i[i % theta_i.len()] == 0.0)
     });
-    let grids: Vec<Option<[Vec<f32>; 2]>> = grids.collect();
+    let (grids, lost): (Vec<Option<[Vec<f32>; 2]>>, Vec<usize>) = grids.unzip();
     // An incidence without data is that of the next elevation, or azimuth, that has some.
     let known: Vec<usize> = (0..grids.len()).filter(|i| grids[*i].is_some()).collect();
     let step = theta_i.len();
@@ -283,7 +288,7 @@ pub fn tabulate(brdf: &dyn Brdf, level: Level) -> Result<Fields, RglError> {
         size: [level.nodes; 2],
         values: held.iter().flat_map(|g| &g[k]).copied().collect(),
     };
-    Ok(Fields {
+    let fields = Fields {
         description: concat!("tabulated by gonio ", env!("CARGO_PKG_VERSION")).into(),
         jacobian: true,
         values: all(0),
@@ -294,7 +299,8 @@ pub fn tabulate(brdf: &dyn Brdf, level: Level) -> Result<Fields, RglError> {
         sigma,
         vndf,
         colours,
-    })
+    };
+    Ok((fields, lost.iter().sum()))
 }
 
 /// The last elevation of the light (rad) at which a BRDF has data, at most [`LAST_DEG`]: tables end before the horizon,
@@ -354,9 +360,9 @@ struct Incidence<'a> {
 }
 
 impl Incidence<'_> {
-    /// The grids of values, colour after colour, and that of the density of samples; `None` without data. At normal
+    /// The grids of values, colour after colour, and that of the density of samples; `None` without data; and the number of nodes above the horizon without data. At normal
     /// incidence of an isotropic surface nothing depends on the azimuth: `average` takes the mean over it.
-    fn grids(&self, average: bool) -> Option<[Vec<f32>; 2]> {
+    fn grids(&self, average: bool) -> (Option<[Vec<f32>; 2]>, usize) {
         let brdf = self.surface.brdf;
         let (n, channels) = (self.nodes, brdf.channels().count());
         let own = Weighted::from_elem((self.grid, 1.0), 1);
@@ -385,11 +391,14 @@ impl Incidence<'_> {
         let mut presence = vec![Presence::Missing; n * n];
         brdf.eval_batch(&pairs, &mut found, &mut presence);
         let of = |i: usize| &found[channels * i..channels * (i + 1)];
-        let is_known = |i: usize| {
-            let is_seen = factors[i][0] > 0.0 && presence[i] == Presence::Present;
-            is_seen && of(i).iter().all(|v| v.is_finite())
+        let is_seen = |i: &usize| factors[*i][0] > 0.0;
+        let has_data =
+            |i: usize| presence[i] == Presence::Present && of(i).iter().all(|v| v.is_finite());
+        let lost = (0..n * n).filter(is_seen).filter(|i| !has_data(*i));
+        let lost = lost.count();
+        let Some(sources) = sources(n, &|i| is_seen(&i) && has_data(i)) else {
+            return (None, lost);
         };
-        let sources = sources(n, &is_known)?;
         let mut values = vec![0.0; self.colours * n * n];
         let mut samples = vec![0.0; n * n];
         for (i, (&source, [value, sample])) in sources.iter().zip(&factors).enumerate() {
@@ -411,10 +420,11 @@ impl Incidence<'_> {
             1.0
         };
         let single = |v: f64| v.min(f64::from(f32::MAX)) as f32;
-        Some([
+        let grids = [
             values.into_iter().map(single).collect(),
             samples.into_iter().map(|s| single(s.max(least))).collect(),
-        ])
+        ];
+        (Some(grids), lost)
     }
 }
 
@@ -446,11 +456,12 @@ fn flatten(grid: &mut [f64], n: usize) {
     }
 }
 
-/// Writes a file that appears whole or not at all.
+/// Writes a file that appears whole or not at all. Returns the number of nodes without data, which are filled.
 ///
 /// # Errors
 /// As [`tabulate`], and those of the file.
-pub fn write_rgl_file(brdf: &dyn Brdf, level: Level, path: &Path) -> Result<(), RglError> {
-    let fields = tabulate(brdf, level)?;
-    Ok(files::write_atomically(path, |out| fields.write(out))?)
+pub fn write_rgl_file(brdf: &dyn Brdf, level: Level, path: &Path) -> Result<usize, RglError> {
+    let (fields, lost) = fields(brdf, level)?;
+    files::write_atomically(path, |out| fields.write(out))?;
+    Ok(lost)
 }

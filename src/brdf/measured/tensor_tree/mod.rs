@@ -24,6 +24,7 @@ pub use node::Node;
 pub use spec::{ENTRY, TensorTreeSpec};
 pub use write::{LEVELS, suits, table_pairs, tabulate, write_tensor_tree, write_tensor_tree_file};
 
+use super::doubts::Doubts;
 use crate::brdf::{Brdf, Channels, Presence};
 use crate::geometry::{DirectionPair, Symmetry};
 use glam::{DMat3, DVec3};
@@ -46,6 +47,10 @@ const XYZ: DMat3 = DMat3::from_cols(
     DVec3::new(0.323_884_479_718, 0.670_105_820_106, 0.122_852_733_686),
     DVec3::new(0.161_970_899_471, 0.064_788_359_788, 0.853_046_737_213),
 );
+
+/// Cells of a tree with colours that are made 0: those of light and sensor in one direction at the horizon, to which
+/// reciprocity exchanges each other.
+const UNSEEN: [[f64; 3]; 2] = [[0.0, 0.0, 0.499_999], [0.0, 0.0, 0.5]];
 
 /// Reason why a tree could not be read, made or written. Messages do not name the file; callers do.
 #[derive(Debug, thiserror::Error)]
@@ -76,6 +81,9 @@ pub enum TensorTreeError {
     /// It has luminance and chromaticity.
     #[error("a tensor tree holds luminance or R, G, B and no wavelengths")]
     Wavelengths,
+    /// Nothing but what stands for no reading.
+    #[error("no cell of this tree holds a reading")]
+    NoReading,
     /// Nothing to write.
     #[error("this material has no data at any of the {0} pairs of the tree")]
     NoData(u64),
@@ -87,12 +95,17 @@ pub struct TensorTree {
     /// Luminance, then u' and v' if they are known.
     trees: Vec<Node>,
     channels: Channels,
+    doubts: Doubts,
 }
 
 impl TensorTree {
     /// Trees of luminance, or of luminance, u' and v'.
     pub fn new(trees: Vec<Node>, channels: Channels) -> Self {
-        Self { trees, channels }
+        Self {
+            trees,
+            channels,
+            doubts: Doubts::default(),
+        }
     }
 }
 
@@ -109,6 +122,14 @@ impl Brdf for TensorTree {
         false
     }
 
+    fn remarks(&self) -> Vec<String> {
+        self.doubts.remarks()
+    }
+
+    fn cells_without_reading(&self) -> usize {
+        self.doubts.marks.count()
+    }
+
     fn eval(&self, pair: &DirectionPair, out: &mut [f64]) -> Presence {
         if !pair.is_above_horizon() {
             out.fill(0.0);
@@ -116,9 +137,16 @@ impl Brdf for TensorTree {
         }
         let place = place(pair);
         let y = self.trees[0].at(place);
+        let chromaticity = match &self.trees[1..] {
+            [u, v] => Some([u.at(place), v.at(place)]),
+            _ => None,
+        };
+        if y.is_nan() || chromaticity.is_some_and(|uv| uv.iter().any(|x| x.is_nan())) {
+            out.fill(0.0);
+            return Presence::Missing;
+        }
         out.fill(y);
-        if let ([r, g, b], [_, u, v]) = (out, &self.trees[..]) {
-            let (u, v) = (u.at(place), v.at(place));
+        if let ([r, g, b], Some([u, v])) = (out, chromaticity) {
             // No colour is below: a darker one is grey.
             if v > LEAST_V {
                 // CIE 1976; the sum of the three is 1 / y.

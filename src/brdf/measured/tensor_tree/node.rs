@@ -92,6 +92,37 @@ impl Node {
         }
     }
 
+    /// The leaf that holds a point of [0, 1)³.
+    pub(super) fn leaf(&mut self, place: [f64; 3]) -> &mut f64 {
+        match self {
+            Node::Leaf(value) => value,
+            Node::Parts(parts) => {
+                let (part, place) = descend(place);
+                parts[part].leaf(place)
+            }
+        }
+    }
+
+    /// Visits the value of each leaf, parts in the order of their numbers.
+    pub(super) fn for_each_leaf(&mut self, visit: &mut dyn FnMut(&mut f64)) {
+        match self {
+            Node::Leaf(value) => visit(value),
+            Node::Parts(parts) => {
+                for part in parts.iter_mut() {
+                    part.for_each_leaf(visit);
+                }
+            }
+        }
+    }
+
+    /// The values of the leaves, in that order.
+    pub(super) fn values(&self) -> Vec<f64> {
+        match self {
+            Node::Leaf(value) => vec![*value],
+            Node::Parts(parts) => parts.iter().flat_map(Node::values).collect(),
+        }
+    }
+
     /// Number of leaves.
     pub fn leaves(&self) -> usize {
         match self {

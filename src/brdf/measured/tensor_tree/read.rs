@@ -1,10 +1,14 @@
 //! The XML of a tensor tree.
 //!
 //! What is read is what Radiance takes for reflection above the surface: the blocks `Reflection Back`. `Visible` has the
-//! luminance, `CIE-u` and `CIE-v` may give it a colour; other blocks are passed over.
+//! luminance, `CIE-u` and `CIE-v` may give it a colour; other blocks are passed over. What
+//! stands for no reading is one ([`crate::brdf::Marks`]): a text in place of a value, or a number as -999 far outside all others; values below 0
+//! count as 0.
 
-use super::{Node, TensorTree, TensorTreeError};
+use super::{Node, TensorTree, TensorTreeError, UNSEEN};
 use crate::brdf::Channels;
+use crate::brdf::marks::{Marks, is_mark, is_mark_number};
+use crate::brdf::measured::doubts::Doubts;
 use crate::error::excerpt;
 use crate::files;
 use crate::numeric::LARGEST_READING;
@@ -90,15 +94,20 @@ impl<'t> Part<'t> {
         Err(self.refuse(format!("{found}: allowed is {}", char::from(brace))))
     }
 
-    /// The next number.
-    fn number(&mut self, most: f64) -> Result<f64, TensorTreeError> {
+    /// The next number; NaN, which is counted, of a text that stands for no reading.
+    fn number(&mut self, most: f64, texts: &mut Marks) -> Result<f64, TensorTreeError> {
         let is_end = |c: char| c.is_whitespace() || matches!(c, ',' | '{' | '}');
         let text = self.text();
         let word = &text[..text.find(is_end).unwrap_or(text.len())];
+        if is_mark(word) {
+            texts.see(word);
+            self.from += word.len();
+            return Ok(f64::NAN);
+        }
         match word.parse::<f64>() {
-            Ok(value) if value.abs() <= most => {
+            Ok(value) if value.abs() <= most || is_mark_number(value) => {
                 self.from += word.len();
-                Ok(value.max(0.0))
+                Ok(value)
             }
             _ => {
                 let word = excerpt(word);
@@ -109,7 +118,12 @@ impl<'t> Part<'t> {
     }
 
     /// A tree, `depth` above the deepest, of numbers up to `most`.
-    fn tree(&mut self, depth: usize, most: f64) -> Result<Node, TensorTreeError> {
+    fn tree(
+        &mut self,
+        depth: usize,
+        most: f64,
+        texts: &mut Marks,
+    ) -> Result<Node, TensorTreeError> {
         self.brace(b'{')?;
         let start = *self;
         if self.peek() == Some(b'{') {
@@ -118,7 +132,7 @@ impl<'t> Part<'t> {
             }
             let mut parts = Vec::with_capacity(8);
             for _ in 0..8 {
-                parts.push(self.tree(depth - 1, most)?);
+                parts.push(self.tree(depth - 1, most, texts)?);
             }
             self.brace(b'}')?;
             let parts: [Node; 8] = match parts.try_into() {
@@ -129,7 +143,7 @@ impl<'t> Part<'t> {
         }
         let mut values = Vec::new();
         while !matches!(self.peek(), None | Some(b'{' | b'}')) {
-            values.push(self.number(most)?);
+            values.push(self.number(most, texts)?);
         }
         self.brace(b'}')?;
         let halvings = (0..=depth).find(|k| values.len() == 1 << (3 * k));
@@ -220,12 +234,34 @@ fn blocks(text: &str) -> Result<[Option<Part<'_>>; 3], TensorTreeError> {
     }
 }
 
+/// The luminances of the part that is looked up, but zeros where the writer here makes them.
+fn doubted(luminance: &Node) -> Vec<f64> {
+    let mut tree = luminance.clone();
+    for place in UNSEEN {
+        let leaf = tree.leaf(place);
+        *leaf = if *leaf == 0.0 { f64::NAN } else { *leaf };
+    }
+    match &tree {
+        Node::Leaf(value) => vec![*value],
+        Node::Parts(parts) => parts.iter().step_by(2).flat_map(Node::values).collect(),
+    }
+}
+
 impl TensorTree {
     /// Reads a text for a scene of luminance or R, G, B.
     ///
     /// # Errors
     /// [`TensorTreeError`].
     pub fn read(text: &str, channels: Channels) -> Result<Self, TensorTreeError> {
+        Self::read_without(text, channels, None)
+    }
+
+    /// Reads a text; `no_reading` is one more number that stands for no reading, of the luminance.
+    pub(super) fn read_without(
+        text: &str,
+        channels: Channels,
+        no_reading: Option<f64>,
+    ) -> Result<Self, TensorTreeError> {
         let blocks = blocks(text)?;
         let wanted = match channels {
             Channels::Luminance => 1,
@@ -233,15 +269,34 @@ impl TensorTree {
             Channels::Wavelengths(_) => return Err(TensorTreeError::Wavelengths),
         };
         let mut trees = Vec::new();
+        let mut doubts = Doubts::default();
         let most = [LARGEST_READING, 1.0, 1.0];
         let blocks = blocks.into_iter().zip(most).take(wanted);
         for (mut numbers, most) in blocks.filter_map(|(b, most)| Some((b?, most))) {
-            trees.push(numbers.tree(DEEPEST, most)?);
+            let mut texts = Marks::default();
+            let mut tree = numbers.tree(DEEPEST, most, &mut texts)?;
+            let mut values = tree.values();
+            let declared = no_reading.filter(|_| trees.is_empty());
+            doubts.add(Doubts::take(&mut values, texts, declared));
+            let mut values = values.iter();
+            tree.for_each_leaf(&mut |leaf| *leaf = values.next().copied().unwrap_or(f64::NAN));
+            if trees.is_empty() {
+                doubts.look_for_zeros(doubted(&tree).into_iter());
+            }
+            // Of NaN and 0 the maximum would be 0.
+            tree.for_each_leaf(&mut |leaf| *leaf = if *leaf < 0.0 { 0.0 } else { *leaf });
+            if tree.values().iter().all(|v| v.is_nan()) {
+                return Err(TensorTreeError::NoReading);
+            }
+            trees.push(tree);
             if let Some(c) = numbers.peek() {
                 let message = format!("{} after the tree", char::from(c));
                 return Err(numbers.refuse(message));
             }
         }
-        Ok(Self::new(trees, channels))
+        Ok(Self {
+            doubts,
+            ..Self::new(trees, channels)
+        })
     }
 }

@@ -1,6 +1,6 @@
 //! A tensor tree as a config names it.
 
-use super::super::{label_of, without_wavelengths};
+use super::super::{label_of, remarks_of, without_wavelengths};
 use super::TensorTree;
 use super::read::{check, text};
 use crate::brdf::{Brdf, BrdfSpec, BuildError, Channels, Favours, Tables};
@@ -17,7 +17,7 @@ const HELD: usize = 10;
 /// The registry entry. No examples: those must build on every machine, and this kind needs a file.
 pub const ENTRY: Entry<dyn BrdfSpec> = Entry {
     kind: KIND,
-    summary: "isotropic reflection of a Radiance BSDF, the TensorTree3 XML at `path`",
+    summary: "isotropic reflection of a Radiance BSDF, the TensorTree3 XML at `path`; also no_reading",
     examples: &[],
     read: |table| Ok(Box::new(registry::parse::<TensorTreeSpec>(table)?)),
 };
@@ -28,12 +28,18 @@ pub const ENTRY: Entry<dyn BrdfSpec> = Entry {
 pub struct TensorTreeSpec {
     /// The file.
     pub path: PathBuf,
+    /// One more number that stands for no reading.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub no_reading: Option<f64>,
 }
 
 impl TensorTreeSpec {
     /// A file.
     pub fn of(path: PathBuf) -> Self {
-        Self { path }
+        Self {
+            path,
+            no_reading: None,
+        }
     }
 }
 
@@ -62,10 +68,15 @@ impl BrdfSpec for TensorTreeSpec {
 
     fn build(&self, channels: Channels) -> Result<Box<dyn Brdf>, BuildError> {
         without_wavelengths("path", self.path.display(), &channels)?;
-        let table = text(&self.path).and_then(|text| TensorTree::read(&text, channels));
+        let table = text(&self.path)
+            .and_then(|text| TensorTree::read_without(&text, channels, self.no_reading));
         Ok(Box::new(
             table.map_err(|e| BuildError::data(&self.path, e))?,
         ))
+    }
+
+    fn remarks(&self) -> Vec<String> {
+        remarks_of(self)
     }
 
     fn tables(&self) -> Tables {

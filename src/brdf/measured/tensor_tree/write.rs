@@ -2,7 +2,7 @@
 
 use super::node::{Built, Node};
 use super::read::BLOCKS;
-use super::{GREY, MERGED, TensorTreeError, XYZ, disk};
+use super::{GREY, MERGED, TensorTreeError, UNSEEN, XYZ, disk};
 use crate::brdf::measured::{values_or_exchanged, values_or_nan};
 use crate::brdf::{Brdf, Channels};
 use crate::files;
@@ -25,10 +25,6 @@ const CUBES: usize = 3;
 /// Chromaticities (u', v') that are stored as one may differ by this standard deviation. The eye needs ten times as much
 /// side by side.
 const SAME_COLOUR: f64 = 1e-4;
-
-/// Cells of a tree with colours that are made 0: those of light and sensor in one direction at the horizon, to which
-/// reciprocity exchanges each other.
-const UNSEEN: [[f64; 3]; 2] = [[0.0, 0.0, 0.499_999], [0.0, 0.0, 0.5]];
 
 const HEAD: &str = concat!(
     "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n",
@@ -83,15 +79,15 @@ fn root_mean_square(brdf: &dyn Brdf) -> f64 {
 }
 
 /// The planes of luminance and, of R, G, B, those of u' and v', of a cube of cells from `corner` on; NaN without data.
-/// Black has no chromaticity.
-fn planes(brdf: &dyn Brdf, corner: [usize; 3], level: usize) -> Vec<Vec<f64>> {
+/// Black has no chromaticity. Also returns the number of cells without data.
+fn planes(brdf: &dyn Brdf, corner: [usize; 3], level: usize) -> (Vec<Vec<f64>>, usize) {
     let (side, step) = (1 << (level - CUBES), 1.0 / (1_usize << level) as f64);
     let at = |k: usize, axis: usize| ((corner[axis] + k) as f64 + 0.5) * step;
     let pairs = (0..side * side * side).map(|i| {
         let [x, s, t] = [i / (side * side), i / side % side, i % side];
         pair([at(x, 0), at(s, 1), at(t, 2)])
     });
-    let found = values_or_exchanged(brdf, &pairs.collect::<Vec<_>>());
+    let (found, lost) = values_or_exchanged(brdf, &pairs.collect::<Vec<_>>());
     let channels = brdf.channels();
     let each = found.chunks_exact(channels.count());
     let luminance = |v: &[f64]| match v {
@@ -109,7 +105,7 @@ fn planes(brdf: &dyn Brdf, corner: [usize; 3], level: usize) -> Vec<Vec<f64>> {
         };
         planes.extend([0, 1].map(|k| colour(k).collect()));
     }
-    planes
+    (planes, lost)
 }
 
 /// The tree of a cube of cells from `corner` on.
@@ -150,6 +146,11 @@ pub fn suits(brdf: &dyn Brdf) -> Result<(), TensorTreeError> {
 /// # Errors
 /// [`TensorTreeError`], but no [`TensorTreeError::Io`].
 pub fn tabulate(brdf: &dyn Brdf, level: usize) -> Result<Vec<Node>, TensorTreeError> {
+    Ok(trees(brdf, level)?.0)
+}
+
+/// The trees, and the number of finest cells without data, which are filled.
+fn trees(brdf: &dyn Brdf, level: usize) -> Result<(Vec<Node>, usize), TensorTreeError> {
     suits(brdf)?;
     let scale = MERGED * MERGED * root_mean_square(brdf);
     let is_one: [&(dyn Fn(f64, f64) -> bool + Sync); 2] = [
@@ -163,16 +164,17 @@ pub fn tabulate(brdf: &dyn Brdf, level: usize) -> Result<Vec<Node>, TensorTreeEr
         let side = 1 << (level - CUBES);
         let mask = (1 << CUBES) - 1;
         let place = [cube >> (2 * CUBES), (cube >> CUBES) & mask, cube & mask];
-        let planes = planes(brdf, place.map(|k| k * side), level);
+        let (planes, lost) = planes(brdf, place.map(|k| k * side), level);
         let tree = |(k, plane): (usize, &Vec<f64>)| {
             let cell = |[x, s, t]: [usize; 3]| Built::cell(plane[(x * side + s) * side + t]);
             build(side, [0; 3], &mut { cell }, is_one[k.min(1)])
         };
-        planes.iter().enumerate().map(tree).collect::<Vec<_>>()
+        (planes.iter().enumerate().map(tree).collect(), lost)
     };
-    let built: Vec<Vec<Built>> = (0..cubes).into_par_iter().map(of).collect();
+    let built: Vec<(Vec<Built>, usize)> = (0..cubes).into_par_iter().map(of).collect();
+    let lost = built.iter().map(|(_, lost)| lost).sum();
     let mut trees = Vec::new();
-    let mut built: Vec<_> = built.into_iter().map(Vec::into_iter).collect();
+    let mut built: Vec<_> = built.into_iter().map(|(b, _)| b.into_iter()).collect();
     for k in 0..brdf.channels().count() {
         let mut cubes: Vec<Option<Built>> = built.iter_mut().map(Iterator::next).collect();
         // Each place is asked for once; those of the upper half of the first axis are not there.
@@ -200,7 +202,7 @@ pub fn tabulate(brdf: &dyn Brdf, level: usize) -> Result<Vec<Node>, TensorTreeEr
         let upper = parts.iter_mut().skip(1).step_by(2);
         upper.for_each(|part| *part = Node::Leaf(least));
     }
-    Ok(trees)
+    Ok((trees, lost))
 }
 
 /// Writes trees as the XML of a `WindowElement`, which has its faces the other way round than Radiance: what is reflected
@@ -230,7 +232,7 @@ pub fn write_tensor_tree(trees: &[Node], out: &mut impl Write) -> io::Result<()>
     out.write_all(b"</Layer>\n</Optical>\n</WindowElement>\n")
 }
 
-/// Writes a file that appears whole or not at all.
+/// Writes a file that appears whole or not at all. Returns the number of finest cells without data, which are filled.
 ///
 /// # Errors
 /// As [`tabulate`] and [`write_tensor_tree`].
@@ -238,9 +240,8 @@ pub fn write_tensor_tree_file(
     brdf: &dyn Brdf,
     level: usize,
     path: &Path,
-) -> Result<(), TensorTreeError> {
-    let trees = tabulate(brdf, level)?;
-    Ok(files::write_atomically(path, |out| {
-        write_tensor_tree(&trees, out)
-    })?)
+) -> Result<usize, TensorTreeError> {
+    let (trees, lost) = trees(brdf, level)?;
+    files::write_atomically(path, |out| write_tensor_tree(&trees, out))?;
+    Ok(lost)
 }

@@ -6,15 +6,17 @@
 //!
 //! There is no header: a file is known by its length. Negative values occur where the instrument's
 //! noise is larger than the signal, and count as 0, as in the readers of the database's authors; a
-//! value that is NaN or infinite, as it is stored or in sr⁻¹, is no data. The writer here
+//! value that is NaN or infinite, as it is stored or in sr⁻¹, and a number as -999 far outside all others ([`crate::brdf::Marks`])
+//! is no data. The writer here
 //! marks missing data by NaN.
 //!
 //! Colours are linear. The absolute scale of the database is not documented; `scale` turns stored
 //! values into sr⁻¹.
 
-use super::super::Planes;
+use super::super::doubts::Doubts;
+use super::super::{Planes, fill_gaps, gaps};
 use super::{NODES, Utia, pair};
-use crate::brdf::{Brdf, Channels, Presence};
+use crate::brdf::{Brdf, Channels, Marks, Presence};
 use crate::files;
 use crate::geometry::DirectionPair;
 use crate::numeric;
@@ -85,38 +87,59 @@ impl Utia {
     /// # Errors
     /// [`UtiaError`].
     pub fn load(path: &Path, scale: f64, channels: Channels) -> Result<Self, UtiaError> {
-        Self::read(open(path)?, scale, channels)
+        Self::load_without(path, scale, channels, None)
+    }
+
+    /// Loads a file; `no_reading` is one more number that stands for no reading.
+    pub(super) fn load_without(
+        path: &Path,
+        scale: f64,
+        channels: Channels,
+        no_reading: Option<f64>,
+    ) -> Result<Self, UtiaError> {
+        Self::read_without(open(path)?, scale, channels, no_reading)
     }
 
     /// Reads a file's bytes from anywhere; they must end where the table ends.
     ///
     /// # Errors
     /// [`UtiaError`].
-    pub fn read(mut input: impl Read, scale: f64, channels: Channels) -> Result<Self, UtiaError> {
-        let mut done = 0;
-        let mut plane = || -> Result<Vec<f64>, UtiaError> {
-            let mut bytes = Vec::with_capacity(8 * NODES);
-            input
-                .by_ref()
-                .take(8 * NODES as u64)
-                .read_to_end(&mut bytes)?;
-            done += bytes.len() as u64;
-            if bytes.len() < 8 * NODES {
-                return Err(UtiaError::Length { found: done });
-            }
-            let values = bytes.as_chunks().0.iter().map(|b| f64::from_le_bytes(*b));
-            Ok(values.map(|v| held(v, scale)).collect())
+    pub fn read(input: impl Read, scale: f64, channels: Channels) -> Result<Self, UtiaError> {
+        Self::read_without(input, scale, channels, None)
+    }
+
+    fn read_without(
+        mut input: impl Read,
+        scale: f64,
+        channels: Channels,
+        no_reading: Option<f64>,
+    ) -> Result<Self, UtiaError> {
+        let mut bytes = Vec::with_capacity(FILE_LEN as usize);
+        input.by_ref().take(FILE_LEN).read_to_end(&mut bytes)?;
+        if (bytes.len() as u64) < FILE_LEN {
+            return Err(UtiaError::Length {
+                found: bytes.len() as u64,
+            });
+        }
+        let stored = bytes.as_chunks().0.iter().map(|b| f64::from_le_bytes(*b));
+        let mut stored: Vec<f64> = stored.collect();
+        let mut doubts = Doubts::take(&mut stored, Marks::default(), no_reading);
+        doubts.look_for_zeros(stored.iter().copied().take(NODES));
+        let mut planes = stored.chunks_exact(NODES);
+        let mut plane = || -> Vec<f64> {
+            let plane = planes.next().unwrap_or_default();
+            plane.iter().map(|v| held(*v, scale)).collect()
         };
         let planes = match channels {
-            Channels::Rgb => Planes::Rgb([plane()?, plane()?, plane()?]),
+            Channels::Rgb => Planes::Rgb([plane(), plane(), plane()]),
             Channels::Luminance => {
                 // In the order of `numeric::luminance`; NaN in any channel stays NaN.
-                let mut sum = plane()?;
+                let mut sum = plane();
                 for value in &mut sum {
                     *value *= numeric::LUMINANCE[0];
                 }
                 for weight in &numeric::LUMINANCE[1..] {
-                    for (sum, value) in sum.iter_mut().zip(plane()?) {
+                    for (sum, value) in sum.iter_mut().zip(plane()) {
                         *sum += weight * value;
                     }
                 }
@@ -135,7 +158,7 @@ impl Utia {
             }
         };
         if has_data {
-            Ok(Self::new(planes))
+            Ok(Self::new(planes, doubts))
         } else {
             Err(UtiaError::NoData)
         }
@@ -190,6 +213,22 @@ pub fn write_utia_file(brdf: &dyn Brdf, path: &Path) -> Result<(), UtiaError> {
     Ok(files::write_atomically(path, |out| {
         write_planes(&values, brdf.channels().count(), out)
     })?)
+}
+
+/// The same file, but pairs without data have the values of the pair before them in it, those at the start of the first that has
+/// some. Returns their number.
+///
+/// # Errors
+/// As [`write_utia`], and [`UtiaError::NoData`] of a BRDF without any.
+pub fn write_utia_file_filled(brdf: &dyn Brdf, path: &Path) -> Result<usize, UtiaError> {
+    let n = brdf.channels().count();
+    let mut values = tabulate(brdf)?;
+    let filled = gaps(&values, n);
+    if !fill_gaps(&mut values, n) {
+        return Err(UtiaError::NoData);
+    }
+    files::write_atomically(path, |out| write_planes(&values, n, out))?;
+    Ok(filled)
 }
 
 /// Whether a table can hold a BRDF.

@@ -14,10 +14,13 @@
 pub mod file;
 mod spec;
 
-pub use file::{FILE_LEN, UtiaError, check, suits, write_utia, write_utia_file};
+pub use file::{
+    FILE_LEN, UtiaError, check, suits, write_utia, write_utia_file, write_utia_file_filled,
+};
 pub use spec::{ENTRY, UtiaSpec};
 
 use super::Planes;
+use super::doubts::Doubts;
 use crate::brdf::{Brdf, Channels, Presence};
 use crate::geometry::{Direction, DirectionPair, Symmetry};
 use std::f64::consts::PI;
@@ -43,13 +46,15 @@ pub struct Utia {
     /// In sr⁻¹; NaN where there is no data.
     planes: Planes,
     symmetry: Symmetry,
+    doubts: Doubts,
 }
 
 impl Utia {
-    fn new(planes: Planes) -> Self {
+    fn new(planes: Planes, doubts: Doubts) -> Self {
         Self {
             planes,
             symmetry: Symmetry::NONE,
+            doubts,
         }
     }
 
@@ -157,6 +162,14 @@ impl Brdf for Utia {
 
     fn conserves_energy(&self) -> bool {
         false
+    }
+
+    fn remarks(&self) -> Vec<String> {
+        self.doubts.remarks()
+    }
+
+    fn cells_without_reading(&self) -> usize {
+        self.doubts.marks.count()
     }
 
     fn eval(&self, pair: &DirectionPair, out: &mut [f64]) -> Presence {

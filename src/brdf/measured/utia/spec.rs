@@ -1,6 +1,6 @@
 //! A UTIA file as a config names it.
 
-use super::super::{label_of, without_wavelengths};
+use super::super::{label_of, remarks_of, without_wavelengths};
 use super::{Utia, check};
 use crate::brdf::{Brdf, BrdfSpec, BuildError, Channels, Favours, Tables};
 use crate::error::in_left_open;
@@ -14,7 +14,7 @@ const KIND: &str = "utia";
 /// The registry entry. No examples: those must build on every machine, and this kind needs a file.
 pub const ENTRY: Entry<dyn BrdfSpec> = Entry {
     kind: KIND,
-    summary: "measured anisotropic table to 75°, the UTIA .bin file at `path`; also scale",
+    summary: "measured anisotropic table to 75°, the UTIA .bin file at `path`; also scale, no_reading",
     examples: &[],
     read: |table| Ok(Box::new(registry::parse::<UtiaSpec>(table)?)),
 };
@@ -25,6 +25,9 @@ pub const ENTRY: Entry<dyn BrdfSpec> = Entry {
 pub struct UtiaSpec {
     /// The file.
     pub path: PathBuf,
+    /// One more number that stands for no reading.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub no_reading: Option<f64>,
     /// Factor from stored values to sr⁻¹, above 0 and at most 10⁶.
     #[serde(default = "one")]
     pub scale: f64,
@@ -37,8 +40,11 @@ fn one() -> f64 {
 impl UtiaSpec {
     /// A file with every other key at its default.
     pub fn of(path: PathBuf) -> Self {
-        let scale = one();
-        Self { path, scale }
+        Self {
+            path,
+            no_reading: None,
+            scale: one(),
+        }
     }
 }
 
@@ -67,10 +73,14 @@ impl BrdfSpec for UtiaSpec {
 
     fn build(&self, channels: Channels) -> Result<Box<dyn Brdf>, BuildError> {
         self.check(&channels)?;
-        let table = Utia::load(&self.path, self.scale, channels);
+        let table = Utia::load_without(&self.path, self.scale, channels, self.no_reading);
         Ok(Box::new(
             table.map_err(|e| BuildError::data(&self.path, e))?,
         ))
+    }
+
+    fn remarks(&self) -> Vec<String> {
+        remarks_of(self)
     }
 
     fn tables(&self) -> Tables {

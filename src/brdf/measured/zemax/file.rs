@@ -25,10 +25,13 @@
 //!
 //! `PlaneSymmetrical` has azimuths from 0° to 180° and stands for both sides of the plane of incidence, `Asymmetrical` goes
 //! round. With `XYZ` there are blocks `TristimulusX`, `TristimulusY` and `TristimulusZ`; here they stand for R, G, B of
-//! which grey has X = Y = Z. `TIS`, the albedo of the incidence, is passed over. Values below 0 count as 0.
+//! which grey has X = Y = Z. `TIS`, the albedo of the incidence, is passed over. What stands for no
+//! reading is one ([`crate::brdf::Marks`]): a text in place of a value, or a number as -999 far outside all others. Values below 0 count as 0. Both are counted.
 
 use super::{Angles, Zemax};
 use crate::brdf::Channels;
+use crate::brdf::marks::{Marks, is_mark};
+use crate::brdf::measured::doubts::{Doubts, is_doubted};
 use crate::error::excerpt;
 use crate::files;
 use crate::numeric::{LARGEST_READING, XYZ};
@@ -69,6 +72,9 @@ pub enum ZemaxError {
     /// The same for X, Y, Z.
     #[error("this table holds X, Y, Z; allowed: channels = \"luminance\" or \"rgb\"")]
     Tristimulus,
+    /// Nothing but what stands for no reading.
+    #[error("no cell of this table holds a reading")]
+    NoReading,
     /// Nothing to write.
     #[error("this material has no data at any node of the table")]
     NoData,
@@ -120,11 +126,26 @@ impl<'t> Words<'t> {
 
     fn number(&mut self, before: &'static str) -> Result<f64, ZemaxError> {
         let word = self.next(before)?;
+        self.parsed(word)
+    }
+
+    fn parsed(&self, word: &str) -> Result<f64, ZemaxError> {
         let is_kept = |x: &f64| x.abs() <= LARGEST_READING;
         let number = word.parse::<f64>().ok().filter(is_kept);
         number.ok_or_else(|| {
             self.refuse(word, &format!("is a number of at most {LARGEST_READING:e}"))
         })
+    }
+
+    /// A value of the table; NaN, which is counted, of a text that stands for no reading.
+    fn value(&mut self, texts: &mut Marks) -> Result<f64, ZemaxError> {
+        match self.next("the last value")? {
+            word if is_mark(word) => {
+                texts.see(word);
+                Ok(f64::NAN)
+            }
+            word => self.parsed(word),
+        }
     }
 
     /// One of some words, by its place among them.
@@ -238,45 +259,68 @@ pub fn head(text: &str) -> Result<Head<'_>, ZemaxError> {
 
 impl Head<'_> {
     /// The values of the next block.
-    fn block(&mut self, name: &'static str) -> Result<Vec<f64>, ZemaxError> {
+    fn block(&mut self, name: &'static str, texts: &mut Marks) -> Result<Vec<f64>, ZemaxError> {
         let words = &mut self.words;
         words.expect(name)?;
         words.expect("DataBegin")?;
         let mut values = Vec::new();
         for _ in &self.angles.theta_i {
             words.expect("TIS")?;
-            words.number("the value of TIS")?;
+            words.next("the value of TIS")?;
             for _ in 0..self.angles.azimuth.len() * self.angles.radial.len() {
-                values.push(words.number("the last value")?.max(0.0));
+                values.push(words.value(texts)?);
             }
         }
         words.expect("DataEnd")?;
         Ok(values)
     }
 
-    /// The table, for a scene in some channels.
+    /// The table, for a scene in some channels; `no_reading` is one more number that stands for no reading.
     ///
     /// # Errors
     /// [`ZemaxError`].
-    pub fn load(mut self, channels: Channels) -> Result<Zemax, ZemaxError> {
+    pub fn load(
+        mut self,
+        channels: Channels,
+        no_reading: Option<f64>,
+    ) -> Result<Zemax, ZemaxError> {
         self.content.suits(&channels)?;
-        let mut planes = match self.content {
-            Content::Monochrome => vec![self.block("Monochrome")?],
-            Content::Xyz => {
-                let names = ["TristimulusX", "TristimulusY", "TristimulusZ"];
-                let planes = names.map(|name| self.block(name));
-                planes.into_iter().collect::<Result<_, _>>()?
-            }
+        let mut texts = Marks::default();
+        let names: &[&'static str] = match self.content {
+            Content::Monochrome => &["Monochrome"],
+            Content::Xyz => &["TristimulusX", "TristimulusY", "TristimulusZ"],
         };
+        let mut values = Vec::new();
+        for name in names {
+            values.extend(self.block(name, &mut texts)?);
+        }
         if let Ok(word) = self.words.next("the end") {
             return Err(self
                 .words
                 .refuse(word, "is nothing behind the last DataEnd"));
         }
+        let mut doubts = Doubts::take(&mut values, texts, no_reading);
+        let nodes = self.angles.count();
+        let angles = &self.angles;
+        let pair = |node: usize| move || Some(angles.pair(node));
+        let first = values.iter().copied().take(nodes).enumerate();
+        let doubted = first.filter(|(node, value)| is_doubted(*value, pair(*node)));
+        doubts.look_for_zeros(doubted.map(|(_, value)| value));
+        // Of NaN and 0 the maximum would be 0.
+        values
+            .iter_mut()
+            .filter(|v| **v < 0.0)
+            .for_each(|v| *v = 0.0);
+        let mut planes: Vec<Vec<f64>> = values.chunks_exact(nodes).map(Into::into).collect();
         if let ([x, y, z], Channels::Rgb) = (&mut planes[..], &channels) {
             let inverse = XYZ.inverse();
             for ((x, y), z) in x.iter_mut().zip(y).zip(z) {
-                let rgb = (inverse * DVec3::new(*x, *y, *z)).max(DVec3::ZERO);
+                let xyz = DVec3::new(*x, *y, *z);
+                // A node is known in all channels or in none.
+                let rgb = match xyz.is_nan() {
+                    true => DVec3::NAN,
+                    false => (inverse * xyz).max(DVec3::ZERO),
+                };
                 (*x, *y, *z) = (rgb.x, rgb.y, rgb.z);
             }
         }
@@ -286,11 +330,15 @@ impl Head<'_> {
             (1, 3) => planes[0].repeat(3),
             _ => planes.concat(),
         };
-        Ok(Zemax {
-            angles: self.angles,
-            channels,
-            values,
-        })
+        match values.iter().all(|v| v.is_nan()) {
+            true => Err(ZemaxError::NoReading),
+            false => Ok(Zemax {
+                angles: self.angles,
+                channels,
+                values,
+                doubts,
+            }),
+        }
     }
 }
 
@@ -300,7 +348,7 @@ impl Zemax {
     /// # Errors
     /// [`ZemaxError`].
     pub fn read(text: &str, channels: Channels) -> Result<Self, ZemaxError> {
-        head(text)?.load(channels)
+        head(text)?.load(channels, None)
     }
 }
 

@@ -6,7 +6,7 @@
 //! the mirror direction; azimuth 0 then points from there towards the normal. A lobe stays where it is as the light moves.
 //!
 //! Between nodes the value is linear in each of the three angles. Nodes below the horizon are left out and the weights of the
-//! others renormalised. Outside the angles of the table nothing was measured, and the pair is [`Presence::Missing`].
+//! others renormalised, as are those without a reading. Outside the angles of the table nothing was measured, and the pair is [`Presence::Missing`].
 
 pub mod file;
 mod spec;
@@ -16,6 +16,7 @@ pub use file::ZemaxError;
 pub use spec::{ENTRY, ZemaxSpec};
 pub use write::{LEVELS, Level, suits, table_pairs, write_zemax, write_zemax_file};
 
+use super::doubts::Doubts;
 use crate::brdf::{Brdf, Channels, Presence};
 use crate::geometry::{Direction, DirectionPair, Symmetry};
 use glam::DVec3;
@@ -30,8 +31,9 @@ const SLACK: f64 = 1e-9;
 pub struct Zemax {
     angles: Angles,
     channels: Channels,
-    /// In sr⁻¹; channel after channel, in each the radial angles run fastest, then the azimuths.
+    /// In sr⁻¹, NaN without a reading, then in all channels; channel after channel, in each the radial angles run fastest, then the azimuths.
     values: Vec<f64>,
+    doubts: Doubts,
 }
 
 /// The nodes of a table, rad.
@@ -151,7 +153,8 @@ impl Zemax {
             let [(i, u), (j, v), (k, w)] = [of(light, 0), of(azimuth, 1), of(radial, 2)];
             let node = (i * angles.azimuth.len() + j) * angles.radial.len() + k;
             let weight = u * v * w;
-            if weight > 0.0 && angles.pair(node).omega_o.cos_theta() > 0.0 {
+            let is_read = !self.values[node].is_nan();
+            if weight > 0.0 && is_read && angles.pair(node).omega_o.cos_theta() > 0.0 {
                 total += weight;
                 found.push((node, weight));
             }
@@ -176,6 +179,14 @@ impl Brdf for Zemax {
 
     fn conserves_energy(&self) -> bool {
         false
+    }
+
+    fn remarks(&self) -> Vec<String> {
+        self.doubts.remarks()
+    }
+
+    fn cells_without_reading(&self) -> usize {
+        self.doubts.marks.count()
     }
 
     fn eval(&self, pair: &DirectionPair, out: &mut [f64]) -> Presence {

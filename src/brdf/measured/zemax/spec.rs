@@ -1,6 +1,6 @@
 //! A Zemax table as a config names it.
 
-use super::super::label_of;
+use super::super::{label_of, remarks_of};
 use super::Zemax;
 use super::file::{ZemaxError, head, text};
 use crate::brdf::{Brdf, BrdfSpec, BuildError, Channels, Favours, Tables};
@@ -15,7 +15,7 @@ const KIND: &str = "zemax";
 /// The registry entry. No examples: those must build on every machine, and this kind needs a file.
 pub const ENTRY: Entry<dyn BrdfSpec> = Entry {
     kind: KIND,
-    summary: "isotropic table about the mirror direction, the text of OpticStudio (Zemax) at `path`",
+    summary: "isotropic table about the mirror direction, the text of OpticStudio (Zemax) at `path`; also no_reading",
     examples: &[],
     read: |table| Ok(Box::new(registry::parse::<ZemaxSpec>(table)?)),
 };
@@ -26,12 +26,18 @@ pub const ENTRY: Entry<dyn BrdfSpec> = Entry {
 pub struct ZemaxSpec {
     /// The file.
     pub path: PathBuf,
+    /// One more number that stands for no reading.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub no_reading: Option<f64>,
 }
 
 impl ZemaxSpec {
     /// A file.
     pub fn of(path: PathBuf) -> Self {
-        Self { path }
+        Self {
+            path,
+            no_reading: None,
+        }
     }
 
     fn error(&self, e: &ZemaxError) -> BuildError {
@@ -86,8 +92,14 @@ impl BrdfSpec for ZemaxSpec {
     }
 
     fn build(&self, channels: Channels) -> Result<Box<dyn Brdf>, BuildError> {
-        let table: Zemax = self.head(&channels, |head| head.load(channels.clone()))?;
+        let table: Zemax = self.head(&channels, |head| {
+            head.load(channels.clone(), self.no_reading)
+        })?;
         Ok(Box::new(table))
+    }
+
+    fn remarks(&self) -> Vec<String> {
+        remarks_of(self)
     }
 
     fn tables(&self) -> Tables {

@@ -2,7 +2,8 @@
 
 use super::file::{ZemaxError, degrees};
 use super::{Angles, Zemax};
-use crate::brdf::measured::{fill_gaps, values_or_nan};
+use crate::brdf::measured::doubts::Doubts;
+use crate::brdf::measured::{fill_gaps, gaps, values_or_nan};
 use crate::brdf::{Brdf, Channels};
 use crate::files;
 use crate::geometry::DirectionPair;
@@ -84,8 +85,9 @@ pub fn suits(brdf: &dyn Brdf) -> Result<(), ZemaxError> {
 }
 
 /// Tabulates a BRDF. A sensor below the horizon has 0; one without data has what the sensor before it has, towards the
-/// mirror direction, or else the next that has some: the format has no holes. Runs on rayon's threads; the result does not depend on their number.
-fn tabulate(brdf: &dyn Brdf, level: Level) -> Result<Zemax, ZemaxError> {
+/// mirror direction, or else the next that has some: the format has no holes. Runs on rayon's threads; the result does not depend on their number. Also
+/// returns the number of sensors without data.
+fn tabulate(brdf: &dyn Brdf, level: Level) -> Result<(Zemax, usize), ZemaxError> {
     suits(brdf)?;
     let n = brdf.channels().count();
     let angles = level.angles(brdf.symmetry().bilateral);
@@ -98,25 +100,28 @@ fn tabulate(brdf: &dyn Brdf, level: Level) -> Result<Zemax, ZemaxError> {
         for k in (0..row).filter(|k| below(*k)) {
             values[n * k..n * (k + 1)].fill(f64::NAN);
         }
+        let lost = gaps(&values, n) - (0..row).filter(|k| below(*k)).count();
         let has_data = fill_gaps(&mut values, n);
         for k in (0..row).filter(|k| below(*k)) {
             values[n * k..n * (k + 1)].fill(0.0);
         }
-        (values, has_data)
+        (values, has_data, lost)
     });
-    let rows: Vec<(Vec<f64>, bool)> = rows.collect();
-    if !rows.iter().any(|(_, has_data)| *has_data) {
+    let rows: Vec<(Vec<f64>, bool, usize)> = rows.collect();
+    if !rows.iter().any(|(_, has_data, _)| *has_data) {
         return Err(ZemaxError::NoData);
     }
     let plane = |c: usize| {
-        let values = rows.iter().flat_map(|(values, _)| values);
+        let values = rows.iter().flat_map(|(values, ..)| values);
         values.skip(c).step_by(n).copied().collect::<Vec<f64>>()
     };
-    Ok(Zemax {
+    let table = Zemax {
         values: (0..n).flat_map(plane).collect(),
         channels: brdf.channels().clone(),
         angles,
-    })
+        doubts: Doubts::default(),
+    };
+    Ok((table, rows.iter().map(|(.., lost)| lost).sum()))
 }
 
 /// The albedo of an incidence, by trapezoids over the angles about the mirror direction.
@@ -197,14 +202,16 @@ impl Zemax {
 /// # Errors
 /// [`ZemaxError`].
 pub fn write_zemax(brdf: &dyn Brdf, level: Level, out: &mut impl Write) -> Result<(), ZemaxError> {
-    tabulate(brdf, level)?.write(out).map_err(ZemaxError::Io)
+    let (table, _) = tabulate(brdf, level)?;
+    table.write(out).map_err(ZemaxError::Io)
 }
 
-/// Writes a file that appears whole or not at all.
+/// Writes a file that appears whole or not at all. Returns the number of pairs without data, which are filled.
 ///
 /// # Errors
 /// [`ZemaxError`].
-pub fn write_zemax_file(brdf: &dyn Brdf, level: Level, path: &Path) -> Result<(), ZemaxError> {
-    let table = tabulate(brdf, level)?;
-    files::write_atomically(path, |out| table.write(out)).map_err(ZemaxError::Io)
+pub fn write_zemax_file(brdf: &dyn Brdf, level: Level, path: &Path) -> Result<usize, ZemaxError> {
+    let (table, lost) = tabulate(brdf, level)?;
+    files::write_atomically(path, |out| table.write(out)).map_err(ZemaxError::Io)?;
+    Ok(lost)
 }

@@ -1,4 +1,4 @@
-//! What laboratories write where they have no reading.
+//! What laboratories write where they have no reading, in readings and in tables.
 
 use crate::error::{count, excerpt};
 use std::collections::BTreeMap;
@@ -8,6 +8,12 @@ const NUMBERS: [f64; 6] = [-1.0, -99.0, -999.0, -9999.0, 9999.0, 1e30];
 
 /// A mark is beyond so many times the largest size of all other values.
 const BEYOND: f64 = 10.0;
+
+/// Values from which on zeros among them are doubted.
+pub(crate) const FEWEST_DOUBTED: usize = 30;
+
+/// Zeros are doubted where all other values are above this share of the median of the positive ones.
+const FAR_FROM_ZERO: f64 = 0.05;
 
 /// Texts that stand for no reading, in small letters.
 const TEXTS: [&str; 17] = [
@@ -20,15 +26,44 @@ pub(crate) fn is_mark(text: &str) -> bool {
     TEXTS.iter().any(|mark| mark.eq_ignore_ascii_case(text))
 }
 
+/// True of one of [`NUMBERS`], in double or single precision.
+pub(crate) fn is_mark_number(value: f64) -> bool {
+    NUMBERS.iter().any(|mark| is(value, *mark))
+}
+
+/// True of a number in double or single precision.
+pub(crate) fn is(value: f64, number: f64) -> bool {
+    value == number || value == f64::from(number as f32)
+}
+
 /// Those of [`NUMBERS`] among values that stand for no reading, and another one that does.
 pub(crate) fn marks_among(
     values: impl Iterator<Item = f64> + Clone,
     other: Option<f64>,
 ) -> Vec<f64> {
-    let rest = values.clone().filter(|v| !NUMBERS.contains(v));
+    let rest = values.clone().filter(|v| !is_mark_number(*v));
     let largest = rest.fold(0.0, |most: f64, v| most.max(v.abs()));
-    let is_mark = |mark: &f64| mark.abs() > BEYOND * largest && values.clone().any(|v| v == *mark);
+    let is_mark =
+        |mark: &f64| mark.abs() > BEYOND * largest && values.clone().any(|v| is(v, *mark));
     NUMBERS.into_iter().filter(is_mark).chain(other).collect()
+}
+
+/// How many values are 0 and the least of the positive ones, if all that are not 0 are so far from it that the zeros seem to stand
+/// for no reading; `None` also of few values.
+pub(crate) fn zeros_among(values: impl Iterator<Item = f64>) -> Option<(usize, f64)> {
+    let (mut all, mut zeros, mut positive) = (0, 0, Vec::new());
+    for value in values.filter(|v| !v.is_nan()) {
+        all += 1;
+        zeros += usize::from(value == 0.0);
+        positive.extend((value > 0.0).then_some(value));
+    }
+    if zeros == 0 || positive.is_empty() || all < FEWEST_DOUBTED {
+        return None;
+    }
+    let middle = positive.len() / 2;
+    let (below, median, _) = positive.select_nth_unstable_by(middle, f64::total_cmp);
+    let least = below.iter().copied().fold(*median, f64::min);
+    (least > FAR_FROM_ZERO * *median).then_some((zeros, least))
 }
 
 /// How often which mark stood for no reading.
@@ -75,6 +110,21 @@ mod tests {
         assert!(among(&[0.3, -1.0]).is_empty());
         assert!(among(&[2000.0, 9999.0]).is_empty());
         assert!(among(&[0.1, 0.2]).is_empty());
+        let single = [0.1, f64::from(1e30_f32)];
+        assert_eq!(among(&single), [1e30]);
         assert!(is_mark("N.A.") && is_mark("Overflow") && !is_mark("12"));
+    }
+
+    #[test]
+    fn zeros_are_doubted_where_nothing_is_near_them() {
+        let among = |zeros: usize, least: f64| {
+            let ones = std::iter::repeat_n(1.0, 40).chain([least]);
+            zeros_among(ones.chain(std::iter::repeat_n(0.0, zeros)))
+        };
+        assert_eq!(among(3, 0.06), Some((3, 0.06)));
+        // A lobe that ends in zeros goes down to them.
+        assert_eq!(among(3, 0.04), None);
+        assert_eq!(among(0, 0.06), None);
+        assert_eq!(zeros_among([0.0, 1.0, 1.0].into_iter()), None);
     }
 }
