@@ -10,6 +10,7 @@ use super::progress::Progress;
 use super::signals::{self, stop_flag};
 use super::talk::{detail, note};
 use super::{ConfigArgs, SeedArgs, ThreadArgs, print};
+use crate::brdf::{BuildError, Channels};
 use crate::error::{Error, count_are};
 use crate::experiment::{
     AnyPlan, Experiment, Extent, Observer, Record, RowKey, Shard, Source, Summary, Tuned,
@@ -143,7 +144,17 @@ impl<E: Shown + super::check::Checked> Runnable for E {
     }
 
     fn check(&self, json: bool) -> Result<(), Error> {
-        super::check::Checked::check(self, json)
+        super::check::Checked::check(self, json)?;
+        // What is wrong with other materials is said before there is a plan.
+        for material in self.materials() {
+            if let Err(BuildError::Data { path, message }) =
+                material.spec.check(&Channels::Luminance)
+            {
+                let message = format!("{message}; its jobs fail, the others run");
+                return Err(Error::data(path, message));
+            }
+        }
+        Ok(())
     }
 }
 

@@ -12,6 +12,7 @@ use crate::formats::{self, MERL};
 use crate::geometry::Symmetry;
 use crate::light_paths;
 use crate::registry::{self, Entry, ReadError, Table};
+use rayon::prelude::*;
 use serde::Deserialize;
 use std::borrow::Cow;
 use std::path::Path;
@@ -146,20 +147,18 @@ pub(super) fn gather(
     let path = KeyPath::of("merl");
     match (dir, merl) {
         (Some(dir), merl) => {
-            let mut found = 0;
+            let mut found = Vec::new();
             for spec in files(source, dir, merl)? {
                 let name = spec.label();
                 if only.is_some_and(|only| !only.contains(&name)) {
                     continue;
                 }
                 missing.retain(|wanted| *wanted != name);
-                found += 1;
                 names.take(source, &KeyPath::of("materials_dir"), &name)?;
-                let symmetry = SymmetryTable::default();
-                let material = checked(source, &path, name, spec, symmetry, channels)?;
-                materials.push(material);
+                let declared = spec.check(channels).and_then(|()| spec.symmetry(channels));
+                found.push((name, spec, declared));
             }
-            if found == 0 {
+            if found.is_empty() {
                 let message = format!(
                     "this folder has none of the {} files that `only` names, e.g. {}.{}; \
                      choose another folder with --set materials_dir=DIR",
@@ -169,6 +168,8 @@ pub(super) fn gather(
                 );
                 return Err(Error::data(dir, message));
             }
+            let of_files = of_files(found).map_err(|e| build_error(source, &path, e))?;
+            materials.extend(of_files);
         }
         (None, Some(_)) => {
             let message = "merl has keys for the files of materials_dir, which is not set; \
@@ -187,6 +188,30 @@ pub(super) fn gather(
         return Err(source.error_at(&KeyPath::of("material"), message));
     }
     Ok((materials, missing))
+}
+
+/// A file of a folder: its name, what it is, and the symmetries that it declares, or why it cannot be read.
+type OfFile = (String, Box<dyn BrdfSpec>, Result<Symmetry, BuildError>);
+
+/// The materials of a folder's files. One that cannot be read is as symmetric as the first that can, so that it changes no schedule: a
+/// run says why, and counts its jobs as failed.
+fn of_files(found: Vec<OfFile>) -> Result<Vec<Material>, BuildError> {
+    let mut declared = found.iter().map(|(.., declared)| declared);
+    let usual = declared.find_map(|d| d.as_ref().ok().copied());
+    let material = |(name, spec, declared): OfFile| {
+        let (symmetry, remarks) = match (declared, usual) {
+            (Ok(symmetry), _) => (symmetry, spec.remarks()),
+            (Err(BuildError::Data { .. }), Some(usual)) => (usual, Vec::new()),
+            (Err(e), _) => return Err(e),
+        };
+        Ok(Material {
+            name,
+            spec,
+            symmetry,
+            remarks,
+        })
+    };
+    found.into_par_iter().map(material).collect()
 }
 
 /// The specs of a folder's files, sorted by name.

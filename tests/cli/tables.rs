@@ -652,6 +652,50 @@ fn readings_of_several_lights_are_files_of_a_folder() {
 }
 
 /// Before the first of its values, each of which takes paths of its own.
+/// One bad file of a folder costs its own jobs.
+#[test]
+fn a_bad_file_of_a_folder_spoils_itself_only() {
+    let bench = Bench::new();
+    fs::create_dir(bench.path("tables")).unwrap();
+    fs::write(bench.path("a.toml"), "[[material]]\nkind = \"lambert\"\n").unwrap();
+    bench.good(&["tabulate", "a.toml", "-o", "tables/good.binary"]);
+    let bytes = bench.read_bytes("tables/good.binary");
+    fs::write(bench.path("tables/bad.binary"), &bytes[..1_000_000]).unwrap();
+    let config = "quantities = []\nbudgets = [60]\nmaterials_dir = \"tables\"\n\
+                  [[sample_set]]\nkind = \"random\"\n[[reconstruction]]\nkind = \"nearest\"\n[metrics]\npairs = 500\n";
+    fs::write(bench.path("folder.toml"), config).unwrap();
+    let why = "bad.binary: found 1000000 bytes, expected 34992012 for a 90×90×180 table";
+    let told = bench.refused(&["check", "folder.toml"], 3);
+    assert!(
+        told.contains(&format!("{why}; its jobs fail, the others run")),
+        "{told}"
+    );
+    let output = bench.gonio(&["run", "folder.toml", "-o", "run"]);
+    assert_eq!(output.status.code(), Some(5));
+    let told = String::from_utf8(output.stderr).unwrap();
+    assert!(
+        told.contains(why) && told.contains("failed; the rows of the others are in run"),
+        "{told}"
+    );
+    let mut materials: Vec<String> = bench.rows("run").into_iter().map(|r| r.material).collect();
+    materials.dedup();
+    assert_eq!(materials, ["good"]);
+    let failures = &bench.manifest("run")["failures"];
+    assert!(
+        failures.to_string().contains("found 1000000 bytes"),
+        "{failures}"
+    );
+    // The rows that are there are those of a folder without the file.
+    fs::remove_file(bench.path("tables/bad.binary")).unwrap();
+    bench.good(&["run", "folder.toml", "-o", "alone"]);
+    assert_eq!(
+        super::timeless(&bench.read("run/results.csv")),
+        super::timeless(&bench.read("alone/results.csv"))
+    );
+    fs::write(bench.path("tables/good.binary"), &bytes[..9]).unwrap();
+    bench.refused(&["check", "folder.toml"], 3);
+}
+
 #[test]
 fn a_table_that_cannot_be_written_is_refused_at_once() {
     let bench = Bench::new();

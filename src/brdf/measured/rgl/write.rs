@@ -270,7 +270,7 @@ fn fields(brdf: &dyn Brdf, level: Level) -> Result<(Fields, usize), RglError> {
         };
         incidence.grids(is_isotropic && theta_i[i % theta_i.len()] == 0.0)
     });
-    let (grids, lost): (Vec<Option<[Vec<f32>; 2]>>, Vec<usize>) = grids.unzip();
+    let (grids, lost): (Vec<_>, Vec<usize>) = grids.unzip();
     // An incidence without data is that of the next elevation, or azimuth, that has some.
     let known: Vec<usize> = (0..grids.len()).filter(|i| grids[*i].is_some()).collect();
     let step = theta_i.len();
