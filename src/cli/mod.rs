@@ -368,10 +368,24 @@ fn build(material: &Material, channels: Channels) -> Result<Box<dyn Brdf>, Error
         let files: String = files.collect();
         format!("gonio: material {}{files}", material.name)
     });
-    material.spec.build(channels).map_err(|e| match e {
+    let brdf = material.spec.build(channels).map_err(|e| match e {
         BuildError::Data { path, message } => Error::data(path, message),
         e => Error::config(format!("--material {}", material.name), e),
-    })
+    })?;
+    doubt(material, &*brdf);
+    Ok(brdf)
+}
+
+/// Says what is doubtful about the files of a material that was built.
+fn doubt(material: &Material, brdf: &dyn Brdf) {
+    let name = match &material.spec.tables().files[..] {
+        [] => return,
+        [file] => file.display().to_string(),
+        _ => material.name.clone(),
+    };
+    for remark in brdf.remarks() {
+        say(&format!("gonio: {name}: {remark}"));
+    }
 }
 
 /// Reads a `--format` by its name.

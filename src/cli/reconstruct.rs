@@ -297,9 +297,8 @@ impl Reconstruct {
             self.energy.check(&covered, Some(&known))?;
             // What this asked for is no cell of the table.
             covered.forget();
-            tabulate::write(table, Tabulation::default(), &covered, path, || {
-                "--output".into()
-            })?;
+            let place = || "--output".into();
+            tabulate::write(table, Tabulation::default(), &covered, path, place)?;
             print(&shares(&covered, measurement.readings()))?;
         }
         if let Some(path) = &self.picture {

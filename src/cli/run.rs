@@ -9,13 +9,14 @@ mod relations;
 use super::progress::Progress;
 use super::signals::{self, stop_flag};
 use super::talk::{detail, note};
-use super::{ConfigArgs, SeedArgs, ThreadArgs, print};
-use crate::brdf::{BuildError, Channels};
+use super::{ConfigArgs, SeedArgs, ThreadArgs, doubt, print};
+use crate::brdf::BuildError;
 use crate::error::{Error, count_are};
 use crate::experiment::{
-    AnyPlan, Experiment, Extent, Observer, Record, RowKey, Shard, Source, Summary, Tuned,
+    AnyPlan, Experiment, Extent, Material, Observer, Record, RowKey, Shard, Source, Summary, Tuned,
     material_key,
 };
+use crate::formats::of_name;
 use crate::report::{Machine, MadeBy, MadeFrom, Manifest, Outcome, RunFolder, read_rows};
 use clap::Args;
 use consumers::{Consumers, Files};
@@ -146,12 +147,17 @@ impl<E: Shown + super::check::Checked> Runnable for E {
     fn check(&self, json: bool) -> Result<(), Error> {
         super::check::Checked::check(self, json)?;
         // What is wrong with other materials is said before there is a plan.
-        for material in self.materials() {
-            if let Err(BuildError::Data { path, message }) =
-                material.spec.check(&Channels::Luminance)
-            {
-                let message = format!("{message}; its jobs fail, the others run");
-                return Err(Error::data(path, message));
+        let is_table = |file: &PathBuf| of_name(file).is_some_and(|f| f.read_table.is_some());
+        let has_table = |m: &&Material| m.spec.tables().files.iter().any(is_table);
+        for material in self.materials().iter().filter(has_table) {
+            let built = material.spec.widest_channels();
+            match built.and_then(|channels| material.spec.build(channels)) {
+                Ok(brdf) => doubt(material, &*brdf),
+                Err(BuildError::Data { path, message }) => {
+                    let message = format!("{message}; its jobs fail, the others run");
+                    return Err(Error::data(path, message));
+                }
+                Err(_) => {}
             }
         }
         Ok(())

@@ -3,7 +3,6 @@
 use super::brdf_args::BrdfArgs;
 use super::talk::wrote;
 use super::{ThreadArgs, print, refuse_existing};
-use crate::brdf::BuildError;
 use crate::error::{Error, ParameterError};
 use crate::files::write_atomically;
 use crate::moments::{Channel, Slice as BrdfSlice};
@@ -82,13 +81,7 @@ impl Slice {
                 refuse_existing(&path(*view, ending), self.force)?;
             }
         }
-        let brdf = material
-            .spec
-            .build(plan.seen_in(self.channel.needs()))
-            .map_err(|e| match e {
-                BuildError::Data { path, message } => Error::data(path, message),
-                e => Error::config(material.name.as_str(), e),
-            })?;
+        let brdf = super::build(material, plan.seen_in(self.channel.needs()))?;
         let slices = views.iter().map(|view| {
             BrdfSlice::new(&*brdf, self.channel, view.to_radians())
                 .map_err(|e| Error::config("--channel", e))

@@ -18,11 +18,11 @@ pub(super) use tensor_tree::ENTRY as TENSOR_TREE;
 pub(super) use utia::ENTRY as UTIA;
 pub(super) use zemax::ENTRY as ZEMAX;
 
-use super::{Brdf, BrdfSpec, Channels, Presence};
+use super::{Brdf, Channels, Presence};
 use crate::error::ParameterError;
 use crate::geometry::DirectionPair;
 use std::fmt;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 /// The values of a table, one list per channel; each kind of table says what they mean.
 #[derive(Clone, Debug)]
@@ -40,19 +40,6 @@ impl Planes {
             Planes::Rgb(_) => &Channels::Rgb,
         }
     }
-}
-
-/// What is doubtful about the file of a table, with its name, in the channels that it holds, else in R, G, B if they suit it, else in luminance; the
-/// file is read for it. That of a file that is refused is said by its refusal.
-fn remarks_of(spec: &dyn BrdfSpec) -> Vec<String> {
-    let table = spec
-        .widest_channels()
-        .and_then(|channels| spec.build(channels));
-    let files = spec.tables().files;
-    let file = files.first().map_or(Path::new(""), PathBuf::as_path);
-    let remarks = table.map_or(Vec::new(), |table| table.remarks());
-    let named = remarks.iter().map(|r| format!("{}: {r}", file.display()));
-    named.collect()
 }
 
 /// Values of a BRDF at some pairs, channels together; NaN without data, or where it breaks its promise to be finite and not

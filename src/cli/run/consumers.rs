@@ -1,5 +1,6 @@
 //! Observers of a run: progress bar, file of records, and those of its kind.
 
+use crate::cli::doubt;
 use crate::cli::progress::Progress;
 use crate::cli::talk::say;
 use crate::error::Error;
@@ -35,6 +36,9 @@ impl<R> Observer<R> for Consumers<'_, R> {
         if let Event::Failed(Failure { job, reason, .. }) = event {
             let line = format!("gonio: {job}: {reason}");
             self.progress.suspend(|| say(&line));
+        }
+        if let Event::Loaded(material, _, brdf) = event {
+            self.progress.suspend(|| doubt(material, *brdf));
         }
         for consumer in &mut self.list {
             // What is printed must not run into the bar.

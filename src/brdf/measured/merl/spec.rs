@@ -1,6 +1,6 @@
 //! A MERL file as a config names it.
 
-use super::super::{label_of, remarks_of, without_wavelengths};
+use super::super::{label_of, without_wavelengths};
 use super::{Merl, Nodes, check};
 use crate::brdf::{Brdf, BrdfSpec, BuildError, Channels, Favours, Tables};
 use crate::geometry::Symmetry;
@@ -103,10 +103,6 @@ impl BrdfSpec for MerlSpec {
                 .with_nodes(self.nodes)
                 .with_bilateral(self.bilateral),
         ))
-    }
-
-    fn remarks(&self) -> Vec<String> {
-        remarks_of(self)
     }
 
     fn tables(&self) -> Tables {

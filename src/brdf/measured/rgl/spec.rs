@@ -1,6 +1,6 @@
 //! An RGL file as a config names it.
 
-use super::super::{label_of, remarks_of};
+use super::super::label_of;
 use super::Rgl;
 use super::file::{self, Colours, Fields, Lost, MOST_OF_ISOTROPIC};
 use crate::brdf::{Brdf, BrdfSpec, BuildError, Channels, Favours, Tables, Wavelengths};
@@ -126,10 +126,6 @@ impl BrdfSpec for RglSpec {
         self.suits(&fields.colours, &channels)?;
         let table = Rgl::new(fields, channels).map_err(|e| BuildError::data(&self.path, e))?;
         Ok(Box::new(table.with_lost(lost)))
-    }
-
-    fn remarks(&self) -> Vec<String> {
-        remarks_of(self)
     }
 
     fn tables(&self) -> Tables {

@@ -1,6 +1,6 @@
 //! A tensor tree as a config names it.
 
-use super::super::{label_of, remarks_of, without_wavelengths};
+use super::super::{label_of, without_wavelengths};
 use super::TensorTree;
 use super::read::{check, text};
 use crate::brdf::{Brdf, BrdfSpec, BuildError, Channels, Favours, Tables};
@@ -73,10 +73,6 @@ impl BrdfSpec for TensorTreeSpec {
         Ok(Box::new(
             table.map_err(|e| BuildError::data(&self.path, e))?,
         ))
-    }
-
-    fn remarks(&self) -> Vec<String> {
-        remarks_of(self)
     }
 
     fn tables(&self) -> Tables {

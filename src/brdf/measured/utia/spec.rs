@@ -1,6 +1,6 @@
 //! A UTIA file as a config names it.
 
-use super::super::{label_of, remarks_of, without_wavelengths};
+use super::super::{label_of, without_wavelengths};
 use super::{Utia, check};
 use crate::brdf::{Brdf, BrdfSpec, BuildError, Channels, Favours, Tables};
 use crate::error::in_left_open;
@@ -77,10 +77,6 @@ impl BrdfSpec for UtiaSpec {
         Ok(Box::new(
             table.map_err(|e| BuildError::data(&self.path, e))?,
         ))
-    }
-
-    fn remarks(&self) -> Vec<String> {
-        remarks_of(self)
     }
 
     fn tables(&self) -> Tables {

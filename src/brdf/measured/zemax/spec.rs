@@ -1,6 +1,6 @@
 //! A Zemax table as a config names it.
 
-use super::super::{label_of, remarks_of};
+use super::super::label_of;
 use super::Zemax;
 use super::file::{ZemaxError, head, text};
 use crate::brdf::{Brdf, BrdfSpec, BuildError, Channels, Favours, Tables};
@@ -96,10 +96,6 @@ impl BrdfSpec for ZemaxSpec {
             head.load(channels.clone(), self.no_reading)
         })?;
         Ok(Box::new(table))
-    }
-
-    fn remarks(&self) -> Vec<String> {
-        remarks_of(self)
     }
 
     fn tables(&self) -> Tables {
