@@ -185,6 +185,14 @@ fn check_threads() -> Result<(), Error> {
 
 /// Prints the help that was asked for, or why a command line is refused, and ends the process.
 fn tell(e: &clap::Error) -> ! {
+    if e.kind() == clap::error::ErrorKind::InvalidUtf8 {
+        let named = std::env::args_os().find(|argument| argument.to_str().is_none());
+        let named = named.unwrap_or_default();
+        let message = "this argument is no UTF-8; allowed: another name";
+        let error = Error::config(excerpt(&named.to_string_lossy()), message);
+        say_error(&error);
+        std::process::exit(error.exit_code().into())
+    }
     if e.use_stderr() {
         e.exit()
     }

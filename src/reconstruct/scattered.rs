@@ -41,11 +41,19 @@ const SAME: f64 = 1e-6;
 /// Readings from which on they stand in memory as in space: a tree over them in any order waits for memory.
 const MANY: usize = 1 << 19;
 
-/// Numbers of the poses along a curve through the box of their coordinates (Morton 1966).
-fn along_curve(schedule: &Schedule) -> Vec<u32> {
+/// Numbers of the poses in an order that is not that of the rows of their file, which would choose among neighbours at equal distances:
+/// by their coordinates, of [`MANY`] along a curve through the box of these (Morton 1966). A lattice has the order of its nodes.
+fn in_order(schedule: &Schedule) -> Vec<u32> {
     const BITS: u32 = 10;
+    let is_long = schedule.poses.len() >= MANY;
+    if schedule.lattice.is_some() && !is_long {
+        return (0..schedule.poses.len() as u32).collect();
+    }
     let axes = schedule.parametrization.axes();
     let key = |pose: &Pose| {
+        if !is_long {
+            return 0;
+        }
         let mut numbers = [0; 4];
         for ((number, axis), c) in numbers.iter_mut().zip(axes).zip(pose.coords) {
             *number = ((c - axis.range[0]) / axis.length() * f64::from(1 << BITS)) as u64;
@@ -55,7 +63,12 @@ fn along_curve(schedule: &Schedule) -> Vec<u32> {
     };
     let poses = schedule.poses.par_iter().enumerate();
     let mut order: Vec<(u64, u32)> = poses.map(|(i, pose)| (key(pose), i as u32)).collect();
-    order.par_sort_unstable();
+    order.par_sort_unstable_by(|a, b| {
+        let [x, y] = [a.1, b.1].map(|i| &schedule.poses[i as usize].coords);
+        let mut axes = x.iter().zip(y).map(|(x, y)| x.total_cmp(y));
+        let first = axes.find(|order| order.is_ne()).unwrap_or(a.1.cmp(&b.1));
+        a.0.cmp(&b.0).then(first)
+    });
     order.iter().map(|(_, i)| *i).collect()
 }
 
@@ -180,9 +193,8 @@ impl<const K: usize> Embedded<K> {
         let mut values = Vec::with_capacity(points.capacity() * channels);
         let mut noise = Vec::new();
         let is_noisy = readings.noise.is_some();
-        let order = (count >= MANY).then(|| along_curve(schedule));
-        for at in 0..schedule.poses.len() {
-            let i = order.as_ref().map_or(at, |order| order[at] as usize);
+        for i in in_order(schedule) {
+            let i = i as usize;
             let pose = &schedule.poses[i];
             let Some(reading) = readings.value(i) else {
                 continue;

@@ -159,6 +159,15 @@ fn names_of_any_bytes_are_names() {
             "{sentence:?}"
         );
     }
+    // Where names are texts.
+    let name = OsStr::from_bytes(b"a\xe9b.csv");
+    let output = bench.command(&["moments"]).arg(name).output().unwrap();
+    let sentence = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(2), "{sentence}");
+    assert_eq!(
+        sentence,
+        "gonio: a\u{fffd}b.csv: this argument is no UTF-8; allowed: another name\n"
+    );
 }
 
 /// What a config names of a kind of file, or a command line, and the exit code of what is none.

@@ -26,6 +26,8 @@ pub(super) struct Doubts {
     negative: usize,
     /// Zeros, and the least of all others, where these are far from 0.
     zeros: Option<(usize, f64)>,
+    /// True if one value of a pair stands for R, G and B.
+    pub is_grey: bool,
 }
 
 impl Doubts {
@@ -92,7 +94,10 @@ impl Doubts {
                 count_are(zeros, "value")
             )
         });
+        let grey = self
+            .is_grey
+            .then(|| "luminance alone: R, G and B are alike".to_owned());
         let marks = self.marks.warning().into_iter();
-        marks.chain(negative).chain(zeros).collect()
+        marks.chain(negative).chain(zeros).chain(grey).collect()
     }
 }

@@ -294,6 +294,7 @@ impl TensorTree {
                 return Err(numbers.refuse(message));
             }
         }
+        doubts.is_grey = trees.len() < wanted;
         Ok(Self {
             doubts,
             ..Self::new(trees, channels)

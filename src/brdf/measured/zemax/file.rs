@@ -324,6 +324,7 @@ impl Head<'_> {
                 (*x, *y, *z) = (rgb.x, rgb.y, rgb.z);
             }
         }
+        doubts.is_grey = (planes.len(), channels.count()) == (1, 3);
         let values = match (planes.len(), channels.count()) {
             // Luminance is Y.
             (3, 1) => planes.swap_remove(1),

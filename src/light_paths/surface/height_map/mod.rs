@@ -2,7 +2,7 @@
 
 mod read;
 
-use super::{Facts, HIGHEST, HeightField, SurfaceSpec};
+use super::{Facts, HeightField, SurfaceSpec};
 use crate::brdf::BuildError;
 use crate::error::{ParameterError, in_closed, in_left_open};
 use crate::geometry::Symmetry;
@@ -19,6 +19,9 @@ pub const ENTRY: Entry<dyn SurfaceSpec> = Entry {
     examples: &[],
     read: |table| Ok(Box::new(registry::parse::<HeightMapSpec>(table)?)),
 };
+
+/// Range of the heights of a map, cells, below which rays pass its cells in time.
+const HIGHEST: f64 = 1e5;
 
 /// Largest step across an edge of the map, in steps inside it (both rms), that is taken for one of a periodic surface.
 const SEAM: f64 = 4.0;

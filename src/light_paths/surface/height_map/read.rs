@@ -45,8 +45,10 @@ pub enum Unusable {
         row: usize,
         found: f64,
     },
-    /// Heights are beyond single precision.
-    #[error("the heights range over {0:e} cells; allowed: less than 1e30")]
+    /// The map is too steep.
+    #[error(
+        "the heights range over {0:e} cells; allowed: less than 1e5 (height_um and pitch_um scale them)"
+    )]
     Range(f64),
     /// A cell of CSV is no number.
     #[error("line {line}: cell {cell} is {found:?}; allowed: a finite number")]
