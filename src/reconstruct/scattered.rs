@@ -42,7 +42,8 @@ const SAME: f64 = 1e-6;
 const MANY: usize = 1 << 19;
 
 /// Numbers of the poses in an order that is not that of the rows of their file, which would choose among neighbours at equal distances:
-/// by their coordinates, of [`MANY`] along a curve through the box of these (Morton 1966). A lattice has the order of its nodes.
+/// by light, then by sensor; of [`MANY`] along a curve through the box of their coordinates (Morton 1966). A lattice has the order of
+/// its nodes.
 fn in_order(schedule: &Schedule) -> Vec<u32> {
     const BITS: u32 = 10;
     let is_long = schedule.poses.len() >= MANY;
@@ -50,25 +51,30 @@ fn in_order(schedule: &Schedule) -> Vec<u32> {
         return (0..schedule.poses.len() as u32).collect();
     }
     let axes = schedule.parametrization.axes();
-    let key = |pose: &Pose| {
-        if !is_long {
-            return 0;
-        }
+    let along_curve = |coords: &Coords| {
         let mut numbers = [0; 4];
-        for ((number, axis), c) in numbers.iter_mut().zip(axes).zip(pose.coords) {
+        for ((number, axis), c) in numbers.iter_mut().zip(axes).zip(coords) {
             *number = ((c - axis.range[0]) / axis.length() * f64::from(1 << BITS)) as u64;
         }
         let bits = |key, bit: u32| numbers.iter().fold(key, |key, n| 2 * key + (n >> bit & 1));
         (0..BITS).rev().fold(0_u64, bits)
     };
+    // Of angles to nine digits, which are the same in files of other units.
+    let by_light = |pair: &DirectionPair| {
+        let [i, o] = [pair.omega_i, pair.omega_o].map(|d| [d.theta(), d.phi()]);
+        [i[0], i[1], o[0], o[1]].map(|angle| (angle * 1e9).round() as i64)
+    };
+    let key = |pose: &Pose| {
+        let place = if is_long {
+            along_curve(&pose.coords)
+        } else {
+            0
+        };
+        (place, by_light(&pose.pair))
+    };
     let poses = schedule.poses.par_iter().enumerate();
-    let mut order: Vec<(u64, u32)> = poses.map(|(i, pose)| (key(pose), i as u32)).collect();
-    order.par_sort_unstable_by(|a, b| {
-        let [x, y] = [a.1, b.1].map(|i| &schedule.poses[i as usize].coords);
-        let mut axes = x.iter().zip(y).map(|(x, y)| x.total_cmp(y));
-        let first = axes.find(|order| order.is_ne()).unwrap_or(a.1.cmp(&b.1));
-        a.0.cmp(&b.0).then(first)
-    });
+    let mut order: Vec<_> = poses.map(|(i, pose)| (key(pose), i as u32)).collect();
+    order.par_sort_unstable();
     order.iter().map(|(_, i)| *i).collect()
 }
 

@@ -21,7 +21,7 @@ pub const ENTRY: Entry<dyn SurfaceSpec> = Entry {
 };
 
 /// Range of the heights of a map, cells, below which rays pass its cells in time.
-const HIGHEST: f64 = 1e5;
+const HIGHEST: f64 = 2e5;
 
 /// Largest step across an edge of the map, in steps inside it (both rms), that is taken for one of a periodic surface.
 const SEAM: f64 = 4.0;

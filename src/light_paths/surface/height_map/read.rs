@@ -47,7 +47,7 @@ pub enum Unusable {
     },
     /// The map is too steep.
     #[error(
-        "the heights range over {0:e} cells; allowed: less than 1e5 (height_um and pitch_um scale them)"
+        "the heights range over {0:e} cells; allowed: less than 2e5 (height_um and pitch_um scale them)"
     )]
     Range(f64),
     /// A cell of CSV is no number.
