@@ -14,6 +14,8 @@ use gonio::registry::{self, Entry};
 use gonio::stability::{self, Check, Extent, Finding, Verdict};
 use serde::{Deserialize, Serialize};
 use std::f64::consts::FRAC_PI_2;
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
 
 levels! {
     every_law_holds: "thorough: every check of every member";
@@ -169,7 +171,8 @@ fn walked(family: &str, keep: impl Fn(usize, &Check) -> bool) -> Vec<Finding> {
         .expect("a family");
     let all = family.checks(Extent::Short).into_iter().enumerate();
     let checks: Vec<_> = all.filter(|(i, c)| keep(*i, c)).map(|(_, c)| c).collect();
-    stability::run(family, &checks, &|| true, &|| {})
+    let stop = Arc::new(AtomicBool::new(false));
+    stability::run(vec![(family.name, checks)], &stop, &|| ())
 }
 
 /// Members that this program joins to the registries, each of which breaks a law.
@@ -237,14 +240,16 @@ fn what_is_unstable_is_found() {
 fn laws_after_an_interruption_are_said_to_be_left() {
     let family = &stability::all()[0];
     let checks = family.checks(Extent::Short);
-    let found = stability::run(family, &checks, &|| false, &|| {});
-    assert_eq!(found.len(), checks.len());
+    let count = checks.len();
+    let stop = Arc::new(AtomicBool::new(true));
+    let found = stability::run(vec![(family.name, checks)], &stop, &|| ());
+    assert_eq!(found.len(), count);
     assert!(
         found
             .iter()
             .all(|f| f.verdict == Verdict::Interrupted && f.cases == 0)
     );
     let text = gonio::report::stability_table(&found);
-    let left = format!("interrupted before {} were checked", checks.len());
+    let left = format!("interrupted before {count} were checked");
     assert!(text.contains(&left), "{text}");
 }

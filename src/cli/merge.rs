@@ -122,7 +122,7 @@ impl Merge {
         }
         let outcome = Outcome {
             rows: found,
-            incomplete: found < of,
+            incomplete: found < of && !from.are_all(),
             // What one part could not do another may have.
             failures: if found < of {
                 from.failures.clone()

@@ -12,7 +12,6 @@ use crate::stability::{self, Extent, Family, Verdict};
 use clap::{ArgGroup, Args};
 use std::io::Write;
 use std::path::PathBuf;
-use std::sync::atomic::Ordering;
 
 /// Walks every registry over the extreme cases and judges each error by the conditioning of its case
 #[derive(Debug, Args)]
@@ -60,18 +59,11 @@ impl Stability {
         let wanted =
             |f: &&Family| self.families.is_empty() || self.families.iter().any(|n| n == f.name);
         let families = all.iter().filter(wanted);
-        let families: Vec<_> = families.map(|f| (f, f.checks(extent))).collect();
+        let families: Vec<_> = families.map(|f| (f.name, f.checks(extent))).collect();
         let laws: usize = families.iter().map(|(_, checks)| checks.len()).sum();
         let progress = Progress::of(laws as u64, "");
         let stop = stop_flag("");
-        let mut findings = Vec::new();
-        for (family, checks) in &families {
-            progress.doing(|| family.name.to_owned());
-            let go_on = || !stop.load(Ordering::SeqCst);
-            findings.extend(stability::run(family, checks, &go_on, &|| {
-                progress.count(1)
-            }));
-        }
+        let findings = stability::run(families, &stop, &|| progress.count(1));
         drop(progress);
         signals::ends();
         self.output.write(

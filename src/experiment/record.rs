@@ -112,7 +112,7 @@ impl Default for Extent {
 }
 
 /// A part of the work: `i/n`, 1 ≤ i ≤ n.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Shard {
     /// Number of the part, 1 to `of`.
     pub part: usize,

@@ -111,7 +111,18 @@ const SATURATED: usize = 4;
 /// The sentences that doubt the largest value if it is far above half of all and there at several pairs of elevations, and zeros if all
 /// other values are far from 0.
 fn seem_no_readings(measurement: &Measurement) -> Vec<String> {
-    let value = |i: usize| measurement.value(i).map(|v| v[0]);
+    let channels = 0..measurement.channels.count();
+    let mut doubts = channels
+        .flat_map(|c| seem_no_readings_of(measurement, c))
+        .collect::<Vec<_>>();
+    doubts.sort();
+    doubts.dedup();
+    doubts
+}
+
+/// Those of a channel.
+fn seem_no_readings_of(measurement: &Measurement, channel: usize) -> Vec<String> {
+    let value = |i: usize| measurement.value(i).map(|v| v[channel]);
     let read: Vec<usize> = (0..measurement.outcomes.len())
         .filter(|i| value(*i).is_some())
         .collect();
@@ -223,15 +234,17 @@ fn read(text: &str, name: &str, assume: &Assume) -> Result<Readings, FileError> 
     let incomplete = [
         (
             file.unplaced,
-            "without an angle or a wavelength: passed over",
+            "row",
+            "without an angle or a wavelength that others are at: passed over",
         ),
         (
             file.incomplete,
+            "pose",
             "without the value of some channel: no reading",
         ),
     ];
-    let incomplete = incomplete.into_iter().filter(|(rows, _)| *rows > 0);
-    let incomplete = incomplete.map(|(rows, what)| format!("{} {what}", count(rows, "row")));
+    let incomplete = incomplete.into_iter().filter(|(lost, ..)| *lost > 0);
+    let incomplete = incomplete.map(|(lost, of, what)| format!("{} {what}", count(lost, of)));
     let doubtful = match file.intact {
         true => Vec::new(),
         false => seem_no_readings(&measurement),

@@ -19,6 +19,13 @@ impl DirectionPair {
         Self { omega_i, omega_o }
     }
 
+    /// A number by which pairs can be sorted by light, then by sensor: azimuth before elevation of the sensor, as arms scan; angles
+    /// to nine digits, which are the same in files of other units.
+    pub fn rank(&self) -> [i64; 4] {
+        let [i, o] = [self.omega_i, self.omega_o].map(|d| [d.theta(), d.phi()]);
+        [i[0], i[1], o[1], o[0]].map(|angle| (angle * 1e9).round() as i64)
+    }
+
     /// The pair at elevations and azimuths (rad): `theta_i, phi_i, theta_o, phi_o`.
     #[inline]
     pub fn from_spherical(theta_i: f64, phi_i: f64, theta_o: f64, phi_o: f64) -> Self {

@@ -7,6 +7,7 @@ use crate::error::excerpt;
 use crate::geometry::DirectionPair;
 use crate::schedule::table::Table;
 use crate::schedule::{Conventions, FileError, Quantity, UncertaintyUnit};
+use std::collections::BTreeMap;
 use std::ops::Range;
 
 /// Families of columns; each is one column, three with the ends of [`ENDS`], or one a wavelength.
@@ -307,6 +308,22 @@ impl ValueColumns {
         }
         Ok(types)
     }
+}
+
+/// Takes out the rows at wavelengths (nm) that most others are not at; how many.
+pub(super) fn take_rare_wavelengths(table: &mut Table) -> usize {
+    let Some(column) = table.column(WAVELENGTH) else {
+        return 0;
+    };
+    let mut counts = BTreeMap::new();
+    let bits = |table: &Table, row| table.number(row, column).unwrap_or(f64::NAN).to_bits();
+    for row in 0..table.lines.len() {
+        *counts.entry(bits(table, row)).or_insert(0) += 1;
+    }
+    let most = counts.values().max().copied().unwrap_or(0);
+    let rows = table.lines.len();
+    table.retain(|table, row| counts.get(&bits(table, row)).is_some_and(|n| 2 * n >= most));
+    rows - table.lines.len()
 }
 
 /// The wavelengths of a column that has one a row.

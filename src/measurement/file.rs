@@ -26,6 +26,7 @@
 
 use super::columns::{
     self, TYPE_A, TYPE_B, UNCERTAINTY, VALUE, ValueColumns, WAVELENGTH, columns_of,
+    take_rare_wavelengths,
 };
 use super::merge::Pool;
 use super::{Flags, Measurement, Negative, Outcome, Place, WIDEST_DEG};
@@ -96,7 +97,7 @@ pub struct MeasurementFile {
     pub unread: Vec<String>,
     /// Rows that were read.
     pub rows: usize,
-    /// Those of them without an angle or a wavelength, which were passed over.
+    /// Those of them without an angle or a wavelength, or at a wavelength that most others are not at, which were passed over.
     pub unplaced: usize,
     /// Those of them with a direction at the horizon, which were passed over.
     pub at_horizon: usize,
@@ -303,7 +304,7 @@ pub fn read_measurement(
     let is_ours = is_ours(&table)?;
     let unplaced = match is_ours {
         true => 0,
-        false => take_incomplete(&mut table, &[WAVELENGTH]),
+        false => take_incomplete(&mut table, &[WAVELENGTH]) + take_rare_wavelengths(&mut table),
     };
     if unplaced > 0 && table.lines.is_empty() {
         return Err(FileError::whole(
@@ -389,6 +390,12 @@ pub fn read_measurement(
             );
             return Err(table.row_error(row, message));
         }
+    }
+    if incomplete > 0 && !pool.has_readings() {
+        return Err(FileError::whole(
+            name,
+            "no pose has a value in all channels",
+        ));
     }
     let averaged = pool.repeats() / columns.width();
     let detailed = columns.has_uncertainties();

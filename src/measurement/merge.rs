@@ -203,6 +203,11 @@ impl Pool {
         self.outcomes[pose] = Some(Outcome::NoData);
     }
 
+    /// True if some configuration has a reading.
+    pub fn has_readings(&self) -> bool {
+        self.outcomes.contains(&Some(Outcome::Reading))
+    }
+
     /// Readings beyond the first of each channel of each configuration.
     pub fn repeats(&self) -> usize {
         let beyond = self.means.iter().map(|m| m.count.saturating_sub(1));
@@ -390,6 +395,13 @@ impl Measurement {
             at
         };
         let mut places: Vec<usize> = schedule.poses.iter().enumerate().map(&mut place).collect();
+        // Of those that are one the same stands for all, in whatever order they are.
+        for (i, at) in places.iter().enumerate() {
+            let pose = &schedule.poses[i];
+            if pose.pair.rank() < poses[*at].pair.rank() {
+                poses[*at] = *pose;
+            }
+        }
         let (first, standing) = repeated(&poses, &*schedule.parametrization);
         let kept: Vec<usize> = (0..poses.len()).filter(|k| first[*k] == *k).collect();
         let joined = poses.len() - kept.len();

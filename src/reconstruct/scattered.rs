@@ -59,18 +59,13 @@ fn in_order(schedule: &Schedule) -> Vec<u32> {
         let bits = |key, bit: u32| numbers.iter().fold(key, |key, n| 2 * key + (n >> bit & 1));
         (0..BITS).rev().fold(0_u64, bits)
     };
-    // Of angles to nine digits, which are the same in files of other units.
-    let by_light = |pair: &DirectionPair| {
-        let [i, o] = [pair.omega_i, pair.omega_o].map(|d| [d.theta(), d.phi()]);
-        [i[0], i[1], o[0], o[1]].map(|angle| (angle * 1e9).round() as i64)
-    };
     let key = |pose: &Pose| {
         let place = if is_long {
             along_curve(&pose.coords)
         } else {
             0
         };
-        (place, by_light(&pose.pair))
+        (place, pose.pair.rank())
     };
     let poses = schedule.poses.par_iter().enumerate();
     let mut order: Vec<_> = poses.map(|(i, pose)| (key(pose), i as u32)).collect();

@@ -22,8 +22,12 @@ pub use models::extremes;
 
 use rayon::prelude::*;
 use serde::Serialize;
+use std::collections::BTreeMap;
 use std::fmt::Display;
-use std::time::Instant;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::{self, RecvTimeoutError};
+use std::time::{Duration, Instant};
 
 /// Relative size of one rounding, 2⁻⁵³.
 pub(crate) const ROUNDING: f64 = f64::EPSILON / 2.0;
@@ -165,23 +169,56 @@ impl Check {
     }
 }
 
-/// Runs checks on all cores: findings in their order. Those after `go_on` returned false are [`Verdict::Interrupted`].
+/// Runs the checks of families on all cores, until `stop` is set: a finding of each in their order, as soon as that is known; of
+/// those that have not ended [`Verdict::Interrupted`]. `done` is called for each that has.
 pub fn run(
-    family: &Family,
-    checks: &[Check],
-    go_on: &(dyn Fn() -> bool + Sync),
-    done: &(dyn Fn() + Sync),
+    families: Vec<(&'static str, Vec<Check>)>,
+    stop: &Arc<AtomicBool>,
+    done: &dyn Fn(),
 ) -> Vec<Finding> {
-    let of = |check: &Check| {
-        let finding = match go_on() {
-            true => check.run(family.name),
-            false => check.finding(family.name, Watch::default(), 0.0, Verdict::Interrupted),
+    let families = Arc::new(families);
+    let (ended, ends) = mpsc::channel();
+    let (work, stopped) = (Arc::clone(&families), Arc::clone(stop));
+    let walk = std::thread::spawn(move || {
+        for (f, (name, checks)) in work.iter().enumerate() {
+            let run = |(i, check): (usize, &Check)| {
+                if !stopped.load(Ordering::SeqCst) {
+                    // Nothing is left to be told after a stop.
+                    let _ = ended.send(([f, i], check.run(name)));
+                }
+            };
+            checks.par_iter().enumerate().for_each(run);
+        }
+    });
+    let mut found = BTreeMap::new();
+    while !stop.load(Ordering::SeqCst) {
+        match ends.recv_timeout(LOOK) {
+            Ok((at, finding)) => {
+                found.insert(at, finding);
+                done();
+            }
+            Err(RecvTimeoutError::Timeout) => {}
+            Err(RecvTimeoutError::Disconnected) => break,
+        }
+    }
+    if !stop.load(Ordering::SeqCst)
+        && let Err(panic) = walk.join()
+    {
+        std::panic::resume_unwind(panic);
+    }
+    let mut all = Vec::new();
+    for (f, (name, checks)) in families.iter().enumerate() {
+        let of = |(i, check): (usize, &Check)| {
+            let left = || check.finding(name, Watch::default(), 0.0, Verdict::Interrupted);
+            found.remove(&[f, i]).unwrap_or_else(left)
         };
-        done();
-        finding
-    };
-    checks.par_iter().map(of).collect()
+        all.extend(checks.iter().enumerate().map(of));
+    }
+    all
 }
+
+/// Time between two looks at whether a walk shall stop.
+const LOOK: Duration = Duration::from_millis(50);
 
 /// Whether a law holds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]

@@ -215,7 +215,7 @@ fn marks_are_no_readings() {
     let rgb = format!("{head}_r,value_g,value_b\n{rgb}70,0,10,5,.1,-999,.3\n");
     let (values, said) = convert("rgb.csv", rgb);
     assert!(
-        values.len() == 40 && said.contains("1 row without the value of some channel: no reading"),
+        values.len() == 40 && said.contains("1 pose without the value of some channel: no reading"),
         "{said}"
     );
     let pab = "#format: theta phi BRDF\n#intheta 30\n#inphi 0\n10 0 .1\n20 0 -999\n30 0 .2\n";
@@ -284,15 +284,19 @@ fn bad_parts_spoil_themselves_only() {
     for (more, sentence) in [
         (
             row(30, "NaN"),
-            "1 row without an angle or a wavelength: passed over",
+            "1 row without an angle or a wavelength that others are at: passed over",
         ),
         (
             row(30, "450").replace("31,0", "n.a.,0"),
             "1 row without an angle or a wavelength",
         ),
         (
+            row(30, "551"),
+            "1 row without an angle or a wavelength that others are at",
+        ),
+        (
             row(30, "550"),
-            "1 row without the value of some channel: no reading",
+            "1 pose without the value of some channel: no reading",
         ),
     ] {
         let (values, said) = convert(&more);

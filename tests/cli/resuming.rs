@@ -349,6 +349,16 @@ fn a_changed_digit_is_no_row() {
     // Asked for, all is made again. Times are no results: without them a run goes on.
     bench.good(&[&run[..], &["--force"]].concat());
     assert_eq!(bench.read("a/results.jsonl"), records);
+    let times = bench.read("a/timings.jsonl");
+    for lost in [
+        times.replacen('}', ",\"nrmse\":0.5}", 1),
+        times.replacen("_seconds\":", "_seconds\":\"late\",\"x\":", 1),
+        times.replacen("_seconds\":", "_seconds\":1e999,\"x\":", 1),
+    ] {
+        fs::write(bench.path("a/timings.jsonl"), lost).unwrap();
+        bench.good(&run);
+        assert_eq!(bench.read("a/results.jsonl"), records);
+    }
     fs::remove_file(bench.path("a/timings.jsonl")).unwrap();
     bench.good(&run);
     assert_eq!(bench.read("a/results.jsonl"), records);

@@ -176,6 +176,10 @@ impl<R: Record> RunFolder<R> {
         if force || !is_same {
             // They are named by their place in a config.
             clear(dir).map_err(failed)?;
+            // These would be of other rows if this run were cut.
+            for name in OF_ALL {
+                remove(fs::remove_file(dir.join(name))).map_err(failed)?;
+            }
         }
         write_atomically(&dir.join(CONFIG), |out| out.write_all(config.as_bytes()))
             .map_err(failed)?;

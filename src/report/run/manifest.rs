@@ -1,17 +1,17 @@
 //! `manifest.json`: config, inputs and versions that made the results beside it.
 
 use super::timings::Timings;
-use crate::experiment::{Counts, Failure, Input, Source, Tuned};
+use crate::experiment::{Counts, Failure, Input, Shard, Source, Tuned};
 use crate::files;
 use serde::{Deserialize, Serialize};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
 /// The file.
 pub(super) const MANIFEST: &str = "manifest.json";
 
 /// State of a run at its end.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Status {
     /// Every row is there.
@@ -66,6 +66,13 @@ pub struct MadeFrom {
     pub missing: Vec<String>,
     /// Ratios of grids that were tuned.
     pub tuned: Vec<Tuned>,
+    /// The part, `i/n`, if it has ended.
+    shard: Option<String>,
+    /// State at its end.
+    status: Option<Status>,
+    /// Parts that came to their end, by number.
+    #[serde(skip)]
+    ended: BTreeSet<Shard>,
     /// Seconds by stage, of the timings.
     #[serde(skip)]
     pub seconds: BTreeMap<String, f64>,
@@ -106,10 +113,21 @@ impl MadeFrom {
             }
         }
         Tuned::add(&mut self.tuned, other.tuned);
+        let shard = other.shard.and_then(|shard| shard.parse::<Shard>().ok());
+        let has_ended = matches!(other.status, Some(Status::Complete | Status::FailedJobs));
+        self.ended.extend(shard.filter(|_| has_ended));
         self.counts.extend(&other.counts);
         for (stage, seconds) in other.seconds {
             *self.seconds.entry(stage).or_default() += seconds;
         }
+    }
+}
+
+impl MadeFrom {
+    /// True if every part of a run came to its end: what is missing could not be done.
+    pub fn are_all(&self) -> bool {
+        let parts = self.ended.first().map_or(0, |part| part.of);
+        parts > 0 && self.ended.iter().filter(|part| part.of == parts).count() == parts
     }
 }
 
@@ -171,6 +189,8 @@ impl Manifest {
         };
         materials.sort_by(|a, b| a.path.cmp(&b.path));
         outcome.failures.sort_by(|a, b| a.job.cmp(&b.job));
+        let text = |tuned: &Tuned| serde_json::to_string(tuned).unwrap_or_default();
+        outcome.tuned.sort_by_cached_key(text);
         Self {
             gonio: env!("CARGO_PKG_VERSION"),
             status: match &outcome {

@@ -3,10 +3,12 @@
 //! A line ends with its seal: [`RESULTS_REVISION`], a colon, and 16 hexadecimal digits of the BLAKE3 of the bytes before it. The
 //! wall times of a record are a line of [`TIMINGS`](super::timings::TIMINGS).
 
-use super::timings::{Key, Machine, Times, Timings};
+use super::timings::{Machine, Times, Timings};
 use crate::error::{Error, excerpt, reason};
 use crate::experiment::{RESULTS_REVISION, Record};
 use crate::files::{self, write_atomically};
+use serde::Deserialize;
+use serde_json::Value;
 use std::fs::{File, OpenOptions, TryLockError};
 use std::io::{self, BufRead, BufReader, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
@@ -172,6 +174,25 @@ fn write_lines<'a, R: Record + 'a>(
     Ok(())
 }
 
+/// The key of a line.
+#[derive(Deserialize)]
+struct Key {
+    key: String,
+}
+
+/// The wall times of a record as text behind its other fields: nothing else of its line counts, and no text.
+fn own<R: Record>(times: &Times, key: &str) -> String {
+    let is_time = |value: &&Value| match value {
+        Value::Array(times) => times.iter().all(Value::is_number),
+        time => time.is_number() || time.is_null(),
+    };
+    let field = |name: &&str| {
+        let value = times.get(key)?.get(*name).filter(is_time)?;
+        Some(format!(",\"{name}\":{value}"))
+    };
+    R::TIMES.iter().filter_map(field).collect()
+}
+
 /// The last key of a line.
 const SEAL: &str = "\"seal\":";
 
@@ -240,8 +261,7 @@ fn read<R: Record>(
         let text = text.trim_end();
         let Key { key } = serde_json::from_str(text).map_err(none)?;
         let body = sealed(text).map_err(|e| Error::data(path, format!("line {number} {e}")))?;
-        let own = times.get(&key).map_or("", String::as_str);
-        take(serde_json::from_str(&format!("{body}{own}}}")).map_err(none)?);
+        take(serde_json::from_str(&format!("{body}{}}}", own::<R>(times, &key))).map_err(none)?);
         whole += length as u64;
     }
     // A crash may have cut a line anywhere, also inside a character; one of the machine may have

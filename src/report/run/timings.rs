@@ -11,6 +11,7 @@
 use crate::experiment::Counts;
 use crate::files::{self, write_atomically};
 use serde::{Deserialize, Serialize};
+use serde_json::{Map, Value};
 use std::collections::{BTreeMap, HashMap};
 use std::fs::{self, OpenOptions};
 use std::io::{self, Write};
@@ -20,14 +21,8 @@ use std::time::SystemTime;
 /// The file.
 pub const TIMINGS: &str = "timings.jsonl";
 
-/// The key of a line.
-#[derive(Deserialize)]
-pub(super) struct Key {
-    pub key: String,
-}
-
-/// Times of records by their keys: the text behind the key, without the closing brace.
-pub(super) type Times = HashMap<String, String>;
+/// Fields of the lines of records, by their keys.
+pub(super) type Times = HashMap<String, Map<String, Value>>;
 
 /// What of a run depends on the machine.
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -83,19 +78,14 @@ impl Timings {
         files::read_text(&self.0, files::TABLE_LIMIT).unwrap_or_default()
     }
 
-    /// The times of records.
+    /// The times of records; what is no line of one is passed over.
     pub fn read(&self) -> Times {
-        let mut times = Times::new();
-        for line in self.lines().lines() {
-            let key = serde_json::from_str::<Key>(line);
-            let tail = line
-                .split_once(',')
-                .and_then(|(_, tail)| tail.strip_suffix('}'));
-            if let (Ok(Key { key }), Some(tail)) = (key, tail) {
-                times.insert(key, format!(",{tail}"));
-            }
-        }
-        times
+        let text = self.lines();
+        let of = |line| {
+            let fields: Map<String, Value> = serde_json::from_str(line).ok()?;
+            Some((fields.get("key")?.as_str()?.to_owned(), fields))
+        };
+        text.lines().filter_map(of).collect()
     }
 
     /// The line of the run.

@@ -36,8 +36,8 @@ pub(crate) struct Table {
     pub lines: Vec<usize>,
     facts: Map<String, Value>,
     fact_lines: Vec<(String, usize)>,
-    /// Keys that no table of ours has.
-    others: Vec<String>,
+    /// Keys whose values are not JSON, and their lines.
+    others: Vec<(String, usize)>,
     /// Comments that are no keys.
     prose: usize,
     /// Row-major; NaN is an empty cell.
@@ -49,9 +49,9 @@ pub(crate) struct Table {
 }
 
 /// Keys of headers of ours, beside hashes.
-const FACTS: [&str; 22] = [
+const FACTS: [&str; 20] = [
+    "about",
     "assumes",
-    "axes",
     "channels",
     "columns",
     "gonio",
@@ -60,7 +60,6 @@ const FACTS: [&str; 22] = [
     "lattice",
     "material",
     "description",
-    "order",
     "parametrization",
     "poses",
     "realisation",
@@ -70,7 +69,6 @@ const FACTS: [&str; 22] = [
     "symmetry",
     "unit",
     "unphysical_share",
-    "unreachable",
     "warp",
 ];
 
@@ -127,9 +125,11 @@ impl Table {
     pub fn unread(&self) -> Vec<String> {
         let is_ours = |key: &str| FACTS.contains(&key) || key.ends_with("_hash");
         let keys = self.facts.keys().filter(|key| !is_ours(key)).cloned();
-        let mut unread: Vec<String> = keys.chain(self.others.iter().cloned()).collect();
+        let others = self.others.iter().map(|(key, _)| key.clone());
+        let mut unread: Vec<String> = keys.chain(others).collect();
         // Ours are written anew.
-        if self.facts.is_empty() && self.prose > 0 {
+        let is_intact = self.facts.keys().any(|key| key.ends_with("_hash"));
+        if !is_intact && self.prose > 0 {
             unread.push(count(self.prose, "comment"));
         }
         unread
@@ -230,7 +230,11 @@ impl Table {
             }
             _ => {}
         }
-        if let Some(hash) = self.fact::<String>(hash_key)?
+        let hash = self.fact::<String>(hash_key)?;
+        if let (Some((key, line)), true) = (self.others.first(), hash.is_some()) {
+            return Err(self.error(*line, format!("{key}: allowed is a value in JSON")));
+        }
+        if let Some(hash) = hash
             && hash != self.hash()
         {
             let message = format!(
@@ -404,14 +408,11 @@ impl Table {
         let value = value.trim_end_matches([',', ';', '\t']);
         let value = match serde_json::from_str(value) {
             Ok(value) => value,
-            Err(_) if !FACTS.contains(&key) => {
-                self.others.push(excerpt(key).into_owned());
-                return Ok(());
-            }
+            // Names as people write them.
+            Err(_) if ["material", "instrument"].contains(&key) => value.into(),
             Err(_) => {
-                let (key, value) = (excerpt(key), excerpt(value));
-                let message = format!("{key} = {value}: allowed is a value in JSON");
-                return Err(self.error(line, message));
+                self.others.push((excerpt(key).into_owned(), line));
+                return Ok(());
             }
         };
         self.facts.insert(key.into(), value);

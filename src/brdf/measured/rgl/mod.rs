@@ -285,7 +285,7 @@ impl Brdf for Rgl {
     }
 
     fn cells_without_reading(&self) -> usize {
-        self.lost.doubts.marks.count()
+        self.lost.doubts.marks.count() + self.lost.wavelengths.len()
     }
 
     fn eval(&self, pair: &DirectionPair, out: &mut [f64]) -> Presence {
