@@ -120,6 +120,7 @@ impl Convert {
     }
 
     fn rows(&self, inputs: &[PathBuf], format: Format, output: &Path) -> Result<(), Error> {
+        self.table.refuse_fill()?;
         let assume = Assume {
             axes: instrument::axis_names(),
             ..Assume::default()

@@ -8,7 +8,7 @@ mod relations;
 
 use super::progress::Progress;
 use super::signals::{self, stop_flag};
-use super::talk::{detail, note};
+use super::talk::{detail, note, say};
 use super::{ConfigArgs, SeedArgs, ThreadArgs, doubt, print};
 use crate::brdf::BuildError;
 use crate::error::{Error, count_are};
@@ -149,18 +149,23 @@ impl<E: Shown + super::check::Checked> Runnable for E {
         // What is wrong with other materials is said before there is a plan.
         let is_table = |file: &PathBuf| of_name(file).is_some_and(|f| f.read_table.is_some());
         let has_table = |m: &&Material| m.spec.tables().files.iter().any(is_table);
+        let mut first = None;
         for material in self.materials().iter().filter(has_table) {
             let built = material.spec.widest_channels();
             match built.and_then(|channels| material.spec.build(channels)) {
                 Ok(brdf) => doubt(material, &*brdf),
                 Err(BuildError::Data { path, message }) => {
                     let message = format!("{message}; its jobs fail, the others run");
-                    return Err(Error::data(path, message));
+                    let error = Error::data(path, message);
+                    match &first {
+                        None => first = Some(error),
+                        Some(_) => say(&format!("gonio: {error}")),
+                    }
                 }
                 Err(_) => {}
             }
         }
-        Ok(())
+        first.map_or(Ok(()), Err)
     }
 }
 

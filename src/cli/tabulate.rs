@@ -98,6 +98,17 @@ impl TableArgs {
         self.tolerance.is_none() && !self.fill
     }
 
+    /// Refuses to fill what is no table.
+    pub fn refuse_fill(&self) -> Result<(), Error> {
+        match self.fill {
+            true => Err(Error::config(
+                "--fill",
+                "there is no table to fill; allowed: with a table",
+            )),
+            false => Ok(()),
+        }
+    }
+
     /// Refuses a tolerance of tables whose errors are not known, and to fill those that have no empty cells.
     pub fn suits(&self, format: Format) -> Result<(), Error> {
         if self.fill && !format.has_holes {

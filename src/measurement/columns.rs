@@ -1,7 +1,7 @@
 //! Columns of values and uncertainties: their names, and what their cells say.
 
 use super::reading_of;
-use crate::brdf::marks::{Marks, marks_among};
+use crate::brdf::marks::{Marks, is_below, marks_among};
 use crate::brdf::{Channels, Wavelengths};
 use crate::error::excerpt;
 use crate::geometry::DirectionPair;
@@ -234,6 +234,16 @@ impl ValueColumns {
         for row in rows.clone().filter(|_| !found.is_empty()) {
             for &column in &self.values {
                 if let Some(mark) = table.number(row, column).filter(|v| found.contains(v)) {
+                    marks.see(&mark.to_string());
+                    table.clear(row, column);
+                }
+            }
+        }
+        // No uncertainty is below 0.
+        let uncertainties = [&self.type_a, &self.type_b, &self.both];
+        for &column in uncertainties.into_iter().flatten().flatten() {
+            for row in rows.clone() {
+                if let Some(mark) = table.number(row, column).filter(|u| is_below(*u)) {
                     marks.see(&mark.to_string());
                     table.clear(row, column);
                 }

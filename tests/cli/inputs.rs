@@ -207,6 +207,14 @@ fn marks_are_no_readings() {
             "{out}"
         );
     }
+    // Of an uncertainty it is one that is not known.
+    let unsure: String = good.lines().map(|l| format!("{l},.001\n")).collect();
+    let unsure = unsure.replacen(",.001", ",-999", 3);
+    let (_, said) = convert("unsure.csv", format!("{head},uncertainty\n{unsure}"));
+    assert!(
+        said.contains("taken for no reading: -999 in 3 cells"),
+        "{said}"
+    );
     // Of one channel: that row alone is lost.
     let rgb = good
         .lines()
