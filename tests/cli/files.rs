@@ -491,11 +491,6 @@ fn a_message_repeats_the_start_of_a_long_text() {
         (1, "column \"1e x", format!("{angles},{long}\n1,2,3,4,5\n")),
         (
             1,
-            "seed = 1e x",
-            format!("# seed = {long}\n{angles},value\n1,2,3,4,5\n"),
-        ),
-        (
-            1,
             "seed = \"1e x",
             format!("# seed = \"{long}\"\n{angles},value\n1,2,3,4,5\n"),
         ),

@@ -390,9 +390,9 @@ fn what_is_no_measurement_is_refused_with_its_line() {
         ),
         (
             ",value,type_a",
-            "1,2,3,4,5,-1",
+            "1,2,3,4,5,-2",
             2,
-            "type_a = -1: allowed is a number from 0",
+            "type_a = -2: allowed is a number from 0",
         ),
         (
             ",value,attempt",
