@@ -386,10 +386,14 @@ WAYS = {
 def test_output_is_never_input(whole, writer):
     (whole / "paths.toml").write_text('[[material]]\nkind = "smith-multiple"\nalpha = 0.5\n')
     name, command = WRITERS[writer]
+    # Listed once: other jobs make and remove folders.
+    files = [f for f in whole.iterdir() if f.is_file() and (f.name != "t.binary" or name == f.name)]
 
     def job(way):
         folder = whole / f"{writer} {way}".replace(" ", "-")
-        shutil.copytree(whole, folder, ignore=lambda at, all: [n for n in all if os.path.isdir(os.path.join(at, n)) or n == "t.binary" != name])
+        folder.mkdir()
+        for file in files:
+            shutil.copy2(file, folder)
         file = folder / name
         (folder / ("link" + file.suffix)).symlink_to(file.name)
         (folder / ("hard" + file.suffix)).hardlink_to(file)
