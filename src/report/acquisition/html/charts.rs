@@ -177,7 +177,7 @@ pub(super) fn curves(findings: &Findings, looks: &Looks) -> Result<Option<Markup
                 "Wall times depend on the machine: they are in timings.jsonl, and " a href=(TIMES) { (TIMES) }
                 " is their picture, beside this page."
             }
-            img alt="nrmse against seconds of computing a material" src=(TIMES);
+            figure { img alt="nrmse against seconds of computing a material" src=(TIMES); }
         }
     }))
 }
