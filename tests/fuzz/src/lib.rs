@@ -466,7 +466,7 @@ fn instrument(path: &Path) -> Result<(), Refusal> {
 }
 
 fn records<R: Record>(kind: &'static str) -> Target {
-    Target::new(
+    let target = Target::new(
         format!("records-{kind}"),
         R::FILE,
         || seeds::of_run(kind),
@@ -485,5 +485,9 @@ fn records<R: Record>(kind: &'static str) -> Target {
             assert!(folder.known().len() <= rows.len());
             Ok(())
         },
-    )
+    );
+    Target {
+        seal: seeds::seal_rows,
+        ..target
+    }
 }

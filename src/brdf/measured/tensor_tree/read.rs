@@ -235,16 +235,19 @@ fn blocks(text: &str) -> Result<[Option<Part<'_>>; 3], TensorTreeError> {
 }
 
 /// The luminances of the part that is looked up, but zeros where the writer here makes them.
-fn doubted(luminance: &Node) -> Vec<f64> {
-    let mut tree = luminance.clone();
-    for place in UNSEEN {
-        let leaf = tree.leaf(place);
-        *leaf = if *leaf == 0.0 { f64::NAN } else { *leaf };
+fn doubted(luminance: &mut Node) -> Vec<f64> {
+    let kept = UNSEEN.map(|place| *luminance.leaf(place));
+    for (place, value) in UNSEEN.into_iter().zip(kept) {
+        *luminance.leaf(place) = if value == 0.0 { f64::NAN } else { value };
     }
-    match &tree {
+    let values = match luminance {
         Node::Leaf(value) => vec![*value],
         Node::Parts(parts) => parts.iter().step_by(2).flat_map(Node::values).collect(),
+    };
+    for (place, value) in UNSEEN.into_iter().zip(kept) {
+        *luminance.leaf(place) = value;
     }
+    values
 }
 
 impl TensorTree {
@@ -278,14 +281,16 @@ impl TensorTree {
             let mut values = tree.values();
             let declared = no_reading.filter(|_| trees.is_empty());
             doubts.add(Doubts::take(&mut values, texts, declared));
-            let mut values = values.iter();
-            tree.for_each_leaf(&mut |leaf| *leaf = values.next().copied().unwrap_or(f64::NAN));
+            let is_unknown = values.iter().all(|v| v.is_nan());
+            let mut values = values.into_iter();
+            tree.for_each_leaf(&mut |leaf| *leaf = values.next().unwrap_or(f64::NAN));
+            drop(values);
             if trees.is_empty() {
-                doubts.look_for_zeros(doubted(&tree).into_iter());
+                doubts.look_for_zeros(doubted(&mut tree).into_iter());
             }
             // Of NaN and 0 the maximum would be 0.
             tree.for_each_leaf(&mut |leaf| *leaf = if *leaf < 0.0 { 0.0 } else { *leaf });
-            if tree.values().iter().all(|v| v.is_nan()) {
+            if is_unknown {
                 return Err(TensorTreeError::NoReading);
             }
             trees.push(tree);
