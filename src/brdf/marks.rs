@@ -36,11 +36,6 @@ pub(crate) fn is(value: f64, number: f64) -> bool {
     value == number || value == f64::from(number as f32)
 }
 
-/// True of a number below 0 that stands for no reading where no number is below 0.
-pub(crate) fn is_below(number: f64) -> bool {
-    number < 0.0 && NUMBERS.contains(&number)
-}
-
 /// Those of [`NUMBERS`] among values that stand for no reading, and another one that does.
 pub(crate) fn marks_among(
     values: impl Iterator<Item = f64> + Clone,

@@ -12,7 +12,6 @@ use crate::formats::{self, MERL};
 use crate::geometry::Symmetry;
 use crate::light_paths;
 use crate::registry::{self, Entry, ReadError, Table};
-use rayon::prelude::*;
 use serde::Deserialize;
 use std::borrow::Cow;
 use std::path::Path;
@@ -211,7 +210,7 @@ fn of_files(found: Vec<OfFile>) -> Result<Vec<Material>, BuildError> {
             remarks,
         })
     };
-    found.into_par_iter().map(material).collect()
+    found.into_iter().map(material).collect()
 }
 
 /// The specs of a folder's files, sorted by name.

@@ -127,18 +127,20 @@ fn seem_no_readings_of(measurement: &Measurement, channel: usize) -> Vec<String>
         .filter(|i| value(*i).is_some())
         .collect();
     let mut values: Vec<f64> = read.iter().filter_map(|i| value(*i)).collect();
-    values.sort_by(f64::total_cmp);
     let mut doubts = Vec::new();
-    let (Some(most), true) = (values.last().copied(), values.len() >= FEWEST_DOUBTED) else {
+    if values.len() < FEWEST_DOUBTED {
         return doubts;
-    };
+    }
+    let most = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    let middle = values.len() / 2;
+    let (_, &mut median, _) = values.select_nth_unstable_by(middle, f64::total_cmp);
     let equal = read.iter().filter(|i| value(**i) == Some(most));
     let elevations = |i: &usize| {
         let pair = &measurement.schedule.poses[*i].pair;
         [pair.omega_i, pair.omega_o].map(|d| d.theta().to_degrees().round() as i32)
     };
     let places: BTreeSet<[i32; 2]> = equal.clone().map(elevations).collect();
-    if places.len() >= SATURATED && most > 2.0 * values[values.len() / 2] {
+    if places.len() >= SATURATED && most > 2.0 * median {
         doubts.push(format!(
             "the largest value, {most}, is there {} times, as if the sensor were saturated; --no-reading {most} passes these over",
             equal.count()

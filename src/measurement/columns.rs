@@ -1,7 +1,7 @@
 //! Columns of values and uncertainties: their names, and what their cells say.
 
 use super::reading_of;
-use crate::brdf::marks::{Marks, is_below, marks_among};
+use crate::brdf::marks::{Marks, is_mark_number, marks_among};
 use crate::brdf::{Channels, Wavelengths};
 use crate::error::excerpt;
 use crate::geometry::DirectionPair;
@@ -240,10 +240,11 @@ impl ValueColumns {
             }
         }
         // No uncertainty is below 0.
+        let is_mark = |u: &f64| *u < 0.0 && is_mark_number(*u);
         let uncertainties = [&self.type_a, &self.type_b, &self.both];
         for &column in uncertainties.into_iter().flatten().flatten() {
             for row in rows.clone() {
-                if let Some(mark) = table.number(row, column).filter(|u| is_below(*u)) {
+                if let Some(mark) = table.number(row, column).filter(is_mark) {
                     marks.see(&mark.to_string());
                     table.clear(row, column);
                 }

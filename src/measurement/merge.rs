@@ -396,7 +396,11 @@ impl Measurement {
         };
         let mut places: Vec<usize> = schedule.poses.iter().enumerate().map(&mut place).collect();
         // Of those that are one the same stands for all, in whatever order they are.
-        for (i, at) in places.iter().enumerate() {
+        for (i, at) in places
+            .iter()
+            .enumerate()
+            .filter(|(i, at)| firsts[**at] != *i)
+        {
             let pose = &schedule.poses[i];
             if pose.pair.rank() < poses[*at].pair.rank() {
                 poses[*at] = *pose;

@@ -121,9 +121,7 @@ impl MadeFrom {
             *self.seconds.entry(stage).or_default() += seconds;
         }
     }
-}
 
-impl MadeFrom {
     /// True if every part of a run came to its end: what is missing could not be done.
     pub fn are_all(&self) -> bool {
         let parts = self.ended.first().map_or(0, |part| part.of);
