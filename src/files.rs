@@ -283,6 +283,32 @@ fn sync(file: &File) -> io::Result<()> {
 #[cfg(any(feature = "pictures", feature = "surfaces"))]
 type ExrLayer = exr::prelude::Layer<exr::prelude::AnyChannels<exr::prelude::FlatSamples>>;
 
+/// Bytes that a tile of an OpenEXR file may have where its whole picture has fewer: 512 × 512 pixels of four channels.
+#[cfg(any(feature = "pictures", feature = "surfaces"))]
+const EXR_BLOCK: usize = 4 << 20;
+
+/// Headers of an OpenEXR file. Room for a tile is reserved before it is read, so that a large tile of a small picture is
+/// refused.
+#[cfg(any(feature = "pictures", feature = "surfaces"))]
+pub fn exr_headers(path: &Path) -> exr::error::Result<exr::meta::Headers> {
+    use exr::math::Vec2;
+    use exr::meta::BlockDescription;
+    let headers = exr::meta::MetaData::read_from_file(path, false)?.headers;
+    for header in &headers {
+        let pixel = header.channels.bytes_per_pixel;
+        let bytes = |size: Vec2<usize>| size.0.saturating_mul(size.1).saturating_mul(pixel);
+        let allowed = EXR_BLOCK.max(bytes(header.layer_size));
+        if let BlockDescription::Tiles(tiles) = header.blocks
+            && bytes(tiles.tile_size) > allowed
+        {
+            let found = bytes(tiles.tile_size);
+            let text = format!("a tile of pixels has {found} bytes; allowed: {allowed}");
+            return Err(exr::error::Error::Invalid(text.into()));
+        }
+    }
+    Ok(headers)
+}
+
 /// The first layer that can be read of an OpenEXR file, in its finest resolution.
 #[cfg(any(feature = "pictures", feature = "surfaces"))]
 pub fn exr_layer(path: &Path) -> exr::error::Result<ExrLayer> {

@@ -249,8 +249,7 @@ type Picture = ([usize; 2], Vec<[f32; 3]>);
 mod files {
     use super::super::hdr;
     use super::{MapError, Path, Picture};
-    use crate::files::{exr_layer, may_unpack, open};
-    use exr::prelude::MetaData;
+    use crate::files::{exr_headers, exr_layer, may_unpack, open};
     use std::fs::File;
     use std::io::{BufReader, Read};
 
@@ -296,13 +295,13 @@ mod files {
         let packed = std::fs::metadata(path)?.len();
         match format(path)? {
             Format::Exr => {
-                let meta = MetaData::read_from_file(path, false)?;
+                let headers = exr_headers(path)?;
                 let size =
                     |h: &exr::meta::header::Header| [h.layer_size.width(), h.layer_size.height()];
-                for header in &meta.headers {
+                for header in &headers {
                     held(packed, size(header), header.channels.list.len())?;
                 }
-                meta.headers.first().map(size).ok_or(MapError::Empty)
+                headers.first().map(size).ok_or(MapError::Empty)
             }
             Format::Hdr => Ok(hdr_header(path)?.0),
         }

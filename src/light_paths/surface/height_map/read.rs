@@ -2,8 +2,7 @@
 
 use super::super::SIZE;
 use crate::error::{excerpt, reason};
-use crate::files::{TABLE_LIMIT, Unpacked, exr_layer, may_unpack, open, read_text};
-use exr::prelude::MetaData;
+use crate::files::{TABLE_LIMIT, Unpacked, exr_headers, exr_layer, may_unpack, open, read_text};
 use png::{BitDepth, ColorType};
 use std::fs;
 use std::io::{self, BufReader, ErrorKind, Read};
@@ -140,7 +139,7 @@ fn check_packed(packed: u64, size: [usize; 2], bytes: usize) -> Result<(), Unusa
 
 fn of_exr(path: &Path) -> Result<Numbers, Unusable> {
     let packed = fs::metadata(path)?.len();
-    for header in &MetaData::read_from_file(path, false)?.headers {
+    for header in &exr_headers(path)? {
         let size = [header.layer_size.width(), header.layer_size.height()];
         // Each value of each channel is held in four bytes.
         check_packed(packed, size, header.channels.list.len().saturating_mul(4))?;
