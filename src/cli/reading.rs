@@ -130,8 +130,12 @@ impl ReadingArgs {
             },
             ..assume.clone()
         };
+        let mut first_lost = None;
         let all = load_all_readings(paths, &assume, |path, readings| {
             detail(|| format!("gonio: reads {}", path.display()));
+            if readings.as_ref().map_or(true, |readings| readings.lost > 0) {
+                first_lost.get_or_insert_with(|| path.to_owned());
+            }
             let readings = match readings {
                 Ok(readings) => readings,
                 Err(e) => return say(&format!("gonio: {e}; the file is left out")),
@@ -143,7 +147,7 @@ impl ReadingArgs {
                 say(&format!("gonio: {}: {warning}", path.display()));
             }
         })?;
-        self.refuse_lost(&paths[0], all.lost)?;
+        self.refuse_lost(first_lost.as_ref().unwrap_or(&paths[0]), all.lost)?;
         Ok(all)
     }
 }

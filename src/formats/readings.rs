@@ -88,7 +88,7 @@ pub fn load_readings(path: &Path, assume: &Assume) -> Result<Readings, Error> {
 }
 
 /// Reads files of one material, at least one; `see` is shown each. Of several those whose content cannot be read are left out:
-/// `see` is shown why. Origin of all is that of the first.
+/// `see` is shown why. A configuration of several files is one, each of them with equal weight, see [`Measurement::merged`]. Origin of all is that of the first.
 ///
 /// # Errors
 /// As [`load_readings`], if no file can be read or one is not there; a file that is there twice; other channels or symmetries than
@@ -126,6 +126,9 @@ pub fn load_all_readings(
     }
     match all {
         Some((_, mut all)) => {
+            if paths.len() > 1 {
+                all = all.merged();
+            }
             all.lost += failed.len();
             let sentences = failed.iter().map(|e| format!("{e}; the file is left out"));
             all.warnings.extend(sentences);
@@ -139,6 +142,20 @@ pub fn load_all_readings(
 }
 
 impl Readings {
+    /// Those of several files with each configuration once.
+    fn merged(mut self) -> Self {
+        let (measurement, folded) = self.measurement.merged();
+        self.measurement = measurement;
+        if folded.dropped() > 0 {
+            self.notes.push(format!(
+                "{} averaged with those of files before",
+                count(folded.dropped(), "pose")
+            ));
+        }
+        self.warnings.extend(folded.warning());
+        self
+    }
+
     /// Those of another file after these; the files of both.
     fn with(
         mut self,

@@ -7,6 +7,7 @@
 
 #[cfg(feature = "arrays")]
 mod arrays;
+mod cells;
 #[cfg(feature = "arrays")]
 mod npy;
 mod read;

@@ -216,7 +216,7 @@ fn a_table_goes_into_another_format() {
 fn copies_of_bare_readings_are_reconstructed_alike() {
     let bench = Bench::new();
     let mut rows =
-        "# operator = Kim\n# Tuesday\ntheta_i_deg,phi_i_deg,theta_o_deg,phi_o_deg,value\n"
+        "# operator = Kim\n# Tuesday\n# rows = 5\n# axes = 4\ntheta_i_deg,phi_i_deg,theta_o_deg,phi_o_deg,value\n"
             .to_owned();
     for k in 0..90 {
         let (i, o, phi) = (2 + 7 * (k % 9), 1 + 9 * (k % 7), 40 * (k % 11) - 170);
@@ -226,7 +226,7 @@ fn copies_of_bare_readings_are_reconstructed_alike() {
     fs::write(bench.path("bare.csv"), &rows).unwrap();
     // The order of rows is nothing that is measured.
     let mut turned: Vec<&str> = rows.lines().collect();
-    turned[3..].reverse();
+    turned[5..].reverse();
     fs::write(bench.path("turned.csv"), turned.join("\n") + "\n").unwrap();
     let answer = |file: &str| {
         let text = bench.shown(&format!("gonio reconstruct {file}"));
@@ -238,9 +238,27 @@ fn copies_of_bare_readings_are_reconstructed_alike() {
     for copy in ["copy.csv", "copy.jsonl", "copy.npz"] {
         let said = bench.shown(&format!("gonio convert bare.csv {copy}"));
         assert!(
-            said.contains("left out of the header: operator, 1 comment"),
+            said.contains("left out of the header: operator, rows, axes, 1 comment"),
             "{said}"
         );
         assert_eq!(answer(copy), first, "{copy}");
     }
+    // A part of the poses is in both files.
+    let lines: Vec<&str> = rows.lines().collect();
+    for (file, [from, to]) in [("one.csv", [5, 60]), ("other.csv", [40, 95])] {
+        let part = [&lines[4..5], &lines[from..to]].concat();
+        fs::write(bench.path(file), part.join("\n") + "\n").unwrap();
+    }
+    let same = |text: &str| {
+        text.lines()
+            .filter(|l| !l.contains("averaged"))
+            .map(String::from)
+            .collect::<Vec<_>>()
+    };
+    let both = answer("one.csv other.csv");
+    assert!(
+        both.contains(" poses averaged with those of files before"),
+        "{both}"
+    );
+    assert_eq!(same(&both), same(&first));
 }

@@ -281,8 +281,8 @@ fn what_is_no_schedule_is_refused_with_its_line() {
         ("", None, "names the columns"),
         (head, None, "there is no row"),
         (
-            "# unphysical_share = 1e12\nH1,2,3,4\n",
-            Some(1),
+            "# sample_set = \"grid\"\n# unphysical_share = 1e12\nH1,2,3,4\n",
+            Some(2),
             "unphysical_share = 1000000000000: allowed is a number in [0, 1]",
         ),
         (
@@ -351,7 +351,7 @@ fn what_is_no_schedule_is_refused_with_its_line() {
             "index = 0.5: allowed is a whole number",
         ),
         (
-            "# rows = 3\nH1,2,3,4\n",
+            "# rows = 3\n# sample_set = \"grid\"\nH1,2,3,4\n",
             None,
             "1 rows where the header promises 3",
         ),
@@ -403,11 +403,11 @@ fn a_lattice_without_the_rows_to_bear_it_out_is_refused() {
             let axes = [quarter; 3].map(|d| axis(n, d)).join(",");
             let text = format!(
                 "# symmetry = {{\"isotropic\":true,\"reciprocal\":true,\"bilateral\":true}}\n\
-                 # poses = {poses}\n# lattice = [{axes}]\n\
+                 # sample_set = \"grid\"\n# poses = {poses}\n# lattice = [{axes}]\n\
                  index,theta_i_deg,phi_i_deg,theta_o_deg,phi_o_deg\n0,10,0,20,0\n"
             );
             let e = read_schedule(&text, "s", &assumed()).err().unwrap();
-            assert_eq!(e.line, Some(3), "{e}");
+            assert_eq!(e.line, Some(4), "{e}");
             assert!(e.message.starts_with("lattice: "), "{e}");
         }
     }

@@ -6,6 +6,7 @@
 
 use super::super::convention::Conventions;
 use super::super::format::ScheduleFormat;
+use super::cells::Cells;
 use super::{FileError, RowHash, WORDS};
 use crate::brdf::marks::{Marks, is_mark};
 use crate::error::{count, excerpt, meant, reason};
@@ -48,29 +49,16 @@ pub(crate) struct Table {
     pub marks: Marks,
 }
 
-/// Keys of headers of ours, beside hashes.
-const FACTS: [&str; 20] = [
-    "about",
-    "assumes",
-    "channels",
-    "columns",
-    "gonio",
-    "half_angles_deg",
-    "instrument",
-    "lattice",
-    "material",
-    "description",
-    "parametrization",
-    "poses",
-    "realisation",
-    "rows",
-    "sample_set",
-    "seed",
-    "symmetry",
-    "unit",
-    "unphysical_share",
-    "warp",
-];
+/// Keys that are read of any header.
+const SHARED: &str = "half_angles_deg instrument material parametrization symmetry";
+
+/// Further keys of our headers, beside hashes.
+const OURS: &str = "about assumes channels columns description gonio lattice poses realisation rows sample_set seed \
+                    unit unphysical_share warp";
+
+fn is_in(keys: &str, key: &str) -> bool {
+    keys.split_whitespace().any(|k| k == key)
+}
 
 impl Table {
     /// A table without facts or rows.
@@ -121,10 +109,28 @@ impl Table {
         }
     }
 
-    /// What the header says beside [`FACTS`]: keys, and how many other comments.
+    /// True of a header of ours, even if its hash was taken out.
+    fn is_ours(&self) -> bool {
+        let mut keys = self.facts.keys();
+        keys.any(|key| key.ends_with("_hash") || key == "sample_set")
+    }
+
+    /// Sets keys of a header by others aside that mean something else there, e.g. `rows`.
+    fn drop_foreign_facts(&mut self) {
+        if self.is_ours() {
+            return;
+        }
+        self.facts.retain(|key, _| is_in(SHARED, key));
+        let lines = std::mem::take(&mut self.fact_lines).into_iter();
+        let (read, others) = lines.partition(|(key, _)| self.facts.contains_key(key));
+        self.fact_lines = read;
+        self.others.extend::<Vec<_>>(others);
+    }
+
+    /// Header content that is not read: keys, and the number of other comments.
     pub fn unread(&self) -> Vec<String> {
-        let is_ours = |key: &str| FACTS.contains(&key) || key.ends_with("_hash");
-        let keys = self.facts.keys().filter(|key| !is_ours(key)).cloned();
+        let is_read = |key: &str| is_in(SHARED, key) || is_in(OURS, key) || key.ends_with("_hash");
+        let keys = self.facts.keys().filter(|key| !is_read(key)).cloned();
         let others = self.others.iter().map(|(key, _)| key.clone());
         let mut unread: Vec<String> = keys.chain(others).collect();
         // Ours are written anew.
@@ -217,6 +223,7 @@ impl Table {
         partial: bool,
         ended: bool,
     ) -> Result<(), FileError> {
+        self.drop_foreign_facts();
         let found = self.lines.len();
         match self.fact::<usize>("rows")? {
             Some(rows) if partial && found < rows => {
@@ -264,6 +271,7 @@ impl Table {
         conventions: &Conventions,
         allowed: impl Fn(&Table) -> Result<Vec<String>, FileError>,
     ) -> Result<(), FileError> {
+        self.drop_foreign_facts();
         let ours = conventions.our_names(&labels);
         (self.labels, self.head) = (labels, line);
         // What is allowed may depend on what there is.
@@ -447,7 +455,9 @@ impl Table {
                 }
                 self.fact_lines = header.keys().map(|key| (key.clone(), line)).collect();
                 self.facts = header;
-                if let Some(columns) = self.fact::<Map<String, Value>>("columns")? {
+                if self.is_ours()
+                    && let Some(columns) = self.fact::<Map<String, Value>>("columns")?
+                {
                     let columns = columns.into_iter().map(|(name, _)| name).collect();
                     name_columns(self, columns, line)?;
                 }
@@ -545,54 +555,5 @@ impl<'de> Visitor<'de> for Object {
             }
         }
         Ok(self)
-    }
-}
-
-/// The cells of one line after the other. No cell goes on after the end of its line, so that a
-/// quote that is not closed is found where it is.
-struct Cells {
-    separator: u8,
-    reader: csv_core::Reader,
-    bytes: Vec<u8>,
-    ends: Vec<usize>,
-}
-
-impl Cells {
-    fn new(separator: u8) -> Self {
-        let mut builder = csv_core::ReaderBuilder::new();
-        builder.delimiter(separator);
-        builder.terminator(csv_core::Terminator::Any(b'\n'));
-        Self {
-            separator,
-            reader: builder.build(),
-            bytes: Vec::new(),
-            ends: Vec::new(),
-        }
-    }
-
-    /// The cells of a line, without the spaces around them and without quotes; `None` if a quote is
-    /// not closed, after which there is no next line.
-    fn of(&mut self, line: &str) -> Option<impl ExactSizeIterator<Item = &str>> {
-        // Room for every cell and for one more, without which the parser would stop to ask.
-        let separators = line.bytes().filter(|b| *b == self.separator).count();
-        self.bytes.resize(line.len() + 1, 0);
-        self.ends.resize(separators + 2, 0);
-        let line = line.as_bytes();
-        let (_, _, written, ended) = self
-            .reader
-            .read_record(line, &mut self.bytes, &mut self.ends);
-        let (result, _, _, last) =
-            self.reader
-                .read_record(b"\n", &mut self.bytes[written..], &mut self.ends[ended..]);
-        if !matches!(result, csv_core::ReadRecordResult::Record) {
-            return None;
-        }
-        let mut start = 0;
-        let (bytes, ends) = (&self.bytes, &self.ends[..ended + last]);
-        Some(ends.iter().map(move |&end| {
-            let cell = &bytes[std::mem::replace(&mut start, end)..end];
-            // Text that was cut at ASCII characters is text.
-            std::str::from_utf8(cell).unwrap_or_default().trim()
-        }))
     }
 }
